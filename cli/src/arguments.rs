@@ -1,0 +1,213 @@
+//! The command line as data: verbs, options, their defaults and help.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// `hyd VERB ...`
+#[derive(Parser, Debug)]
+#[command(
+    name = "hyd",
+    version,
+    about = "Compiler and solver for equation-based models of physical systems",
+    after_help = "Exit codes: 0 done; 1 the model or the data is at fault; 2 wrong usage; 3 the solver gave up or was \
+                  stopped.\nMessages go to standard error, results to standard output."
+)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// What to do.
+#[derive(Subcommand, Debug)]
+pub enum Verb {
+    /// Check a model: types, units, balance, structure; print the counts
+    Check(Check),
+    /// Simulate a model
+    Simulate(Box<Simulate>),
+    /// Print a stage of the translation
+    Equations(Equations),
+    /// Draw results, several runs overlaid
+    Plot(Plot),
+    /// Explain an error code, or list all of them
+    Explain(Explain),
+}
+
+/// What all verbs that translate a model share.
+#[derive(Args, Debug)]
+pub struct ModelArguments {
+    /// The model's file
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The class to take [default: the last complete model of the file]
+    #[arg(long, value_name = "CLASS")]
+    pub model: Option<String>,
+    /// Sets a parameter by its full name (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
+    /// How messages are written to standard error
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub message_format: MessageFormat,
+}
+
+/// Where classes come from.
+#[derive(Args, Debug, Default)]
+pub struct LibraryArguments {
+    /// Folder with libraries: class A is DIR/A/package.hyd or DIR/A.hyd (repeatable; then HYD_LIBRARY, then the built-in library)
+    #[arg(long = "library", value_name = "DIR")]
+    pub library: Vec<PathBuf>,
+}
+
+/// How messages are written.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MessageFormat {
+    /// For people.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+/// `hyd check`
+#[derive(Args, Debug)]
+pub struct Check {
+    #[command(flatten)]
+    pub model: ModelArguments,
+}
+
+/// `hyd equations`
+#[derive(Args, Debug)]
+pub struct Equations {
+    #[command(flatten)]
+    pub model: ModelArguments,
+    /// Which stage
+    #[arg(long, value_name = "STAGE")]
+    pub stage: StageName,
+}
+
+/// Stages of the translation.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StageName {
+    /// Variables and equations without components.
+    Flat,
+    /// After elimination of aliases.
+    System,
+    /// After index reduction.
+    Reduced,
+    /// In the order of computation.
+    Sorted,
+    /// Partial derivatives and their pattern.
+    Jacobian,
+}
+
+/// `hyd simulate`
+#[derive(Args, Debug)]
+pub struct Simulate {
+    #[command(flatten)]
+    pub model: ModelArguments,
+    /// Stop time in s [default: the model's experiment annotation, else 1 s after the start]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub stop: Option<f64>,
+    /// Relative tolerance [default: the model's experiment annotation, else 1e-6]
+    #[arg(long, value_name = "R")]
+    pub tolerance: Option<f64>,
+    /// Number of equal output intervals [default: the model's experiment annotation, else 500]
+    #[arg(long, value_name = "N", conflicts_with = "every_step")]
+    pub intervals: Option<usize>,
+    /// Output at every step of the solver
+    #[arg(long)]
+    pub every_step: bool,
+    /// Method of integration
+    #[arg(long, value_name = "METHOD", default_value = "auto")]
+    pub solver: Solver,
+    /// Writes results to F.csv
+    #[arg(long, value_name = "F.csv")]
+    pub result: Option<PathBuf>,
+    /// Variables that are written, drawn and listed: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// Draws the results
+    #[arg(long, value_name = "F.svg|F.png")]
+    pub plot: Option<PathBuf>,
+    /// Prints the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Methods of integration.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Solver {
+    /// The tool chooses.
+    Auto,
+    /// Backward differentiation formulas of order 1 to 5.
+    Bdf,
+    /// A diagonally implicit Runge-Kutta method.
+    Esdirk,
+}
+
+/// `hyd plot`
+#[derive(Args, Debug)]
+pub struct Plot {
+    /// Result files; several are overlaid
+    #[arg(value_name = "F.csv", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Variables to draw: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// The picture [default: the first file's name with .svg]
+    #[arg(long, short, value_name = "F.svg|F.png")]
+    pub output: Option<PathBuf>,
+    /// Line above the picture
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Unit of a variable, such as hy.p=Pa (repeatable)
+    #[arg(long = "unit", value_name = "NAME=UNIT", value_parser = assignment)]
+    pub unit: Vec<(String, String)>,
+    /// Takes units from the model that was simulated
+    #[arg(long, value_name = "FILE")]
+    pub model_file: Option<PathBuf>,
+    /// The class in the model's file [default: the last complete model of the file]
+    #[arg(long, value_name = "CLASS", requires = "model_file")]
+    pub model: Option<String>,
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
+}
+
+/// `hyd explain`
+#[derive(Args, Debug)]
+pub struct Explain {
+    /// The code, such as E0201
+    #[arg(value_name = "CODE")]
+    pub code: Option<String>,
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_string(), value.trim().to_string()))
+        }
+        _ => Err("expected NAME=VALUE".to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn assignments_have_two_sides() {
+        assert_eq!(assignment("a[2].b = {1, 2}"), Ok(("a[2].b".into(), "{1, 2}".into())));
+        for wrong in ["a", "=1", "a=", " = "] {
+            assert_eq!(assignment(wrong), Err("expected NAME=VALUE".to_string()));
+        }
+    }
+}

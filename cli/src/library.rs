@@ -1,0 +1,201 @@
+//! Where classes come from: the package folder of the main file, library folders, the built-in standard library.
+//!
+//! A package is a folder with `package.hyd` (or `.mo`), a class in it is a file or a folder of its own, as Modelica 3.6, section
+//! 13.4, lays packages out; file names are compared without case.  A folder's name need not be that of its package where
+//! the `within` clause of the main file says which package it is.  Class names never become paths: they are only compared
+//! with the names that folders list.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyd_compiler::{SourceText, Sources};
+
+use crate::text_file::read_text;
+
+mod head;
+
+use head::{Head, head};
+
+include!(concat!(env!("OUT_DIR"), "/standard_library.rs"));
+
+const EXTENSIONS: [&str; 2] = ["hyd", "mo"];
+
+/// A folder that is a package: the classes of `prefix` stand in it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Root {
+    /// Full name of the package; empty for a folder of libraries.
+    prefix: Vec<String>,
+    folder: PathBuf,
+}
+
+/// Library look-up in a fixed order: the package of the main file, the folders given, the built-in library.
+#[derive(Debug, Default)]
+pub struct LibraryPath {
+    roots: Vec<Root>,
+    listings: BTreeMap<PathBuf, Vec<String>>,
+}
+
+impl LibraryPath {
+    /// Nothing but the built-in library.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the folder of the main file if its text says that it belongs to a package.
+    pub fn add_main_file(&mut self, file: &Path, text: &str) {
+        let Head { within, package } = head(text);
+        let mut prefix = within;
+        let is_package_file = EXTENSIONS
+            .iter()
+            .any(|extension| file_name(file).eq_ignore_ascii_case(&format!("package.{extension}")));
+        if is_package_file {
+            prefix.extend(package);
+        }
+        let mut folder = folder_of(file);
+        while !prefix.is_empty() {
+            self.roots.push(Root { prefix: prefix.clone(), folder: folder.clone() });
+            prefix.pop();
+            folder = parent_of(&folder);
+        }
+    }
+
+    /// Adds a folder of libraries, or a folder that is a library itself.  `Err`: why it cannot be used.
+    pub fn add_folder(&mut self, folder: &Path) -> Result<(), String> {
+        let names = self.list(folder).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => format!("there is no library folder `{}`", folder.display()),
+            _ => format!("the library folder `{}` cannot be read: {error}", folder.display()),
+        })?;
+        if let Some(name) = file_of(&names, "package") {
+            let path = folder.join(name);
+            let text = read_text(&path).map_err(|error| error.to_string())?;
+            let Head { mut within, package } = head(&text);
+            within.extend(package);
+            self.roots.push(Root { prefix: within, folder: folder.to_path_buf() });
+        } else {
+            self.roots.push(Root { prefix: Vec::new(), folder: folder.to_path_buf() });
+        }
+        Ok(())
+    }
+
+    /// Names in a folder, sorted; a folder is read once.
+    fn list(&mut self, folder: &Path) -> io::Result<Vec<String>> {
+        if let Some(names) = self.listings.get(folder) {
+            return Ok(names.clone());
+        }
+        let mut names = Vec::new();
+        let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        for entry in std::fs::read_dir(place)? {
+            // A name that is no Unicode text is no class's name.
+            names.extend(entry?.file_name().into_string().ok());
+        }
+        names.sort();
+        self.listings.insert(folder.to_path_buf(), names.clone());
+        Ok(names)
+    }
+
+    /// The text of the class with the names `rest` within `folder`.
+    fn find_in(&mut self, folder: &Path, rest: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+        let mut folder = folder.to_path_buf();
+        let (last, inner) = match rest.split_last() {
+            None => return self.read(&folder, "package"),
+            Some((last, inner)) => (last, inner),
+        };
+        for name in inner {
+            match self.entry(&folder, name)? {
+                Some(entry) => folder.push(entry),
+                None => return Ok(None),
+            }
+        }
+        if let Some(entry) = self.entry(&folder, last)?
+            && folder.join(&entry).is_dir()
+            && let Some(text) = self.read(&folder.join(entry), "package")?
+        {
+            return Ok(Some(text));
+        }
+        self.read(&folder, last)
+    }
+
+    /// The name in a folder that is `name` but for case; `None` if there is none or no such folder.
+    fn entry(&mut self, folder: &Path, name: &str) -> Result<Option<String>, String> {
+        match self.list(folder) {
+            Ok(names) => Ok(same_name(&names, name)),
+            Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
+            Err(error) => Err(format!("the folder `{}` cannot be read: {error}", folder.display())),
+        }
+    }
+
+    fn read(&mut self, folder: &Path, stem: &str) -> Result<Option<SourceText>, String> {
+        for extension in EXTENSIONS {
+            if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
+                let path = folder.join(name);
+                let text = read_text(&path).map_err(|error| error.to_string())?;
+                let name = path.display().to_string();
+                return Ok(Some(SourceText { name: name.into(), text: text.into() }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Sources for LibraryPath {
+    fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+        let mut fitting: Vec<Root> = self.roots.iter().filter(|root| starts_with(path, &root.prefix)).cloned().collect();
+        // The package of the main file first, its inner folders before the outer; folders of libraries in their order.
+        fitting.sort_by_key(|root| Reverse(root.prefix.len()));
+        for root in fitting {
+            if let Some(text) = self.find_in(&root.folder, &path[root.prefix.len()..])? {
+                return Ok(Some(text));
+            }
+        }
+        Ok(built_in(path))
+    }
+}
+
+/// A text of the built-in standard library.
+fn built_in(path: &[Arc<str>]) -> Option<SourceText> {
+    let stem = path.join("/");
+    let wanted = [format!("{stem}/package.hyd"), format!("{stem}.hyd")];
+    wanted.iter().find_map(|wanted| {
+        let &(name, text) = STANDARD_LIBRARY.iter().find(|(name, _)| name.eq_ignore_ascii_case(wanted))?;
+        Some(SourceText { name: format!("<built-in>/{name}").into(), text: text.into() })
+    })
+}
+
+fn starts_with(path: &[Arc<str>], prefix: &[String]) -> bool {
+    path.len() >= prefix.len() && path.iter().zip(prefix).all(|(a, b)| **a == **b)
+}
+
+/// The name as written, else the first that differs in case only.
+fn same_name(names: &[String], wanted: &str) -> Option<String> {
+    let exact = names.iter().find(|name| *name == wanted);
+    exact.or_else(|| names.iter().find(|name| name.to_lowercase() == wanted.to_lowercase())).cloned()
+}
+
+fn file_of(names: &[String], stem: &str) -> Option<String> {
+    EXTENSIONS.iter().find_map(|extension| same_name(names, &format!("{stem}.{extension}")))
+}
+
+fn file_name(file: &Path) -> String {
+    file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The folder above: by name where the path shows it, else by `..`.
+fn parent_of(folder: &Path) -> PathBuf {
+    match folder.components().next_back() {
+        Some(std::path::Component::Normal(_)) => folder_of(folder),
+        _ => folder.join(".."),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,27 @@
+//! Writing to standard output and standard error.
+//!
+//! A reader that closes its end early (`hyd ... | head`) is no error of ours and never a panic.
+
+use std::io::{self, IsTerminal, Write};
+
+use crate::Failure;
+
+/// Writes results to standard output.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
+        Err(error) => Err(Failure::Fault(format!("cannot write to standard output: {error}"))),
+    }
+}
+
+/// Writes a message to standard error; if that fails, there is nobody to tell.
+pub(crate) fn message(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// True if messages may be coloured: a terminal reads them and `NO_COLOR` is not set (see no-color.org).
+pub(crate) fn colored() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}

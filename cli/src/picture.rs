@@ -1,0 +1,41 @@
+//! A figure to a picture file, its format taken from the file's name.
+
+use std::path::Path;
+
+use hyd_report::Figure;
+
+use crate::Failure;
+use crate::whole_file::write_whole;
+
+/// Image pixels per pixel of the drawing: 192 dpi.
+const PNG_SCALE: f64 = 2.0;
+
+/// Formats of pictures.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum PictureFormat {
+    /// Lines and texts.
+    Svg,
+    /// Pixels.
+    Png,
+}
+
+/// The format that a file's name asks for.
+pub(crate) fn picture_format(path: &Path) -> Result<PictureFormat, Failure> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("svg") => Ok(PictureFormat::Svg),
+        Some("png") => Ok(PictureFormat::Png),
+        _ => Err(Failure::Usage(format!("`{}`: a picture ends in .svg or .png", path.display()))),
+    }
+}
+
+/// Draws a figure into a file, which appears when it is whole.
+pub(crate) fn write_picture(path: &Path, figure: &Figure) -> Result<(), Failure> {
+    let drawing = figure.draw();
+    let failed = |error: String| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
+    let bytes = match picture_format(path)? {
+        PictureFormat::Svg => drawing.svg().into_bytes(),
+        PictureFormat::Png => drawing.png(PNG_SCALE).map_err(|error| failed(error.to_string()))?,
+    };
+    write_whole(path, &bytes).map_err(|error| failed(error.to_string()))
+}

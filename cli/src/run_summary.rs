@@ -1,0 +1,241 @@
+//! What `hyd simulate` says at the end, for people and as JSON.
+
+use std::fmt::Write as _;
+
+use hyd_runtime::Statistics;
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+/// Counters of the solver.
+#[derive(serde::Serialize, Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Counters {
+    steps: u64,
+    steps_by_order: [u64; 5],
+    residuals: u64,
+    jacobians: u64,
+    factorisations: u64,
+    newton_iterations: u64,
+    error_rejections: u64,
+    convergence_failures: u64,
+    state_events: u64,
+    time_events: u64,
+}
+
+impl From<&Statistics> for Counters {
+    fn from(s: &Statistics) -> Self {
+        Self {
+            steps: s.steps,
+            steps_by_order: s.steps_by_order,
+            residuals: s.residuals,
+            jacobians: s.jacobians,
+            factorisations: s.factorisations,
+            newton_iterations: s.newton_iterations,
+            error_rejections: s.error_rejections,
+            convergence_failures: s.convergence_failures,
+            state_events: s.state_events,
+            time_events: s.time_events,
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(serde::Serialize, Clone, Copy, PartialEq, Eq, Debug)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Status {
+    /// At the stop time.
+    Done,
+    /// By `terminate` in the model.
+    Terminated,
+    /// By Ctrl-C.
+    Interrupted,
+    /// The solver gave up, or an assertion failed.
+    Failed,
+}
+
+/// Names, values and units of a few variables at the end.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct FinalValues(pub(crate) Vec<(String, f64, String)>);
+
+impl Serialize for FinalValues {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value, _) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+/// The summary of a run; the fields are those of the JSON object.  Times in s, `translate_s` and `simulate_s` CPU seconds.
+#[derive(serde::Serialize, Clone, PartialEq, Debug)]
+pub(crate) struct RunSummary {
+    pub(crate) status: Status,
+    /// Why the run ended, unless at its stop time.
+    pub(crate) message: Option<String>,
+    pub(crate) model: String,
+    pub(crate) start: f64,
+    pub(crate) stop: f64,
+    /// Time reached.
+    pub(crate) time: f64,
+    pub(crate) tolerance: f64,
+    pub(crate) solver: &'static str,
+    pub(crate) states: usize,
+    pub(crate) unknowns: usize,
+    pub(crate) templates: usize,
+    pub(crate) code_bytes: usize,
+    pub(crate) translate_s: f64,
+    pub(crate) simulate_s: f64,
+    pub(crate) counters: Counters,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) result: Option<String>,
+    pub(crate) plot: Option<String>,
+    #[serde(rename = "final")]
+    pub(crate) final_values: FinalValues,
+}
+
+impl RunSummary {
+    /// One line of JSON.
+    pub(crate) fn json(&self) -> String {
+        let text = serde_json::to_string(self);
+        text.expect("invariant: plain data with text keys has a JSON form") + "\n"
+    }
+
+    /// A few lines for people.
+    pub(crate) fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = self.write_text(&mut text);
+        text
+    }
+
+    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+        let ended = match self.status {
+            Status::Done => "done",
+            Status::Terminated => "terminated by the model",
+            Status::Interrupted => "interrupted",
+            Status::Failed => "failed",
+        };
+        writeln!(out, "{}: {} to {} s, {ended}", self.model, self.start, self.time)?;
+        if let (Status::Terminated, Some(message)) = (self.status, &self.message) {
+            writeln!(out, "  {message}")?;
+        }
+        let c = &self.counters;
+        writeln!(
+            out,
+            "  {} states, {} unknowns; {} templates, {} bytes of code",
+            self.states, self.unknowns, self.templates, self.code_bytes
+        )?;
+        writeln!(
+            out,
+            "  {} steps ({} rejected, {} not converged), {} residuals, {} Jacobians, {} factorisations",
+            c.steps, c.error_rejections, c.convergence_failures, c.residuals, c.jacobians, c.factorisations
+        )?;
+        writeln!(out, "  {} state events, {} time events", c.state_events, c.time_events)?;
+        writeln!(
+            out,
+            "  translated in {:.3} s, simulated in {:.3} s of CPU time",
+            self.translate_s, self.simulate_s
+        )?;
+        for (what, path) in [("results", &self.result), ("picture", &self.plot)] {
+            if let Some(path) = path {
+                writeln!(out, "  {what} in {path}")?;
+            }
+        }
+        self.write_values(out)
+    }
+
+    fn write_values(&self, out: &mut String) -> std::fmt::Result {
+        let values = &self.final_values.0;
+        if values.is_empty() {
+            return Ok(());
+        }
+        writeln!(out, "\nvalues at {} s", self.time)?;
+        let width = values.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(0);
+        for (name, value, unit) in values {
+            let line = format!("  {name:<width$}  {:>14} {unit}", significant(*value));
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+/// A number with seven significant digits, shortest of the usual forms.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{}", value + 0.0);
+    }
+    let scientific = format!("{value:.6e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let strip = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text.to_string(),
+    };
+    if (-4..7).contains(&exponent) {
+        strip(&format!("{value:.*}", (6 - exponent).max(0) as usize))
+    } else {
+        format!("{}e{exponent}", strip(mantissa))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1.0, "1"),
+            (-0.00012345678, "-0.0001234568"),
+            (1.0e7, "1e7"),
+            (1234567.89, "1234568"),
+            (9.9999999e-5, "0.0001"),
+            (3.0e-9, "3e-9"),
+            (100.0, "100"),
+            (f64::NAN, "NaN"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+    }
+
+    #[test]
+    fn the_summary_as_text_and_json() {
+        let summary = RunSummary {
+            status: Status::Done,
+            message: None,
+            model: "Fall".into(),
+            start: 0.0,
+            stop: 2.0,
+            time: 2.0,
+            tolerance: 1e-6,
+            solver: "bdf",
+            states: 2,
+            unknowns: 3,
+            templates: 4,
+            code_bytes: 512,
+            translate_s: 0.0125,
+            simulate_s: 0.5,
+            counters: Counters::from(&Statistics { steps: 7, residuals: 9, ..Default::default() }),
+            warnings: Vec::new(),
+            result: Some("fall.csv".into()),
+            plot: None,
+            final_values: FinalValues(vec![("h".into(), 1.5, "m".into()), ("speed".into(), f64::NAN, "".into())]),
+        };
+        let text = "Fall: 0 to 2 s, done\n  2 states, 3 unknowns; 4 templates, 512 bytes of code\n  \
+            7 steps (0 rejected, 0 not converged), 9 residuals, 0 Jacobians, 0 factorisations\n  \
+            0 state events, 0 time events\n  translated in 0.013 s, simulated in 0.500 s of CPU time\n  \
+            results in fall.csv\n\nvalues at 2 s\n  h                 1.5 m\n  speed             NaN\n";
+        assert_eq!(summary.text(), text.replace("0.013", "0.012"));
+        let json = concat!(
+            r#"{"status":"done","message":null,"model":"Fall","start":0.0,"stop":2.0,"time":2.0,"tolerance":1e-6,"#,
+            r#""solver":"bdf","states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.0125,"simulate_s":0.5,"#,
+            r#""counters":{"steps":7,"steps_by_order":[0,0,0,0,0],"residuals":9,"jacobians":0,"factorisations":0,"#,
+            r#""newton_iterations":0,"error_rejections":0,"convergence_failures":0,"state_events":0,"time_events":0},"#,
+            r#""warnings":[],"result":"fall.csv","plot":null,"final":{"h":1.5,"speed":null}}"#,
+            "\n"
+        );
+        assert_eq!(summary.json(), json);
+    }
+}

@@ -1,0 +1,242 @@
+//! `hyd simulate FILE`: translate, run, write results, draw, say what happened.
+//!
+//! Times and tolerance come from the command line, else from the model's `experiment` annotation, else 1 s and 1e-6.  A result
+//! file is whole or absent: a run that fails leaves what it computed as `F.partial.csv`, one that Ctrl-C stops as `F.csv`.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyd_compiler::{Compilation, Goal};
+use hyd_flat::Experiment;
+use hyd_results::CsvStream;
+use hyd_runtime::{Options, Simulator, SolveError, Summary};
+use hyd_system::DaeSystem;
+
+use crate::arguments::{Simulate, Solver};
+use crate::picture::{picture_format, write_picture};
+use crate::run_summary::{Counters, FinalValues, RunSummary, Status};
+use crate::selection::{MOST_CURVES, Selection, Shown};
+use crate::translate::translate;
+use crate::whole_file::WholeFile;
+use crate::{Failure, clock, interrupt, output, parameters};
+
+mod recorder;
+
+use recorder::Recorder;
+
+/// Runs the verb.
+pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
+    let selection = check_usage(arguments)?;
+    let begin = clock::cpu_seconds();
+    let compilation = translate(&arguments.model, Goal::Run).inspect_err(|_| {
+        if arguments.json {
+            let _ = output::print("{\"status\":\"rejected\"}\n");
+        }
+    })?;
+    let model = compilation.model.clone();
+    let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
+    let mut system = model.system();
+    parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
+    let translate_s = clock::cpu_seconds() - begin;
+
+    let experiment = compilation.flat.as_ref().map(|flat| flat.experiment.clone()).unwrap_or_default();
+    let options = options(arguments, &experiment)?;
+    let shown = shown(arguments, &selection, &system)?;
+    let results = ResultFile::open(arguments.result.as_deref())?;
+    let mut recorder = Recorder::new(shown, arguments.plot.is_some(), (options.start, options.stop));
+    recorder.csv = results.as_ref().map(|results| results.stream(&selection)).transpose()?;
+
+    interrupt::listen();
+    let mut simulator = Simulator::new(system.structure());
+    let begin = clock::cpu_seconds();
+    let outcome = simulator.run(&mut system, &options, &mut recorder, &interrupt::requested);
+    let simulate_s = clock::cpu_seconds() - begin;
+    recorder.end();
+
+    let status = status(&outcome);
+    let result = results.map(|results| results.close(&mut recorder, status)).transpose()?.flatten();
+    if let Some(path) = &arguments.plot {
+        write_picture(path, &recorder.figure())?;
+    }
+    let structure = system.structure();
+    let summary = RunSummary {
+        status,
+        message: message(&outcome),
+        model: compilation.model_name.as_deref().unwrap_or_default().to_string(),
+        start: options.start,
+        stop: options.stop,
+        time: time_reached(&outcome, &options),
+        tolerance: options.tolerance,
+        solver: "bdf",
+        states: structure.differential.iter().filter(|&&state| state).count(),
+        unknowns: structure.unknowns,
+        templates: templates(&compilation),
+        code_bytes: model.code_bytes(),
+        translate_s,
+        simulate_s,
+        counters: Counters::from(simulator.statistics()),
+        warnings: simulator.warnings().iter().map(warning_text).collect(),
+        result: result.map(|path| path.display().to_string()),
+        plot: arguments.plot.as_ref().map(|path| path.display().to_string()),
+        final_values: FinalValues(recorder.last_values()),
+    };
+    finish(arguments, &summary, outcome)
+}
+
+/// What can be refused before any work; gives the choice of variables.
+fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
+    if arguments.solver == Solver::Esdirk {
+        return Err(Failure::Usage(
+            "--solver esdirk: this method is not part of this version; `auto` and `bdf` are".to_string(),
+        ));
+    }
+    if let Some(path) = &arguments.result {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if matches!(extension.as_str(), "mat" | "parquet") {
+            let path = path.display();
+            return Err(Failure::Usage(format!("`{path}`: this version writes results as .csv only")));
+        }
+    }
+    if let Some(path) = &arguments.plot {
+        picture_format(path)?;
+    }
+    Selection::new(arguments.variables.as_deref())
+}
+
+fn options(arguments: &Simulate, experiment: &Experiment) -> Result<Options, Failure> {
+    let start = experiment.start.unwrap_or(0.0);
+    let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
+    let mut options = Options::new(start, stop);
+    options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
+    if let Some(interval) = experiment.interval.filter(|interval| *interval > 0.0) {
+        options.intervals = ((stop - start) / interval).round().clamp(1.0, 1e9) as usize;
+    }
+    options.intervals = arguments.intervals.unwrap_or(options.intervals);
+    options.every_step = arguments.every_step;
+    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(options)
+}
+
+fn shown(arguments: &Simulate, selection: &Selection, system: &dyn DaeSystem) -> Result<Vec<Shown>, Failure> {
+    let shown = selection.shown(system.tables());
+    if let Some(pattern) = arguments.variables.as_deref().filter(|_| shown.is_empty()) {
+        return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
+    }
+    if arguments.plot.is_some() && shown.len() > MOST_CURVES {
+        let count = shown.len();
+        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES}")));
+    }
+    Ok(shown)
+}
+
+fn templates(compilation: &Compilation) -> usize {
+    compilation.flat.as_ref().map_or(0, |flat| flat.templates.len())
+}
+
+/// The file of `--result` while the run lasts.
+struct ResultFile {
+    path: PathBuf,
+    file: WholeFile,
+}
+
+impl ResultFile {
+    fn open(path: Option<&Path>) -> Result<Option<Self>, Failure> {
+        let Some(path) = path else { return Ok(None) };
+        let file = WholeFile::create(path).map_err(|error| unwritable(path, &error))?;
+        Ok(Some(Self { path: path.to_path_buf(), file }))
+    }
+
+    fn stream(&self, selection: &Selection) -> Result<CsvStream<File>, Failure> {
+        let selection = selection.clone();
+        let writer = self.file.writer().map_err(|error| unwritable(&self.path, &error))?;
+        Ok(CsvStream::new(writer, move |variable, name| selection.keeps(variable, name)))
+    }
+
+    /// Gives the file its name; says which, or `None` if there is nothing worth keeping.
+    fn close(self, recorder: &mut Recorder, status: Status) -> Result<Option<PathBuf>, Failure> {
+        let written = recorder.csv.take().map_or(Ok(()), |mut stream| stream.flush());
+        let kept = match status {
+            _ if recorder.rows == 0 => return Ok(None),
+            Status::Failed => written.and_then(|()| self.file.finish_as(&partial(&self.path))),
+            _ => written.and_then(|()| self.file.finish()),
+        };
+        kept.map(Some).map_err(|error| unwritable(&self.path, &error))
+    }
+}
+
+/// `F.csv` to `F.partial.csv`.
+fn partial(path: &Path) -> PathBuf {
+    match path.extension() {
+        Some(extension) => path.with_extension(format!("partial.{}", extension.to_string_lossy())),
+        None => path.with_extension("partial"),
+    }
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
+}
+
+fn status(outcome: &Result<Summary, SolveError>) -> Status {
+    match outcome {
+        Ok(Summary { terminated: Some(_), .. }) => Status::Terminated,
+        Ok(_) => Status::Done,
+        Err(SolveError::Interrupted { .. }) => Status::Interrupted,
+        Err(_) => Status::Failed,
+    }
+}
+
+fn message(outcome: &Result<Summary, SolveError>) -> Option<String> {
+    match outcome {
+        Ok(summary) => summary.terminated.clone(),
+        Err(error) => Some(error.to_string()),
+    }
+}
+
+fn time_reached(outcome: &Result<Summary, SolveError>, options: &Options) -> f64 {
+    match outcome {
+        Ok(summary) => summary.time,
+        Err(error) => error.time().unwrap_or(options.start),
+    }
+}
+
+fn warning_text(warning: &hyd_runtime::Warning) -> String {
+    let report = &warning.report;
+    format!("at t = {} s: {} ({}:{})", warning.time, report.message, report.file, report.line)
+}
+
+/// Prints the summary and the reason of an early end.
+fn finish(arguments: &Simulate, summary: &RunSummary, outcome: Result<Summary, SolveError>) -> Result<(), Failure> {
+    for warning in &summary.warnings {
+        output::message(&format!("warning: {warning}\n"));
+    }
+    let printed = if arguments.json {
+        output::print(&summary.json())
+    } else if outcome.is_ok() || summary.status == Status::Interrupted {
+        output::print(&summary.text())
+    } else {
+        Ok(())
+    };
+    let Err(error) = outcome else { return printed };
+    let kept = match (&summary.result, summary.status) {
+        (Some(path), Status::Failed) => format!("\nresults up to there are in {path}"),
+        _ => String::new(),
+    };
+    let sentence = format!("{error}{kept}");
+    Err(match error {
+        SolveError::Assertion { .. } | SolveError::Sink { .. } => Failure::Fault(sentence),
+        SolveError::Option(_) => Failure::Usage(sentence),
+        _ => Failure::Solver(sentence),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partial_results_have_a_name_of_their_own() {
+        assert_eq!(partial(Path::new("a/b.csv")), Path::new("a/b.partial.csv"));
+        assert_eq!(partial(Path::new("b")), Path::new("b.partial"));
+    }
+}

@@ -1,0 +1,135 @@
+//! Reading a text file: bounded in size, UTF-8, with messages that say what is wrong.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Largest text that is read, in bytes.
+pub const SIZE_LIMIT: u64 = 256 << 20;
+
+/// Why a text cannot be had.
+#[derive(Debug)]
+pub enum TextError {
+    /// The file cannot be opened or read.
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// The path leads to a folder.
+    Folder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The file is larger than [`SIZE_LIMIT`].
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// The limit in bytes.
+        limit: u64,
+    },
+    /// A byte does not belong to UTF-8 text.
+    NotUtf8 {
+        /// The file.
+        path: PathBuf,
+        /// Its offset, from 0.
+        offset: usize,
+        /// Its line, from 1.
+        line: usize,
+        /// The byte.
+        byte: u8,
+    },
+}
+
+impl fmt::Display for TextError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TextError::Io { path, error } if error.kind() == io::ErrorKind::NotFound => {
+                write!(f, "there is no file `{}`", path.display())
+            }
+            TextError::Io { path, error } => write!(f, "`{}` cannot be read: {error}", path.display()),
+            TextError::Folder { path } => write!(f, "`{}` is a folder, not a file", path.display()),
+            TextError::TooLarge { path, limit } => {
+                write!(f, "`{}` is larger than {} MB", path.display(), limit >> 20)
+            }
+            TextError::NotUtf8 { path, offset, line, byte } => write!(
+                f,
+                "`{}` is not UTF-8 text: byte {offset} (line {line}) is 0x{byte:02X}",
+                path.display()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for TextError {}
+
+/// The text of a file, without a byte-order mark.
+pub fn read_text(path: &Path) -> Result<String, TextError> {
+    let failed = |error| TextError::Io { path: path.to_path_buf(), error };
+    let file = File::open(path).map_err(failed)?;
+    let metadata = file.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(TextError::Folder { path: path.to_path_buf() });
+    }
+    let too_large = || TextError::TooLarge { path: path.to_path_buf(), limit: SIZE_LIMIT };
+    if metadata.len() > SIZE_LIMIT {
+        return Err(too_large());
+    }
+    // Pipes and devices do not tell their length.
+    let mut bytes = Vec::new();
+    file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > SIZE_LIMIT {
+        return Err(too_large());
+    }
+    decode(path, bytes)
+}
+
+fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
+    let mut text = String::from_utf8(bytes).map_err(|error| {
+        let offset = error.utf8_error().valid_up_to();
+        let bytes = error.as_bytes();
+        TextError::NotUtf8 {
+            path: path.to_path_buf(),
+            offset,
+            line: bytes[..offset].iter().filter(|&&b| b == b'\n').count() + 1,
+            byte: bytes.get(offset).copied().unwrap_or(0),
+        }
+    })?;
+    if text.starts_with('\u{FEFF}') {
+        text.drain(..'\u{FEFF}'.len_utf8());
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_no_text_are_named() {
+        let decoded = |bytes: &[u8]| decode(Path::new("a.hyd"), bytes.to_vec()).map_err(|e| e.to_string());
+        assert_eq!(decoded(b"\xEF\xBB\xBFmodel"), Ok("model".to_string()));
+        assert_eq!(
+            decoded(b"model\nA \xFF"),
+            Err("`a.hyd` is not UTF-8 text: byte 8 (line 2) is 0xFF".to_string())
+        );
+    }
+
+    #[test]
+    fn folders_and_missing_files_are_told_apart() {
+        let folder = std::env::temp_dir();
+        let message = |path: &Path| read_text(path).unwrap_err().to_string();
+        assert_eq!(message(&folder), format!("`{}` is a folder, not a file", folder.display()));
+        let missing = folder.join("hyd-no-such-file.hyd");
+        assert_eq!(message(&missing), format!("there is no file `{}`", missing.display()));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn endless_files_are_refused() {
+        let message = read_text(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert_eq!(message, "`/dev/zero` is larger than 256 MB");
+    }
+}

@@ -1,0 +1,62 @@
+//! From a file on the command line to a compilation, with all messages out on standard error.
+
+use std::path::{Path, PathBuf};
+
+use hyd_compiler::render::{render, render_json};
+use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, compile};
+
+use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
+use crate::library::LibraryPath;
+use crate::text_file::read_text;
+use crate::{Failure, clock, output, parameters};
+
+/// Environment variable with further library folders, separated as in `PATH`.
+const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
+
+/// Compiles the model up to `goal`; its messages are printed, errors among them end the command.
+pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
+    let format = arguments.message_format;
+    let refused = |sentence: String| {
+        report(&Files::new(), &[Diagnostic::error(Code::FileAccess, sentence)], format);
+        Failure::Reported
+    };
+    let text = read_text(&arguments.file).map_err(|error| refused(error.to_string()))?;
+    let mut sources = library_path(&arguments.libraries, &arguments.file, &text).map_err(refused)?;
+    let options = Options {
+        model: arguments.model.clone(),
+        set: arguments.set.clone(),
+        goal,
+        clock: clock::cpu_seconds,
+    };
+    let name = arguments.file.display().to_string();
+    let mut compilation = compile(&mut sources, &name, &text, &options);
+    if let (Some(flat), false) = (&compilation.flat, compilation.has_errors()) {
+        let wrong = parameters::refuse_unknown(flat, &arguments.set, &compilation.set_at_translation);
+        compilation.diagnostics.extend(wrong);
+    }
+    report(&compilation.files, &compilation.diagnostics, format);
+    if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
+}
+
+/// Prints messages to standard error.
+pub(crate) fn report(files: &Files, diagnostics: &[Diagnostic], format: MessageFormat) {
+    if diagnostics.is_empty() {
+        return;
+    }
+    output::message(&match format {
+        MessageFormat::Text => render(files, diagnostics, output::colored()),
+        MessageFormat::Json => render_json(files, diagnostics),
+    });
+}
+
+fn library_path(arguments: &LibraryArguments, file: &Path, text: &str) -> Result<LibraryPath, String> {
+    let mut library = LibraryPath::new();
+    library.add_main_file(file, text);
+    let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
+    let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());
+    let folders: Vec<PathBuf> = arguments.library.iter().cloned().chain(listed).collect();
+    for folder in folders {
+        library.add_folder(&folder)?;
+    }
+    Ok(library)
+}

@@ -1,0 +1,116 @@
+//! Which equation has no finite value, and why: the interpreter runs the routines until a store is not finite.
+//!
+//! Slow, and only for messages.  Assigned variables come first, since residuals repeat their faults.
+
+use hyd_system::EvalFailure;
+
+use crate::lower::plan::{JacobianCode, PlanCode};
+use crate::memory::Memory;
+use crate::model::{PlanTrace, Shared};
+use crate::program::{Area, RoutineId};
+use crate::system::{CompiledSystem, Point};
+use crate::vm::Fault;
+use hyd_flat::Target;
+
+impl CompiledSystem {
+    /// The first evaluation of a plan that is not finite.
+    pub(crate) fn find_failure(&mut self, initial: bool, point: Point<'_>) -> Option<EvalFailure> {
+        let shared = self.shared.clone();
+        let (code, trace) = if initial {
+            (&shared.lowered.initial, &shared.trace[1])
+        } else {
+            (&shared.lowered.simulation, &shared.trace[0])
+        };
+        let rows = trace.equations.len();
+        if let Some(fault) = self.fault(code.assign, point, 0, 0) {
+            return Some(failure(&shared, trace, Some(fault.index as usize), fault.reason));
+        }
+        if let Some(fault) = self.fault(code.residual, point, rows, 0) {
+            let row = row_of_value(code, trace, &fault);
+            return Some(failure(&shared, trace, Some(row), fault.reason));
+        }
+        let (routine, sizes) = match &code.jacobian {
+            JacobianCode::Entries(r) => (*r, [code.state_pattern.entries(), code.rate_pattern.entries()]),
+            JacobianCode::Partials(r, accumulation, _) => (*r, [accumulation.length, 0]),
+        };
+        let fault = self.fault(routine, point, sizes[0], sizes[1])?;
+        let row = row_of_entry(code, trace, &fault);
+        Some(failure(&shared, trace, row, format!("in its derivative: {}", fault.reason)))
+    }
+
+    /// A failure of the initial system, in general words if it cannot be located.
+    pub(crate) fn initial_failure(&mut self, z: &[f64]) -> EvalFailure {
+        let found = self.find_failure(true, Point { unknown: z, rate: &[] });
+        found.unwrap_or_else(|| EvalFailure {
+            equation: None,
+            variable: None,
+            reason: "an initial value is not a number".into(),
+        })
+    }
+
+    /// The first parameter or start value that is not finite.
+    pub(crate) fn bind_failure(&mut self) -> Option<EvalFailure> {
+        let shared = self.shared.clone();
+        if self.memory.data.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        let fault = self.fault(shared.lowered.bind, Point { unknown: &[], rate: &[] }, 0, 0);
+        let (index, reason) = match fault {
+            Some(fault) => (Some(fault.index), fault.reason),
+            None => (None, "not a number".into()),
+        };
+        let layout = &shared.lowered.layout;
+        let target = index.and_then(|index| {
+            let parameter = index.checked_sub(layout.parameters.start).and_then(|k| layout.parameter_vars.get(k as usize));
+            match parameter {
+                Some(&v) => Some(Target::Var(v)),
+                None => layout.starts().find(|&(_, place)| place == index).map(|(v, _)| Target::Start(v)),
+            }
+        });
+        Some(EvalFailure { equation: None, variable: target.map(|target| shared.target_name(target)), reason })
+    }
+
+    fn fault(&mut self, routine: RoutineId, point: Point<'_>, out: usize, out2: usize) -> Option<Fault> {
+        let (mut out, mut out2) = (vec![0.0; out], vec![0.0; out2]);
+        let mut memory = Memory {
+            data: &mut self.memory.data,
+            unknown: point.unknown,
+            rate: point.rate,
+            work: &mut self.memory.work,
+            out: &mut out,
+            out2: &mut out2,
+        };
+        self.shared.engine.first_fault(&self.shared.lowered.program, routine, &mut memory)
+    }
+}
+
+fn failure(shared: &Shared, trace: &PlanTrace, row: Option<usize>, reason: String) -> EvalFailure {
+    let target = row.and_then(|row| trace.targets.get(row).copied().flatten());
+    EvalFailure {
+        equation: row.and_then(|row| trace.equations.get(row).copied()),
+        variable: target.map(|target| shared.target_name(target)),
+        reason,
+    }
+}
+
+/// The row of a fault in the residual routine.
+fn row_of_value(code: &PlanCode, trace: &PlanTrace, fault: &Fault) -> usize {
+    let assignments = trace.equations.len() - code.state_pattern.rows;
+    match fault.area {
+        Area::Work => fault.index as usize,
+        _ => assignments + fault.index as usize,
+    }
+}
+
+/// The row of a fault in the Jacobian routine.
+fn row_of_entry(code: &PlanCode, trace: &PlanTrace, fault: &Fault) -> Option<usize> {
+    let assignments = trace.equations.len() - code.state_pattern.rows;
+    let index = fault.index as usize;
+    let entry = |rows: &[u32]| rows.get(index).map(|&row| assignments + row as usize);
+    match (&code.jacobian, fault.area) {
+        (_, Area::Work) => Some(index),
+        (JacobianCode::Partials(_, _, owners), _) => owners.row(fault.index).map(|row| row as usize),
+        (JacobianCode::Entries(_), Area::Out) => entry(&code.state_pattern.row_indices),
+        (JacobianCode::Entries(_), _) => entry(&code.rate_pattern.row_indices),
+    }
+}

@@ -1,0 +1,232 @@
+//! One pass of the event iteration, and the instants of time events.
+//!
+//! A pass fixes `pre` values, then evaluates assigned variables, relations and discrete equations until they agree with
+//! each other (the discrete part of the simultaneous equations of Modelica 3.6, section 8.6, at fixed unknowns), then
+//! `reinit` and `terminate`.  The solver solves for the unknowns again between passes.
+
+use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
+
+use crate::lower::EventCode;
+use crate::program::Area;
+use crate::system::{CompiledSystem, Point};
+
+/// Two instants closer than this many units in the last place are the same.
+const SAME_INSTANT: f64 = 8.0 * f64::EPSILON;
+
+/// Rounds of a pass before the discrete equations are taken to have no solution at these unknowns.
+const ROUNDS: usize = 16;
+
+fn tolerance(a: f64, b: f64) -> f64 {
+    SAME_INSTANT * a.abs().max(b.abs())
+}
+
+impl CompiledSystem {
+    /// The first instant of a time event that lies after `t` by more than rounding.
+    pub(crate) fn following_instant(&mut self, t: f64) -> f64 {
+        if self.shared.lowered.events.timed.is_empty() {
+            return f64::INFINITY;
+        }
+        self.set_time(t, false);
+        self.run_own(self.shared.lowered.events.instants, Point { unknown: &[], rate: &[] });
+        let instants = &self.memory.out[..self.shared.lowered.events.timed.len()];
+        let after = |instant: &f64| *instant > t + tolerance(t, *instant);
+        instants.iter().copied().filter(after).fold(f64::INFINITY, f64::min)
+    }
+
+    /// One pass; see [`hyd_system::DaeSystem::event_pass`].
+    pub(crate) fn pass(
+        &mut self,
+        phase: EventPhase,
+        t: f64,
+        y: &mut [f64],
+        yp: &[f64],
+    ) -> Result<EventChange, EvalFailure> {
+        self.set_time(t, phase == EventPhase::Initial);
+        self.save_pre(phase, Point { unknown: y, rate: yp });
+        self.remember();
+        self.settle(t, Point { unknown: y, rate: yp });
+        let changed = self.differs();
+        let terminated = self.termination(Point { unknown: y, rate: yp });
+        let reinitialised = self.reinitialise(y, yp);
+        self.memory.fresh = false;
+        let layout = &self.shared.lowered.layout;
+        let discrete = &self.memory.data[layout.discrete.start as usize..layout.discrete.end as usize];
+        if discrete.iter().chain(y.iter()).all(|value| value.is_finite()) {
+            Ok(EventChange { changed, reinitialised, terminated })
+        } else {
+            let found = self.find_failure(false, Point { unknown: y, rate: yp });
+            Err(found.unwrap_or_else(|| EvalFailure {
+                equation: None,
+                variable: None,
+                reason: "a discrete variable or a reinitialised state is not a number".into(),
+            }))
+        }
+    }
+
+    /// `pre(v)` of discrete and of continuous variables.
+    fn save_pre(&mut self, phase: EventPhase, point: Point<'_>) {
+        let shared = self.shared.clone();
+        let layout = &shared.lowered.layout;
+        // At the very start `pre` of discrete variables are their start values, as `bind` left them.
+        if phase != EventPhase::Initial || !self.memory.fresh {
+            let discrete = layout.discrete.start as usize..layout.discrete.end as usize;
+            self.memory.data.copy_within(discrete, layout.pre.start as usize);
+        }
+        if layout.pre_continuous.is_empty() {
+            return;
+        }
+        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        for &(v, index) in &layout.pre_continuous {
+            let value = match shared.lowered.places.get(hyd_flat::Target::Var(v)) {
+                Some(place) => match place.area {
+                    Area::Unknown => point.unknown[place.index as usize],
+                    Area::Work => self.memory.work[place.index as usize],
+                    _ => self.memory.data[place.index as usize],
+                },
+                None => continue,
+            };
+            self.memory.data[index as usize] = value;
+        }
+    }
+
+    /// Keeps discrete variables and relations for comparison.
+    fn remember(&mut self) {
+        let layout = &self.shared.lowered.layout;
+        let (discrete, held) = (layout.discrete.clone(), layout.held.clone());
+        let positions = discrete.chain(held);
+        for (kept, index) in self.memory.before.iter_mut().zip(positions) {
+            *kept = self.memory.data[index as usize];
+        }
+    }
+
+    fn differs(&self) -> bool {
+        let layout = &self.shared.lowered.layout;
+        let mut positions = layout.discrete.clone().chain(layout.held.clone()).zip(&self.memory.before);
+        positions.any(|(index, kept)| self.memory.data[index as usize] != *kept)
+    }
+
+    /// Relations and discrete equations until nothing changes.
+    fn settle(&mut self, t: f64, point: Point<'_>) {
+        let shared = self.shared.clone();
+        for _ in 0..ROUNDS {
+            self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+            let relations = self.update_relations(t, point);
+            let discrete = self.update_discrete(point);
+            if !relations && !discrete {
+                return;
+            }
+        }
+    }
+
+    /// New truths; true if one changed.
+    fn update_relations(&mut self, t: f64, point: Point<'_>) -> bool {
+        let shared = self.shared.clone();
+        let (layout, events) = (&shared.lowered.layout, &shared.lowered.events);
+        let count = layout.held.len();
+        if count == 0 {
+            return false;
+        }
+        self.run_own(events.truths, point);
+        let mut truths = std::mem::take(&mut self.memory.out);
+        self.truths_after_instants(t, point, events, &mut truths);
+        let mut changed = false;
+        for (&truth, index) in truths[..count].iter().zip(layout.held.clone()) {
+            let held = &mut self.memory.data[index as usize];
+            changed |= *held != truth;
+            *held = truth;
+        }
+        self.memory.out = truths;
+        changed
+    }
+
+    /// Relations whose instant is now take the truth they have from now on, however the comparison rounds.
+    ///
+    /// `space` holds three thirds: the truths, and space for instants and for later truths.
+    fn truths_after_instants(&mut self, t: f64, point: Point<'_>, events: &EventCode, space: &mut [f64]) {
+        if events.timed.is_empty() {
+            return;
+        }
+        let third = space.len() / 3;
+        let (truths, rest) = space.split_at_mut(third);
+        let (instants, later) = rest.split_at_mut(third);
+        self.run(events.instants, point, instants, &mut []);
+        let now = |instant: f64| (instant - t).abs() <= tolerance(instant, t);
+        if !instants[..events.timed.len()].iter().any(|&instant| now(instant)) {
+            return;
+        }
+        // A relation of this kind changes at its instant only, so any later time tells its truth.
+        self.set_clock(t + 1.0 + t.abs());
+        self.run(events.truths, point, later, &mut []);
+        self.set_clock(t);
+        for (&relation, &instant) in events.timed.iter().zip(instants.iter()) {
+            if now(instant) {
+                truths[relation as usize] = later[relation as usize];
+            }
+        }
+    }
+
+    fn set_clock(&mut self, t: f64) {
+        self.memory.data[crate::program::TIME as usize] = t;
+    }
+
+    /// Evaluates the discrete equations in order; true if a variable changed.
+    fn update_discrete(&mut self, point: Point<'_>) -> bool {
+        let shared = self.shared.clone();
+        let range = &shared.lowered.layout.discrete;
+        let range = range.start as usize..range.end as usize;
+        if range.is_empty() {
+            return false;
+        }
+        self.memory.last.copy_from_slice(&self.memory.data[range.clone()]);
+        self.run(shared.lowered.events.discrete, point, &mut [], &mut []);
+        self.memory.data[range] != self.memory.last[..]
+    }
+
+    /// Runs `reinit`; true if a state changed.
+    fn reinitialise(&mut self, y: &mut [f64], yp: &[f64]) -> bool {
+        let shared = self.shared.clone();
+        let unknowns = &shared.lowered.events.reinit_unknowns;
+        if unknowns.is_empty() {
+            return false;
+        }
+        self.run(shared.lowered.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
+        self.run_own(shared.lowered.events.reinits, Point { unknown: y, rate: yp });
+        let mut changed = false;
+        for (&unknown, &value) in unknowns.iter().zip(&self.memory.out) {
+            // A `reinit` that did not fire returns the state itself.
+            if value.to_bits() != y[unknown as usize].to_bits() {
+                y[unknown as usize] = value;
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    fn termination(&mut self, point: Point<'_>) -> Option<String> {
+        let shared = self.shared.clone();
+        if !shared.checks.iter().any(|check| check.terminate) {
+            return None;
+        }
+        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        self.run_own(shared.lowered.events.checks, point);
+        let mut fired = shared.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
+        fired.next().map(|(check, _)| check.message.to_string())
+    }
+
+    /// Appends the assertions that do not hold.
+    pub(crate) fn failed_assertions(&mut self, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
+        let shared = self.shared.clone();
+        if shared.checks.iter().all(|check| check.terminate) {
+            return;
+        }
+        let point = Point { unknown: y, rate: yp };
+        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        self.run_own(shared.lowered.events.checks, point);
+        for (check, &holds) in shared.checks.iter().zip(&self.memory.out) {
+            if !check.terminate && holds == 0.0 {
+                let (message, file) = (check.message.to_string(), check.file.clone());
+                out.push(AssertionReport { message, error: check.error, file, line: check.line });
+            }
+        }
+    }
+}

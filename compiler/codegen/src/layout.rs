@@ -1,0 +1,315 @@
+//! Where every quantity of a sorted system stands in memory.
+//!
+//! The data area holds, in this order: time and the `initial()` flag, the constants pool, parameter values, for each
+//! parameter that can be set a flag and a given value, start values, discrete variables, their values before the event,
+//! such values of continuous variables, and held relations.  Unknowns and rates are the solver's vectors, assigned
+//! variables stand in the work area by their number in the plan.  The initial and the simulation plan have each their own
+//! [`PlanPlaces`] over the same data area.
+
+use std::ops::Range;
+
+use hyd_equations::{Plan, Resolution, Role, SortedSystem};
+use hyd_flat::{Operand, Target, VarId};
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_system::{Settable, ValueKind};
+
+use crate::program::{Area, INITIAL};
+
+/// A position in an area.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
+pub struct Place {
+    /// Area.
+    pub area: Area,
+    /// Position.
+    pub index: u32,
+}
+
+impl Place {
+    fn data(index: u32) -> Self {
+        Self { area: Area::Data, index }
+    }
+}
+
+/// What can be set from outside: parameter number and the places of flag and value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Given {
+    /// 1 when the value was given.
+    pub flag: u32,
+    /// The given value.
+    pub value: u32,
+}
+
+/// The data area.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Length of the data area.
+    pub data: u32,
+    /// Position of the constants pool.
+    pub constants: u32,
+    /// Values of parameters and of everything that is computed with them.
+    pub parameters: Range<u32>,
+    /// Which variable each of them is.
+    pub parameter_vars: Vec<VarId>,
+    /// Flag and value per parameter, none if it cannot be set.
+    pub given: Vec<Option<Given>>,
+    /// Discrete variables.
+    pub discrete: Range<u32>,
+    /// Which variable each of them is.
+    pub discrete_vars: Vec<VarId>,
+    /// Their values before the event, in the same order.
+    pub pre: Range<u32>,
+    /// Continuous variables whose value before the event is asked for: variable and position.
+    pub pre_continuous: Vec<(VarId, u32)>,
+    /// Truth of the relations.
+    pub held: Range<u32>,
+    /// Positions with a value other than zero before anything is computed (constants, default start values).
+    pub preset: Vec<(u32, f64)>,
+    values: IndexVec<VarId, Option<Place>>,
+    starts: IndexVec<VarId, Option<u32>>,
+    pres: IndexVec<VarId, Option<u32>>,
+}
+
+/// Places of variables and derivatives in one plan.
+#[derive(Clone, Debug)]
+pub struct PlanPlaces {
+    variables: IndexVec<VarId, Option<Place>>,
+    rates: IndexVec<VarId, Option<Place>>,
+}
+
+impl Layout {
+    /// Lays out the data area of a system.
+    pub fn new(sorted: &SortedSystem) -> Self {
+        let count = sorted.system.flat.scalars as usize;
+        let constants = INITIAL + 1;
+        let mut layout = Self {
+            data: constants,
+            constants,
+            parameters: 0..0,
+            parameter_vars: parameter_vars(sorted),
+            given: Vec::new(),
+            discrete: 0..0,
+            discrete_vars: Vec::new(),
+            pre: 0..0,
+            pre_continuous: Vec::new(),
+            held: 0..0,
+            preset: Vec::new(),
+            values: IndexVec::filled(None, count),
+            starts: IndexVec::filled(None, count),
+            pres: IndexVec::filled(None, count),
+        };
+        let pool = layout.take(sorted.system.flat.constants.len());
+        layout.preset.extend(pool.zip(sorted.system.flat.constants.iter().copied()));
+        layout.place_parameters(sorted);
+        layout.place_starts(sorted);
+        layout.place_discrete(sorted);
+        layout.held = layout.take(sorted.relations.len());
+        layout
+    }
+
+    fn take(&mut self, count: usize) -> Range<u32> {
+        let start = self.data;
+        self.data += count as u32;
+        start..self.data
+    }
+
+    fn place_parameters(&mut self, sorted: &SortedSystem) {
+        self.parameters = self.take(self.parameter_vars.len());
+        for (&v, index) in self.parameter_vars.iter().zip(self.parameters.clone()) {
+            self.values[v] = Some(Place::data(index));
+        }
+        let mut solved = vec![false; self.values.len()];
+        let initial = &sorted.initial;
+        let unknowns = initial.unknowns.iter().map(|u| u.target);
+        for target in unknowns.chain(initial.assignments.iter().map(|a| a.target)) {
+            if let Target::Var(v) = target {
+                solved[v.index()] = true;
+            }
+        }
+        for k in 0..self.parameter_vars.len() {
+            let v = self.parameter_vars[k];
+            let (block, _) = sorted.system.flat.locate(v);
+            let settable = sorted.system.flat.variables[block].settable == Settable::Yes && !solved[v.index()];
+            let given = settable.then(|| {
+                let flag = self.take(2).start;
+                Given { flag, value: flag + 1 }
+            });
+            self.given.push(given);
+        }
+    }
+
+    fn place_starts(&mut self, sorted: &SortedSystem) {
+        let targets = sorted.starts.iter().map(|a| a.target);
+        let operands = sorted.system.operands.iter().map(|o| o.target());
+        let unknowns = sorted.simulation.unknowns.iter().chain(&sorted.initial.unknowns).map(|u| match u.target {
+            Target::Var(v) => Target::Start(v),
+            other => other,
+        });
+        let discrete = discrete_vars(sorted).into_iter().map(Target::Start);
+        let wanted: Vec<Target> = targets.chain(operands).chain(unknowns).chain(discrete).collect();
+        for target in wanted {
+            let Target::Start(v) = target else { continue };
+            if self.starts[v].is_none() {
+                let index = self.take(1).start;
+                self.starts[v] = Some(index);
+                let default = default_start(sorted, v);
+                if default != 0.0 {
+                    self.preset.push((index, default));
+                }
+            }
+        }
+    }
+
+    fn place_discrete(&mut self, sorted: &SortedSystem) {
+        self.discrete_vars = discrete_vars(sorted).into_iter().filter(|&v| self.values[v].is_none()).collect();
+        self.discrete = self.take(self.discrete_vars.len());
+        self.pre = self.take(self.discrete_vars.len());
+        for (k, &v) in self.discrete_vars.iter().enumerate() {
+            self.values[v] = Some(Place::data(self.discrete.start + k as u32));
+            self.pres[v] = Some(self.pre.start + k as u32);
+        }
+        let wanted: Vec<VarId> = sorted
+            .system
+            .operands
+            .iter()
+            .filter_map(|o| if let Target::Pre(v) = o.target() { Some(v) } else { None })
+            .collect();
+        for v in wanted {
+            if self.pres[v].is_none() {
+                let index = self.take(1).start;
+                self.pres[v] = Some(index);
+                self.pre_continuous.push((v, index));
+            }
+        }
+    }
+
+    /// Position of a start value.
+    pub fn start(&self, v: VarId) -> Option<u32> {
+        self.starts[v]
+    }
+
+    /// All start values with their positions.
+    pub fn starts(&self) -> impl Iterator<Item = (VarId, u32)> + '_ {
+        self.starts.iter_enumerated().filter_map(|(v, index)| index.map(|index| (v, index)))
+    }
+
+    /// Place of a parameter or discrete variable.
+    pub fn value(&self, v: VarId) -> Option<Place> {
+        self.values[v]
+    }
+
+    /// Places while parameters and start values are computed: nothing but the data area.
+    pub fn bound(&self) -> PlanPlaces {
+        PlanPlaces { variables: self.values.clone(), rates: IndexVec::filled(None, self.values.len()) }
+    }
+
+    /// Places in a plan; with `rates` the derivatives of its unknowns are the solver's.
+    pub fn plan(&self, plan: &Plan, rates: bool) -> PlanPlaces {
+        let mut places = self.bound();
+        for (k, assignment) in plan.assignments.iter().enumerate() {
+            places.set(assignment.target, Place { area: Area::Work, index: k as u32 });
+        }
+        for (k, unknown) in plan.unknowns.iter().enumerate() {
+            let index = k as u32;
+            places.set(unknown.target, Place { area: Area::Unknown, index });
+            if let (true, Target::Var(v)) = (rates, unknown.target) {
+                places.set(Target::Der(v), Place { area: Area::Rate, index });
+            }
+        }
+        places
+    }
+
+    /// Place and sign of what a slot reads.
+    ///
+    /// # Errors
+    /// A sentence, when the target has no place (a fault of an earlier stage).
+    pub fn locate(
+        &self,
+        sorted: &SortedSystem,
+        places: &PlanPlaces,
+        operand: Operand,
+    ) -> Result<(Place, bool), String> {
+        let (target, negated) = resolve(sorted, operand);
+        let place = match target {
+            Target::Const(c) => Some(Place::data(self.constants + c.0)),
+            Target::Start(v) => self.starts[v].map(Place::data),
+            Target::Pre(v) => self.pres[v].map(Place::data),
+            Target::Held(r) => Some(Place::data(self.held.start + r)),
+            Target::Var(_) | Target::Der(_) => places.get(target),
+        };
+        let name = || format!("`{}` is used but never computed", sorted.system.flat.operand_name(operand));
+        place.map(|place| (place, negated)).ok_or_else(name)
+    }
+}
+
+impl PlanPlaces {
+    fn set(&mut self, target: Target, place: Place) {
+        match target {
+            Target::Var(v) => self.variables[v] = Some(place),
+            Target::Der(v) => self.rates[v] = Some(place),
+            _ => {}
+        }
+    }
+
+    /// Place of a variable or derivative.
+    pub fn get(&self, target: Target) -> Option<Place> {
+        match target {
+            Target::Var(v) => self.variables[v],
+            Target::Der(v) => self.rates[v],
+            _ => None,
+        }
+    }
+}
+
+/// Follows what alias elimination made of a variable.
+pub fn resolve(sorted: &SortedSystem, operand: Operand) -> (Target, bool) {
+    let (target, negated) = (operand.target(), operand.negated());
+    let follow = |v: VarId, wrap: fn(VarId) -> Target| match sorted.system.resolution[v] {
+        Resolution::Own => (target, negated),
+        Resolution::Alias { of, negated: flip } => (wrap(of), negated != flip),
+        Resolution::Value(c) => (Target::Const(c), negated),
+    };
+    match target {
+        Target::Var(v) => follow(v, Target::Var),
+        Target::Der(v) => follow(v, Target::Der),
+        Target::Pre(v) => follow(v, Target::Pre),
+        _ => (target, negated),
+    }
+}
+
+/// Parameters, constants and everything that a binding computes, by number.
+fn parameter_vars(sorted: &SortedSystem) -> Vec<VarId> {
+    let mut member = vec![false; sorted.system.roles.len()];
+    for (v, role) in sorted.system.roles.iter_enumerated() {
+        let own = sorted.system.resolution[v] == Resolution::Own;
+        member[v.index()] = own && matches!(role, Role::Parameter | Role::Constant);
+    }
+    for binding in &sorted.bindings {
+        if let Target::Var(v) = binding.target {
+            member[v.index()] = true;
+        }
+    }
+    member.iter().enumerate().filter(|(_, m)| **m).map(|(k, _)| VarId::new(k)).collect()
+}
+
+/// Discrete variables and whatever the discrete equations compute, by number.
+fn discrete_vars(sorted: &SortedSystem) -> Vec<VarId> {
+    let mut member = vec![false; sorted.system.roles.len()];
+    for (v, role) in sorted.system.roles.iter_enumerated() {
+        member[v.index()] = sorted.system.resolution[v] == Resolution::Own && *role == Role::Discrete;
+    }
+    for assignment in &sorted.discrete {
+        if let Target::Var(v) = assignment.target {
+            member[v.index()] = true;
+        }
+    }
+    member.iter().enumerate().filter(|(_, m)| **m).map(|(k, _)| VarId::new(k)).collect()
+}
+
+/// Start value of a variable that states none: 0, false, or the first literal of an enumeration.
+fn default_start(sorted: &SortedSystem, v: VarId) -> f64 {
+    let (block, _) = sorted.system.flat.locate(v);
+    match sorted.system.flat.variables[block].kind {
+        ValueKind::Enumeration(_) => 1.0,
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,178 @@
+//! The Jacobian of a large plan: local partial derivatives in loops, composed by a list of multiply-adds.
+//!
+//! Code computes the partial derivatives of each row by its own slots into a scratch array.  The chain rule through the
+//! assignments is then a fixed list `s[to] += s[a]*s[b]` in the order of the rows (forward accumulation on the extended
+//! Jacobian, Griewank and Walther 2008, "Evaluating Derivatives", chapter 9).  Code does not grow with the number of
+//! rows; the list does, at some twelve bytes per term.
+//!
+//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
+
+use hyd_equations::{PlanJacobian, SortedSystem};
+use hyd_system::Pattern;
+
+use super::batch::Item;
+use super::rows::{Column, Rows};
+use crate::layout::{Place, PlanPlaces};
+use crate::program::Area;
+
+/// Sign bit of `Term::a`: the product is subtracted.
+const MINUS: u32 = 1 << 31;
+
+/// `s[to] += s[a]*s[b]`
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Term {
+    to: u32,
+    a: u32,
+    b: u32,
+}
+
+/// The list of multiply-adds with the places of its results.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Accumulation {
+    terms: Vec<Term>,
+    /// First position that accumulates.
+    first: usize,
+    /// Entries of dF/dy.
+    state: usize,
+    /// Entries of dF/dy'.
+    rate: usize,
+    /// Length of the scratch array.
+    pub length: usize,
+}
+
+impl Accumulation {
+    /// Composes the partials that stand in `scratch` and copies the results out.
+    pub fn run(&self, scratch: &mut [f64], state_values: &mut [f64], rate_values: &mut [f64]) {
+        scratch[0] = 1.0;
+        scratch[self.first..].fill(0.0);
+        for term in &self.terms {
+            let factor = scratch[(term.a & !MINUS) as usize];
+            let factor = if term.a & MINUS == 0 { factor } else { -factor };
+            scratch[term.to as usize] += factor * scratch[term.b as usize];
+        }
+        state_values.copy_from_slice(&scratch[self.state..self.rate]);
+        rate_values.copy_from_slice(&scratch[self.rate..self.length]);
+    }
+}
+
+/// The row that the number at a scratch position belongs to.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct PartialRows {
+    rows: Vec<u32>,
+}
+
+impl PartialRows {
+    /// Row of a partial derivative, by its position in the scratch array.
+    pub fn row(&self, position: u32) -> Option<u32> {
+        self.rows.get(position as usize).copied()
+    }
+}
+
+/// Plans the composition: the items that compute the partials (into `Area::Out`), and the list.
+pub fn plan<'s>(
+    sorted: &'s SortedSystem,
+    places: &PlanPlaces,
+    rows: &Rows<'_>,
+    jacobian: &PlanJacobian,
+    patterns: (&Pattern, &Pattern),
+) -> Result<(Vec<Item<'s>>, Accumulation, PartialRows), String> {
+    let (items, positions, owners) = partial_items(sorted, rows, jacobian);
+    let assignments = rows.plan.assignments.len();
+    let first = owners.rows.len();
+    let mut starts = Vec::with_capacity(assignments + 1);
+    let mut end = first;
+    for row in 0..assignments {
+        starts.push(end);
+        end += jacobian.support.row(row).len();
+    }
+    let state = end;
+    let rate = state + patterns.0.entries();
+    let length = rate + patterns.1.entries();
+    if length >= MINUS as usize {
+        return Err("the Jacobian is too large".into());
+    }
+    let unknowns = rows.plan.unknowns.len();
+    let target = |row: usize, column: u32| -> Result<u32, String> {
+        let missing = || "a Jacobian entry lies outside its pattern".to_string();
+        if row < assignments {
+            let k = jacobian.support.row(row).binary_search(&column).map_err(|_| missing())?;
+            return Ok((starts[row] + k) as u32);
+        }
+        let residual = (row - assignments) as u32;
+        let (base, pattern, column) =
+            if (column as usize) < unknowns { (state, patterns.0, column as usize) } else { (rate, patterns.1, column as usize - unknowns) };
+        let range = pattern.column(column);
+        let k = pattern.row_indices[range.clone()].binary_search(&residual).map_err(|_| missing())?;
+        Ok((base + range.start + k) as u32)
+    };
+    let mut terms = Vec::new();
+    for row in 0..rows.count() {
+        let (_, operands) = rows.expression(sorted, row);
+        for (j, &(slot, _)) in jacobian.partials(row).iter().enumerate() {
+            let (column, negated) = rows.column(sorted, places, operands[slot.0 as usize]);
+            let a = positions.of(row, j) | if negated { MINUS } else { 0 };
+            match column {
+                Column::Direct(c) => terms.push(Term { to: target(row, c)?, a, b: 0 }),
+                Column::Assigned(m) => {
+                    for (k, &c) in jacobian.support.row(m as usize).iter().enumerate() {
+                        terms.push(Term { to: target(row, c)?, a, b: (starts[m as usize] + k) as u32 });
+                    }
+                }
+                Column::None => {}
+            }
+        }
+    }
+    Ok((items, Accumulation { terms, first, state, rate, length }, owners))
+}
+
+/// Scratch positions of the partials: form by form, within a form derivative by derivative, so that loops ascend evenly.
+struct Positions {
+    /// Per row: position of its first partial and the distance to the next one.
+    of_row: Vec<(u32, u32)>,
+}
+
+impl Positions {
+    fn of(&self, row: usize, j: usize) -> u32 {
+        let (first, step) = self.of_row[row];
+        first + step * j as u32
+    }
+}
+
+fn partial_items<'s>(
+    sorted: &'s SortedSystem,
+    rows: &Rows<'_>,
+    jacobian: &PlanJacobian,
+) -> (Vec<Item<'s>>, Positions, PartialRows) {
+    let forms = jacobian.forms.len();
+    let mut members = vec![0u32; forms];
+    for &form in &jacobian.form_of_row {
+        members[form as usize] += 1;
+    }
+    let mut base = Vec::with_capacity(forms);
+    let mut end = 1u32;
+    for (form, &count) in members.iter().enumerate() {
+        base.push(end);
+        end += count * jacobian.forms.row(form).len() as u32;
+    }
+    let mut owners = PartialRows { rows: vec![0; end as usize] };
+    let mut seen = vec![0u32; forms];
+    let mut items = Vec::new();
+    let mut of_row = Vec::with_capacity(rows.count());
+    for row in 0..rows.count() {
+        let form = jacobian.form_of_row[row] as usize;
+        let (first, step) = (base[form] + seen[form], members[form]);
+        seen[form] += 1;
+        of_row.push((first, step));
+        let partials = jacobian.partials(row);
+        if partials.is_empty() {
+            continue;
+        }
+        let place = |j: usize| Place { area: Area::Out, index: first + step * j as u32 };
+        let to: Vec<Place> = (0..partials.len()).map(place).collect();
+        to.iter().for_each(|place| owners.rows[place.index as usize] = row as u32);
+        let values = partials.iter().map(|&(_, node)| node).collect();
+        let (_, operands) = rows.expression(sorted, row);
+        items.push(Item { level: 0, values, operands, extra: Vec::new(), to });
+    }
+    (items, Positions { of_row }, owners)
+}

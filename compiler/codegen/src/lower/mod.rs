@@ -1,0 +1,253 @@
+//! Sorted system to program: which routines there are and what each computes.
+//!
+//! `bind` computes parameters and start values; each plan has `assign`, `residual` and `jacobian`
+//! ([`plan`]); event routines work on the assigned variables that `assign` left in the work area: truth of
+//! relations, instants of time events, discrete equations, reinitialised states, conditions of assertions.  A parameter that
+//! can be set is `if given then value else binding`, so that one translated model serves all settings.
+
+pub mod accumulate;
+mod batch;
+pub mod plan;
+pub mod rows;
+mod straight;
+
+use hyd_equations::{Assignment, OperandRange, PlanJacobian, SortedSystem, Trigger};
+use hyd_flat::Target;
+use hyd_index::TypedIndex;
+use hyd_symbolic::{Arena, NodeId, SlotId};
+
+use crate::layout::{Layout, Place, PlanPlaces};
+use crate::program::{Area, Program, RoutineId};
+use batch::Item;
+use plan::{PlanCode, PlanLowering, push};
+
+/// Limits and choices.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Options {
+    /// Plans with at most this many expression nodes become straight-line code; 0 makes loops of all.
+    pub straight_nodes: usize,
+    /// Interpret instead of running native code.
+    pub interpret: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { straight_nodes: 4000, interpret: false }
+    }
+}
+
+/// The derivatives of both plans.
+#[derive(Clone, Copy, Debug)]
+pub struct Jacobians<'a> {
+    /// Of the simulation plan.
+    pub simulation: &'a PlanJacobian,
+    /// Of the initial plan.
+    pub initial: &'a PlanJacobian,
+}
+
+/// A program with the meaning of its routines and memory.
+#[derive(Clone, Debug)]
+pub struct Lowered {
+    /// The program.
+    pub program: Program,
+    /// The data area.
+    pub layout: Layout,
+    /// Places in the simulation.
+    pub places: PlanPlaces,
+    /// Places in the initial system.
+    pub initial_places: PlanPlaces,
+    /// Parameters and start values.
+    pub bind: RoutineId,
+    /// The simulation; its further rows are the root functions.
+    pub simulation: PlanCode,
+    /// The initial system; its further rows are the truths of all relations.
+    pub initial: PlanCode,
+    /// Routines of events.
+    pub events: EventCode,
+}
+
+/// Routines that run at events, after `assign` of the simulation.
+#[derive(Clone, Debug)]
+pub struct EventCode {
+    /// Truth of every relation to `Out`.
+    pub truths: RoutineId,
+    /// Instants of the relations in `timed` to `Out`.
+    pub instants: RoutineId,
+    /// Relations that change at known instants.
+    pub timed: Vec<u32>,
+    /// Relations behind the root functions.
+    pub rooted: Vec<u32>,
+    /// Discrete equations, each stored at once.
+    pub discrete: RoutineId,
+    /// New values of states to `Out`.
+    pub reinits: RoutineId,
+    /// Which unknown each of them is for.
+    pub reinit_unknowns: Vec<u32>,
+    /// Conditions of assertions and terminations to `Out`.
+    pub checks: RoutineId,
+}
+
+/// Lowers a system.
+///
+/// # Errors
+/// A sentence, when the system is inconsistent (a fault of an earlier stage).
+pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options) -> Result<Lowered, String> {
+    let layout = Layout::new(sorted);
+    let mut program = Program { arena: sorted.system.flat.templates.arena.clone(), ..Program::default() };
+    let places = layout.plan(&sorted.simulation, true);
+    let initial_places = layout.plan(&sorted.initial, false);
+    let bind = bind(&mut program, sorted, &layout)?;
+    let rooted: Vec<u32> = relations(sorted, |trigger| matches!(trigger, Trigger::State));
+    let root = |&r: &u32| (sorted.relations[r as usize].root, sorted.relations[r as usize].operands);
+    let truths: Vec<_> = sorted.relations.iter().map(|r| (r.truth, r.operands)).collect();
+    let lowering = PlanLowering {
+        sorted,
+        layout: &layout,
+        places: &places,
+        plan: &sorted.simulation,
+        jacobian: jacobians.simulation,
+        extra: rooted.iter().map(root).collect(),
+        options,
+    };
+    let simulation = lowering.lower(&mut program, ["assign", "residual", "jacobian", "roots"])?;
+    let lowering = PlanLowering {
+        places: &initial_places,
+        plan: &sorted.initial,
+        jacobian: jacobians.initial,
+        extra: truths.clone(),
+        ..lowering
+    };
+    let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
+    let initial = lowering.lower(&mut program, names)?;
+    let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
+    Ok(Lowered { program, layout, places, initial_places, bind, simulation, initial, events })
+}
+
+fn relations(sorted: &SortedSystem, wanted: impl Fn(&Trigger) -> bool) -> Vec<u32> {
+    (0u32..).zip(&sorted.relations).filter(|(_, relation)| wanted(&relation.trigger)).map(|(k, _)| k).collect()
+}
+
+/// Items of one level that write to `Out` in order.
+pub(crate) fn row_items<'s>(sorted: &'s SortedSystem, list: &[(NodeId, OperandRange)]) -> Vec<Item<'s>> {
+    let item = |(k, &(value, operands)): (usize, &(NodeId, OperandRange))| Item {
+        level: 0,
+        values: vec![value],
+        operands: sorted.system.operands_of(operands),
+        extra: Vec::new(),
+        to: vec![Place { area: Area::Out, index: k as u32 }],
+    };
+    list.iter().enumerate().map(item).collect()
+}
+
+/// Bindings, then start values.
+fn bind(program: &mut Program, sorted: &SortedSystem, layout: &Layout) -> Result<RoutineId, String> {
+    let places = layout.bound();
+    let locate = |operand| layout.locate(sorted, &places, operand);
+    let mut kernels = Vec::new();
+    for list in [&sorted.bindings, &sorted.starts] {
+        let mut items = Vec::with_capacity(list.len());
+        for assignment in list {
+            items.push(bound_item(&mut program.arena, sorted, layout, assignment)?);
+        }
+        kernels.extend(batch::kernels(&program.arena, &items, &locate, &mut program.tables)?);
+    }
+    Ok(push(program, "bind", kernels))
+}
+
+fn bound_item<'s>(
+    arena: &mut Arena,
+    sorted: &'s SortedSystem,
+    layout: &Layout,
+    assignment: &Assignment,
+) -> Result<Item<'s>, String> {
+    let operands = sorted.system.operands_of(assignment.operands);
+    let place = match assignment.target {
+        Target::Var(v) => layout.value(v),
+        Target::Start(v) => layout.start(v).map(|index| Place { area: Area::Data, index }),
+        _ => None,
+    };
+    let to = place.ok_or("a binding has no place")?;
+    let given = match assignment.target {
+        Target::Var(_) => to.index.checked_sub(layout.parameters.start).and_then(|k| layout.given[k as usize]),
+        _ => None,
+    };
+    let (mut value, mut extra) = (assignment.value, Vec::new());
+    if let Some(given) = given {
+        let first = operands.len();
+        let (flag, set) = (arena.slot(SlotId::new(first)), arena.slot(SlotId::new(first + 1)));
+        value = arena.select(flag, set, value);
+        extra.extend([given.flag, given.value].map(|index| Place { area: Area::Data, index }));
+    }
+    Ok(Item { level: assignment.level, values: vec![value], operands, extra, to: vec![to] })
+}
+
+struct EventLowering<'a> {
+    sorted: &'a SortedSystem,
+    layout: &'a Layout,
+    places: &'a PlanPlaces,
+}
+
+impl EventLowering<'_> {
+    fn lower(
+        &self,
+        program: &mut Program,
+        truths: &[(NodeId, OperandRange)],
+        rooted: Vec<u32>,
+    ) -> Result<EventCode, String> {
+        let timed = relations(self.sorted, |trigger| matches!(trigger, Trigger::Time(_)));
+        let instants: Vec<_> = timed
+            .iter()
+            .filter_map(|&r| match self.sorted.relations[r as usize] {
+                relation if let Trigger::Time(instant) = relation.trigger => Some((instant, relation.operands)),
+                _ => None,
+            })
+            .collect();
+        let reinits: Vec<_> = self.sorted.reinits.iter().map(|a| (a.value, a.operands)).collect();
+        let checks: Vec<_> =
+            self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
+        Ok(EventCode {
+            truths: self.rows(program, "truths", truths)?,
+            instants: self.rows(program, "instants", &instants)?,
+            timed,
+            rooted,
+            discrete: self.discrete(program)?,
+            reinits: self.rows(program, "reinits", &reinits)?,
+            reinit_unknowns: self.reinit_unknowns()?,
+            checks: self.rows(program, "checks", &checks)?,
+        })
+    }
+
+    fn rows(
+        &self,
+        program: &mut Program,
+        name: &'static str,
+        list: &[(NodeId, OperandRange)],
+    ) -> Result<RoutineId, String> {
+        self.routine(program, name, &row_items(self.sorted, list))
+    }
+
+    fn routine(&self, program: &mut Program, name: &'static str, items: &[Item<'_>]) -> Result<RoutineId, String> {
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        let kernels = batch::kernels(&program.arena, items, &locate, &mut program.tables)?;
+        Ok(push(program, name, kernels))
+    }
+
+    fn discrete(&self, program: &mut Program) -> Result<RoutineId, String> {
+        let mut items = Vec::with_capacity(self.sorted.discrete.len());
+        for a in &self.sorted.discrete {
+            let Target::Var(v) = a.target else { return Err("a discrete equation has no variable".into()) };
+            let to = self.layout.value(v).ok_or("a discrete variable has no place")?;
+            let operands = self.sorted.system.operands_of(a.operands);
+            items.push(Item { level: a.level, values: vec![a.value], operands, extra: Vec::new(), to: vec![to] });
+        }
+        self.routine(program, "discrete", &items)
+    }
+
+    fn reinit_unknowns(&self) -> Result<Vec<u32>, String> {
+        let unknown = |a: &Assignment| match self.places.get(a.target) {
+            Some(Place { area: Area::Unknown, index }) => Ok(index),
+            _ => Err("`reinit` of what is not a state".to_string()),
+        };
+        self.sorted.reinits.iter().map(unknown).collect()
+    }
+}

@@ -1,0 +1,197 @@
+//! A plan to its routines: assigned variables, residuals, Jacobian, and further rows such as root functions.
+//!
+//! Small plans become straight-line code, large ones loops (the limit is in the options); the Jacobian of a plan whose
+//! straight-line form grows too much falls back to loops alone.
+
+use hyd_equations::{OperandRange, Plan, PlanJacobian, SortedSystem};
+use hyd_index::IndexVec;
+use hyd_symbolic::{NodeId, size};
+use hyd_system::Pattern;
+
+use super::accumulate::{self, Accumulation, PartialRows};
+use super::batch::{self, Item};
+use super::rows::Rows;
+use super::straight::Composer;
+use super::Options;
+use crate::layout::{Layout, Place, PlanPlaces};
+use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
+
+/// The routines of a plan.
+#[derive(Clone, Debug)]
+pub struct PlanCode {
+    /// Computes all assigned variables into the work area.
+    pub assign: RoutineId,
+    /// Residuals to `Out`.
+    pub residual: RoutineId,
+    /// Jacobian.
+    pub jacobian: JacobianCode,
+    /// Further rows to `Out`.
+    pub extra: RoutineId,
+    /// Pattern of dF/dy (or dG/dz).
+    pub state_pattern: Pattern,
+    /// Pattern of dF/dy'.
+    pub rate_pattern: Pattern,
+}
+
+/// How Jacobian values come about.
+#[derive(Clone, Debug)]
+pub enum JacobianCode {
+    /// The routine writes the entries: dF/dy to `Out`, dF/dy' to `Out2`.
+    Entries(RoutineId),
+    /// The routine writes partials to a scratch array that stands in `Out`; the list composes them.
+    Partials(RoutineId, Accumulation, PartialRows),
+}
+
+/// Names of the routines of one plan, for listings: assign, residual, jacobian, extra.
+pub type Names = [&'static str; 4];
+
+/// What a plan is made into code with.
+pub struct PlanLowering<'a> {
+    /// The system.
+    pub sorted: &'a SortedSystem,
+    /// The data area.
+    pub layout: &'a Layout,
+    /// Places of the plan.
+    pub places: &'a PlanPlaces,
+    /// The plan.
+    pub plan: &'a Plan,
+    /// Its derivatives.
+    pub jacobian: &'a PlanJacobian,
+    /// Further rows.
+    pub extra: Vec<(NodeId, OperandRange)>,
+    /// Limits.
+    pub options: &'a Options,
+}
+
+impl PlanLowering<'_> {
+    /// Appends the routines to the program.
+    ///
+    /// # Errors
+    /// A sentence, when an operand has no place or a pattern does not fit.
+    pub fn lower(&self, program: &mut Program, names: Names) -> Result<PlanCode, String> {
+        let rows = Rows { plan: self.plan };
+        let n = self.plan.unknowns.len();
+        let state_pattern = Pattern::from_pairs(n, n, &self.jacobian.state_pattern);
+        let rate_pattern = Pattern::from_pairs(n, n, &self.jacobian.rate_pattern);
+        let total: usize =
+            (0..rows.count()).map(|row| size(&program.arena, &[rows.expression(self.sorted, row).0])).sum();
+        let mut routines = IndexVec::<RoutineId, Vec<Kernel>>::new();
+        let patterns = (&state_pattern, &rate_pattern);
+        let mut jacobian_kernel = None;
+        if total <= self.options.straight_nodes {
+            let mut composer = Composer::new(&mut program.arena, self.sorted, self.layout, self.places, &rows)?;
+            routines.push(vec![composer.kernel(composer.assigned(), Area::Work)]);
+            let residuals = self.plan.residuals.iter().map(|r| (r.value, r.operands));
+            for list in [residuals.collect(), self.extra.clone()] {
+                routines.push(vec![self.compose(&mut composer, &list)?]);
+            }
+            jacobian_kernel = self.straight_jacobian(&mut composer, &rows, patterns)?;
+        } else {
+            let assign = self.assign_kernels(program, &rows)?;
+            let residuals: Vec<_> = self.plan.residuals.iter().map(|r| (r.value, r.operands)).collect();
+            let residuals = self.row_kernels(program, &residuals)?;
+            let extra = self.row_kernels(program, &self.extra)?;
+            routines.push(assign.clone());
+            routines.push(assign.iter().cloned().chain(residuals).collect());
+            routines.push(if extra.is_empty() { extra } else { assign.into_iter().chain(extra).collect() });
+        }
+        let [assign, residual, extra] = <[Vec<Kernel>; 3]>::try_from(routines.raw).unwrap_or_default();
+        let jacobian = match jacobian_kernel {
+            Some(kernel) => JacobianCode::Entries(push(program, names[2], vec![kernel])),
+            None => self.partials(program, &rows, patterns, names[2])?,
+        };
+        Ok(PlanCode {
+            assign: push(program, names[0], assign),
+            residual: push(program, names[1], residual),
+            extra: push(program, names[3], extra),
+            jacobian,
+            state_pattern,
+            rate_pattern,
+        })
+    }
+
+    fn compose(&self, composer: &mut Composer<'_>, list: &[(NodeId, OperandRange)]) -> Result<Kernel, String> {
+        let mut values = Vec::with_capacity(list.len());
+        for &(value, operands) in list {
+            values.push(composer.expression(value, self.sorted.system.operands_of(operands))?);
+        }
+        Ok(composer.kernel(&values, Area::Out))
+    }
+
+    /// The Jacobian as one kernel, none if it grows beyond the limit.
+    fn straight_jacobian(
+        &self,
+        composer: &mut Composer<'_>,
+        rows: &Rows<'_>,
+        patterns: (&Pattern, &Pattern),
+    ) -> Result<Option<Kernel>, String> {
+        let gradients = composer.jacobian(rows, self.jacobian)?;
+        let zero = composer.arena().constant(0.0);
+        let n = self.plan.unknowns.len();
+        let mut entries = [vec![zero; patterns.0.entries()], vec![zero; patterns.1.entries()]];
+        for (row, gradient) in gradients.iter().enumerate() {
+            for &(column, node) in gradient {
+                let (which, column) = if (column as usize) < n { (0, column as usize) } else { (1, column as usize - n) };
+                let pattern = if which == 0 { patterns.0 } else { patterns.1 };
+                let range = pattern.column(column);
+                let found = pattern.row_indices[range.clone()].binary_search(&(row as u32));
+                let k = found.map_err(|_| "a Jacobian entry lies outside its pattern".to_string())?;
+                entries[which][range.start + k] = node;
+            }
+        }
+        let all: Vec<NodeId> = entries.concat();
+        if size(composer.arena(), &all) > JACOBIAN_GROWTH * self.options.straight_nodes {
+            return Ok(None);
+        }
+        let mut kernel = composer.kernel(&entries[0], Area::Out);
+        let store = |(k, &value): (usize, &NodeId)| Store {
+            value,
+            to: Address::Fixed { area: Area::Out2, index: k as u32, negated: false },
+        };
+        kernel.stores.extend(entries[1].iter().enumerate().map(store));
+        Ok(Some(kernel))
+    }
+
+    fn assign_kernels(&self, program: &mut Program, rows: &Rows<'_>) -> Result<Vec<Kernel>, String> {
+        let item = |(k, a): (usize, &hyd_equations::Assignment)| Item {
+            level: a.level,
+            values: vec![a.value],
+            operands: self.sorted.system.operands_of(a.operands),
+            extra: Vec::new(),
+            to: vec![Place { area: Area::Work, index: k as u32 }],
+        };
+        let items: Vec<Item<'_>> = rows.plan.assignments.iter().enumerate().map(item).collect();
+        self.kernels(program, &items)
+    }
+
+    fn row_kernels(&self, program: &mut Program, list: &[(NodeId, OperandRange)]) -> Result<Vec<Kernel>, String> {
+        self.kernels(program, &super::row_items(self.sorted, list))
+    }
+
+    fn partials(
+        &self,
+        program: &mut Program,
+        rows: &Rows<'_>,
+        patterns: (&Pattern, &Pattern),
+        name: &'static str,
+    ) -> Result<JacobianCode, String> {
+        let (items, accumulation, owners) =
+            accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns)?;
+        let mut kernels = self.assign_kernels(program, rows)?;
+        kernels.extend(self.kernels(program, &items)?);
+        Ok(JacobianCode::Partials(push(program, name, kernels), accumulation, owners))
+    }
+
+    fn kernels(&self, program: &mut Program, items: &[Item<'_>]) -> Result<Vec<Kernel>, String> {
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        batch::kernels(&program.arena, items, &locate, &mut program.tables)
+    }
+}
+
+/// The straight-line Jacobian may have this many times the nodes that the equations may have.
+const JACOBIAN_GROWTH: usize = 8;
+
+/// Appends a routine.
+pub fn push(program: &mut Program, name: &'static str, kernels: Vec<Kernel>) -> RoutineId {
+    program.routines.push(Routine { name, kernels })
+}

@@ -1,0 +1,212 @@
+//! One expression node to instructions, its operands being there already.
+//!
+//! Booleans live as one-byte truths while only logic consumes them and become 0.0 or 1.0 where a number is asked for;
+//! both forms of a value are kept, so each conversion happens once.  `if` becomes a selection without a branch: both
+//! sides are computed, as the language's pure expressions allow.
+
+use cranelift_codegen::ir::condcodes::FloatCC;
+use cranelift_codegen::ir::{InstBuilder, MemFlagsData, SigRef, Value, types};
+use cranelift_frontend::FunctionBuilder;
+use hyd_symbolic::{Arena, Function, Node, NodeId, Relation};
+use rustc_hash::FxHashMap;
+
+use super::functions;
+
+/// A computed node in the forms asked for so far.
+#[derive(Clone, Copy, Default)]
+struct Computed {
+    real: Option<Value>,
+    truth: Option<Value>,
+}
+
+/// What all expressions of a function share.
+#[derive(Clone, Copy)]
+pub struct Calls {
+    /// Start of the function table.
+    pub table: Value,
+    /// Signature of functions of one argument.
+    pub unary: SigRef,
+    /// Signature of functions of two arguments.
+    pub binary: SigRef,
+    /// See [`super::isa::Target::rounds_inline`].
+    pub rounds_inline: bool,
+    /// Size of an address in bytes.
+    pub pointer_bytes: i32,
+}
+
+/// The values of one kernel instance.
+pub struct Values<'a> {
+    arena: &'a Arena,
+    calls: Calls,
+    known: FxHashMap<NodeId, Computed>,
+}
+
+impl<'a> Values<'a> {
+    /// No values yet.
+    pub fn new(arena: &'a Arena, calls: Calls) -> Self {
+        Self { arena, calls, known: FxHashMap::default() }
+    }
+
+    /// Gives a leaf its value.
+    pub fn define(&mut self, id: NodeId, real: Value) {
+        self.known.insert(id, Computed { real: Some(real), truth: None });
+    }
+
+    /// Computes a node whose operands are known; leaves must have been defined.
+    pub fn compute(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) {
+        if self.known.contains_key(&id) {
+            return;
+        }
+        let computed = match self.arena.node(id) {
+            Node::Const(number) => real(fb.ins().f64const(number.value())),
+            Node::Not(_) | Node::And(..) | Node::Or(..) | Node::Compare(..) | Node::Event(..) => self.logic(fb, id),
+            Node::If(c, a, b) => self.choice(fb, c, a, b),
+            Node::Call1(function, a) => {
+                let a = self.real(fb, a);
+                real(self.call1(fb, function, a))
+            }
+            Node::Call2(function, a, b) => {
+                let (a, b) = (self.real(fb, a), self.real(fb, b));
+                real(self.call2(fb, function, a, b))
+            }
+            _ => self.arithmetic(fb, id),
+        };
+        self.known.insert(id, computed);
+    }
+
+    /// The number a node stands for.
+    pub fn real(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
+        let known = self.known.entry(id).or_default();
+        if let Some(value) = known.real {
+            return value;
+        }
+        let truth = known.truth.expect("invariant: operands are computed before their users");
+        let (one, zero) = (fb.ins().f64const(1.0), fb.ins().f64const(0.0));
+        let value = fb.ins().select(truth, one, zero);
+        known.real = Some(value);
+        value
+    }
+
+    /// Its truth: different from zero.
+    fn truth(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
+        let known = self.known.entry(id).or_default();
+        if let Some(truth) = known.truth {
+            return truth;
+        }
+        let value = known.real.expect("invariant: operands are computed before their users");
+        let zero = fb.ins().f64const(0.0);
+        let truth = fb.ins().fcmp(FloatCC::NotEqual, value, zero);
+        known.truth = Some(truth);
+        truth
+    }
+
+    fn arithmetic(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Computed {
+        let node = self.arena.node(id);
+        let operands: Vec<Value> = node.operands().map(|operand| self.real(fb, operand)).collect();
+        real(match (node, operands.as_slice()) {
+            (Node::Add(..), &[a, b]) => fb.ins().fadd(a, b),
+            (Node::Sub(..), &[a, b]) => fb.ins().fsub(a, b),
+            (Node::Mul(..), &[a, b]) => fb.ins().fmul(a, b),
+            (Node::Div(..), &[a, b]) => fb.ins().fdiv(a, b),
+            (_, &[a]) => fb.ins().fneg(a),
+            _ => unreachable!("invariant: leaves are defined, logic and calls are handled by the caller"),
+        })
+    }
+
+    fn logic(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Computed {
+        let value = match self.arena.node(id) {
+            Node::Compare(relation, a, b) | Node::Event(relation, a, b) => {
+                let (a, b) = (self.real(fb, a), self.real(fb, b));
+                fb.ins().fcmp(condition(relation), a, b)
+            }
+            Node::And(a, b) => {
+                let (a, b) = (self.truth(fb, a), self.truth(fb, b));
+                fb.ins().band(a, b)
+            }
+            Node::Or(a, b) => {
+                let (a, b) = (self.truth(fb, a), self.truth(fb, b));
+                fb.ins().bor(a, b)
+            }
+            node => {
+                let operand = node.operands().next().expect("invariant: `not` has an operand");
+                let operand = self.truth(fb, operand);
+                fb.ins().bxor_imm_u(operand, 1)
+            }
+        };
+        Computed { real: None, truth: Some(value) }
+    }
+
+    /// `if c then a else b`; stays a truth when both sides are truths.
+    fn choice(&mut self, fb: &mut FunctionBuilder<'_>, c: NodeId, a: NodeId, b: NodeId) -> Computed {
+        let c = self.truth(fb, c);
+        let logical = |id| self.known.get(&id).is_some_and(|known: &Computed| known.real.is_none());
+        if logical(a) && logical(b) {
+            let (a, b) = (self.truth(fb, a), self.truth(fb, b));
+            return Computed { real: None, truth: Some(fb.ins().select(c, a, b)) };
+        }
+        let (a, b) = (self.real(fb, a), self.real(fb, b));
+        real(fb.ins().select(c, a, b))
+    }
+
+    fn call1(&self, fb: &mut FunctionBuilder<'_>, function: Function, a: Value) -> Value {
+        match function {
+            Function::Sqrt => fb.ins().sqrt(a),
+            Function::Abs => fb.ins().fabs(a),
+            Function::Sign => {
+                let zero = fb.ins().f64const(0.0);
+                let (one, minus) = (fb.ins().f64const(1.0), fb.ins().f64const(-1.0));
+                let (above, below) =
+                    (fb.ins().fcmp(FloatCC::GreaterThan, a, zero), fb.ins().fcmp(FloatCC::LessThan, a, zero));
+                let rest = fb.ins().select(below, minus, zero);
+                fb.ins().select(above, one, rest)
+            }
+            Function::Floor if self.calls.rounds_inline => fb.ins().floor(a),
+            Function::Ceil if self.calls.rounds_inline => fb.ins().ceil(a),
+            _ => self.call(fb, function, &[a]),
+        }
+    }
+
+    fn call2(&self, fb: &mut FunctionBuilder<'_>, function: Function, a: Value, b: Value) -> Value {
+        let inline = self.calls.rounds_inline;
+        match function {
+            Function::Min => fb.ins().fmin(a, b),
+            Function::Max => fb.ins().fmax(a, b),
+            Function::Div if inline => {
+                let quotient = fb.ins().fdiv(a, b);
+                fb.ins().trunc(quotient)
+            }
+            Function::Mod | Function::Rem if inline => {
+                let quotient = fb.ins().fdiv(a, b);
+                let whole =
+                    if function == Function::Mod { fb.ins().floor(quotient) } else { fb.ins().trunc(quotient) };
+                let part = fb.ins().fmul(whole, b);
+                fb.ins().fsub(a, part)
+            }
+            _ => self.call(fb, function, &[a, b]),
+        }
+    }
+
+    fn call(&self, fb: &mut FunctionBuilder<'_>, function: Function, arguments: &[Value]) -> Value {
+        let offset = functions::position(function) as i32 * self.calls.pointer_bytes;
+        let flags = MemFlagsData::trusted().with_readonly().with_can_move();
+        let address = fb.ins().load(types::I64, flags, self.calls.table, offset);
+        let signature = if arguments.len() == 1 { self.calls.unary } else { self.calls.binary };
+        let call = fb.ins().call_indirect(signature, address, arguments);
+        fb.inst_results(call)[0]
+    }
+}
+
+fn real(value: Value) -> Computed {
+    Computed { real: Some(value), truth: None }
+}
+
+fn condition(relation: Relation) -> FloatCC {
+    match relation {
+        Relation::Less => FloatCC::LessThan,
+        Relation::LessEqual => FloatCC::LessThanOrEqual,
+        Relation::Greater => FloatCC::GreaterThan,
+        Relation::GreaterEqual => FloatCC::GreaterThanOrEqual,
+        Relation::Equal => FloatCC::Equal,
+        Relation::NotEqual => FloatCC::NotEqual,
+    }
+}

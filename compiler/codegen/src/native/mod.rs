@@ -1,0 +1,143 @@
+//! Program to machine code without relocations, by Cranelift.
+//!
+//! Each routine becomes one function or several (cut between kernels, and within a long straight-line kernel between
+//! stores), all of them `fn(*const Context)`.  The bytes of all functions stand one after the other in a [`Payload`] that
+//! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
+//! left in the code is an error.  Mapping and calling is the matter of [`mapping`].
+
+mod expression;
+mod functions;
+mod isa;
+mod kernel;
+pub mod mapping;
+mod split;
+
+use cranelift_codegen::Context as CodeContext;
+use cranelift_codegen::control::ControlPlane;
+use cranelift_codegen::ir::{AbiParam, Function as IrFunction, InstBuilder, MemFlagsData, Signature, Type, Value, types};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use hyd_index::IndexVec;
+
+use crate::memory::Extents;
+use crate::program::{AREAS, Kernel, Program, RoutineId};
+use expression::Calls;
+use isa::Target;
+use kernel::Frame;
+
+pub use mapping::NativeCode;
+
+/// Functions start at multiples of this (a cache line; constants behind the code need 16).
+const FUNCTION_ALIGNMENT: usize = 64;
+
+/// Machine code of a program.
+#[derive(Clone, Debug)]
+pub struct Payload {
+    /// Code and its constants, independent of where they are mapped (64-byte aligned).
+    pub bytes: Vec<u8>,
+    /// Start of each routine's functions in `bytes`, to be called in order.
+    pub entries: IndexVec<RoutineId, Vec<u32>>,
+    /// Slot tables.
+    pub tables: Vec<u32>,
+    /// Memory each routine needs.
+    pub extents: Extents,
+}
+
+/// Makes code for the machine this process runs on.
+///
+/// # Errors
+/// A sentence: an unsupported machine, an inconsistent program, or a relocation that remains.
+pub fn compile(program: &Program) -> Result<Payload, String> {
+    let extents = Extents::of(program)?;
+    let mut compiler = Compiler::new(program)?;
+    let mut entries = IndexVec::new();
+    for routine in program.routines.iter() {
+        let mut starts = Vec::new();
+        for kernels in split::functions(&program.arena, routine) {
+            starts.push(compiler.function(&kernels).map_err(|e| format!("routine `{}`: {e}", routine.name))?);
+        }
+        entries.push(starts);
+    }
+    Ok(Payload { bytes: compiler.bytes, entries, tables: program.tables.clone(), extents })
+}
+
+struct Compiler<'a> {
+    program: &'a Program,
+    target: Target,
+    code: CodeContext,
+    builder: FunctionBuilderContext,
+    bytes: Vec<u8>,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(program: &'a Program) -> Result<Self, String> {
+        Ok(Self {
+            program,
+            target: isa::host()?,
+            code: CodeContext::new(),
+            builder: FunctionBuilderContext::new(),
+            bytes: Vec::new(),
+        })
+    }
+
+    /// Compiles kernels as one function; returns its position in the bytes.
+    fn function(&mut self, kernels: &[Kernel]) -> Result<u32, String> {
+        self.code.clear();
+        self.code.func = IrFunction::new();
+        self.code.func.signature = self.signature(&[types::I64], None);
+        self.build(kernels);
+        let mut plane = ControlPlane::default();
+        let compiled = self.code.compile(self.target.isa.as_ref(), &mut plane).map_err(|e| format!("{e:?}"))?;
+        if !compiled.buffer.relocs().is_empty() {
+            return Err(format!("the code keeps {} relocations", compiled.buffer.relocs().len()));
+        }
+        if compiled.buffer.alignment as usize > FUNCTION_ALIGNMENT {
+            return Err("the code asks for a larger alignment".into());
+        }
+        let start = self.bytes.len().next_multiple_of(FUNCTION_ALIGNMENT);
+        self.bytes.resize(start, 0);
+        self.bytes.extend_from_slice(compiled.code_buffer());
+        u32::try_from(start).map_err(|_| "the code exceeds 4 GB".into())
+    }
+
+    fn signature(&self, arguments: &[Type], result: Option<Type>) -> Signature {
+        let mut signature = Signature::new(self.target.convention);
+        signature.params.extend(arguments.iter().map(|&t| AbiParam::new(t)));
+        signature.returns.extend(result.map(AbiParam::new));
+        signature
+    }
+
+    fn build(&mut self, kernels: &[Kernel]) {
+        let unary = self.signature(&[types::F64], Some(types::F64));
+        let binary = self.signature(&[types::F64, types::F64], Some(types::F64));
+        let mut fb = FunctionBuilder::new(&mut self.code.func, &mut self.builder);
+        let entry = fb.create_block();
+        fb.append_block_params_for_function_params(entry);
+        fb.switch_to_block(entry);
+        fb.seal_block(entry);
+        let context = fb.block_params(entry)[0];
+        let areas = std::array::from_fn(|area| field(&mut fb, context, area));
+        let calls = Calls {
+            table: field(&mut fb, context, AREAS + 1),
+            unary: fb.import_signature(unary),
+            binary: fb.import_signature(binary),
+            rounds_inline: self.target.rounds_inline,
+            pointer_bytes: POINTER_BYTES,
+        };
+        let tables = field(&mut fb, context, AREAS);
+        let written = split::written(kernels);
+        let frame = Frame { arena: &self.program.arena, areas, written, tables, calls };
+        for kernel in kernels {
+            frame.emit(&mut fb, kernel);
+        }
+        fb.ins().return_(&[]);
+        fb.finalize(self.target.isa.frontend_config());
+    }
+}
+
+const POINTER_BYTES: i32 = 8;
+
+/// Loads the pointer at a position of the context.
+fn field(fb: &mut FunctionBuilder<'_>, context: Value, position: usize) -> Value {
+    let flags = MemFlagsData::trusted().with_readonly().with_can_move();
+    fb.ins().load(types::I64, flags, context, position as i32 * POINTER_BYTES)
+}

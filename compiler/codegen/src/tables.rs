@@ -1,0 +1,285 @@
+//! Names, units, equations and places in the text, as the runtime and the reports want them.
+//!
+//! The row of outputs holds the assigned variables, the unknowns, the rates of the states and the discrete variables, in
+//! this order; eliminated variables point to what they equal, with a sign.
+
+use std::sync::Arc;
+
+use hyd_equations::{Assignment, Plan, Resolution, Role, SortedSystem};
+use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
+use hyd_index::TypedIndex;
+use hyd_source::{Files, Span};
+use hyd_symbolic::{Node, print};
+use hyd_system::{
+    EquationInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind, VariableInfo,
+    Variability,
+};
+
+use crate::layout::{Layout, Place, resolve};
+use crate::lower::Lowered;
+use crate::program::Area;
+
+/// Order of the row of outputs.
+#[derive(Clone, Debug, Default)]
+pub struct OutputRow {
+    /// Assigned variables come first, then the unknowns.
+    pub assigned: u32,
+    /// Number of unknowns.
+    pub unknowns: u32,
+    /// Unknowns whose rates follow.
+    pub states: Vec<u32>,
+    /// Number of discrete variables at the end.
+    pub discrete: u32,
+}
+
+impl OutputRow {
+    /// The row of a system.
+    pub fn new(sorted: &SortedSystem, layout: &Layout) -> Self {
+        let plan = &sorted.simulation;
+        Self {
+            assigned: plan.assignments.len() as u32,
+            unknowns: plan.unknowns.len() as u32,
+            states: (0u32..).zip(&plan.unknowns).filter(|(_, u)| u.differential).map(|(k, _)| k).collect(),
+            discrete: layout.discrete.len() as u32,
+        }
+    }
+
+    /// Length of the row.
+    pub fn len(&self) -> usize {
+        (self.assigned + self.unknowns + self.discrete) as usize + self.states.len()
+    }
+
+    fn position(&self, layout: &Layout, place: Place) -> Option<u32> {
+        match place.area {
+            Area::Work => Some(place.index),
+            Area::Unknown => Some(self.assigned + place.index),
+            Area::Rate => {
+                let k = self.states.binary_search(&place.index).ok()?;
+                Some(self.assigned + self.unknowns + k as u32)
+            }
+            Area::Data if layout.discrete.contains(&place.index) => {
+                Some(self.len() as u32 - self.discrete + (place.index - layout.discrete.start))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What tables are made from.
+pub struct Describe<'a> {
+    /// The system.
+    pub sorted: &'a SortedSystem,
+    /// Its places.
+    pub lowered: &'a Lowered,
+    /// The texts.
+    pub files: &'a Files,
+    /// The row of outputs.
+    pub row: &'a OutputRow,
+}
+
+impl Describe<'_> {
+    /// All tables.
+    ///
+    /// # Errors
+    /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
+    pub fn tables(&self) -> Result<Tables, String> {
+        let flat = self.flat();
+        let mut variables = Vec::new();
+        let mut shown: Vec<Option<u32>> = Vec::with_capacity(flat.variables.len());
+        for block in flat.variables.iter() {
+            let hide = block.internal && block.variability != Variability::Continuous || block.count == 0;
+            shown.push((!hide).then_some(variables.len() as u32));
+            if !hide {
+                variables.push(self.variable(block)?);
+            }
+        }
+        for block in flat.variables.iter().filter(|block| !block.internal) {
+            self.derivatives(block, &mut variables);
+        }
+        let unknown = |target: Target| match target {
+            Target::Var(v) => {
+                let (block, element) = flat.locate(v);
+                shown[block.index()].map(|variable| (variable, element as u32))
+            }
+            _ => None,
+        };
+        let unknowns = self.sorted.simulation.unknowns.iter().map(|u| unknown(u.target)).collect::<Option<Vec<_>>>();
+        let initial = &self.sorted.initial;
+        Ok(Tables {
+            model: flat.name.clone(),
+            variables,
+            unknowns: unknowns.ok_or("an unknown has no name")?,
+            rows: self.rows(&self.sorted.simulation),
+            equations: flat.equations.iter().map(|e| self.equation(&e.origin.path, e.origin.span)).collect(),
+            roots: self.lowered.events.rooted.iter().map(|&r| self.root(r)).collect(),
+            initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
+            initial_rows: self.rows(initial),
+        })
+    }
+
+    fn flat(&self) -> &FlatModel {
+        &self.sorted.system.flat
+    }
+
+    fn name(&self, target: Target) -> String {
+        self.flat().operand_name(Operand::new(target))
+    }
+
+    fn rows(&self, plan: &Plan) -> Vec<u32> {
+        plan.residuals.iter().map(|r| self.sorted.system.equations[r.equation].block).collect()
+    }
+
+    fn variable(&self, block: &VariableBlock) -> Result<VariableInfo, String> {
+        let elements = (0..block.count).map(|k| VarId(block.first.0 + k));
+        let text = |text: &Option<Arc<str>>| text.clone().unwrap_or_else(|| "".into());
+        Ok(VariableInfo {
+            name: block.name.clone(),
+            unit: text(&block.unit),
+            display_unit: text(&block.display_unit),
+            description: text(&block.description),
+            kind: block.kind.clone(),
+            variability: block.variability,
+            settable: self.settable(block),
+            protected: block.protected,
+            sources: elements.map(|v| self.source(v)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// As declared, except that what the initial system solves for cannot be set.
+    fn settable(&self, block: &VariableBlock) -> Settable {
+        if block.settable != Settable::Yes {
+            return block.settable.clone();
+        }
+        let layout = &self.lowered.layout;
+        let given = |v: VarId| {
+            let place = layout.value(v).and_then(|place| place.index.checked_sub(layout.parameters.start));
+            place.is_some_and(|k| layout.given.get(k as usize).is_some_and(Option::is_some))
+        };
+        let all = (0..block.count).all(|k| given(VarId(block.first.0 + k)));
+        if all { Settable::Yes } else { Settable::No }
+    }
+
+    fn source(&self, v: VarId) -> Result<Source, String> {
+        let (target, negated) = resolve(self.sorted, Operand::new(Target::Var(v)));
+        let layout = &self.lowered.layout;
+        let place = match (target, self.lowered.places.get(target)) {
+            (Target::Const(c), _) => Some(ValuePlace::Constant(self.flat().constants[c])),
+            (_, Some(Place { area: Area::Data, index })) if layout.parameters.contains(&index) => {
+                Some(ValuePlace::Parameter(index - layout.parameters.start))
+            }
+            (_, Some(place)) => self.row.position(layout, place).map(ValuePlace::Output),
+            _ => None,
+        };
+        let place = place.ok_or_else(|| format!("`{}` is never computed", self.flat().var_name(v)))?;
+        Ok(Source { place, negated })
+    }
+
+    /// `der(x)` of the states of a block: as an array if all elements are states, else one by one.
+    fn derivatives(&self, block: &VariableBlock, variables: &mut Vec<VariableInfo>) {
+        let source = |v: VarId| {
+            let own = self.sorted.system.resolution[v] == Resolution::Own;
+            let state = own && self.sorted.system.roles[v] == Role::State;
+            let place = self.lowered.places.get(Target::Der(v)).filter(|_| state)?;
+            let output = self.row.position(&self.lowered.layout, place)?;
+            Some(Source { place: ValuePlace::Output(output), negated: false })
+        };
+        let sources: Vec<Option<Source>> = (0..block.count).map(|k| source(VarId(block.first.0 + k))).collect();
+        let info = |name: NamePattern, sources: Vec<Source>| VariableInfo {
+            name,
+            unit: rate_unit(block.unit.as_deref().unwrap_or("")).into(),
+            display_unit: "".into(),
+            description: "".into(),
+            kind: ValueKind::Real,
+            variability: Variability::Continuous,
+            settable: Settable::No,
+            protected: block.protected,
+            sources,
+        };
+        let all: Option<Vec<Source>> = sources.iter().copied().collect();
+        if let Some(all) = all {
+            if !all.is_empty() {
+                variables.push(info(NamePattern { derivative: true, ..block.name.clone() }, all));
+            }
+            return;
+        }
+        for (k, source) in sources.into_iter().enumerate() {
+            if let Some(source) = source {
+                let name = NamePattern { derivative: true, ..NamePattern::scalar(block.name.element(k)) };
+                variables.push(info(name, vec![source]));
+            }
+        }
+    }
+
+    fn equation(&self, path: &Arc<str>, span: Span) -> EquationInfo {
+        EquationInfo {
+            component: path.clone(),
+            text: one_line(self.files.snippet(span)).into(),
+            file: self.files.name(span.file).clone(),
+            line: self.files.location(span).line,
+        }
+    }
+
+    fn root(&self, r: u32) -> RootInfo {
+        let relation = &self.sorted.relations[r as usize];
+        let span = span_of(self.sorted, relation.equation);
+        let operands = self.sorted.system.operands_of(relation.operands);
+        // The literal relation would print as `noEvent(...)`.
+        let mut arena = self.flat().templates.arena.clone();
+        let shown = match arena.node(relation.truth) {
+            Node::Compare(kind, a, b) => arena.intern(Node::Event(kind, a, b)),
+            _ => relation.truth,
+        };
+        let name = |slot: hyd_symbolic::SlotId| match operands.get(slot.index()) {
+            Some(&operand) => self.flat().operand_name(operand),
+            None => "?".into(),
+        };
+        RootInfo {
+            text: print(&arena, shown, &name).into(),
+            file: self.files.name(span.file).clone(),
+            line: self.files.location(span).line,
+        }
+    }
+}
+
+/// The text an equation stands in.
+pub fn span_of(sorted: &SortedSystem, equation: hyd_equations::EqId) -> Span {
+    sorted.system.flat.equations[sorted.system.equations[equation].block as usize].origin.span
+}
+
+/// Equation (index into `Tables::equations`) of each assignment, then of each residual.
+pub fn row_equations(sorted: &SortedSystem, plan: &Plan) -> Vec<u32> {
+    let assignments = plan.assignments.iter().map(|a: &Assignment| a.equation);
+    let all = assignments.chain(plan.residuals.iter().map(|r| r.equation));
+    all.map(|equation| sorted.system.equations[equation].block).collect()
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Unit of a time derivative: `m` to `m/s`, `m/s` to `m/s2`, `kg/m3` to `kg/(m3.s)`; unknown stays unknown.
+fn rate_unit(unit: &str) -> String {
+    match unit.split_once('/') {
+        _ if unit.is_empty() => String::new(),
+        None => format!("{unit}/s"),
+        Some((above, "s")) => format!("{above}/s2"),
+        Some((above, below)) => match below.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
+            Some(inner) => format!("{above}/({inner}.s)"),
+            None => format!("{above}/({below}.s)"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_rates_are_legal_unit_strings() {
+        let pairs = [("m", "m/s"), ("m/s", "m/s2"), ("kg/m3", "kg/(m3.s)"), ("J/(kg.K)", "J/(kg.K.s)"), ("", ""), ("1", "1/s")];
+        for (unit, rate) in pairs {
+            assert_eq!(rate_unit(unit), rate);
+        }
+        assert_eq!(one_line("x =\n    y + 1"), "x = y + 1");
+    }
+}

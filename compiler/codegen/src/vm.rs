@@ -1,0 +1,217 @@
+//! Interpreter of programs: the reference for native code, the fallback where executable memory is refused, and the
+//! tool that finds where a value stops being finite.
+//!
+//! Each kernel becomes a tape of operations in post-order whose operands are positions on the tape (Griewank and
+//! Walther 2008, "Evaluating Derivatives", section 2.2).  Results agree with native code to the last bit: the operations
+//! are those of IEEE 754 and the elementary functions are shared.
+
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_symbolic::{Function, Node, NodeId, post_order};
+use rustc_hash::FxHashMap;
+
+use crate::memory::{Extents, Memory};
+use crate::program::{Address, Area, INITIAL, Kernel, Program, RoutineId, TABLE_SIGN, TIME};
+
+/// A program prepared for interpretation.
+#[derive(Clone, Debug)]
+pub struct Vm {
+    routines: IndexVec<RoutineId, Vec<Tape>>,
+    tables: Vec<u32>,
+    extents: Extents,
+    longest: usize,
+}
+
+/// A kernel: operations whose operands are positions on the tape.
+#[derive(Clone, Debug)]
+struct Tape {
+    count: u32,
+    slots: Vec<Address>,
+    operations: Vec<Node>,
+    stores: Vec<(usize, Address)>,
+}
+
+/// The first value of a routine that is not finite.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Fault {
+    /// Where the value was to be stored.
+    pub area: Area,
+    /// Position there.
+    pub index: u32,
+    /// What happened, in words.
+    pub reason: String,
+}
+
+/// Working space of the interpreter.
+#[derive(Clone, Debug, Default)]
+pub struct Registers(Vec<f64>);
+
+impl Vm {
+    /// Prepares a program.
+    ///
+    /// # Errors
+    /// A sentence, if the program is inconsistent (see [`Extents::of`]).
+    pub fn new(program: &Program) -> Result<Self, String> {
+        let extents = Extents::of(program)?;
+        let tapes = |kernels: &[Kernel]| kernels.iter().map(|kernel| Tape::new(program, kernel)).collect();
+        let routines = IndexVec::from_vec(program.routines.iter().map(|r| tapes(&r.kernels)).collect::<Vec<Vec<Tape>>>());
+        let longest = routines.iter().flatten().map(|tape| tape.operations.len()).max().unwrap_or(0);
+        Ok(Self { routines, tables: program.tables.clone(), extents, longest })
+    }
+
+    /// Working space large enough for every routine.
+    pub fn registers(&self) -> Registers {
+        Registers(vec![0.0; self.longest])
+    }
+
+    /// Runs a routine.  Panics when an area is shorter than the program's layout says.
+    pub fn call(&self, routine: RoutineId, memory: &mut Memory<'_>, registers: &mut Registers) {
+        self.run(routine, memory, registers, |_, _, _, _| {});
+    }
+
+    /// Runs a routine and reports the first stored value that is not finite.
+    pub fn first_fault(&self, routine: RoutineId, memory: &mut Memory<'_>) -> Option<Fault> {
+        let mut fault = None;
+        let mut registers = self.registers();
+        self.run(routine, memory, &mut registers, |tape, values, position, (area, index)| {
+            if fault.is_none() && !values[position].is_finite() {
+                fault = Some(Fault { area, index, reason: tape.reason(values, position) });
+            }
+        });
+        fault
+    }
+
+    fn run(
+        &self,
+        routine: RoutineId,
+        memory: &mut Memory<'_>,
+        registers: &mut Registers,
+        mut watch: impl FnMut(&Tape, &[f64], usize, (Area, u32)),
+    ) {
+        self.extents.check(routine, memory);
+        if registers.0.len() < self.longest {
+            registers.0.resize(self.longest, 0.0);
+        }
+        for tape in &self.routines[routine] {
+            for instance in 0..tape.count {
+                tape.evaluate(instance, &self.tables, memory, &mut registers.0);
+                for &(position, ref to) in &tape.stores {
+                    let (area, index, _) = place(to, instance, &self.tables);
+                    watch(tape, &registers.0, position, (area, index));
+                    memory.write(area, index, registers.0[position]);
+                }
+            }
+        }
+    }
+}
+
+impl Tape {
+    fn new(program: &Program, kernel: &Kernel) -> Self {
+        let roots: Vec<NodeId> = kernel.stores.iter().map(|store| store.value).collect();
+        let order = post_order(&program.arena, &roots);
+        let position: FxHashMap<NodeId, usize> = order.iter().enumerate().map(|(k, &id)| (id, k)).collect();
+        let local = |id: NodeId| NodeId::new(position[&id]);
+        Self {
+            count: kernel.count,
+            slots: kernel.slots.clone(),
+            operations: order.iter().map(|&id| program.arena.node(id).map(local)).collect(),
+            stores: kernel.stores.iter().map(|store| (position[&store.value], store.to)).collect(),
+        }
+    }
+
+    fn evaluate(&self, instance: u32, tables: &[u32], memory: &Memory<'_>, values: &mut [f64]) {
+        for (k, &node) in self.operations.iter().enumerate() {
+            values[k] = match node {
+                Node::Slot(slot) => {
+                    let (area, index, negated) = place(&self.slots[slot.index()], instance, tables);
+                    let value = memory.read(area, index);
+                    if negated { -value } else { value }
+                }
+                Node::Time => memory.read(Area::Data, TIME),
+                Node::Initial => memory.read(Area::Data, INITIAL),
+                _ => operate(node, values),
+            };
+        }
+    }
+
+    /// Why the value at a position is not finite, judged by the first operation below it that spoils finite operands.
+    fn reason(&self, values: &[f64], position: usize) -> String {
+        let mut below = vec![false; position + 1];
+        below[position] = true;
+        for k in (0..=position).rev() {
+            if below[k] {
+                self.operations[k].operands().for_each(|operand| below[operand.index()] = true);
+            }
+        }
+        let spoils = |k: &usize| below[*k] && !values[*k].is_finite();
+        match (0..=position).find(spoils) {
+            Some(k) => explain(self.operations[k], values),
+            None => "not a number".into(),
+        }
+    }
+}
+
+/// Area, position and sign of an address in one instance.
+fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bool) {
+    match *address {
+        Address::Fixed { area, index, negated } => (area, index, negated),
+        Address::Affine { area, base, stride, negated } => {
+            (area, (i64::from(base) + i64::from(stride) * i64::from(instance)) as u32, negated)
+        }
+        Address::Table { area, start, signed } => {
+            let entry = tables[(start + instance) as usize];
+            if signed { (area, entry & !TABLE_SIGN, entry & TABLE_SIGN != 0) } else { (area, entry, false) }
+        }
+    }
+}
+
+/// One operation on values of the tape.
+fn operate(node: Node, values: &[f64]) -> f64 {
+    let v = |id: NodeId| values[id.index()];
+    let holds = |id: NodeId| v(id) != 0.0;
+    let truth = |holds: bool| f64::from(u8::from(holds));
+    match node {
+        Node::Const(number) => number.value(),
+        Node::Slot(_) | Node::Time | Node::Initial => f64::NAN,
+        Node::Neg(a) => -v(a),
+        Node::Not(a) => truth(!holds(a)),
+        Node::Add(a, b) => v(a) + v(b),
+        Node::Sub(a, b) => v(a) - v(b),
+        Node::Mul(a, b) => v(a) * v(b),
+        Node::Div(a, b) => v(a) / v(b),
+        Node::And(a, b) => truth(holds(a) && holds(b)),
+        Node::Or(a, b) => truth(holds(a) || holds(b)),
+        Node::Compare(relation, a, b) | Node::Event(relation, a, b) => truth(relation.holds(v(a), v(b))),
+        Node::If(c, a, b) => v(if holds(c) { a } else { b }),
+        Node::Call1(function, a) => function.apply(v(a), 0.0),
+        Node::Call2(Function::Min, a, b) => signed_zero(Function::Min, v(a), v(b)),
+        Node::Call2(Function::Max, a, b) => signed_zero(Function::Max, v(a), v(b)),
+        Node::Call2(function, a, b) => function.apply(v(a), v(b)),
+    }
+}
+
+/// `min` and `max` as the machine instruction has them: -0 is below +0 (the language leaves it open).
+fn signed_zero(function: Function, a: f64, b: f64) -> f64 {
+    if a == 0.0 && b == 0.0 {
+        let negative =
+            if function == Function::Min { a.is_sign_negative() || b.is_sign_negative() } else { a.is_sign_negative() && b.is_sign_negative() };
+        return if negative { -0.0 } else { 0.0 };
+    }
+    function.apply(a, b)
+}
+
+/// What an operation with finite operands did to give a value that is not finite, in the user's words.
+fn explain(node: Node, values: &[f64]) -> String {
+    let v = |id: NodeId| values[id.index()];
+    match node {
+        Node::Slot(_) => "a value it reads is not a number".into(),
+        Node::Div(_, b) if v(b) == 0.0 => "division by zero".into(),
+        Node::Call1(Function::Log | Function::Log10, a) => format!("logarithm of {}", v(a)),
+        Node::Call1(Function::Sqrt, a) => format!("square root of {}", v(a)),
+        Node::Call1(function, a) => format!("{}({}) has no finite value", function.name(), v(a)),
+        Node::Call2(Function::Pow, a, b) => format!("{}^({}) has no finite value", v(a), v(b)),
+        Node::Call2(Function::Div | Function::Mod | Function::Rem, _, b) if v(b) == 0.0 => "division by zero".into(),
+        Node::Call2(function, a, b) => format!("{}({}, {}) has no finite value", function.name(), v(a), v(b)),
+        Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) => "overflow".into(),
+        _ => "not a number".into(),
+    }
+}

@@ -1,0 +1,169 @@
+//! Symbolic work on templates, done once per template and slot: what occurs, and what each slot equals.
+//!
+//! Equations only look results up.  Whether a solution may be used depends on what the equation's slots read: dividing
+//! by a number is safe, by an expression of parameters nearly so, by anything that changes during the run it is not.
+
+use hyd_flat::{Operand, Target, VarId};
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_symbolic::{Node, NodeId, SlotId, TemplateId, Templates, post_order, slots, solve_for};
+
+use crate::sorted::EqId;
+use crate::system::{EquationSystem, Role};
+
+/// What occurs in `left - right` of a template.
+#[derive(Clone, Debug)]
+pub(crate) struct Facts {
+    /// Left side minus right side.
+    pub residual: NodeId,
+    /// Slots in it, ascending.
+    pub slots: Vec<SlotId>,
+    /// Time or `initial()` occurs.
+    pub clocked: bool,
+}
+
+/// A slot solved for.
+#[derive(Clone, Debug)]
+pub(crate) struct Solved {
+    /// Its value.
+    pub value: NodeId,
+    /// The negative of its value.
+    pub negative: NodeId,
+    /// `slot - value`.
+    pub residual: NodeId,
+    /// Slots in expressions divided by.
+    pub divisors: Vec<SlotId>,
+    /// Something was divided by that is not a number.
+    pub divides: bool,
+    /// Time or `initial()` occurs in what was divided by.
+    pub clocked_divisor: bool,
+}
+
+/// How well an equation can be solved for one of its unknowns; smaller is better.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Solvability {
+    /// Without dividing by anything but numbers.
+    Always = 0,
+    /// Dividing by an expression of parameters.
+    ByParameters = 1,
+    /// Dividing by something that changes.
+    Sometimes = 2,
+    /// Not linear.
+    Never = 3,
+}
+
+impl Solvability {
+    /// Good enough for an explicit assignment.
+    pub fn is_safe(self) -> bool {
+        self <= Solvability::ByParameters
+    }
+}
+
+/// Variables known before anything is solved.
+pub(crate) struct Known {
+    /// Parameters, constants and what depends on nothing else.
+    pub bound: IndexVec<VarId, bool>,
+}
+
+impl Known {
+    /// All parameters and constants.
+    pub fn parameters(system: &EquationSystem) -> Self {
+        let is_parameter = |role: &Role| matches!(role, Role::Parameter | Role::Constant);
+        Self { bound: IndexVec::from_vec(system.roles.iter().map(is_parameter).collect()) }
+    }
+
+    /// True if the operand has its value before the run.
+    pub fn is_known(&self, operand: Operand) -> bool {
+        match operand.target() {
+            Target::Const(_) => true,
+            Target::Var(v) => self.bound[v],
+            _ => false,
+        }
+    }
+}
+
+/// The results found so far.
+#[derive(Default)]
+pub(crate) struct Algebra {
+    facts: Vec<Option<Facts>>,
+    solved: Vec<Vec<Option<Option<Box<Solved>>>>>,
+}
+
+impl Algebra {
+    /// What occurs in an equation's template.
+    pub fn facts(&mut self, templates: &mut Templates, id: TemplateId) -> &Facts {
+        if self.facts.len() <= id.index() {
+            self.facts.resize(templates.len(), None);
+        }
+        self.facts[id.index()].get_or_insert_with(|| {
+            let template = templates.get(id);
+            let residual = templates.arena.sub(template.left, template.right);
+            let mut slots = slots(&templates.arena, &[residual]);
+            slots.sort_unstable();
+            Facts { residual, slots, clocked: is_clocked(templates, residual) }
+        })
+    }
+
+    /// A slot's value, if the template is linear in it.
+    pub fn solve(&mut self, templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<&Solved> {
+        if self.solved.len() <= id.index() {
+            self.solved.resize(templates.len(), Vec::new());
+        }
+        let list = &mut self.solved[id.index()];
+        if list.is_empty() {
+            list.resize(templates.get(id).arity as usize, None);
+        }
+        list[slot.index()].get_or_insert_with(|| solve(templates, id, slot).map(Box::new)).as_deref()
+    }
+
+    /// How well an equation can be solved for the unknown in a slot.
+    pub fn solvability(
+        &mut self,
+        system: &mut EquationSystem,
+        known: &Known,
+        eq: EqId,
+        slot: SlotId,
+    ) -> Solvability {
+        let equation = system.equations[eq];
+        let Some(solved) = self.solve(&mut system.flat.templates, equation.template, slot) else {
+            return Solvability::Never;
+        };
+        let operands = system.operands_of(equation.operands);
+        if !solved.divides {
+            Solvability::Always
+        } else if !solved.clocked_divisor && solved.divisors.iter().all(|s| known.is_known(operands[s.index()])) {
+            Solvability::ByParameters
+        } else {
+            Solvability::Sometimes
+        }
+    }
+
+    /// The value to assign to the target of the operand in a slot, its sign taken into account.
+    pub fn value(&mut self, system: &mut EquationSystem, eq: EqId, slot: SlotId) -> Option<NodeId> {
+        let equation = system.equations[eq];
+        let negated = system.operands_of(equation.operands)[slot.index()].negated();
+        let solved = self.solve(&mut system.flat.templates, equation.template, slot)?;
+        Some(if negated { solved.negative } else { solved.value })
+    }
+}
+
+fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solved> {
+    let template = templates.get(id);
+    let arena = &mut templates.arena;
+    let solution = solve_for(arena, template.left, template.right, slot)?;
+    let own = arena.slot(slot);
+    let (negative, residual) = (arena.neg(solution.value), arena.sub(own, solution.value));
+    Some(Solved {
+        value: solution.value,
+        negative,
+        residual,
+        divisors: slots(arena, &solution.divisors),
+        divides: !solution.divisors.is_empty(),
+        clocked_divisor: solution.divisors.iter().any(|&divisor| is_clocked(templates, divisor)),
+    })
+}
+
+/// True if time or `initial()` occurs.
+pub(crate) fn is_clocked(templates: &Templates, root: NodeId) -> bool {
+    let arena = &templates.arena;
+    post_order(arena, &[root]).into_iter().any(|id| matches!(arena.node(id), Node::Time | Node::Initial))
+}

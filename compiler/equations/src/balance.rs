@@ -1,0 +1,119 @@
+//! Structural analysis: can the equations determine the unknowns at all?
+//!
+//! Unknowns of the simulation are the derivatives of states and the algebraic variables; they must match the continuous
+//! equations perfectly.  If they do not, but would with a state counting wherever it or its derivative occurs, some
+//! equations constrain states and must be differentiated first (Pantelides 1988).  Otherwise numbers differ or the model is
+//! structurally singular; the message names the smallest part at fault.
+
+use hyd_flat::{Section, Target};
+use hyd_source::{Code, Diagnostic};
+use hyd_structure::{Matching, maximum_matching};
+
+use crate::algebra::Algebra;
+use crate::explain::{counted, explain_parts, list_names, mark_equations, mark_variables, smallest_over, variable_of};
+use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::sorted::EqId;
+use crate::system::{EquationSystem, Role};
+
+/// Equations that determine no derivative and no algebraic variable: they constrain states.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Constraints {
+    /// The equations, a smallest set for each constraint found.
+    pub equations: Vec<EqId>,
+}
+
+/// Checks that the system is square and structurally regular; the constraints found are empty for index 1 or less.
+pub(crate) fn check_balance(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Constraints, Diagnostic> {
+    let rows = system.equations_in(Section::Continuous);
+    let mut unknowns = simulation_unknowns(system);
+    let rates = pattern(system, algebra, rows.clone(), &unknowns);
+    let matching = maximum_matching(&rates.incidence, None);
+    if matching.is_perfect() {
+        return Ok(Constraints::default());
+    }
+    let columns: Vec<_> = unknowns.targets.iter_enumerated().map(|(column, &target)| (column, target)).collect();
+    for (column, target) in columns {
+        if let Target::Der(v) = target {
+            unknowns.point(Target::Var(v), column);
+        }
+    }
+    let all = pattern(system, algebra, rows, &unknowns);
+    let full = maximum_matching(&all.incidence, None);
+    if full.is_perfect() {
+        return Ok(constraints(&rates, &matching));
+    }
+    Err(imbalance(system, &all, &unknowns, &full))
+}
+
+/// Derivatives of states and algebraic variables, in the order of declaration.
+pub(crate) fn simulation_unknowns(system: &EquationSystem) -> Unknowns {
+    let mut unknowns = Unknowns::new(system.roles.len());
+    for (v, role) in system.roles.iter_enumerated().filter(|&(v, _)| system.is_own(v)) {
+        match role {
+            Role::State => drop(unknowns.add(Target::Der(v))),
+            Role::Algebraic => drop(unknowns.add(Target::Var(v))),
+            _ => {}
+        }
+    }
+    unknowns
+}
+
+fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
+    let (rows, columns) = (pattern.rows.len(), unknowns.targets.len());
+    // Aliases that were eliminated count on both sides.
+    let eliminated = system.flat.count(Section::Continuous) - rows;
+    let code = if rows == columns { Code::Singular } else { Code::Unbalanced };
+    let message = match rows == columns {
+        true => format!("the model is structurally singular: {} do not determine as many unknowns", counted(rows + eliminated, "equation")),
+        false => format!("{} for {}", counted(rows + eliminated, "equation"), counted(columns + eliminated, "unknown")),
+    };
+    let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
+    let mut by_value = unknowns.clone();
+    by_value.targets = hyd_index::IndexVec::from_vec(values);
+    explain_parts(Diagnostic::error(code, message), system, pattern, &by_value, matching)
+}
+
+fn constraints(rates: &Pattern, matching: &Matching) -> Constraints {
+    let mut equations = Vec::new();
+    for row in matching.unmatched_rows() {
+        if let Ok(part) = hyd_structure::minimal_overdetermined(&rates.incidence, matching, row) {
+            equations.extend(part.rows.iter().map(|row| rates.rows[row.0 as usize]));
+        }
+        if equations.len() > 64 {
+            break;
+        }
+    }
+    debug_assert!(!equations.is_empty() && smallest_over(&rates.incidence, matching).is_some());
+    equations.sort_unstable();
+    equations.dedup();
+    Constraints { equations }
+}
+
+/// The message for constraints that are not differentiated.
+pub(crate) fn high_index(system: &EquationSystem, constraints: &Constraints) -> Diagnostic {
+    let mut states: Vec<_> = constraints
+        .equations
+        .iter()
+        .flat_map(|&eq| system.operands_of(system.equations[eq].operands))
+        .filter_map(|operand| match operand.target() {
+            Target::Var(v) if system.roles[v] == Role::State => Some(v),
+            _ => None,
+        })
+        .collect();
+    states.sort_unstable();
+    states.dedup();
+    let names = list_names(states.iter().map(|&v| system.flat.var_name(v)));
+    let message = match states.len() {
+        1 => format!("the state {names} is determined by {} that must be differentiated", constraint_count(constraints)),
+        _ => format!("the states {names} depend on each other through {}", constraint_count(constraints)),
+    };
+    let diagnostic = mark_equations(Diagnostic::error(Code::HighIndex, message), system, &constraints.equations);
+    mark_variables(diagnostic, system, &states)
+}
+
+fn constraint_count(constraints: &Constraints) -> String {
+    match constraints.equations.len() {
+        1 => "an equation without derivatives".to_string(),
+        n => format!("{n} equations without derivatives"),
+    }
+}

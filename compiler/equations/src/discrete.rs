@@ -1,0 +1,137 @@
+//! What happens at events: discrete equations in the order of their dependence, `reinit`, assertions and terminations.
+//!
+//! A discrete equation may read continuous variables, held relations and `pre` values freely; among each other the
+//! discrete variables must form no circle (Modelica 3.6, section 8.3.5.1: a `pre` breaks it).
+
+use hyd_flat::{Section, Target};
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_source::{Code, Diagnostic};
+use hyd_structure::{Entry, Matching, maximum_matching};
+
+use crate::algebra::{Algebra, Known, Solvability};
+use crate::bindings::assignment;
+use crate::explain::{counted, explain_parts, list_names, mark_equations};
+use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::plan::order_by_level;
+use crate::sorted::{Assignment, Check, EqId, Residual};
+use crate::system::{EquationSystem, Resolution, Role};
+
+/// The discrete assignments, in order.
+pub(crate) fn sort_discrete(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    known: &Known,
+) -> Result<Vec<Assignment>, Diagnostic> {
+    let mut unknowns = Unknowns::new(system.roles.len());
+    for v in system.roles.indices() {
+        if system.roles[v] == Role::Discrete && system.is_own(v) {
+            unknowns.add(Target::Var(v));
+        }
+    }
+    let rows = system.equations_in(Section::Discrete);
+    let pattern = pattern(system, algebra, rows, &unknowns);
+    let matching = match_discrete(system, algebra, known, &pattern);
+    if !matching.is_perfect() {
+        return Err(unbalanced(system, &pattern, &unknowns, &matching));
+    }
+    let blocks = hyd_structure::block_order(&pattern.incidence, &matching);
+    let blocks = blocks.expect("invariant: the matching is perfect, checked above");
+    let mut level = IndexVec::filled(0_u32, unknowns.targets.len());
+    let mut assignments = Vec::new();
+    for block in blocks.blocks() {
+        let (rows, columns) = blocks.block(block);
+        let equations: Vec<EqId> = rows.iter().map(|row| pattern.rows[row.index()]).collect();
+        let ([row], [column]) = (rows, columns) else {
+            let names = columns.iter().map(|&c| unknowns.targets[c]);
+            return Err(circle(system, names.collect(), &equations));
+        };
+        let entry = pattern.incidence.entry(*row, *column).expect("invariant: matched pairs occur");
+        let Some(value) = algebra.value(system, equations[0], pattern.slots[entry]) else {
+            return Err(circle(system, vec![unknowns.targets[*column]], &equations));
+        };
+        let others = pattern.incidence.row(*row).iter().filter(|&other| other != column);
+        level[*column] = others.map(|&other| level[other] + 1).max().unwrap_or(0);
+        assignments.push(Assignment {
+            target: unknowns.targets[*column],
+            value,
+            operands: system.equations[equations[0]].operands,
+            equation: equations[0],
+            level: level[*column],
+        });
+    }
+    order_by_level(&mut assignments);
+    Ok(assignments)
+}
+
+fn match_discrete(system: &mut EquationSystem, algebra: &mut Algebra, known: &Known, pattern: &Pattern) -> Matching {
+    let mut classes: IndexVec<Entry, u8> = IndexVec::new();
+    for row in pattern.incidence.rows() {
+        let eq = pattern.rows[row.index()];
+        let left = system.left_slot(eq);
+        for entry in pattern.incidence.entry_range(row) {
+            let slot = pattern.slots[Entry::new(entry)];
+            let class = match algebra.solvability(system, known, eq, slot) {
+                Solvability::Never => Solvability::Never as u8 + 1,
+                _ if left == Some(slot) => 0,
+                class => class as u8 + 1,
+            };
+            classes.push(class);
+        }
+    }
+    maximum_matching(&pattern.incidence, Some(&classes))
+}
+
+fn unbalanced(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
+    let rows = counted(pattern.rows.len(), "discrete equation");
+    let message = format!("{rows} for {}", counted(unknowns.targets.len(), "discrete variable"));
+    explain_parts(Diagnostic::error(Code::Unbalanced, message), system, pattern, unknowns, matching)
+}
+
+fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> Diagnostic {
+    let names = list_names(targets.iter().map(|&t| system.flat.operand_name(hyd_flat::Operand::new(t))));
+    let message = match targets.len() {
+        1 => format!("the discrete variable {names} depends on itself"),
+        _ => format!("the discrete variables {names} depend on each other in a circle"),
+    };
+    let diagnostic = Diagnostic::error(Code::DiscreteLoop, message).help("`pre(...)` reads the value before the event");
+    mark_equations(diagnostic, system, equations)
+}
+
+/// Start attributes.
+pub(crate) fn starts(system: &mut EquationSystem) -> Vec<Assignment> {
+    let mut starts: Vec<Assignment> = Vec::new();
+    for eq in system.equations_in(Section::Start) {
+        starts.extend(assignment(system, eq, 0));
+    }
+    order_by_level(&mut starts);
+    starts
+}
+
+/// The `reinit` statements; those of variables with a fixed value are gone.
+pub(crate) fn reinits(system: &mut EquationSystem) -> Vec<Assignment> {
+    let mut reinits = Vec::new();
+    for eq in system.equations_in(Section::Reinit) {
+        reinits.extend(assignment(system, eq, 0));
+    }
+    reinits.retain(|reinit: &Assignment| match reinit.target {
+        Target::Var(v) => system.resolution[v] == Resolution::Own,
+        _ => false,
+    });
+    reinits
+}
+
+/// Assertions and terminations.
+pub(crate) fn checks(system: &EquationSystem) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for (eq, equation) in system.equations.iter_enumerated() {
+        let (message, terminate) = match system.section(eq) {
+            Section::Assert(message) => (message, false),
+            Section::Terminate(message) => (message, true),
+            _ => continue,
+        };
+        let value = system.flat.templates.get(equation.template).left;
+        let condition = Residual { value, operands: equation.operands, equation: eq };
+        checks.push(Check { condition, message, terminate });
+    }
+    checks
+}

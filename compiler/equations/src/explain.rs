@@ -1,0 +1,186 @@
+//! Structural faults in the user's words: names, equations and places in the text for sets of equations and unknowns.
+//!
+//! The smallest over- or under-determined set is found by the Dulmage-Mendelsohn decomposition; here it becomes a
+//! sentence with labels at the equations and declarations.  Long lists are cut.
+
+use hyd_flat::{Target, VarId};
+use hyd_source::{Diagnostic, Span};
+use hyd_structure::{Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined};
+use hyd_symbolic::print_template;
+
+use crate::incidence::{Pattern, Unknowns};
+use crate::sorted::EqId;
+use crate::system::EquationSystem;
+
+/// At most so many names or labels of a kind.
+const MOST_NAMED: usize = 8;
+/// At most so many unmatched equations or unknowns are tried to find the smallest set.
+const MOST_TRIED: usize = 32;
+
+/// The text of an equation with the operands it had in the flat model.
+pub(crate) fn equation_text(system: &EquationSystem, eq: EqId) -> String {
+    let equation = system.equations[eq];
+    let block = &system.flat.equations[equation.block as usize];
+    let template = system.flat.templates.get(block.template);
+    let operands = block.operands_of(equation.element as usize, template.arity as usize);
+    let name = |slot: hyd_symbolic::SlotId| system.flat.operand_name(operands[slot.0 as usize]);
+    print_template(&system.flat.templates.arena, &template, &name)
+}
+
+/// Where an equation stands.
+pub(crate) fn equation_span(system: &EquationSystem, eq: EqId) -> Span {
+    system.flat.equations[system.equations[eq].block as usize].origin.span
+}
+
+/// Where a variable is declared.
+pub(crate) fn variable_span(system: &EquationSystem, v: VarId) -> Span {
+    system.flat.variables[system.flat.locate(v).0].origin.span
+}
+
+/// Names in backquotes, the first few of them.
+pub(crate) fn list_names(names: impl IntoIterator<Item = String>) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    let more = names.len().saturating_sub(MOST_NAMED);
+    let mut text = names[..names.len() - more].join(", ");
+    if more > 0 {
+        text.push_str(&format!(" and {more} more"));
+    }
+    text
+}
+
+/// The variable behind a target.
+pub(crate) fn variable_of(target: Target) -> Option<VarId> {
+    match target {
+        Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
+        Target::Const(_) | Target::Held(_) => None,
+    }
+}
+
+/// `1 equation`, `2 equations`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Labels at the equations.
+pub(crate) fn mark_equations(mut diagnostic: Diagnostic, system: &EquationSystem, equations: &[EqId]) -> Diagnostic {
+    let mut seen = Vec::new();
+    for &eq in equations {
+        let span = equation_span(system, eq);
+        if !seen.contains(&span) && seen.len() < MOST_NAMED {
+            seen.push(span);
+            diagnostic = diagnostic.at(span, equation_text(system, eq));
+        }
+    }
+    diagnostic
+}
+
+/// Labels at the declarations.
+pub(crate) fn mark_variables(mut diagnostic: Diagnostic, system: &EquationSystem, variables: &[VarId]) -> Diagnostic {
+    for &v in variables.iter().take(MOST_NAMED) {
+        let name = system.flat.var_name(v);
+        diagnostic = diagnostic.with(variable_span(system, v), format!("`{name}` is declared here"));
+    }
+    diagnostic
+}
+
+/// The smallest over-determined set found from the unmatched equations.
+pub(crate) fn smallest_over(incidence: &Incidence, matching: &Matching) -> Option<Part> {
+    let parts = matching.unmatched_rows().take(MOST_TRIED);
+    let parts = parts.filter_map(|row| minimal_overdetermined(incidence, matching, row).ok());
+    parts.min_by_key(|part| part.rows.len())
+}
+
+/// The smallest under-determined set found from the unmatched unknowns.
+pub(crate) fn smallest_under(incidence: &Incidence, matching: &Matching) -> Option<Part> {
+    let transpose = incidence.transpose();
+    let parts = matching.unmatched_columns().take(MOST_TRIED);
+    let parts = parts.filter_map(|column| minimal_underdetermined(&transpose, matching, column).ok());
+    parts.min_by_key(|part| part.columns.len())
+}
+
+/// Adds to a message what is over- and what is under-determined.
+pub(crate) fn explain_parts(
+    diagnostic: Diagnostic,
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &Matching,
+) -> Diagnostic {
+    let diagnostic = explain_over(diagnostic, system, pattern, unknowns, matching);
+    explain_under(diagnostic, system, pattern, unknowns, matching)
+}
+
+/// Adds the smallest over-determined set found.
+pub(crate) fn explain_over(
+    diagnostic: Diagnostic,
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &Matching,
+) -> Diagnostic {
+    let Some(part) = smallest_over(&pattern.incidence, matching) else { return diagnostic };
+    let equations = part_equations(pattern, &part);
+    let diagnostic = mark_equations(diagnostic, system, &equations);
+    let diagnostic = diagnostic.help(over_sentence(system, unknowns, &part, &equations));
+    mark_variables(diagnostic, system, &part_variables(unknowns, &part))
+}
+
+/// Adds the smallest under-determined set found.
+pub(crate) fn explain_under(
+    diagnostic: Diagnostic,
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &Matching,
+) -> Diagnostic {
+    let Some(part) = smallest_under(&pattern.incidence, matching) else { return diagnostic };
+    let equations = part_equations(pattern, &part);
+    let diagnostic = mark_equations(diagnostic, system, &equations);
+    let diagnostic = diagnostic.help(under_sentence(system, unknowns, &part, &equations));
+    mark_variables(diagnostic, system, &part_variables(unknowns, &part))
+}
+
+fn part_equations(pattern: &Pattern, part: &Part) -> Vec<EqId> {
+    part.rows.iter().map(|row| pattern.rows[row.0 as usize]).collect()
+}
+
+fn part_variables(unknowns: &Unknowns, part: &Part) -> Vec<VarId> {
+    let mut variables: Vec<VarId> =
+        part.columns.iter().filter_map(|&column| variable_of(unknowns.targets[column])).collect();
+    variables.sort_unstable();
+    variables.dedup();
+    variables
+}
+
+/// Names of a part's unknowns, each variable once.
+pub(crate) fn part_names(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> String {
+    let names = part.columns.iter().map(|&column| system.flat.operand_name(hyd_flat::Operand::new(unknowns.targets[column])));
+    list_names(names)
+}
+
+fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
+    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
+    match (equations.len(), part.columns.len()) {
+        (_, 0) => format!("{texts} contains no unknown that is left to determine"),
+        (rows, columns) => format!(
+            "{} determine {} {}: {texts}",
+            counted(rows, "equation"),
+            if columns == 1 { "one unknown" } else { "fewer unknowns" },
+            part_names(system, unknowns, part)
+        ),
+    }
+}
+
+fn under_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
+    let names = part_names(system, unknowns, part);
+    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
+    match (equations.len(), part.columns.len()) {
+        (0, 1) => format!("no equation determines {names}"),
+        (0, _) => format!("no equation determines any of {names}"),
+        (rows, columns) => format!(
+            "{} left for {}: {names} in {texts}",
+            if rows == 1 { "one equation is".to_string() } else { format!("{rows} equations are") },
+            counted(columns, "unknown"),
+        ),
+    }
+}

@@ -1,0 +1,190 @@
+//! The initial system: consistent values of all variables, derivatives and free parameters at the start.
+//!
+//! Unknowns are states, their derivatives, algebraic variables and parameters with `fixed = false`; equations are the
+//! continuous and the initial ones, `x = start` for every fixed variable, and bindings that depend on free parameters
+//! (Modelica 3.6, section 8.6).  If states are left open, `x = start` is added for as many as a matching can
+//! take, one at a time in order of preference; adding greedily is optimal because the sets of unknowns that can be left
+//! out form a matroid (Edmonds and Fulkerson 1965, transversals).  Discrete variables and held relations are known here.
+
+use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
+use hyd_index::IndexVec;
+use hyd_source::{Code, Diagnostic};
+use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
+use hyd_symbolic::{SlotId, Template};
+
+use crate::algebra::Algebra;
+use crate::bindings::Bindings;
+use crate::explain::{counted, explain_over, explain_under, list_names};
+use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::plan::{Kind, Mismatch, Request, build_plan};
+use crate::representative::block_of_variable;
+use crate::sort::wishes;
+use crate::sorted::{EqId, Plan};
+use crate::system::{Equation, EquationSystem, Role};
+
+/// The initial plan; notes say which start values were taken as initial values.
+pub(crate) fn initial_plan(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    bindings: &Bindings,
+    notes: &mut Vec<Diagnostic>,
+) -> Result<Plan, Box<Diagnostic>> {
+    let unknowns = initial_unknowns(system, bindings);
+    let mut rows = system.equations_in(Section::Continuous);
+    rows.retain(|&eq| !bindings.used[eq]);
+    rows.extend(system.equations_in(Section::Initial));
+    rows.extend(&bindings.late_equations);
+    let fixed = fixed_variables(system, &unknowns);
+    rows.extend(add_start_equations(system, &fixed));
+    let pattern = pattern(system, algebra, rows, &unknowns);
+    let mut matching = first_matching(system, &pattern, &unknowns);
+    if matching.unmatched_rows().next().is_some() {
+        return Err(Box::new(overdetermined(system, &pattern, &unknowns, &matching)));
+    }
+    let chosen = choose_starts(system, &pattern, &unknowns, &mut matching);
+    if matching.unmatched_columns().next().is_some() {
+        let diagnostic = Diagnostic::error(Code::InitialUnbalanced, "the start is not determined");
+        let matching = maximum_matching(&pattern.incidence, None);
+        return Err(Box::new(explain_under(diagnostic, system, &pattern, &unknowns, &matching)));
+    }
+    notes.extend(note(system, &chosen));
+    let mut rows = pattern.rows;
+    rows.extend(add_start_equations(system, &chosen));
+    let kind = |target: &Target| match *target {
+        Target::Var(v) if system.roles[v] == Role::Parameter => Kind::Iterated,
+        _ => Kind::Plain,
+    };
+    let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
+    let wishes = wishes(system, &unknowns);
+    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &bindings.known };
+    build_plan(system, algebra, request).map_err(|mismatch| {
+        let Mismatch { pattern, matching } = *mismatch;
+        Box::new(overdetermined(system, &pattern, &unknowns, &matching))
+    })
+}
+
+fn initial_unknowns(system: &EquationSystem, bindings: &Bindings) -> Unknowns {
+    let mut unknowns = Unknowns::new(system.roles.len());
+    for v in system.roles.indices().filter(|&v| system.is_continuous(v) && !bindings.known.bound[v]) {
+        unknowns.add(Target::Var(v));
+        if system.roles[v] == Role::State {
+            unknowns.add(Target::Der(v));
+        }
+    }
+    for &v in &bindings.late {
+        unknowns.add(Target::Var(v));
+    }
+    unknowns
+}
+
+/// Continuous variables whose start value is an initial equation.
+fn fixed_variables(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
+    let blocks = block_of_variable(&system.flat);
+    let fixed = |v: VarId| {
+        let block = &system.flat.variables.raw[blocks[v] as usize];
+        block.fixed.get((v.0 - block.first.0) as usize)
+    };
+    let values = unknowns.targets.iter().filter_map(|&target| match target {
+        Target::Var(v) if system.roles[v] != Role::Parameter => Some(v),
+        _ => None,
+    });
+    values.filter(|&v| fixed(v)).collect()
+}
+
+/// Appends initial equations `x = x.start`, neighbours of one declaration in one block.
+fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<EqId> {
+    let arena = &mut system.flat.templates.arena;
+    let (left, right) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
+    let template = system.flat.templates.intern(Template { left, right, arity: 2 });
+    let blocks = block_of_variable(&system.flat);
+    let mut added = Vec::with_capacity(variables.len());
+    for group in variables.chunk_by(|&a, &b| blocks[a] == blocks[b]) {
+        let origin = system.flat.variables.raw[blocks[group[0]] as usize].origin.clone();
+        let operands: Vec<Operand> =
+            group.iter().flat_map(|&v| [Operand::new(Target::Var(v)), Operand::new(Target::Start(v))]).collect();
+        let block = system.flat.equations.len() as u32;
+        for element in 0..group.len() as u32 {
+            let own = &operands[2 * element as usize..2 * element as usize + 2];
+            let operands = crate::relations::append(system, own);
+            added.push(system.equations.push(Equation { template, operands, block, element }));
+        }
+        let (section, count) = (Section::Initial, group.len() as u32);
+        system.flat.equations.push(EquationBlock { section, template, count, operands, origin });
+    }
+    added
+}
+
+/// A matching that leaves states open rather than derivatives and algebraic variables, free parameters used last.
+fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
+    let class = |column: Column| match unknowns.targets[column] {
+        Target::Var(v) if system.roles[v] == Role::Parameter => 2,
+        Target::Var(v) if system.roles[v] == Role::State => 1,
+        _ => 0,
+    };
+    let classes = pattern.incidence.entry_table(|_, column| class(column));
+    maximum_matching(&pattern.incidence, Some(&classes))
+}
+
+/// The variables that take their start values as initial values, in the order of declaration.
+fn choose_starts(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &mut Matching,
+) -> Vec<VarId> {
+    let mut open = matching.unmatched_columns().count();
+    let mut incidence = pattern.incidence.clone();
+    let mut augmenter = Augmenter::new();
+    let mut chosen = Vec::new();
+    for v in candidates(system, unknowns) {
+        if open == 0 {
+            break;
+        }
+        let Some(column) = unknowns.column(Target::Var(v)) else { continue };
+        let row = incidence.push_row([column]).expect("invariant: one known column");
+        if augmenter.augment(&incidence, matching, row, |_| true) == Augmentation::Matched {
+            chosen.push(v);
+            open -= 1;
+        }
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// States and free parameters by preference: `stateSelect`, a start value, declaration.
+fn candidates(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
+    let blocks = block_of_variable(&system.flat);
+    let mut keys = Vec::new();
+    for &target in unknowns.targets.iter() {
+        let Target::Var(v) = target else { continue };
+        let block = &system.flat.variables.raw[blocks[v] as usize];
+        let kind = match system.roles[v] {
+            Role::State => 0,
+            Role::Parameter => 1,
+            _ if block.has_start => 2,
+            _ => continue,
+        };
+        let select = StateSelect::Always as u8 - block.state_select as u8;
+        keys.push((kind, select, !block.has_start, v));
+    }
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key.3).collect()
+}
+
+fn note(system: &EquationSystem, chosen: &[VarId]) -> Option<Diagnostic> {
+    let names = list_names(chosen.iter().map(|&v| system.flat.var_name(v)));
+    let message = format!("the start is left open: the start values of {names} are taken as initial values");
+    (!chosen.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
+}
+
+fn overdetermined(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &Matching,
+) -> Diagnostic {
+    let surplus = counted(matching.unmatched_rows().count(), "initial condition");
+    let message = format!("the start is determined more than once: {surplus} too many");
+    // What is left open would be filled with start values; only the surplus is at fault.
+    explain_over(Diagnostic::error(Code::InitialUnbalanced, message), system, pattern, unknowns, matching)
+}

@@ -1,0 +1,63 @@
+//! Flat model to sorted system: what is computed in which order, and what is left for the solver.
+//!
+//! One pass per file, each a function from one representation to the next: [`assign_roles`] gives every scalar variable
+//! and equation its place, [`eliminate_aliases`] removes what merely renames, [`reduce_index`] checks the structure,
+//! [`sort_system`] orders everything computed into plans ([`Plan`]), [`differentiate`] makes the Jacobian of a plan.
+//! [`sort`] runs them all.  Symbolic work is done once per template, structural work on integers, so that the cost grows
+//! about linearly with the number of equations.  Nothing is evaluated here, and no code is made.
+
+mod algebra;
+mod alias;
+mod balance;
+mod bindings;
+mod classes;
+mod discrete;
+mod explain;
+mod incidence;
+mod initial;
+pub mod jacobian;
+mod plan;
+mod print;
+mod print_plan;
+mod reduce_index;
+mod relations;
+mod representative;
+mod roles;
+mod sort;
+pub mod sorted;
+mod specialize;
+mod support;
+pub mod system;
+mod verify;
+
+pub use alias::eliminate_aliases;
+pub use jacobian::{Lists, Places, PlanJacobian, PlanPlace, differentiate};
+pub use plan::{LARGE, LONGEST_CHAIN, WIDEST_SUPPORT};
+pub use print::print_system;
+pub use print_plan::{print_jacobian, print_sorted};
+pub use reduce_index::reduce_index;
+pub use relations::extract_relations;
+pub use roles::assign_roles;
+pub use sort::sort_system;
+pub use sorted::{
+    Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Residual, SortedSystem, Trigger, Unknown,
+};
+pub use system::{Equation, EquationSystem, Resolution, Role};
+pub use verify::verify;
+
+use hyd_flat::FlatModel;
+use hyd_source::Outcome;
+
+/// The equation system of a flat model: roles assigned, aliases eliminated.
+pub fn build_system(flat: FlatModel) -> EquationSystem {
+    eliminate_aliases(assign_roles(flat))
+}
+
+/// The sorted system of a flat model; none if the model is structurally at fault.
+pub fn sort(flat: FlatModel) -> Outcome<Option<SortedSystem>> {
+    let Outcome { value, mut diagnostics } = reduce_index(build_system(flat));
+    let Some(system) = value else { return Outcome { value: None, diagnostics } };
+    let sorted = sort_system(system);
+    diagnostics.extend(sorted.diagnostics);
+    Outcome { value: sorted.value, diagnostics }
+}

@@ -1,0 +1,298 @@
+//! Matching, block order and tearing become assignments and residuals.
+//!
+//! Each equation is matched to one unknown, preferring those it can be solved for without dividing by what may vanish;
+//! the blocks of the block lower triangular form (Duff and Reid 1978) are walked in order.  Explicit equations become
+//! assignments, loops are torn (Elmqvist and Otter 1994), all else becomes an unknown of the solver with a residual.  In large
+//! systems a variable also stays an unknown when its assignment would lengthen a chain or widen the Jacobian beyond
+//! bounds.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
+
+use hyd_flat::Target;
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_structure::{
+    Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching,
+};
+use hyd_symbolic::SlotId;
+
+use crate::algebra::{Algebra, Known, Solvability};
+use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::sorted::{Assignment, Block, EqId, Plan, Residual, Unknown};
+use crate::support::Supports;
+use crate::system::EquationSystem;
+
+/// A system with more equations is large.
+pub const LARGE: usize = 2000;
+/// Longest chain of assignments in a large system.
+pub const LONGEST_CHAIN: u32 = 64;
+/// Most unknowns an assignment of a large system may depend on.
+pub const WIDEST_SUPPORT: usize = 24;
+
+/// How a column may be determined.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Kind {
+    /// By an assignment if possible.
+    Plain,
+    /// By the solver: the derivative of a state, read from `y'`.
+    Rate,
+    /// By the solver always.
+    Iterated,
+}
+
+/// A square system to be sorted.
+pub(crate) struct Request<'a> {
+    /// Equations.
+    pub rows: Vec<EqId>,
+    /// Unknowns.
+    pub unknowns: &'a Unknowns,
+    /// One per unknown.
+    pub kinds: IndexVec<Column, Kind>,
+    /// Wish for each unknown to be an iteration variable.
+    pub wishes: IndexVec<Column, i8>,
+    /// What is known.
+    pub known: &'a Known,
+}
+
+/// Why there is no plan: the equations do not match the unknowns.
+pub(crate) struct Mismatch {
+    /// Equations and unknowns.
+    pub pattern: Pattern,
+    /// A maximum matching, not perfect.
+    pub matching: Matching,
+}
+
+/// Sorts a square system.
+pub(crate) fn build_plan(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    request: Request<'_>,
+) -> Result<Plan, Box<Mismatch>> {
+    let pattern = pattern(system, algebra, request.rows, request.unknowns);
+    let solvability = solvabilities(system, algebra, request.known, &pattern);
+    let classes = IndexVec::from_vec(solvability.iter().map(|&class| class as u8).collect());
+    let classes = prefer(&pattern, &request.kinds, classes);
+    let matching = maximum_matching(&pattern.incidence, Some(&classes));
+    if !matching.is_perfect() {
+        return Err(Box::new(Mismatch { pattern, matching }));
+    }
+    let cut = cut_rates(&pattern, &matching, &request.kinds, &solvability);
+    let blocks = block_order(&cut.incidence, &matching).expect("invariant: the matching is perfect, checked above");
+    let solvable = IndexVec::from_vec(
+        cut.incidence
+            .rows()
+            .flat_map(|row| cut.incidence.entries(row))
+            .map(|(entry, column)| cut.solvability[entry].is_safe() && request.kinds[column] == Kind::Plain)
+            .collect(),
+    );
+    let options = TearingOptions { solvable: &solvable, wish: Some(&request.wishes), max_depth: None };
+    let mut tearing = Tearing::new(&cut.incidence, options);
+    let count = pattern.rows.len();
+    let mut builder = Builder {
+        system,
+        algebra,
+        unknowns: request.unknowns,
+        kinds: &request.kinds,
+        cut: &cut,
+        rows: &pattern.rows,
+        level: IndexVec::filled(None, request.unknowns.targets.len()),
+        supports: (count > LARGE).then(|| Supports::new(request.unknowns.targets.len())),
+        plan: Plan::default(),
+    };
+    for block in blocks.blocks() {
+        let (rows, columns) = blocks.block(block);
+        builder.plan.blocks.push(Block { assignments: Vec::new(), unknowns: Vec::new(), residuals: Vec::new() });
+        if let ([row], [column]) = (rows, columns) {
+            builder.single(*row, *column);
+        } else {
+            let plan = tearing.tear(rows, columns);
+            builder.torn(&plan);
+        }
+    }
+    Ok(finish(builder.plan))
+}
+
+/// Unknowns that need no assignment should take the equations that give none.
+fn prefer(pattern: &Pattern, kinds: &IndexVec<Column, Kind>, mut classes: IndexVec<Entry, u8>) -> IndexVec<Entry, u8> {
+    for row in pattern.incidence.rows() {
+        for (entry, column) in pattern.incidence.entries(row) {
+            match kinds[column] {
+                Kind::Plain => {}
+                Kind::Rate if classes[entry] <= Solvability::ByParameters as u8 => classes[entry] = 0,
+                Kind::Rate => classes[entry] = Solvability::Sometimes as u8,
+                Kind::Iterated => classes[entry] = Solvability::Never as u8,
+            }
+        }
+    }
+    classes
+}
+
+fn solvabilities(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    known: &Known,
+    pattern: &Pattern,
+) -> IndexVec<Entry, Solvability> {
+    let mut table = Vec::with_capacity(pattern.incidence.entry_count());
+    for row in pattern.incidence.rows() {
+        let eq = pattern.rows[row.index()];
+        for entry in pattern.incidence.entry_range(row) {
+            table.push(algebra.solvability(system, known, eq, pattern.slots[Entry::new(entry)]));
+        }
+    }
+    IndexVec::from_vec(table)
+}
+
+/// A pattern in which a rate occurs only in the row that is matched to it.
+struct Cut {
+    incidence: Incidence,
+    slots: IndexVec<Entry, SlotId>,
+    solvability: IndexVec<Entry, Solvability>,
+}
+
+fn cut_rates(
+    pattern: &Pattern,
+    matching: &Matching,
+    kinds: &IndexVec<Column, Kind>,
+    solvability: &IndexVec<Entry, Solvability>,
+) -> Cut {
+    let mut cut = Cut {
+        incidence: Incidence::new(pattern.incidence.column_count()),
+        slots: IndexVec::new(),
+        solvability: IndexVec::new(),
+    };
+    for row in pattern.incidence.rows() {
+        let own = matching.column_of_row[row];
+        let kept = |&(_, column): &(Entry, Column)| kinds[column] != Kind::Rate || own == Some(column);
+        let entries: Vec<_> = pattern.incidence.entries(row).filter(kept).collect();
+        let pushed = cut.incidence.push_row(entries.iter().map(|&(_, column)| column));
+        pushed.expect("invariant: a part of a row that is sorted");
+        cut.slots.raw.extend(entries.iter().map(|&(entry, _)| pattern.slots[entry]));
+        cut.solvability.raw.extend(entries.iter().map(|&(entry, _)| solvability[entry]));
+    }
+    cut
+}
+
+struct Builder<'a> {
+    system: &'a mut EquationSystem,
+    algebra: &'a mut Algebra,
+    unknowns: &'a Unknowns,
+    kinds: &'a IndexVec<Column, Kind>,
+    cut: &'a Cut,
+    rows: &'a [EqId],
+    /// Level of the columns that are assigned.
+    level: IndexVec<Column, Option<u32>>,
+    /// Kept for large systems only.
+    supports: Option<Supports>,
+    plan: Plan,
+}
+
+impl Builder<'_> {
+    fn single(&mut self, row: Row, column: Column) {
+        let entry = self.entry(row, column);
+        if self.cut.solvability[entry].is_safe() && self.kinds[column] == Kind::Plain {
+            self.assign(row, column);
+        } else {
+            self.iterate(row, column);
+        }
+    }
+
+    fn torn(&mut self, plan: &hyd_structure::TearingPlan) {
+        for &(row, column) in &plan.assignments {
+            self.assign(row, column);
+        }
+        for &column in &plan.tearing {
+            self.add_unknown(column);
+        }
+        for &row in &plan.residuals {
+            let eq = self.rows[row.index()];
+            let equation = self.system.equations[eq];
+            let value = self.algebra.facts(&mut self.system.flat.templates, equation.template).residual;
+            self.add_residual(Residual { value, operands: equation.operands, equation: eq });
+        }
+    }
+
+    fn entry(&self, row: Row, column: Column) -> Entry {
+        self.cut.incidence.entry(row, column).expect("invariant: a matched column occurs in its row")
+    }
+
+    /// An assignment, unless the system is large and it would be too deep or too wide.
+    fn assign(&mut self, row: Row, column: Column) {
+        let others = self.cut.incidence.row(row).iter().filter(|&&other| other != column);
+        let level = others.filter_map(|&other| self.level[other]).map(|level| level + 1).max().unwrap_or(0);
+        let (eq, slot) = (self.rows[row.index()], self.cut.slots[self.entry(row, column)]);
+        if let Some(supports) = &mut self.supports {
+            let facts = self.algebra.facts(&mut self.system.flat.templates, self.system.equations[eq].template);
+            let operands = self.system.operands_of(self.system.equations[eq].operands);
+            let read = facts.slots.iter().filter(|&&s| s != slot).map(|s| operands[s.index()].target());
+            let narrow = supports.assign(self.system, self.unknowns, column, read);
+            if level >= LONGEST_CHAIN || !narrow {
+                supports.release(column);
+                return self.iterate(row, column);
+            }
+        }
+        let operands = self.system.equations[eq].operands;
+        let value = self.algebra.value(self.system, eq, slot);
+        let value = value.expect("invariant: only entries that can be solved are assigned");
+        let target = self.unknowns.targets[column];
+        self.level[column] = Some(level);
+        let position = self.plan.assignments.len() as u32;
+        self.plan.assignments.push(Assignment { target, value, operands, equation: eq, level });
+        self.block().assignments.push(position);
+    }
+
+    /// An unknown with the residual of the equation matched to it, in the form `slot - value` where there is one.
+    fn iterate(&mut self, row: Row, column: Column) {
+        let (eq, entry) = (self.rows[row.index()], self.entry(row, column));
+        let equation = self.system.equations[eq];
+        let templates = &mut self.system.flat.templates;
+        let explicit = match self.cut.solvability[entry].is_safe() {
+            true => self.algebra.solve(templates, equation.template, self.cut.slots[entry]).map(|s| s.residual),
+            false => None,
+        };
+        let value = explicit.unwrap_or_else(|| self.algebra.facts(templates, equation.template).residual);
+        self.add_unknown(column);
+        self.add_residual(Residual { value, operands: equation.operands, equation: eq });
+    }
+
+    fn add_unknown(&mut self, column: Column) {
+        let differential = self.kinds[column] == Kind::Rate;
+        let target = match self.unknowns.targets[column] {
+            Target::Der(v) if differential => Target::Var(v),
+            target => target,
+        };
+        let position = self.plan.unknowns.len() as u32;
+        self.plan.unknowns.push(Unknown { target, differential });
+        self.block().unknowns.push(position);
+    }
+
+    fn add_residual(&mut self, residual: Residual) {
+        let position = self.plan.residuals.len() as u32;
+        self.plan.residuals.push(residual);
+        self.block().residuals.push(position);
+    }
+
+    fn block(&mut self) -> &mut Block {
+        self.plan.blocks.last_mut().expect("invariant: a block is pushed before its parts")
+    }
+}
+
+/// Puts the assignments into the order of their levels and renumbers them in the blocks.
+fn finish(mut plan: Plan) -> Plan {
+    let position = order_by_level(&mut plan.assignments);
+    for block in &mut plan.blocks {
+        for entry in &mut block.assignments {
+            *entry = position[*entry as usize];
+        }
+    }
+    plan
+}
+
+/// Sorts by level, then by expression, so that equal expressions are neighbours; returns where each entry went.
+pub(crate) fn order_by_level(assignments: &mut Vec<Assignment>) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..assignments.len() as u32).collect();
+    order.sort_by_key(|&k| (assignments[k as usize].level, assignments[k as usize].value, k));
+    let mut position = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        position[old as usize] = new as u32;
+    }
+    *assignments = order.iter().map(|&old| assignments[old as usize]).collect();
+    position
+}

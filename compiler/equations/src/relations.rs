@@ -1,0 +1,247 @@
+//! Relations that cause events leave the expressions: each becomes a held truth value and a root function.
+//!
+//! An `Event` node is replaced by a new slot that reads `Held(k)`; relation `k` knows how to compute its truth and where
+//! its truth changes (Modelica 3.6, section 8.5).  Equal relations over equal operands share one entry.  Relations that
+//! only events can change, that compare for equality, or that stand where no event is made (bindings, starts, initial
+//! equations, assertions) are evaluated literally.  A relation between time and values fixed between events is a time event.
+
+use hyd_flat::{Operand, Section, Target};
+use hyd_index::TypedIndex;
+use hyd_symbolic::{
+    Node, NodeId, Relation, SlotId, Template, TemplateId, Templates, canonical, contains_event, contains_initial,
+    contains_time, partial_time, post_order, rewrite, slots, solve_for,
+};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::sorted::{EqId, EventRelation, OperandRange, Trigger};
+use crate::system::{EquationSystem, Role};
+
+/// The system with `Held` operands, and the relations behind them.
+pub fn extract_relations(mut system: EquationSystem) -> (EquationSystem, Vec<EventRelation>) {
+    let mut pass = Pass::default();
+    for eq in system.equations.indices() {
+        pass.equation(&mut system, eq);
+    }
+    (system, pass.relations)
+}
+
+/// An event node of a template.
+struct EventNode {
+    node: NodeId,
+    /// Slots it reads other than through another event node, and whether it reads the time.
+    slots: Vec<SlotId>,
+    time: bool,
+    equality: bool,
+}
+
+/// A relation taken out of a template.
+#[derive(Clone)]
+struct Extracted {
+    truth: NodeId,
+    root: NodeId,
+    /// For each slot of `truth` the slot of the new template (those of relations taken out before included).
+    slots: Vec<SlotId>,
+    /// The instant, if the relation is linear in time; an expression over the slots of `truth`.
+    instant: Option<NodeId>,
+}
+
+#[derive(Clone)]
+struct Rewritten {
+    template: TemplateId,
+    extracted: Vec<Extracted>,
+}
+
+#[derive(Default)]
+struct Pass {
+    relations: Vec<EventRelation>,
+    events: FxHashMap<TemplateId, Vec<EventNode>>,
+    rewritten: FxHashMap<(TemplateId, Vec<bool>), Rewritten>,
+    known: FxHashMap<(NodeId, Vec<Operand>), u32>,
+}
+
+impl Pass {
+    fn equation(&mut self, system: &mut EquationSystem, eq: EqId) {
+        let equation = system.equations[eq];
+        let templates = &mut system.flat.templates;
+        let events = self.events.entry(equation.template).or_insert_with(|| event_nodes(templates, equation.template));
+        if events.is_empty() {
+            return;
+        }
+        let literal = !matches!(
+            system.section(eq),
+            Section::Continuous | Section::Discrete | Section::Reinit | Section::Terminate(_)
+        );
+        let operands = system.operands_of(equation.operands);
+        let varies = |slot: &SlotId| is_continuous(system, operands[slot.index()]);
+        let held: Vec<bool> =
+            events.iter().map(|e| !literal && !e.equality && (e.time || e.slots.iter().any(varies))).collect();
+        let templates = &mut system.flat.templates;
+        let key = (equation.template, held);
+        if !self.rewritten.contains_key(&key) {
+            let new = take_out(templates, equation.template, events, &key.1);
+            self.rewritten.insert(key.clone(), new);
+        }
+        let Rewritten { template, extracted } = self.rewritten[&key].clone();
+        let mut operands = operands_of(system, equation.operands);
+        for relation in &extracted {
+            let index = self.enter(system, eq, relation, &operands);
+            operands.push(Operand::new(Target::Held(index)));
+        }
+        system.equations[eq].template = template;
+        system.equations[eq].operands = if extracted.is_empty() {
+            equation.operands
+        } else {
+            append(system, &operands)
+        };
+    }
+
+    /// The index of a relation with the given operands of its equation.
+    fn enter(&mut self, system: &mut EquationSystem, eq: EqId, relation: &Extracted, operands: &[Operand]) -> u32 {
+        let own: Vec<Operand> = relation.slots.iter().map(|slot| operands[slot.index()]).collect();
+        let next = self.relations.len() as u32;
+        match self.known.entry((relation.truth, own)) {
+            std::collections::hash_map::Entry::Occupied(entry) => *entry.get(),
+            std::collections::hash_map::Entry::Vacant(entry) => {
+                let own = entry.key().1.clone();
+                entry.insert(next);
+                let fixed = own.iter().all(|&operand| is_fixed_between_events(system, operand));
+                let trigger = match relation.instant {
+                    Some(instant) if fixed => Trigger::Time(instant),
+                    _ => Trigger::State,
+                };
+                let operands = append(system, &own);
+                let (truth, root) = (relation.truth, relation.root);
+                self.relations.push(EventRelation { truth, root, operands, trigger, equation: eq });
+                next
+            }
+        }
+    }
+}
+
+fn operands_of(system: &EquationSystem, range: OperandRange) -> Vec<Operand> {
+    system.operands_of(range).to_vec()
+}
+
+/// Stores operands behind all others.
+pub(crate) fn append(system: &mut EquationSystem, operands: &[Operand]) -> OperandRange {
+    let first = system.operands.len() as u32;
+    system.operands.extend_from_slice(operands);
+    OperandRange { first, len: operands.len() as u32 }
+}
+
+fn is_continuous(system: &EquationSystem, operand: Operand) -> bool {
+    match operand.target() {
+        Target::Var(v) => matches!(system.roles[v], Role::State | Role::Algebraic),
+        Target::Der(_) => true,
+        _ => false,
+    }
+}
+
+fn is_fixed_between_events(system: &EquationSystem, operand: Operand) -> bool {
+    match operand.target() {
+        Target::Held(_) => false,
+        _ => !is_continuous(system, operand),
+    }
+}
+
+/// The event nodes of a template, inner ones first.
+fn event_nodes(templates: &Templates, template: TemplateId) -> Vec<EventNode> {
+    let (arena, template) = (&templates.arena, templates.get(template));
+    let mut found = Vec::new();
+    for node in post_order(arena, &[template.left, template.right]) {
+        if let Node::Event(relation, a, b) = arena.node(node) {
+            let (slots, time) = reads_outside_events(templates, a, b);
+            let equality = matches!(relation, Relation::Equal | Relation::NotEqual);
+            found.push(EventNode { node, slots, time, equality });
+        }
+    }
+    found
+}
+
+fn reads_outside_events(templates: &Templates, a: NodeId, b: NodeId) -> (Vec<SlotId>, bool) {
+    let mut seen = FxHashSet::default();
+    let (mut slots, mut time, mut stack) = (Vec::new(), false, vec![a, b]);
+    while let Some(id) = stack.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        match templates.arena.node(id) {
+            Node::Slot(slot) => slots.push(slot),
+            Node::Time => time = true,
+            Node::Event(..) => {}
+            node => stack.extend(node.operands()),
+        }
+    }
+    (slots, time)
+}
+
+/// The template with the event nodes replaced: by a new slot where `held`, else by the literal relation.
+fn take_out(templates: &mut Templates, old: TemplateId, events: &[EventNode], held: &[bool]) -> Rewritten {
+    let Template { left, right, mut arity } = templates.get(old);
+    let mut extracted = Vec::new();
+    let mut replaced: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+    for (event, &held) in events.iter().zip(held) {
+        let literal = replace_events(templates, event.node, &replaced, true);
+        let new = if held && !slots(&templates.arena, &[literal]).is_empty()
+            || held && contains_time(&templates.arena, literal)
+        {
+            extracted.push(extract(templates, literal));
+            arity += 1;
+            templates.arena.slot(SlotId(arity - 1))
+        } else {
+            literal
+        };
+        replaced.insert(event.node, new);
+    }
+    let left = replace_events(templates, left, &replaced, false);
+    let right = replace_events(templates, right, &replaced, false);
+    debug_assert!(!contains_event(&templates.arena, left) && !contains_event(&templates.arena, right));
+    Rewritten { template: templates.intern(Template { left, right, arity }), extracted }
+}
+
+/// Rewrites an expression with the replacements found so far; with `top`, the event at its root becomes literal.
+fn replace_events(templates: &mut Templates, root: NodeId, replaced: &FxHashMap<NodeId, NodeId>, top: bool) -> NodeId {
+    // `rewrite` shows nodes with rewritten operands, so the replacement is by position in the original's post-order.
+    let order = post_order(&templates.arena, &[root]);
+    let mut position = 0;
+    rewrite(&mut templates.arena, root, |arena, node| {
+        let original = order[position];
+        position += 1;
+        match (replaced.get(&original), node) {
+            (Some(&new), _) => Some(new),
+            (None, Node::Event(relation, a, b)) if top && original == root => Some(arena.compare(relation, a, b)),
+            _ => None,
+        }
+    })
+}
+
+fn extract(templates: &mut Templates, literal: NodeId) -> Extracted {
+    let arena = &mut templates.arena;
+    let zero = arena.constant(0.0);
+    let (form, slots) = canonical(arena, literal, zero);
+    let truth = form.left;
+    let root = match arena.node(truth) {
+        Node::Compare(Relation::Less | Relation::LessEqual, a, b) => arena.sub(b, a),
+        Node::Compare(_, a, b) => arena.sub(a, b),
+        _ => truth,
+    };
+    let instant = instant(templates, root, form.arity);
+    Extracted { truth, root, slots, instant }
+}
+
+/// The time at which `root` is zero, if it is linear in time with a number as its slope.
+fn instant(templates: &mut Templates, root: NodeId, arity: u32) -> Option<NodeId> {
+    let arena = &mut templates.arena;
+    if !contains_time(arena, root) || contains_initial(arena, root) {
+        return None;
+    }
+    let slope = partial_time(arena, root);
+    if arena.as_constant(slope).is_none_or(|slope| slope == 0.0) {
+        return None;
+    }
+    let time = SlotId(arity);
+    let named = rewrite(arena, root, |arena, node| (node == Node::Time).then(|| arena.slot(time)));
+    let zero = arena.constant(0.0);
+    let solution = solve_for(arena, named, zero, time)?;
+    solution.divisors.is_empty().then_some(solution.value)
+}

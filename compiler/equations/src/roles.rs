@@ -1,0 +1,95 @@
+//! Flat model to equation system: every scalar variable gets a role, every scalar equation its own entry.
+//!
+//! A variable is a state if its derivative occurs anywhere, discrete if it is declared so or is not a real number
+//! (Modelica 3.6, section 3.8.4), otherwise algebraic; parameters and constants follow from the declaration.  Equations
+//! keep the order of the text; an entry is a template and a range of operands, so memory is a few words each.  Nothing
+//! is eliminated here.
+
+use hyd_flat::{FlatModel, Operand, Section, Target, VarId, VariableBlock};
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_symbolic::{Node, SlotId};
+use hyd_system::{ValueKind, Variability};
+
+use crate::sorted::{EqId, OperandRange};
+use crate::system::{Equation, EquationSystem, Resolution, Role};
+
+/// The equation system of a flat model, all variables standing for themselves.
+pub fn assign_roles(flat: FlatModel) -> EquationSystem {
+    let roles = roles(&flat);
+    let mut operands = Vec::with_capacity(flat.equations.iter().map(|b| b.operands.len()).sum());
+    let mut equations = IndexVec::new();
+    for (number, block) in flat.equations.iter().enumerate() {
+        let arity = flat.templates.get(block.template).arity;
+        for element in 0..block.count {
+            let first = operands.len() as u32 + element * arity;
+            let operands = OperandRange { first, len: arity };
+            equations.push(Equation { template: block.template, operands, block: number as u32, element });
+        }
+        operands.extend_from_slice(&block.operands);
+    }
+    let resolution = IndexVec::filled(Resolution::Own, roles.len());
+    EquationSystem { flat, roles, resolution, operands, equations }
+}
+
+fn roles(flat: &FlatModel) -> IndexVec<VarId, Role> {
+    let mut roles = IndexVec::filled(Role::Algebraic, flat.scalars as usize);
+    for block in flat.variables.iter() {
+        for k in 0..block.count {
+            roles[VarId(block.first.0 + k)] = declared_role(block);
+        }
+    }
+    for operand in flat.equations.iter().flat_map(|block| &block.operands) {
+        if let Target::Der(v) = operand.target()
+            && roles[v] == Role::Algebraic
+        {
+            roles[v] = Role::State;
+        }
+    }
+    roles
+}
+
+fn declared_role(block: &VariableBlock) -> Role {
+    match block.variability {
+        Variability::Constant => Role::Constant,
+        Variability::Parameter => Role::Parameter,
+        Variability::Discrete => Role::Discrete,
+        Variability::Continuous if block.kind != ValueKind::Real => Role::Discrete,
+        Variability::Continuous => Role::Algebraic,
+    }
+}
+
+impl EquationSystem {
+    /// What an equation is for.
+    pub fn section(&self, id: EqId) -> Section {
+        self.flat.equations[self.equations[id].block as usize].section
+    }
+
+    /// The equations of a section, in order.
+    pub fn equations_in(&self, section: Section) -> Vec<EqId> {
+        self.equations.indices().filter(|&id| self.section(id) == section).collect()
+    }
+
+    /// The slot on the left side of an equation, if that is all that stands there.
+    pub fn left_slot(&self, id: EqId) -> Option<SlotId> {
+        let templates = &self.flat.templates;
+        match templates.arena.node(templates.get(self.equations[id].template).left) {
+            Node::Slot(slot) => Some(slot),
+            _ => None,
+        }
+    }
+
+    /// What that slot reads.
+    pub fn left_operand(&self, id: EqId) -> Option<Operand> {
+        self.left_slot(id).map(|slot| self.operands_of(self.equations[id].operands)[slot.index()])
+    }
+
+    /// Variables that stand for themselves.
+    pub fn is_own(&self, v: VarId) -> bool {
+        self.resolution[v] == Resolution::Own
+    }
+
+    /// True for a continuous unknown of the simulation: a state or algebraic variable that stands for itself.
+    pub fn is_continuous(&self, v: VarId) -> bool {
+        self.is_own(v) && matches!(self.roles[v], Role::State | Role::Algebraic)
+    }
+}

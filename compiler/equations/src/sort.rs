@@ -1,0 +1,98 @@
+//! Reduced system to sorted system: everything put into the order in which it is computed.
+//!
+//! Relations are taken out, what is known before the run is separated, the continuous equations become the simulation
+//! plan, the discrete ones follow their dependence, and the initial system is sorted with its own unknowns.  Passes are
+//! functions of their own; here they only meet.
+
+use hyd_flat::{Section, Target};
+use hyd_index::IndexVec;
+use hyd_source::{Code, Diagnostic, Outcome};
+use hyd_structure::Column;
+
+use crate::algebra::{Algebra, Known};
+use crate::bindings::{Bindings, sort_bindings};
+use crate::discrete::{checks, reinits, sort_discrete, starts};
+use crate::explain::explain_parts;
+use crate::incidence::Unknowns;
+use crate::initial::initial_plan;
+use crate::plan::{Kind, Mismatch, Request, build_plan};
+use crate::relations::extract_relations;
+use crate::representative::block_of_variable;
+use crate::sorted::{Plan, SortedSystem};
+use crate::system::{EquationSystem, Role};
+
+/// Sorts a system of index 1 or less.
+pub fn sort_system(system: EquationSystem) -> Outcome<Option<SortedSystem>> {
+    let mut diagnostics = Vec::new();
+    let value = match sort_parts(system, &mut diagnostics) {
+        Ok(sorted) => Some(sorted),
+        Err(fault) => {
+            diagnostics.push(*fault);
+            None
+        }
+    };
+    Outcome { value, diagnostics }
+}
+
+fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Box<Diagnostic>> {
+    let (mut system, relations) = extract_relations(system);
+    let mut algebra = Algebra::default();
+    let bindings = sort_bindings(&mut system, &mut algebra)?;
+    let simulation = simulation_plan(&mut system, &mut algebra, &bindings)?;
+    let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
+    let initial = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
+    let starts = starts(&mut system);
+    let reinits = reinits(&mut system);
+    let checks = checks(&system);
+    let bindings = bindings.assignments;
+    let sorted = SortedSystem { system, bindings, starts, simulation, initial, discrete, reinits, checks, relations };
+    debug_assert_eq!(crate::verify::verify(&sorted), Ok(()));
+    Ok(sorted)
+}
+
+/// The plan for the integration: derivatives are read from `y'`.
+fn simulation_plan(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    bindings: &Bindings,
+) -> Result<Plan, Box<Diagnostic>> {
+    let mut unknowns = Unknowns::new(system.roles.len());
+    let mut kinds = IndexVec::new();
+    for v in system.roles.indices().filter(|&v| system.is_continuous(v) && !bindings.known.bound[v]) {
+        match system.roles[v] {
+            Role::State => {
+                unknowns.add(Target::Der(v));
+                kinds.push(Kind::Rate);
+            }
+            _ => {
+                unknowns.add(Target::Var(v));
+                kinds.push(Kind::Plain);
+            }
+        }
+    }
+    let rows = system.equations_in(Section::Continuous).into_iter().filter(|&eq| !bindings.used[eq]).collect();
+    let mut known = Known { bound: bindings.known.bound.clone() };
+    for &v in &bindings.late {
+        known.bound[v] = true;
+    }
+    let wishes = wishes(system, &unknowns);
+    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &known };
+    build_plan(system, algebra, request).map_err(|mismatch| {
+        let Mismatch { pattern, matching } = *mismatch;
+        let diagnostic = Diagnostic::error(Code::Singular, "the continuous equations are structurally singular");
+        Box::new(explain_parts(diagnostic, system, &pattern, &unknowns, &matching))
+    })
+}
+
+/// Variables with a start value make good iteration variables, those of the translation bad ones.
+pub(crate) fn wishes(system: &EquationSystem, unknowns: &Unknowns) -> IndexVec<Column, i8> {
+    let blocks = block_of_variable(&system.flat);
+    let wish = |target: &Target| match *target {
+        Target::Var(v) => {
+            let block = &system.flat.variables.raw[blocks[v] as usize];
+            i8::from(block.has_start) - i8::from(block.internal)
+        }
+        _ => 0,
+    };
+    IndexVec::from_vec(unknowns.targets.iter().map(wish).collect())
+}

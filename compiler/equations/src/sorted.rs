@@ -1,0 +1,147 @@
+//! The sorted system: what is computed in which order, and what is left for the solver.
+//!
+//! After alias elimination, matching, block sorting and tearing a model is a list of explicit assignments, each reading
+//! only what comes before it, and a list of residuals `F(t, y, y') = 0` in the remaining unknowns `y` (states and
+//! algebraic iteration variables).  The initial system is sorted in the same way with other unknowns.  An expression is a
+//! node plus the operands for its slots; expressions of one template share the node.
+
+use hyd_flat::Target;
+use hyd_index::typed_index;
+use hyd_symbolic::NodeId;
+
+use crate::system::EquationSystem;
+
+typed_index!(
+    /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
+    EqId,
+    "eq"
+);
+
+/// Where the operands of an expression stand in [`EquationSystem::operands`]: slot `k` reads entry `first + k`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OperandRange {
+    /// Operand of slot 0.
+    pub first: u32,
+    /// Number of slots.
+    pub len: u32,
+}
+
+/// `target := value`
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Assignment {
+    /// `Var(v)`, in the initial plan also `Der(v)`, among the starts `Start(v)`.
+    pub target: Target,
+    /// The expression; does not use the slot of the target itself.
+    pub value: NodeId,
+    /// Operands of its slots.
+    pub operands: OperandRange,
+    /// The equation it was solved from.
+    pub equation: EqId,
+    /// Assignments of one level do not read each other; levels start at 0 and ascend along the list.
+    pub level: u32,
+}
+
+/// A row `F_k = value` that the solver drives to zero (also used for other values computed from the sorted variables).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Residual {
+    /// The expression (left minus right).
+    pub value: NodeId,
+    /// Operands of its slots.
+    pub operands: OperandRange,
+    /// The equation.
+    pub equation: EqId,
+}
+
+/// An unknown that the solver iterates on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Unknown {
+    /// `Var(v)`; in the initial plan also `Der(v)` and `Var` of a parameter solved for at the start.
+    pub target: Target,
+    /// Its derivative occurs (never in the initial plan).
+    pub differential: bool,
+}
+
+/// A block of the block lower triangular form, for explanation and printing.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Block {
+    /// Positions in `Plan::assignments`, in order.
+    pub assignments: Vec<u32>,
+    /// Positions in `Plan::unknowns` that belong to the block (tearing variables, or the state of a rate equation).
+    pub unknowns: Vec<u32>,
+    /// Positions in `Plan::residuals`.
+    pub residuals: Vec<u32>,
+}
+
+/// What to compute for one purpose (simulation or initialisation).
+///
+/// In the simulation plan `y` = `unknowns`; a state's derivative `Der(v)` is read from `y'` directly.  In the initial plan
+/// `z` = `unknowns`, and states and derivatives that are not unknowns are assigned.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Plan {
+    /// Unknowns of the solver.
+    pub unknowns: Vec<Unknown>,
+    /// Explicit assignments in order (by level).
+    pub assignments: Vec<Assignment>,
+    /// As many residuals as unknowns.
+    pub residuals: Vec<Residual>,
+    /// The blocks in order.
+    pub blocks: Vec<Block>,
+}
+
+/// How the change of a relation is found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Trigger {
+    /// By the sign of its root function.
+    State,
+    /// At the instant given by this expression over the relation's operands, which read only parameters and discrete variables.
+    Time(NodeId),
+}
+
+/// A relation that can cause events.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct EventRelation {
+    /// Truth, computed literally (a `Compare` node).
+    pub truth: NodeId,
+    /// Root function; positive where the relation is true.
+    pub root: NodeId,
+    /// Operands of both.
+    pub operands: OperandRange,
+    /// How its change is found.
+    pub trigger: Trigger,
+    /// Equation it stands in.
+    pub equation: EqId,
+}
+
+/// Assertion or termination.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Check {
+    /// Condition: an assertion wants it true, a termination ends the run when it is true.
+    pub condition: Residual,
+    /// Index into the flat model's messages.
+    pub message: u32,
+    /// Termination instead of assertion.
+    pub terminate: bool,
+}
+
+/// Everything that code is made from.
+#[derive(Clone, Debug)]
+pub struct SortedSystem {
+    /// Variables, roles, operands, equations.
+    pub system: EquationSystem,
+    /// Parameters, constants and variables that depend on nothing else, in order.
+    pub bindings: Vec<Assignment>,
+    /// Start attributes (`Target::Start`), computed after the bindings.
+    pub starts: Vec<Assignment>,
+    /// The system to integrate.
+    pub simulation: Plan,
+    /// The system that gives consistent initial values.
+    pub initial: Plan,
+    /// Discrete variables in the order of their dependence; evaluated at events, after the relations.
+    pub discrete: Vec<Assignment>,
+    /// `reinit`: target `Var(state)`, value the new value (the state itself when not fired).
+    pub reinits: Vec<Assignment>,
+    /// Assertions and terminations.
+    pub checks: Vec<Check>,
+    /// Relations behind `Target::Held`.
+    pub relations: Vec<EventRelation>,
+}

@@ -1,0 +1,72 @@
+//! How many unknowns an assignment depends on, through the assignments before it.
+//!
+//! Eliminating a variable puts its support into every row that reads it; bounding the support bounds the fill of the
+//! composed Jacobian.  Supports are short sorted lists, merged as assignments are made.
+
+use hyd_flat::Target;
+use hyd_index::IndexVec;
+use hyd_structure::Column;
+
+use crate::incidence::Unknowns;
+use crate::plan::WIDEST_SUPPORT;
+use crate::system::{EquationSystem, Role};
+
+/// Supports of the assigned columns.
+pub(crate) struct Supports {
+    /// Range in `members`, for assigned columns.
+    range: IndexVec<Column, Option<(u32, u32)>>,
+    /// Keys of values (even) and derivatives (odd).
+    members: Vec<u32>,
+    scratch: Vec<u32>,
+}
+
+impl Supports {
+    /// No assignments yet among `count` columns.
+    pub fn new(count: usize) -> Self {
+        Self { range: IndexVec::filled(None, count), members: Vec::new(), scratch: Vec::new() }
+    }
+
+    /// Enters an assignment that reads the given targets; false if its support is too wide.
+    pub fn assign(
+        &mut self,
+        system: &EquationSystem,
+        unknowns: &Unknowns,
+        column: Column,
+        read: impl Iterator<Item = Target>,
+    ) -> bool {
+        self.scratch.clear();
+        for target in read {
+            let key = match target {
+                Target::Var(v) => 2 * v.0,
+                Target::Der(v) => 2 * v.0 + 1,
+                _ => continue,
+            };
+            match unknowns.column(target) {
+                Some(column) => match self.range[column] {
+                    Some((first, end)) => self.scratch.extend_from_slice(&self.members[first as usize..end as usize]),
+                    None => self.scratch.push(key),
+                },
+                None if is_unknown_elsewhere(system, target) => self.scratch.push(key),
+                None => {}
+            }
+        }
+        self.scratch.sort_unstable();
+        self.scratch.dedup();
+        let first = self.members.len() as u32;
+        self.members.extend_from_slice(&self.scratch);
+        self.range[column] = Some((first, self.members.len() as u32));
+        self.scratch.len() <= WIDEST_SUPPORT
+    }
+
+    /// Takes an assignment back: the column is an unknown.
+    pub fn release(&mut self, column: Column) {
+        if let Some((first, _)) = self.range[column].take() {
+            self.members.truncate(first as usize);
+        }
+    }
+}
+
+/// States have no column of their own in the simulation, only their derivatives do.
+fn is_unknown_elsewhere(system: &EquationSystem, target: Target) -> bool {
+    matches!(target, Target::Var(v) if system.roles[v] == Role::State)
+}

@@ -1,0 +1,470 @@
+//! Calls: operators with special meaning, functions of the language, and the user's own functions (see `function`).
+
+use hyd_instance::{Resolved, ScalarType};
+use hyd_source::{Code, Span};
+use hyd_symbolic::{Function, Node, Relation};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator};
+
+use crate::context::{Context, Fail};
+use crate::flatten::Flattener;
+use crate::index::{Affine, Kind};
+use crate::lower::Typed;
+use crate::reference::Range;
+
+/// Operators and functions of Modelica that this profile does not read yet or not at all.
+const OUTSIDE: &[(&str, &str)] = &[
+    ("delay", "`delay` is not supported"),
+    ("sample", "`sample` is not supported; use a `when` with a condition on `time`"),
+    ("spatialDistribution", "`spatialDistribution` is outside the language profile"),
+    ("inStream", "stream connectors are outside the language profile"),
+    ("actualStream", "stream connectors are outside the language profile"),
+    ("cardinality", "`cardinality` is outside the language profile"),
+    ("hold", "clocks are outside the language profile"),
+    ("previous", "clocks are outside the language profile"),
+    ("subSample", "clocks are outside the language profile"),
+];
+
+fn simple_name(function: &ComponentRef) -> Option<&str> {
+    match function.parts.as_slice() {
+        [only] if !function.global => Some(&only.name.name),
+        _ => None,
+    }
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn lower_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let list: &[Expr] = match arguments {
+            Arguments::List { positional, .. } => positional,
+            Arguments::Reduction(body, iterators) => {
+                return self.lower_reduction(span, function, body, iterators, cx);
+            }
+        };
+        if let Some(name) = simple_name(function) {
+            if let Some(result) = self.lower_operator(span, name, list, cx, index) {
+                return result;
+            }
+            if let Some(builtin) = Function::from_name(name) {
+                return self.lower_builtin(span, builtin, list, cx, index);
+            }
+        }
+        self.lower_user_call(span, function, arguments, cx, index)
+    }
+
+    fn expect_arguments(&mut self, span: Span, name: &str, list: &[Expr], count: usize) -> Result<(), Fail> {
+        if list.len() == count {
+            return Ok(());
+        }
+        let message =
+            format!("`{name}` takes {count} argument{}, not {}", if count == 1 { "" } else { "s" }, list.len());
+        Err(self.error(Code::BadArguments, span, message))
+    }
+
+    /// Operators with special meaning; `None` if `name` is none of them.
+    fn lower_operator(
+        &mut self,
+        span: Span,
+        name: &str,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Option<Result<Typed, Fail>> {
+        if let Some((_, sentence)) = OUTSIDE.iter().find(|(n, _)| *n == name) {
+            return Some(Err(self.error(Code::OutsideProfile, span, *sentence)));
+        }
+        Some(match name {
+            "der" => self.lower_der(span, list, cx, index),
+            "pre" => self.lower_pre(span, list, cx, index),
+            "edge" | "change" => self.lower_edge(span, name, list, cx, index),
+            "initial" => Ok(Typed::boolean(self.model.templates.arena.intern(Node::Initial))),
+            "terminal" => Ok(self.literal(0.0, ScalarType::Boolean)),
+            "noEvent" => {
+                self.expect_arguments(span, name, list, 1).and_then(|()| self.without_events(&list[0], cx, index))
+            }
+            "smooth" => {
+                self.expect_arguments(span, name, list, 2).and_then(|()| self.without_events(&list[1], cx, index))
+            }
+            "homotopy" => match list.first() {
+                Some(actual) => self.lower(actual, cx, index),
+                None => Err(self.error(Code::BadArguments, span, "`homotopy` takes 2 arguments, not 0")),
+            },
+            "semiLinear" => self.lower_semi_linear(span, list, cx),
+            "size" | "ndims" | "zeros" | "ones" | "fill" | "identity" | "linspace" => {
+                self.lower_constructor(span, name, list, cx, index)
+            }
+            "sum" | "product" => {
+                self.expect_arguments(span, name, list, 1).and_then(|()| self.lower_fold(name, &list[0], cx))
+            }
+            "min" | "max" if list.len() == 1 => self.lower_fold(name, &list[0], cx),
+            "transpose" => self.lower_transpose(span, list, cx, index),
+            "scalar" => self.expect_arguments(span, name, list, 1).and_then(|()| {
+                let all = self.elements_of(&list[0], cx)?;
+                all.into_iter().next().ok_or(Fail::Reported)
+            }),
+            "integer" | "Integer" => self.expect_arguments(span, name, list, 1).and_then(|()| {
+                let value = self.lower(&list[0], cx, index)?;
+                let node = self.model.templates.arena.call1(Function::Floor, value.node);
+                Ok(Typed { node, scalar: ScalarType::Integer })
+            }),
+            _ => return None,
+        })
+    }
+
+    fn without_events(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        let before = std::mem::replace(&mut cx.no_event, true);
+        let result = self.lower(expr, cx, index);
+        cx.no_event = before;
+        result
+    }
+
+    fn lower_der(&mut self, span: Span, list: &[Expr], cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        self.expect_arguments(span, "der", list, 1)?;
+        let ExprKind::Ref(reference) = &list[0].kind else {
+            return self.lower_der_of_expression(&list[0], cx, index);
+        };
+        match self.tree.resolve(cx.scope, reference)? {
+            Resolved::Variable(steps) => {
+                let last = steps[steps.len() - 1].0;
+                if self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter {
+                    return Ok(self.literal(0.0, ScalarType::Real));
+                }
+                self.lower_variable(span, &steps, Kind::Der, cx, index)
+            }
+            _ => Err(self.error(Code::BadArguments, span, "`der` needs a variable")),
+        }
+    }
+
+    /// `der(expression)`: the chain rule over its variables.
+    fn lower_der_of_expression(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        let value = self.lower(expr, cx, index)?;
+        let mut rates = Vec::new();
+        for slot in hyd_symbolic::slots(&self.model.templates.arena, &[value.node]) {
+            let key = self.slots.keys[slot.0 as usize].clone();
+            let rate = match key {
+                crate::index::SlotKey::Variable(Kind::Var, v, offset) if self.varies(v) => {
+                    let rate = self.slots.slot(crate::index::SlotKey::Variable(Kind::Der, v, offset));
+                    self.model.templates.arena.slot(rate)
+                }
+                _ => self.model.templates.arena.constant(0.0),
+            };
+            rates.push((slot, rate));
+        }
+        let one = self.model.templates.arena.constant(1.0);
+        let zero = self.model.templates.arena.constant(0.0);
+        let seed = |leaf: Node| match leaf {
+            Node::Time => Some(one),
+            Node::Slot(slot) => Some(rates.iter().find(|(s, _)| *s == slot).map_or(zero, |(_, r)| *r)),
+            _ => None,
+        };
+        Ok(Typed::real(hyd_symbolic::tangent(&mut self.model.templates.arena, value.node, seed)))
+    }
+
+    /// True for a continuous variable.
+    fn varies(&self, v: crate::model::VarId) -> bool {
+        let (block, _) = self.model.locate(v);
+        self.model.variables[block].variability == hyd_system::Variability::Continuous
+    }
+
+    fn lower_pre(&mut self, span: Span, list: &[Expr], cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        self.expect_arguments(span, "pre", list, 1)?;
+        let ExprKind::Ref(reference) = &list[0].kind else {
+            return Err(self.error(Code::BadArguments, span, "`pre` needs a variable"));
+        };
+        match self.tree.resolve(cx.scope, reference)? {
+            Resolved::Variable(steps) => {
+                let last = steps[steps.len() - 1].0;
+                let variability = self.tree.instances[last].variability;
+                if variability <= hyd_syntax::tree::Variability::Parameter {
+                    return self.lower_variable(span, &steps, Kind::Var, cx, index);
+                }
+                if variability == hyd_syntax::tree::Variability::Continuous && !cx.in_when {
+                    let message = format!(
+                        "`pre` of the continuous variable `{}` is allowed only inside `when`",
+                        self.tree.instances[last].name
+                    );
+                    return Err(self.error(Code::Misplaced, span, message));
+                }
+                self.lower_variable(span, &steps, Kind::Pre, cx, index)
+            }
+            _ => Err(self.error(Code::BadArguments, span, "`pre` needs a variable")),
+        }
+    }
+
+    /// `edge(b)` is `b and not pre(b)`, `change(v)` is `v <> pre(v)`.
+    fn lower_edge(
+        &mut self,
+        span: Span,
+        name: &str,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        self.expect_arguments(span, name, list, 1)?;
+        let now = self.lower(&list[0], cx, index)?;
+        let before = self.lower_pre(span, list, cx, index)?;
+        let arena = &mut self.model.templates.arena;
+        if name == "change" {
+            return Ok(Typed::boolean(arena.compare(Relation::NotEqual, now.node, before.node)));
+        }
+        let off = arena.not(before.node);
+        let node = arena.and(now.node, off);
+        self.want_boolean(list[0].span, "`edge`", &now)?;
+        Ok(Typed::boolean(node))
+    }
+
+    /// `semiLinear(x, p, n)` is `smooth(0, if x >= 0 then p*x else n*x)`.
+    fn lower_semi_linear(&mut self, span: Span, list: &[Expr], cx: &mut Context) -> Result<Typed, Fail> {
+        self.expect_arguments(span, "semiLinear", list, 3)?;
+        let x = self.lower(&list[0], cx, &[])?;
+        let (p, n) = (self.lower(&list[1], cx, &[])?, self.lower(&list[2], cx, &[])?);
+        let arena = &mut self.model.templates.arena;
+        let zero = arena.constant(0.0);
+        let test = arena.compare(Relation::GreaterEqual, x.node, zero);
+        let (up, down) = (arena.mul(p.node, x.node), arena.mul(n.node, x.node));
+        Ok(Typed::real(arena.select(test, up, down)))
+    }
+
+    /// Functions whose value is known from their arguments at translation, or whose elements are their argument.
+    fn lower_constructor(
+        &mut self,
+        span: Span,
+        name: &str,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        match (name, list) {
+            ("zeros", _) => return Ok(self.literal(0.0, ScalarType::Integer)),
+            ("ones", _) => return Ok(self.literal(1.0, ScalarType::Integer)),
+            ("fill", [value, ..]) => return self.lower(value, cx, &[]),
+            ("linspace", [a, b, n]) => {
+                let (a, b) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
+                let count = self.affine(n, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+                let Some(k) = index.first() else {
+                    return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                };
+                let slot = self.slots.slot(crate::index::SlotKey::Number(k.clone()));
+                let arena = &mut self.model.templates.arena;
+                let (k, steps) = (arena.slot(slot), arena.constant((count - 1).max(1) as f64));
+                let distance = arena.sub(b.node, a.node);
+                let step = arena.div(distance, steps);
+                let way = arena.mul(step, k);
+                return Ok(Typed::real(arena.add(a.node, way)));
+            }
+            ("size", [array, ..]) => {
+                let shape = self.shape(array, cx)?;
+                let k = match list.get(1) {
+                    Some(k) => self.affine(k, cx)?.as_constant().ok_or(Fail::NeedsExpansion)? - 1,
+                    None => match index.first() {
+                        Some(k) => k.as_constant().ok_or(Fail::NeedsExpansion)?,
+                        None => {
+                            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                        }
+                    },
+                };
+                let Some(&size) = usize::try_from(k).ok().and_then(|k| shape.get(k)) else {
+                    return Err(self.error(Code::ArrayShape, span, format!("there is no dimension {}", k + 1)));
+                };
+                return Ok(self.literal(size as f64, ScalarType::Integer));
+            }
+            _ => {}
+        }
+        let (env, _) = cx.env();
+        let whole = call_expr(span, name, list);
+        let value = self.tree.evaluate(&whole, cx.scope, &env)?;
+        self.element_of_value(span, &value, index)
+    }
+
+    fn lower_transpose(
+        &mut self,
+        span: Span,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        self.expect_arguments(span, "transpose", list, 1)?;
+        match index {
+            [i, j, rest @ ..] => {
+                let mut at = vec![j.clone(), i.clone()];
+                at.extend_from_slice(rest);
+                self.lower(&list[0], cx, &at)
+            }
+            _ => Err(self.error(Code::ArrayShape, span, "`transpose` gives a matrix")),
+        }
+    }
+
+    fn lower_fold(&mut self, name: &str, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
+        let all = self.elements_of(array, cx)?;
+        self.fold(array.span, name, all)
+    }
+
+    fn fold(&mut self, span: Span, name: &str, all: Vec<Typed>) -> Result<Typed, Fail> {
+        for value in &all {
+            self.want_number(span, "this reduction", value)?;
+        }
+        if name == "sum" {
+            return Ok(self.sum(all));
+        }
+        let integer = all.iter().all(|v| matches!(v.scalar, ScalarType::Integer));
+        let scalar = if integer { ScalarType::Integer } else { ScalarType::Real };
+        let mut result = None;
+        for value in all {
+            let arena = &mut self.model.templates.arena;
+            result = Some(match result {
+                None => value.node,
+                Some(before) => match name {
+                    "product" => arena.mul(before, value.node),
+                    "min" => arena.call2(Function::Min, before, value.node),
+                    _ => arena.call2(Function::Max, before, value.node),
+                },
+            });
+        }
+        match result {
+            Some(node) => Ok(Typed { node, scalar }),
+            None if name == "product" => Ok(self.literal(1.0, ScalarType::Integer)),
+            None => Err(self.error(Code::ArrayShape, span, format!("`{name}` of an empty array has no value"))),
+        }
+    }
+
+    fn lower_reduction(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        body: &Expr,
+        iterators: &[Iterator],
+        cx: &mut Context,
+    ) -> Result<Typed, Fail> {
+        let Some(name @ ("sum" | "product" | "min" | "max")) = simple_name(function) else {
+            return Err(self.error(
+                Code::BadArguments,
+                span,
+                "only sum, product, min and max take `... for ... in ...`",
+            ));
+        };
+        let mark = cx.names.len();
+        let mut all = Vec::new();
+        let result = self.collect_terms(body, iterators, cx, &mut all);
+        cx.names.truncate(mark);
+        result?;
+        self.fold(span, name, all)
+    }
+
+    fn collect_terms(
+        &mut self,
+        body: &Expr,
+        iterators: &[Iterator],
+        cx: &mut Context,
+        all: &mut Vec<Typed>,
+    ) -> Result<(), Fail> {
+        let Some((iterator, rest)) = iterators.split_first() else {
+            all.push(self.lower(body, cx, &[])?);
+            return Ok(());
+        };
+        let range = self.range(iterator, cx)?;
+        for k in 0..range.count() {
+            let local = match &range {
+                Range::Steps { start, step, .. } => {
+                    let value = start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?;
+                    crate::context::Local::Index(value)
+                }
+                Range::Values(values) => crate::lower::local_of(values[k].clone()),
+            };
+            cx.names.push((iterator.name.name.clone(), local));
+            let result = self.collect_terms(body, rest, cx, all);
+            cx.names.pop();
+            result?;
+        }
+        Ok(())
+    }
+
+    fn lower_builtin(
+        &mut self,
+        span: Span,
+        function: Function,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        self.expect_arguments(span, function.name(), list, function.arity())?;
+        let mut values = Vec::with_capacity(2);
+        for argument in list {
+            let shape = self.shape(argument, cx)?;
+            let value = self.lower(argument, cx, if shape.is_empty() { &[] } else { index })?;
+            self.want_number(argument.span, &format!("`{}`", function.name()), &value)?;
+            values.push(value);
+        }
+        let whole = values.iter().all(|v| matches!(v.scalar, ScalarType::Integer));
+        let keeps = matches!(
+            function,
+            Function::Abs | Function::Min | Function::Max | Function::Div | Function::Mod | Function::Rem
+        );
+        let integer = function == Function::Sign || keeps && whole;
+        let arena = &mut self.model.templates.arena;
+        let node = match values.as_slice() {
+            [a] => arena.call1(function, a.node),
+            [a, b] => arena.call2(function, a.node, b.node),
+            _ => return Err(Fail::Reported),
+        };
+        Ok(Typed { node, scalar: if integer { ScalarType::Integer } else { ScalarType::Real } })
+    }
+
+    /// Sizes of a call's value.
+    pub(crate) fn shape_of_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
+        let Arguments::List { positional: list, .. } = arguments else { return Ok(Vec::new()) };
+        let Some(name) = simple_name(function) else { return self.shape_of_user_call(span, function, arguments, cx) };
+        let sizes = |flat: &mut Self, cx: &mut Context, list: &[Expr]| {
+            list.iter()
+                .map(|e| {
+                    let k = flat.affine(e, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+                    usize::try_from(k)
+                        .map_err(|_| flat.error(Code::ArrayShape, e.span, format!("the size {k} is negative")))
+                })
+                .collect::<Result<Vec<usize>, Fail>>()
+        };
+        match name {
+            "zeros" | "ones" => sizes(self, cx, list),
+            "fill" => sizes(self, cx, list.get(1..).unwrap_or(&[])),
+            "identity" => Ok(sizes(self, cx, list)?.iter().flat_map(|&n| [n, n]).collect()),
+            "linspace" => sizes(self, cx, list.get(2..3).unwrap_or(&[])),
+            "size" if list.len() == 1 => Ok(vec![self.shape(&list[0], cx)?.len()]),
+            "transpose" => Ok(list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))?.into_iter().rev().collect()),
+            "der" | "pre" | "noEvent" | "edge" | "change" | "homotopy" => {
+                list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))
+            }
+            "smooth" => list.get(1).map_or(Ok(Vec::new()), |e| self.shape(e, cx)),
+            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "semiLinear" | "scalar" | "integer"
+            | "Integer" => Ok(Vec::new()),
+            "min" | "max" if list.len() == 1 => Ok(Vec::new()),
+            _ if Function::from_name(name).is_some() => {
+                for argument in list {
+                    let shape = self.shape(argument, cx)?;
+                    if !shape.is_empty() {
+                        return Ok(shape);
+                    }
+                }
+                Ok(Vec::new())
+            }
+            _ => self.shape_of_user_call(span, function, arguments, cx),
+        }
+    }
+}
+
+fn call_expr(span: Span, name: &str, list: &[Expr]) -> Expr {
+    let ident = hyd_syntax::tree::Ident { name: name.into(), span };
+    let part = hyd_syntax::tree::RefPart { name: ident, subscripts: Vec::new() };
+    let function = ComponentRef { global: false, parts: vec![part], span };
+    let arguments = Arguments::List { positional: list.to_vec(), named: Vec::new() };
+    Expr { kind: ExprKind::Call(function, arguments), span }
+}

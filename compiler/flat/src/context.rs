@@ -1,0 +1,119 @@
+//! Where an expression is lowered: its scope, the loops around it, and what its names mean.
+
+use hyd_instance::{InstId, Scope, Value};
+use hyd_syntax::tree::Name;
+
+use crate::index::{Affine, CounterId};
+use crate::lower::Typed;
+
+/// Why an expression could not be lowered.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fail {
+    /// A message has been given.
+    Reported,
+    /// A subscript is not affine in the counters: lower again with fixed counters.
+    NeedsExpansion,
+}
+
+impl From<()> for Fail {
+    fn from((): ()) -> Self {
+        Fail::Reported
+    }
+}
+
+/// What a local name stands for.
+#[derive(Clone, Debug)]
+pub enum Local {
+    /// A loop variable with values affine in the counters.
+    Index(Affine),
+    /// A loop variable with a fixed value of another type.
+    Value(Value),
+    /// A variable of a function that is being inlined.
+    Node(Typed),
+    /// An argument of a function that is being inlined, as it stands in the caller.
+    Array(Vec<Typed>, Vec<usize>),
+}
+
+/// The surroundings of an expression.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// Where names are looked up.
+    pub scope: Scope,
+    /// Number of values of each counter.
+    pub counts: Vec<usize>,
+    /// Fixed values of the counters, when the loops are run through.
+    pub fixed: Option<Vec<i64>>,
+    /// Subscripts (from 0) of the arrays of components around the scope.
+    pub implicit: Vec<(InstId, Vec<Affine>)>,
+    /// Local names, innermost last.
+    pub names: Vec<(Name, Local)>,
+    /// Relations here cause no events.
+    pub no_event: bool,
+    /// Sizes that `end` means, innermost last.
+    pub ends: Vec<usize>,
+    /// Inside a function: other names than locals are constants only.
+    pub in_function: bool,
+    /// In a `when` (where `pre` and `reinit` belong).
+    pub in_when: bool,
+    /// `initial equation` section.
+    pub initial: bool,
+    /// Nesting of function calls.
+    pub depth: usize,
+}
+
+impl Context {
+    /// Surroundings without loops.
+    pub fn new(scope: Scope) -> Self {
+        Self {
+            scope,
+            counts: Vec::new(),
+            fixed: None,
+            implicit: Vec::new(),
+            names: Vec::new(),
+            no_event: false,
+            ends: Vec::new(),
+            in_function: false,
+            in_when: false,
+            initial: false,
+            depth: 0,
+        }
+    }
+
+    /// Adds a counter with `count` values and returns it as a subscript from 0.
+    pub fn counter(&mut self, count: usize) -> Affine {
+        let id = CounterId(self.counts.len() as u32);
+        self.counts.push(count);
+        match &self.fixed {
+            Some(values) if (id.0 as usize) < values.len() => Affine::constant(values[id.0 as usize]),
+            _ => Affine::counter(id),
+        }
+    }
+
+    /// Counts of the counters for [`emit`](crate::flatten::Flattener): fixed ones stand for one value.
+    pub fn loop_counts(&self) -> Vec<usize> {
+        let fixed = self.fixed.as_ref().map_or(0, Vec::len);
+        self.counts.iter().enumerate().map(|(k, &count)| if k < fixed { 1 } else { count }).collect()
+    }
+
+    /// A local name.
+    pub fn local(&self, name: &str) -> Option<&Local> {
+        self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
+    }
+
+    /// The loop variables with fixed values, for evaluation at translation; `Err` if some are symbolic.
+    pub fn env(&self) -> (hyd_instance::Env, bool) {
+        let mut env = hyd_instance::Env { names: Vec::new(), ends: self.ends.clone() };
+        let mut complete = true;
+        for (name, local) in &self.names {
+            match local {
+                Local::Index(affine) => match affine.as_constant() {
+                    Some(k) => env.names.push((name.clone(), Value::Integer(k))),
+                    None => complete = false,
+                },
+                Local::Value(value) => env.names.push((name.clone(), value.clone())),
+                Local::Node(_) | Local::Array(..) => {}
+            }
+        }
+        (env, complete)
+    }
+}

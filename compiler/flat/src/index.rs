@@ -1,0 +1,138 @@
+//! Subscripts as affine functions of loop counters.
+//!
+//! An equation inside loops (written `for` loops, arrays of components around it, elements of an array equation) is lowered
+//! once with symbolic counters; where a subscript is not affine in them the loops are run through instead.
+
+use hyd_symbolic::SlotId;
+
+use crate::model::{Target, VarId};
+use hyd_index::{TypedIndex, typed_index};
+use rustc_hash::FxHashMap;
+
+typed_index!(
+    /// A loop counter of the equation being lowered; counts from 0.
+    CounterId,
+    "k"
+);
+
+/// `constant + sum of coefficient * counter`
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Affine {
+    /// Value where all counters are 0.
+    pub constant: i64,
+    /// Counters with coefficients, by ascending counter, coefficients not 0.
+    pub terms: Vec<(CounterId, i64)>,
+}
+
+impl Affine {
+    /// A fixed number.
+    pub fn constant(value: i64) -> Self {
+        Self { constant: value, terms: Vec::new() }
+    }
+
+    /// One counter.
+    pub fn counter(id: CounterId) -> Self {
+        Self { constant: 0, terms: vec![(id, 1)] }
+    }
+
+    /// The number, if no counter occurs.
+    pub fn as_constant(&self) -> Option<i64> {
+        self.terms.is_empty().then_some(self.constant)
+    }
+
+    /// `self + factor * other`; `None` on overflow.
+    pub fn add_scaled(&self, other: &Affine, factor: i64) -> Option<Affine> {
+        let mut result = self.clone();
+        result.constant = result.constant.checked_add(other.constant.checked_mul(factor)?)?;
+        for &(id, c) in &other.terms {
+            let scaled = c.checked_mul(factor)?;
+            match result.terms.iter_mut().find(|(known, _)| *known == id) {
+                Some(term) => term.1 = term.1.checked_add(scaled)?,
+                None => result.terms.push((id, scaled)),
+            }
+        }
+        result.terms.retain(|(_, c)| *c != 0);
+        result.terms.sort_unstable();
+        Some(result)
+    }
+
+    /// Smallest and largest value over all counters, given their counts (each at least 1).
+    pub fn bounds(&self, counts: &[usize]) -> (i64, i64) {
+        let (mut low, mut high) = (self.constant, self.constant);
+        for &(id, c) in &self.terms {
+            let reach = c.saturating_mul(counts[id.index()].saturating_sub(1) as i64);
+            low = low.saturating_add(reach.min(0));
+            high = high.saturating_add(reach.max(0));
+        }
+        (low, high)
+    }
+}
+
+/// What a slot of the equation being lowered reads.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum SlotKey {
+    /// A target of the kind given, at variable `first + offset`.
+    Variable(Kind, VarId, Affine),
+    /// The number itself: a loop variable used as a value.
+    Number(Affine),
+}
+
+/// Kinds of targets that point at variables.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Kind {
+    /// `Target::Var`
+    Var,
+    /// `Target::Der`
+    Der,
+    /// `Target::Pre`
+    Pre,
+    /// `Target::Start`
+    Start,
+}
+
+impl Kind {
+    /// The target of this kind.
+    pub fn of(self, v: VarId) -> Target {
+        match self {
+            Kind::Var => Target::Var(v),
+            Kind::Der => Target::Der(v),
+            Kind::Pre => Target::Pre(v),
+            Kind::Start => Target::Start(v),
+        }
+    }
+}
+
+/// The slots of the equation being lowered.
+#[derive(Default)]
+pub struct Slots {
+    /// What each slot reads.
+    pub keys: Vec<SlotKey>,
+    known: FxHashMap<SlotKey, SlotId>,
+}
+
+impl Slots {
+    /// The slot that reads `key`.
+    pub fn slot(&mut self, key: SlotKey) -> SlotId {
+        if let Some(&known) = self.known.get(&key) {
+            return known;
+        }
+        let id = SlotId::new(self.keys.len());
+        self.keys.push(key.clone());
+        self.known.insert(key, id);
+        id
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn affine_arithmetic_and_bounds() {
+        let i = Affine::counter(CounterId(0));
+        let j = Affine::counter(CounterId(1));
+        let e = Affine::constant(3).add_scaled(&i, 2).and_then(|e| e.add_scaled(&j, -1)).expect("small");
+        assert_eq!(e.bounds(&[5, 4]), (0, 11));
+        assert_eq!(e.add_scaled(&i, -2).and_then(|e| e.add_scaled(&j, 1)).expect("small").as_constant(), Some(3));
+    }
+}

@@ -1,0 +1,26 @@
+//! Instance tree to flat model: variables and equations without components.
+//!
+//! `flatten` declares variables and drives the rest; `lower`, `reference`, `call` and `function` turn expressions into nodes
+//! over slots; `section` and `when` do the equation sections; `connect` makes the equations of connections.  Loops and arrays
+//! are lowered once with symbolic counters (`index`), so equations of a loop share one template and cost a few words each.
+//! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
+
+mod call;
+mod connect;
+mod context;
+mod flatten;
+mod function;
+mod index;
+mod lower;
+pub mod model;
+mod print;
+mod reference;
+mod section;
+mod walk;
+mod when;
+
+pub use flatten::flatten;
+pub use model::{
+    BlockId, ConstId, EquationBlock, Experiment, FlatModel, Message, Operand, PerElement, Section, StateSelect, Target,
+    VarId, VariableBlock,
+};

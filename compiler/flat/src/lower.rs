@@ -1,0 +1,473 @@
+//! Expressions to nodes: one element at a time.
+//!
+//! `lower(expr, cx, index)` gives the element of `expr` at `index` (affine subscripts from 0, one per dimension), so that
+//! array expressions need no arrays of nodes and an equation inside loops is lowered once.  Types follow Modelica 3.6,
+//! section 6.7 and chapter 10.
+
+use hyd_instance::{ScalarType, Value};
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_symbolic::{NodeId, Relation};
+use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, UnaryOp};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::{Flattener, sizes_text};
+use crate::index::Affine;
+use crate::model::Section;
+use hyd_instance::InstId;
+
+/// A node with its type.
+#[derive(Clone, Debug)]
+pub struct Typed {
+    /// The value.
+    pub node: NodeId,
+    /// Its type.
+    pub scalar: ScalarType,
+}
+
+impl Typed {
+    pub(crate) fn real(node: NodeId) -> Self {
+        Self { node, scalar: ScalarType::Real }
+    }
+
+    pub(crate) fn boolean(node: NodeId) -> Self {
+        Self { node, scalar: ScalarType::Boolean }
+    }
+
+    /// A number: Real or Integer.
+    pub(crate) fn is_number(&self) -> bool {
+        matches!(self.scalar, ScalarType::Real | ScalarType::Integer)
+    }
+}
+
+/// Most terms of a sum that is written out.
+const MAX_TERMS: usize = 1 << 20;
+
+impl Flattener<'_, '_> {
+    /// The element of an expression.
+    pub(crate) fn lower(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        match &expr.kind {
+            ExprKind::Integer(k) => Ok(self.literal(*k as f64, ScalarType::Integer)),
+            ExprKind::Real(x) => Ok(self.literal(*x, ScalarType::Real)),
+            ExprKind::Boolean(b) => Ok(self.literal(f64::from(u8::from(*b)), ScalarType::Boolean)),
+            ExprKind::Text(_) => {
+                Err(self.error(Code::TypeMismatch, expr.span, "a String is not a value of an equation"))
+            }
+            ExprKind::Ref(reference) => self.lower_ref(reference, cx, index),
+            ExprKind::Call(function, arguments) => self.lower_call(expr.span, function, arguments, cx, index),
+            ExprKind::Unary(op, a) => self.lower_unary(expr.span, *op, a, cx, index),
+            ExprKind::Binary(op, a, b) => self.lower_binary(expr.span, *op, a, b, cx, index),
+            ExprKind::If(branches, otherwise) => self.lower_if(expr.span, branches, otherwise, cx, index),
+            ExprKind::Range(..) => {
+                let (env, complete) = cx.env();
+                if !complete {
+                    return Err(Fail::NeedsExpansion);
+                }
+                let value = self.tree.evaluate(expr, cx.scope, &env)?;
+                self.element_of_value(expr.span, &value, index)
+            }
+            ExprKind::Array(items) => {
+                let (&k, rest) = self.first_constant(expr.span, index)?;
+                let item = items.get(k as usize).ok_or(Fail::Reported)?;
+                self.lower(item, cx, rest)
+            }
+            ExprKind::ArrayFor(body, iterators) => self.lower_comprehension(expr.span, body, iterators, cx, index),
+            ExprKind::Matrix(rows) => {
+                let (&i, rest) = self.first_constant(expr.span, index)?;
+                let (&j, _) = self.first_constant(expr.span, rest)?;
+                let item = rows.get(i as usize).and_then(|row| row.get(j as usize)).ok_or(Fail::Reported)?;
+                self.lower(item, cx, &[])
+            }
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.lower(only, cx, index),
+                _ => Err(self.error(Code::TypeMismatch, expr.span, "a list of results is not a value")),
+            },
+            ExprKind::Colon => Err(self.error(Code::Misplaced, expr.span, "`:` is not a value")),
+            ExprKind::End => match cx.ends.last() {
+                Some(&size) => Ok(self.literal(size as f64, ScalarType::Integer)),
+                None => Err(self.error(Code::Misplaced, expr.span, "`end` is allowed only in subscripts")),
+            },
+        }
+    }
+
+    pub(crate) fn literal(&mut self, value: f64, scalar: ScalarType) -> Typed {
+        Typed { node: self.model.templates.arena.constant(value), scalar }
+    }
+
+    /// The first subscript as a number, and the others.
+    fn first_constant<'a>(&mut self, span: Span, index: &'a [Affine]) -> Result<(&'a i64, &'a [Affine]), Fail> {
+        let Some((first, rest)) = index.split_first() else {
+            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+        };
+        if first.terms.is_empty() { Ok((&first.constant, rest)) } else { Err(Fail::NeedsExpansion) }
+    }
+
+    /// An element of a value known at translation.
+    pub(crate) fn element_of_value(&mut self, span: Span, value: &Value, index: &[Affine]) -> Result<Typed, Fail> {
+        let mut subscripts = Vec::with_capacity(index.len());
+        for affine in index {
+            match affine.as_constant() {
+                Some(k) => subscripts.push((k + 1) as usize),
+                None => {
+                    let Some(same) = value.uniform() else { return Err(Fail::NeedsExpansion) };
+                    let same = same.clone();
+                    return self.constant_value(span, &same);
+                }
+            }
+        }
+        match value.element(&subscripts) {
+            Some(element) => {
+                let element = element.clone();
+                self.constant_value(span, &element)
+            }
+            None => Err(self.error(Code::ArrayShape, span, "a subscript is outside the array")),
+        }
+    }
+
+    /// A value known at translation as a literal.
+    pub(crate) fn constant_value(&mut self, span: Span, value: &Value) -> Result<Typed, Fail> {
+        let scalar = match value {
+            Value::Real(_) => ScalarType::Real,
+            Value::Integer(_) => ScalarType::Integer,
+            Value::Boolean(_) => ScalarType::Boolean,
+            Value::Enumeration(e, _) => ScalarType::Enumeration(e.clone()),
+            Value::Text(_) => {
+                return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
+            }
+            Value::Array(_) => {
+                return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            }
+        };
+        let stored = value.as_stored().unwrap_or(0.0);
+        Ok(self.literal(stored, scalar))
+    }
+
+    /// A number wanted by an operator.
+    pub(crate) fn want_number(&mut self, span: Span, what: &str, value: &Typed) -> Result<(), Fail> {
+        if value.is_number() {
+            return Ok(());
+        }
+        let message = format!("{what} needs a Real or Integer, but this is {}", value.scalar.name());
+        Err(self.error(Code::TypeMismatch, span, message))
+    }
+
+    pub(crate) fn want_boolean(&mut self, span: Span, what: &str, value: &Typed) -> Result<(), Fail> {
+        if matches!(value.scalar, ScalarType::Boolean) {
+            return Ok(());
+        }
+        let message = format!("{what} needs a Boolean, but this is {}", value.scalar.name());
+        Err(self.error(Code::TypeMismatch, span, message))
+    }
+
+    fn lower_unary(
+        &mut self,
+        span: Span,
+        op: UnaryOp,
+        a: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let value = self.lower(a, cx, index)?;
+        let arena = &mut self.model.templates.arena;
+        match op {
+            UnaryOp::Not => {
+                let node = arena.not(value.node);
+                self.want_boolean(span, "`not`", &value)?;
+                Ok(Typed::boolean(node))
+            }
+            UnaryOp::Minus => {
+                let node = arena.neg(value.node);
+                self.want_number(span, "`-`", &value)?;
+                Ok(Typed { node, scalar: value.scalar })
+            }
+            UnaryOp::Plus => {
+                self.want_number(span, "`+`", &value)?;
+                Ok(value)
+            }
+        }
+    }
+
+    fn lower_binary(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        use BinaryOp as Op;
+        match op {
+            Op::And | Op::Or => {
+                let (x, y) = (self.lower(a, cx, index)?, self.lower(b, cx, index)?);
+                self.want_boolean(a.span, "a logical operator", &x)?;
+                self.want_boolean(b.span, "a logical operator", &y)?;
+                let arena = &mut self.model.templates.arena;
+                let node = if op == Op::And { arena.and(x.node, y.node) } else { arena.or(x.node, y.node) };
+                Ok(Typed::boolean(node))
+            }
+            Op::Equal => self.lower_relation(span, Relation::Equal, a, b, cx),
+            Op::NotEqual => self.lower_relation(span, Relation::NotEqual, a, b, cx),
+            Op::Less => self.lower_relation(span, Relation::Less, a, b, cx),
+            Op::LessEqual => self.lower_relation(span, Relation::LessEqual, a, b, cx),
+            Op::Greater => self.lower_relation(span, Relation::Greater, a, b, cx),
+            Op::GreaterEqual => self.lower_relation(span, Relation::GreaterEqual, a, b, cx),
+            _ => self.lower_arithmetic(span, op, a, b, cx, index),
+        }
+    }
+
+    fn lower_relation(
+        &mut self,
+        span: Span,
+        relation: Relation,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+    ) -> Result<Typed, Fail> {
+        let (x, y) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
+        let fits = x.is_number() && y.is_number() || x.scalar == y.scalar;
+        if !fits {
+            let message = format!("{} and {} cannot be compared", x.scalar.name(), y.scalar.name());
+            return Err(self.error(Code::TypeMismatch, span, message));
+        }
+        let discrete = !matches!(x.scalar, ScalarType::Real) && !matches!(y.scalar, ScalarType::Real);
+        let arena = &mut self.model.templates.arena;
+        let literal = cx.no_event || discrete || matches!(relation, Relation::Equal | Relation::NotEqual);
+        let node =
+            if literal { arena.compare(relation, x.node, y.node) } else { arena.event(relation, x.node, y.node) };
+        Ok(Typed::boolean(node))
+    }
+
+    fn lower_arithmetic(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        use BinaryOp as Op;
+        // Scalars, the usual case, need no look at the sizes of the operands but for products.
+        if op == Op::Mul {
+            let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
+            if !left.is_empty() && !right.is_empty() {
+                return self.lower_product(span, a, b, &left, &right, cx, index);
+            }
+            let x = self.lower(a, cx, if left.is_empty() { &[] } else { index })?;
+            let y = self.lower(b, cx, if right.is_empty() { &[] } else { index })?;
+            return self.combine(span, op, x, y);
+        }
+        if index.is_empty() {
+            let (x, y) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
+            return self.combine(span, op, x, y);
+        }
+        let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
+        let x = self.lower(a, cx, if left.is_empty() { &[] } else { index })?;
+        let y = self.lower(b, cx, if right.is_empty() { &[] } else { index })?;
+        self.combine(span, op, x, y)
+    }
+
+    fn combine(&mut self, span: Span, op: BinaryOp, x: Typed, y: Typed) -> Result<Typed, Fail> {
+        use BinaryOp as Op;
+        self.want_number(span, "this operator", &x)?;
+        self.want_number(span, "this operator", &y)?;
+        let both_integer = matches!((&x.scalar, &y.scalar), (ScalarType::Integer, ScalarType::Integer));
+        let arena = &mut self.model.templates.arena;
+        let (node, real) = match op {
+            Op::Add | Op::ElementAdd => (arena.add(x.node, y.node), false),
+            Op::Sub | Op::ElementSub => (arena.sub(x.node, y.node), false),
+            Op::Mul | Op::ElementMul => (arena.mul(x.node, y.node), false),
+            Op::Div | Op::ElementDiv => (arena.div(x.node, y.node), true),
+            _ => (arena.pow(x.node, y.node), true),
+        };
+        let scalar = if both_integer && !real { ScalarType::Integer } else { ScalarType::Real };
+        Ok(Typed { node, scalar })
+    }
+
+    /// Products of arrays: sums over the common dimension (Modelica 3.6, section 10.6.4).
+    #[allow(clippy::too_many_arguments)]
+    fn lower_product(
+        &mut self,
+        span: Span,
+        a: &Expr,
+        b: &Expr,
+        left: &[usize],
+        right: &[usize],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let inner = left[left.len() - 1];
+        let (rows, columns) = index.split_at((left.len() - 1).min(index.len()));
+        let mut terms = Vec::with_capacity(inner);
+        for k in 0..inner as i64 {
+            let mut at: Vec<Affine> = rows.to_vec();
+            at.push(Affine::constant(k));
+            let x = self.lower(a, cx, &at)?;
+            let mut at = vec![Affine::constant(k)];
+            at.extend(columns.iter().take(right.len() - 1).cloned());
+            let y = self.lower(b, cx, &at)?;
+            terms.push(self.combine(span, BinaryOp::Mul, x, y)?);
+        }
+        Ok(self.sum(terms))
+    }
+
+    /// A sum as a balanced tree, so that long sums stay shallow.
+    pub(crate) fn sum(&mut self, mut terms: Vec<Typed>) -> Typed {
+        if terms.is_empty() {
+            return self.literal(0.0, ScalarType::Integer);
+        }
+        while terms.len() > 1 {
+            let mut next = Vec::with_capacity(terms.len().div_ceil(2));
+            for pair in terms.chunks(2) {
+                next.push(match pair {
+                    [x, y] => {
+                        let integer = matches!((&x.scalar, &y.scalar), (ScalarType::Integer, ScalarType::Integer));
+                        let node = self.model.templates.arena.add(x.node, y.node);
+                        Typed { node, scalar: if integer { ScalarType::Integer } else { ScalarType::Real } }
+                    }
+                    single => single[0].clone(),
+                });
+            }
+            terms = next;
+        }
+        terms.swap_remove(0)
+    }
+
+    fn lower_if(
+        &mut self,
+        span: Span,
+        branches: &[(Expr, Expr)],
+        otherwise: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let mut result = self.lower(otherwise, cx, index)?;
+        for (condition, value) in branches.iter().rev() {
+            let test = self.lower(condition, cx, &[])?;
+            self.want_boolean(condition.span, "a condition", &test)?;
+            let chosen = self.lower(value, cx, index)?;
+            result = self.choose(span, test.node, chosen, result)?;
+        }
+        Ok(result)
+    }
+
+    pub(crate) fn choose(&mut self, span: Span, test: NodeId, chosen: Typed, other: Typed) -> Result<Typed, Fail> {
+        let scalar = if chosen.scalar == other.scalar {
+            chosen.scalar.clone()
+        } else if chosen.is_number() && other.is_number() {
+            ScalarType::Real
+        } else {
+            let message =
+                format!("the branches have different types, {} and {}", chosen.scalar.name(), other.scalar.name());
+            return Err(self.error(Code::TypeMismatch, span, message));
+        };
+        let node = self.model.templates.arena.select(test, chosen.node, other.node);
+        Ok(Typed { node, scalar })
+    }
+
+    fn lower_comprehension(
+        &mut self,
+        span: Span,
+        body: &Expr,
+        iterators: &[hyd_syntax::tree::Iterator],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let mark = cx.names.len();
+        let mut rest = index;
+        for iterator in iterators {
+            let Some((first, others)) = rest.split_first() else {
+                return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            };
+            rest = others;
+            let local = self.range_element(iterator, cx, first)?;
+            cx.names.push((iterator.name.name.clone(), local));
+        }
+        let result = self.lower(body, cx, rest);
+        cx.names.truncate(mark);
+        result
+    }
+
+    /// The value of a loop variable at position `at` of its range.
+    fn range_element(
+        &mut self,
+        iterator: &hyd_syntax::tree::Iterator,
+        cx: &mut Context,
+        at: &Affine,
+    ) -> Result<Local, Fail> {
+        let range = self.range(iterator, cx)?;
+        match range {
+            crate::reference::Range::Steps { start, step, .. } => {
+                let value = start.add_scaled(at, step).ok_or(Fail::NeedsExpansion)?;
+                Ok(Local::Index(value))
+            }
+            crate::reference::Range::Values(values) => {
+                let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
+                values.get(k as usize).map(|v| local_of(v.clone())).ok_or(Fail::Reported)
+            }
+        }
+    }
+
+    /// Sum, product, smallest or largest over the elements of an expression or the values of iterators.
+    pub(crate) fn elements_of(&mut self, expr: &Expr, cx: &mut Context) -> Result<Vec<Typed>, Fail> {
+        let shape = self.shape(expr, cx)?;
+        let total: usize = shape.iter().product();
+        if total > MAX_TERMS {
+            return Err(self.error(Code::Limit, expr.span, format!("more than {MAX_TERMS} terms")));
+        }
+        let mut result = Vec::with_capacity(total);
+        for k in 0..total {
+            let mut rest = k;
+            let mut at = vec![Affine::constant(0); shape.len()];
+            for (position, &size) in shape.iter().enumerate().rev() {
+                at[position] = Affine::constant((rest % size) as i64);
+                rest /= size;
+            }
+            result.push(self.lower(expr, cx, &at)?);
+        }
+        Ok(result)
+    }
+
+    /// Checks that a value may be given to a variable.
+    pub(crate) fn check_assignable(
+        &mut self,
+        to: &ScalarType,
+        value: &Typed,
+        span: Span,
+        section: Section,
+        inst: InstId,
+    ) -> Result<(), Fail> {
+        let fits = *to == value.scalar || matches!((to, &value.scalar), (ScalarType::Real, ScalarType::Integer));
+        if fits {
+            return Ok(());
+        }
+        let name = self.path(inst);
+        let declared = self.tree.instances[inst].span;
+        let what = if section == Section::Start { "the start value" } else { "the value" };
+        let message = format!("{what} of `{name}` is {}, but `{name}` is {}", value.scalar.name(), to.name());
+        self.report(
+            Diagnostic::error(Code::TypeMismatch, message)
+                .at(span, value.scalar.name().to_string())
+                .with(declared, "declared here"),
+        );
+        Err(Fail::Reported)
+    }
+
+    /// Checks that both sides of an equation have the same sizes.
+    pub(crate) fn check_same_shape(&mut self, span: Span, left: &[usize], right: &[usize]) -> Result<(), Fail> {
+        if left == right {
+            return Ok(());
+        }
+        let message =
+            format!("the sides of this equation have different sizes: {} and {}", sizes_text(left), sizes_text(right));
+        Err(self.error(Code::ArrayShape, span, message))
+    }
+}
+
+/// A loop variable's value as a local name.
+pub(crate) fn local_of(value: Value) -> Local {
+    match value {
+        Value::Integer(k) => Local::Index(Affine::constant(k)),
+        other => Local::Value(other),
+    }
+}

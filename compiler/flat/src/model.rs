@@ -1,0 +1,301 @@
+//! The flat model: variables and equations without components, arrays kept as blocks.
+//!
+//! Scalar variables are numbered through ([`VarId`]); the elements of an array are neighbours and share one
+//! [`VariableBlock`].  Equations come in [`EquationBlock`]s: one template and, per equation, one [`Operand`] for each of
+//! its slots, so the equations of a `for` loop or of an array of components share code and memory stays a few words each.
+//! Nothing is solved, sorted or eliminated here.
+
+use std::sync::Arc;
+
+use hyd_index::{IndexVec, TypedIndex, typed_index};
+use hyd_source::Origin;
+use hyd_symbolic::{TemplateId, Templates};
+use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+
+typed_index!(
+    /// A scalar variable, parameter or constant.
+    VarId,
+    "v"
+);
+typed_index!(
+    /// A variable block.
+    BlockId,
+    "b"
+);
+typed_index!(
+    /// A number that stands in a slot.
+    ConstId,
+    "c"
+);
+
+/// What stands in a slot.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
+pub enum Target {
+    /// The value of a variable.
+    Var(VarId),
+    /// Its time derivative.
+    Der(VarId),
+    /// Its value before the event (`pre`).
+    Pre(VarId),
+    /// Its start attribute.
+    Start(VarId),
+    /// A number of the pool (a loop index, an evaluated structural value).
+    Const(ConstId),
+    /// Truth of a relation as held since the last event (index of the relation; used behind the flat model only).
+    Held(u32),
+}
+
+/// A target with a sign, packed into four bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Operand(u32);
+
+impl Operand {
+    const INDEX_BITS: u32 = 28;
+    const MASK: u32 = (1 << Self::INDEX_BITS) - 1;
+    /// Largest number of variables a model may have.
+    pub const LIMIT: usize = Self::MASK as usize;
+
+    /// The target itself.
+    pub fn new(target: Target) -> Self {
+        let (kind, index) = match target {
+            Target::Var(v) => (0, v.0),
+            Target::Der(v) => (1, v.0),
+            Target::Pre(v) => (2, v.0),
+            Target::Start(v) => (3, v.0),
+            Target::Const(c) => (4, c.0),
+            Target::Held(r) => (5, r),
+        };
+        debug_assert!(index <= Self::MASK, "invariant: checked against Operand::LIMIT when variables are made");
+        Self(kind << (Self::INDEX_BITS + 1) | index & Self::MASK)
+    }
+
+    /// The negative of it.
+    pub fn negate(self) -> Self {
+        Self(self.0 ^ 1 << Self::INDEX_BITS)
+    }
+
+    /// Negated if `flip`.
+    pub fn signed(self, flip: bool) -> Self {
+        if flip { self.negate() } else { self }
+    }
+
+    /// True when the slot reads the negative of the target.
+    pub fn negated(self) -> bool {
+        self.0 >> Self::INDEX_BITS & 1 == 1
+    }
+
+    /// The target.
+    pub fn target(self) -> Target {
+        let index = self.0 & Self::MASK;
+        match self.0 >> (Self::INDEX_BITS + 1) {
+            0 => Target::Var(VarId(index)),
+            1 => Target::Der(VarId(index)),
+            2 => Target::Pre(VarId(index)),
+            3 => Target::Start(VarId(index)),
+            4 => Target::Const(ConstId(index)),
+            _ => Target::Held(index),
+        }
+    }
+}
+
+impl std::fmt::Debug for Operand {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}{:?}", if self.negated() { "-" } else { "" }, self.target())
+    }
+}
+
+/// An attribute of all elements of a block.
+#[derive(Clone, PartialEq, Debug)]
+pub enum PerElement<T> {
+    /// The same for all.
+    All(T),
+    /// One per element.
+    Each(Vec<T>),
+}
+
+impl<T: Clone> PerElement<T> {
+    /// The attribute of element `k`.
+    pub fn get(&self, k: usize) -> T {
+        match self {
+            PerElement::All(value) => value.clone(),
+            PerElement::Each(values) => values[k].clone(),
+        }
+    }
+}
+
+/// The `stateSelect` attribute.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, PartialOrd, Ord)]
+pub enum StateSelect {
+    /// Never a state.
+    Never,
+    /// Rather not.
+    Avoid,
+    /// As the tool likes.
+    Default,
+    /// Rather.
+    Prefer,
+    /// Always.
+    Always,
+}
+
+/// A declared variable with all its elements.
+#[derive(Clone, PartialEq, Debug)]
+pub struct VariableBlock {
+    /// Name with subscripts.
+    pub name: NamePattern,
+    /// First element; the others follow.
+    pub first: VarId,
+    /// Number of elements (0 for an empty array).
+    pub count: u32,
+    /// Type.
+    pub kind: ValueKind,
+    /// When it may change: declared, or following from its type and its `when`.
+    pub variability: Variability,
+    /// Unit string, `None` if not stated.
+    pub unit: Option<Arc<str>>,
+    /// Display unit.
+    pub display_unit: Option<Arc<str>>,
+    /// Description string.
+    pub description: Option<Arc<str>>,
+    /// Can it be set on the translated model?
+    pub settable: Settable,
+    /// Declared in a protected section.
+    pub protected: bool,
+    /// Made by the translation (conditions of `when`); not shown in results.
+    pub internal: bool,
+    /// A start value was written (a `Start` equation exists).
+    pub has_start: bool,
+    /// The `fixed` attribute, default filled in (parameters and constants true, others false).
+    pub fixed: PerElement<bool>,
+    /// The `min` attribute.
+    pub min: PerElement<f64>,
+    /// The `max` attribute.
+    pub max: PerElement<f64>,
+    /// The `nominal` attribute, `None` if not stated.
+    pub nominal: PerElement<Option<f64>>,
+    /// The `stateSelect` attribute.
+    pub state_select: StateSelect,
+    /// Instance path and text of the declaration.
+    pub origin: Origin,
+}
+
+/// What an equation is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, PartialOrd, Ord)]
+pub enum Section {
+    /// `left = right` at all times; determines continuous unknowns.
+    Continuous,
+    /// `left = right`, left a discrete variable: evaluated at events.
+    Discrete,
+    /// Holds at the start only.
+    Initial,
+    /// Value of a parameter or constant: left is its slot.
+    Binding,
+    /// Start attribute: left is a slot with `Target::Start`.
+    Start,
+    /// At an event: the state in the left slot takes the value on the right (the state itself when not fired).
+    Reinit,
+    /// `assert(left, ...)`; right is unused; index into [`FlatModel::messages`].
+    Assert(u32),
+    /// `terminate` when left is true; index into [`FlatModel::messages`].
+    Terminate(u32),
+}
+
+/// Equations that share a template and an origin.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EquationBlock {
+    /// What they are for.
+    pub section: Section,
+    /// Their template.
+    pub template: TemplateId,
+    /// How many.
+    pub count: u32,
+    /// `count * arity` operands, equation by equation.
+    pub operands: Vec<Operand>,
+    /// Instance path and text.
+    pub origin: Origin,
+}
+
+impl EquationBlock {
+    /// Operands of equation `k`, given the template's arity.
+    pub fn operands_of(&self, k: usize, arity: usize) -> &[Operand] {
+        &self.operands[k * arity..(k + 1) * arity]
+    }
+}
+
+/// Text of an `assert` or `terminate`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Message {
+    /// The user's text.
+    pub text: Arc<str>,
+    /// Stops the run (level error) or is only reported (level warning).
+    pub error: bool,
+}
+
+/// Settings of the `experiment` annotation.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Experiment {
+    /// Start time in s.
+    pub start: Option<f64>,
+    /// Stop time in s.
+    pub stop: Option<f64>,
+    /// Relative tolerance.
+    pub tolerance: Option<f64>,
+    /// Output interval in s.
+    pub interval: Option<f64>,
+}
+
+/// A model without components.
+#[derive(Clone, Debug, Default)]
+pub struct FlatModel {
+    /// Full name of the class.
+    pub name: Arc<str>,
+    /// Description of the class.
+    pub description: Option<Arc<str>>,
+    /// Variables in the order of the text.
+    pub variables: IndexVec<BlockId, VariableBlock>,
+    /// Number of scalar variables.
+    pub scalars: u32,
+    /// Pool of numbers in slots.
+    pub constants: IndexVec<ConstId, f64>,
+    /// Templates of the equations.
+    pub templates: Templates,
+    /// Equations in the order of the text, connection equations last.
+    pub equations: Vec<EquationBlock>,
+    /// Texts of assertions and terminations.
+    pub messages: Vec<Message>,
+    /// The `experiment` annotation.
+    pub experiment: Experiment,
+}
+
+impl FlatModel {
+    /// The block of a scalar variable and its position in it.
+    pub fn locate(&self, v: VarId) -> (BlockId, usize) {
+        let block = self.variables.raw.partition_point(|b| b.first <= v) - 1;
+        // Empty blocks share their `first` with the next one; the last of them owns the element.
+        (BlockId::new(block), (v.0 - self.variables.raw[block].first.0) as usize)
+    }
+
+    /// The full name of a scalar variable.
+    pub fn var_name(&self, v: VarId) -> String {
+        let (block, k) = self.locate(v);
+        self.variables[block].name.element(k)
+    }
+
+    /// What a slot reads, in the user's words.
+    pub fn operand_name(&self, operand: Operand) -> String {
+        let text = match operand.target() {
+            Target::Var(v) => self.var_name(v),
+            Target::Der(v) => format!("der({})", self.var_name(v)),
+            Target::Pre(v) => format!("pre({})", self.var_name(v)),
+            Target::Start(v) => format!("{}.start", self.var_name(v)),
+            Target::Const(c) => self.constants[c].to_string(),
+            Target::Held(r) => format!("relation {}", r + 1),
+        };
+        if operand.negated() { format!("(-{text})") } else { text }
+    }
+
+    /// Number of scalar equations of a section.
+    pub fn count(&self, section: Section) -> usize {
+        self.equations.iter().filter(|e| e.section == section).map(|e| e.count as usize).sum()
+    }
+}

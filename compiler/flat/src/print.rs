@@ -1,0 +1,114 @@
+//! The flat model as text: variables with attributes, then equations by section, in the user's names.
+
+use std::fmt;
+
+use hyd_index::TypedIndex;
+use hyd_symbolic::{SlotId, format_number, print};
+use hyd_system::{ValueKind, Variability};
+
+use crate::model::{EquationBlock, FlatModel, PerElement, Section, VariableBlock};
+
+/// Equations of a block that are printed one by one; of longer blocks the first two and the last.
+const SHOWN: usize = 8;
+
+impl fmt::Display for FlatModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "flat model {}", self.name)?;
+        for block in self.variables.iter() {
+            self.print_variable(f, block)?;
+        }
+        let sections: [(&str, fn(Section) -> bool); 6] = [
+            ("equation", |s| s == Section::Continuous),
+            ("discrete equation", |s| s == Section::Discrete),
+            ("when fired", |s| matches!(s, Section::Reinit | Section::Terminate(_))),
+            ("initial equation", |s| s == Section::Initial),
+            ("assert", |s| matches!(s, Section::Assert(_))),
+            ("value", |s| matches!(s, Section::Binding | Section::Start)),
+        ];
+        for (title, wanted) in sections {
+            let blocks: Vec<&EquationBlock> = self.equations.iter().filter(|e| wanted(e.section)).collect();
+            if blocks.is_empty() {
+                continue;
+            }
+            let count: usize = blocks.iter().map(|b| b.count as usize).sum();
+            writeln!(f, "{title} ({count})")?;
+            for block in blocks {
+                self.print_equations(f, block)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FlatModel {
+    fn print_variable(&self, f: &mut fmt::Formatter<'_>, block: &VariableBlock) -> fmt::Result {
+        let variability = match block.variability {
+            Variability::Constant => "constant ",
+            Variability::Parameter => "parameter ",
+            Variability::Discrete => "discrete ",
+            Variability::Continuous => "",
+        };
+        let kind = match &block.kind {
+            ValueKind::Real => "Real",
+            ValueKind::Integer => "Integer",
+            ValueKind::Boolean => "Boolean",
+            ValueKind::Enumeration(_) => "enumeration",
+        };
+        let mut attributes = Vec::new();
+        if let Some(unit) = &block.unit {
+            attributes.push(format!("unit = \"{unit}\""));
+        }
+        let known = block.variability <= Variability::Parameter;
+        match &block.fixed {
+            PerElement::All(fixed) if *fixed != known => attributes.push(format!("fixed = {fixed}")),
+            PerElement::Each(_) => attributes.push("fixed by element".into()),
+            PerElement::All(_) => {}
+        }
+        if let PerElement::All(Some(nominal)) = &block.nominal {
+            attributes.push(format!("nominal = {}", format_number(*nominal)));
+        }
+        let attributes = if attributes.is_empty() { String::new() } else { format!(" ({})", attributes.join(", ")) };
+        let name = match block.count {
+            1 if block.name.parts.iter().all(|(_, d)| d.is_empty()) => block.name.element(0),
+            _ => {
+                let parts = block.name.parts.iter().map(|(text, dims)| {
+                    let sizes: Vec<String> = dims.iter().map(u32::to_string).collect();
+                    if dims.is_empty() { text.to_string() } else { format!("{text}[{}]", sizes.join(",")) }
+                });
+                parts.collect()
+            }
+        };
+        writeln!(f, "  {variability}{kind} {name}{attributes}")
+    }
+
+    fn print_equations(&self, f: &mut fmt::Formatter<'_>, block: &EquationBlock) -> fmt::Result {
+        let count = block.count as usize;
+        for k in 0..count {
+            if count > SHOWN && k >= 2 && k + 1 < count {
+                if k == 2 {
+                    writeln!(f, "  ... {} equations of the same template", count - 3)?;
+                }
+                continue;
+            }
+            writeln!(f, "  {}", self.equation_text(block, k))?;
+        }
+        Ok(())
+    }
+
+    /// Equation `k` of a block as text.
+    pub fn equation_text(&self, block: &EquationBlock, k: usize) -> String {
+        let template = self.templates.get(block.template);
+        let operands = block.operands_of(k, template.arity as usize);
+        let name = |slot: SlotId| self.operand_name(operands[slot.index()]);
+        let left = print(&self.templates.arena, template.left, &name);
+        let right = || print(&self.templates.arena, template.right, &name);
+        match block.section {
+            Section::Assert(message) => format!("assert({left}, \"{}\")", self.messages[message as usize].text),
+            Section::Terminate(message) => {
+                format!("terminate when {left}: \"{}\"", self.messages[message as usize].text)
+            }
+            Section::Reinit => format!("reinit({left}, {})", right()),
+            _ => format!("{left} = {}", right()),
+        }
+    }
+}

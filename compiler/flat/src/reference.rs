@@ -1,0 +1,532 @@
+//! References, subscripts, ranges and sizes.
+//!
+//! A reference to an array element becomes a slot whose position is affine in the loop counters.  A reference without
+//! subscripts to an array takes them from the element that is asked for.
+
+use hyd_instance::{InstId, Resolved, ScalarType, Value};
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind, Iterator, UnaryOp, Variability};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::{Flattener, scale, sizes_text};
+use crate::index::{Affine, Kind, SlotKey};
+use crate::lower::Typed;
+
+/// The values of a loop variable.
+pub(crate) enum Range {
+    /// Evenly spaced whole numbers.
+    Steps {
+        /// First value.
+        start: Affine,
+        /// Distance.
+        step: i64,
+        /// How many.
+        count: usize,
+    },
+    /// Anything else.
+    Values(Vec<Value>),
+}
+
+impl Range {
+    /// Number of values.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Range::Steps { count, .. } => *count,
+            Range::Values(values) => values.len(),
+        }
+    }
+}
+
+/// One subscript: a position, or a list of positions that keeps the dimension.
+enum Subscript {
+    At(Affine),
+    /// `:`
+    All,
+    /// `a:s:b` as positions from 0.
+    Slice {
+        start: Affine,
+        step: i64,
+        count: usize,
+    },
+    /// Any other list of positions from 0.
+    List(Vec<i64>),
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn lower_ref(
+        &mut self,
+        reference: &ComponentRef,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let first = &reference.parts[0];
+        if !reference.global {
+            if let Some(local) = cx.local(&first.name.name).cloned() {
+                return self.lower_local(reference, local, cx, index);
+            }
+        }
+        match self.tree.resolve(cx.scope, reference)? {
+            Resolved::Time => {
+                let node = self.model.templates.arena.intern(hyd_symbolic::Node::Time);
+                Ok(Typed::real(node))
+            }
+            Resolved::Literal(enumeration, k) => Ok(self.literal(f64::from(k), ScalarType::Enumeration(enumeration))),
+            Resolved::Class(local) => {
+                let name = self.tree.table.full_name(local.class);
+                Err(self.error(Code::TypeMismatch, reference.span, format!("the class `{name}` is not a value")))
+            }
+            Resolved::Variable(steps) => self.lower_variable(reference.span, &steps, Kind::Var, cx, index),
+        }
+    }
+
+    fn lower_local(
+        &mut self,
+        reference: &ComponentRef,
+        local: Local,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        match local {
+            Local::Index(affine) => match affine.as_constant() {
+                Some(k) => Ok(self.literal(k as f64, ScalarType::Integer)),
+                None => {
+                    let slot = self.slots.slot(SlotKey::Number(affine));
+                    Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
+                }
+            },
+            Local::Value(value) => self.constant_value(reference.span, &value),
+            Local::Node(typed) => Ok(typed),
+            Local::Array(items, shape) => {
+                let mut at: Vec<Affine> = Vec::new();
+                let mut rest = index;
+                for (k, &size) in shape.iter().enumerate() {
+                    match reference.parts[0].subscripts.get(k) {
+                        Some(subscript) => at.push(self.position(subscript, size, cx)?),
+                        None => {
+                            let Some((first, others)) = rest.split_first() else {
+                                return Err(self.error(
+                                    Code::ArrayShape,
+                                    reference.span,
+                                    "an array stands where a scalar is needed",
+                                ));
+                            };
+                            at.push(first.clone());
+                            rest = others;
+                        }
+                    }
+                }
+                let mut position = 0;
+                for (affine, &size) in at.iter().zip(&shape) {
+                    let k = affine.as_constant().ok_or(Fail::NeedsExpansion)?;
+                    if k < 0 || k as usize >= size {
+                        return Err(self.outside(reference.span, k + 1, size));
+                    }
+                    position = position * size + k as usize;
+                }
+                items.get(position).cloned().ok_or(Fail::Reported)
+            }
+        }
+    }
+
+    /// A variable, its derivative or its value before the event.
+    pub(crate) fn lower_variable(
+        &mut self,
+        span: Span,
+        steps: &[(InstId, &[Expr])],
+        kind: Kind,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let (last, _) = steps[steps.len() - 1];
+        let instance = &self.tree.instances[last];
+        let name = instance.name.clone();
+        if instance.absent {
+            let message = format!("`{name}` does not exist here: its condition is false");
+            return Err(self.error(Code::UnknownName, span, message));
+        }
+        let Some(primitive) = &instance.primitive else {
+            return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
+        };
+        let scalar = primitive.scalar.clone();
+        let constant = instance.variability == Variability::Constant || !self.blocks.contains_key(&last);
+        let (offset, taken) = self.position_of(span, steps, cx, index)?;
+        if taken != index.len() {
+            let message = format!("`{name}` is a scalar here, but an array is needed");
+            return Err(self.error(Code::ArrayShape, span, message));
+        }
+        if constant {
+            let value = self.tree.value_of(last, span)?;
+            let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
+            let chosen = match offset.as_constant() {
+                _ if flat.len() == 1 => flat.first(),
+                Some(k) => flat.get(k as usize),
+                None => value.uniform(),
+            };
+            let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
+            return self.constant_value(span, &chosen);
+        }
+        if kind == Kind::Der && !matches!(scalar, ScalarType::Real) {
+            let message = format!("`der` needs a Real variable, but `{name}` is {}", scalar.name());
+            return Err(self.error(Code::TypeMismatch, span, message));
+        }
+        let first = self.model.variables[self.blocks[&last]].first;
+        let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
+        Ok(Typed { node: self.model.templates.arena.slot(slot), scalar })
+    }
+
+    /// Position of the element among the elements of the variable, and how many of `index` were used.
+    pub(crate) fn position_of(
+        &mut self,
+        span: Span,
+        steps: &[(InstId, &[Expr])],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<(Affine, usize), Fail> {
+        let (last, _) = steps[steps.len() - 1];
+        let mut offset = Affine::constant(0);
+        let mut taken = 0;
+        for id in hyd_instance::instance::chain(&self.tree.instances, last) {
+            let dims = self.tree.instances[id].dims.clone();
+            let subscripts: &[Expr] = steps.iter().find(|(i, _)| *i == id).map_or(&[], |(_, s)| s);
+            let in_steps = steps.iter().any(|(i, _)| *i == id);
+            if subscripts.len() > dims.len() {
+                let name = self.path(id);
+                let message =
+                    format!("`{name}` has {} dimensions, but {} subscripts are written", dims.len(), subscripts.len());
+                return Err(self.error(Code::ArrayShape, span, message));
+            }
+            for (k, &size) in dims.iter().enumerate() {
+                let at = if !in_steps {
+                    let implicit = cx.implicit.iter().find(|(i, _)| *i == id).map(|(_, own)| own[k].clone());
+                    implicit.ok_or_else(|| {
+                        let name = self.path(id);
+                        self.error(Code::ArrayShape, span, format!("`{name}` is an array and needs subscripts here"))
+                    })?
+                } else {
+                    let subscript = match subscripts.get(k) {
+                        Some(expr) => self.subscript(expr, size, cx)?,
+                        None => Subscript::All,
+                    };
+                    self.apply_subscript(span, subscript, index, &mut taken)?
+                };
+                self.check_inside(span, &at, size, cx)?;
+                offset = scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
+            }
+        }
+        Ok((offset, taken))
+    }
+
+    fn apply_subscript(
+        &mut self,
+        span: Span,
+        subscript: Subscript,
+        index: &[Affine],
+        taken: &mut usize,
+    ) -> Result<Affine, Fail> {
+        if let Subscript::At(at) = subscript {
+            return Ok(at);
+        }
+        let Some(wanted) = index.get(*taken).cloned() else {
+            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+        };
+        *taken += 1;
+        match subscript {
+            Subscript::At(at) => Ok(at),
+            Subscript::All => Ok(wanted),
+            Subscript::Slice { start, step, .. } => start.add_scaled(&wanted, step).ok_or(Fail::NeedsExpansion),
+            Subscript::List(list) => {
+                let k = wanted.as_constant().ok_or(Fail::NeedsExpansion)?;
+                list.get(k as usize).map(|&k| Affine::constant(k)).ok_or(Fail::Reported)
+            }
+        }
+    }
+
+    fn check_inside(&mut self, span: Span, at: &Affine, size: usize, cx: &Context) -> Result<(), Fail> {
+        let (low, high) = at.bounds(&cx.counts);
+        if cx.counts.contains(&0) || (low >= 0 && (high as usize) < size) {
+            return Ok(());
+        }
+        Err(self.outside(span, if low < 0 { low + 1 } else { high + 1 }, size))
+    }
+
+    fn outside(&mut self, span: Span, k: i64, size: usize) -> Fail {
+        self.report(Diagnostic::error(Code::ArrayShape, format!("subscript {k} is outside 1..{size}")).at(span, ""));
+        Fail::Reported
+    }
+
+    fn subscript(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<Subscript, Fail> {
+        if matches!(expr.kind, ExprKind::Colon) {
+            return Ok(Subscript::All);
+        }
+        if let ExprKind::Range(start, step, stop) = &expr.kind {
+            cx.ends.push(size);
+            let range = self.steps_of(start, step.as_deref(), stop, cx);
+            cx.ends.pop();
+            return Ok(match range? {
+                Range::Steps { start, step, count } => {
+                    let start = start.add_scaled(&Affine::constant(-1), 1).ok_or(Fail::NeedsExpansion)?;
+                    Subscript::Slice { start, step, count }
+                }
+                Range::Values(values) => {
+                    Subscript::List(values.iter().filter_map(|v| v.as_integer().map(|k| k - 1)).collect())
+                }
+            });
+        }
+        if self.shape(expr, cx)?.is_empty() {
+            return Ok(Subscript::At(self.position(expr, size, cx)?));
+        }
+        let (mut env, complete) = cx.env();
+        if !complete {
+            return Err(Fail::NeedsExpansion);
+        }
+        env.ends.push(size);
+        let value = self.tree.evaluate(expr, cx.scope, &env)?;
+        Ok(Subscript::List(value.flatten().iter().filter_map(|v| v.as_integer().map(|k| k - 1)).collect()))
+    }
+
+    /// A subscript as a position from 0.
+    fn position(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<Affine, Fail> {
+        cx.ends.push(size);
+        let value = self.affine(expr, cx);
+        cx.ends.pop();
+        value?.add_scaled(&Affine::constant(-1), 1).ok_or(Fail::NeedsExpansion)
+    }
+
+    /// A whole-number expression as an affine function of the counters.
+    pub(crate) fn affine(&mut self, expr: &Expr, cx: &mut Context) -> Result<Affine, Fail> {
+        match &expr.kind {
+            ExprKind::Integer(k) => return Ok(Affine::constant(*k)),
+            ExprKind::Ref(reference) if reference.parts.len() == 1 && !reference.global => {
+                if let Some(Local::Index(affine)) = cx.local(&reference.parts[0].name.name) {
+                    return Ok(affine.clone());
+                }
+            }
+            ExprKind::Unary(UnaryOp::Minus, a) => {
+                let a = self.affine(a, cx)?;
+                return Affine::constant(0).add_scaled(&a, -1).ok_or(Fail::NeedsExpansion);
+            }
+            ExprKind::Binary(op @ (BinaryOp::Add | BinaryOp::Sub), a, b) => {
+                let (a, b) = (self.affine(a, cx)?, self.affine(b, cx)?);
+                let factor = if *op == BinaryOp::Add { 1 } else { -1 };
+                return a.add_scaled(&b, factor).ok_or(Fail::NeedsExpansion);
+            }
+            ExprKind::Binary(BinaryOp::Mul, a, b) => {
+                let (a, b) = (self.affine(a, cx)?, self.affine(b, cx)?);
+                let product = match (a.as_constant(), b.as_constant()) {
+                    (Some(k), _) => Affine::constant(0).add_scaled(&b, k),
+                    (_, Some(k)) => Affine::constant(0).add_scaled(&a, k),
+                    _ => None,
+                };
+                return product.ok_or(Fail::NeedsExpansion);
+            }
+            ExprKind::Tuple(items) => {
+                if let [Some(only)] = items.as_slice() {
+                    return self.affine(only, cx);
+                }
+            }
+            _ => {}
+        }
+        let (env, complete) = cx.env();
+        if !complete && self.mentions_counter(expr, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        match self.tree.evaluate(expr, cx.scope, &env)? {
+            Value::Integer(k) => Ok(Affine::constant(k)),
+            Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),
+            Value::Boolean(b) => Ok(Affine::constant(i64::from(b) + 1)),
+            other => {
+                let message = format!("a subscript must be an Integer, not {}", other.type_name());
+                Err(self.error(Code::TypeMismatch, expr.span, message))
+            }
+        }
+    }
+
+    /// True if a loop variable without a fixed value occurs.
+    fn mentions_counter(&self, expr: &Expr, cx: &Context) -> bool {
+        crate::walk::any_ref(
+            expr,
+            &mut |reference| matches!(cx.local(&reference.parts[0].name.name), Some(Local::Index(a)) if a.as_constant().is_none()),
+        )
+    }
+
+    /// The values of a loop variable.
+    pub(crate) fn range(&mut self, iterator: &Iterator, cx: &mut Context) -> Result<Range, Fail> {
+        let Some(range) = &iterator.range else {
+            let message = format!("the range of `{}` must be written", iterator.name.name);
+            return Err(self.error(Code::NotStructural, iterator.name.span, message));
+        };
+        if let ExprKind::Range(start, step, stop) = &range.kind {
+            return self.steps_of(start, step.as_deref(), stop, cx);
+        }
+        if self.mentions_counter(range, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        let (env, _) = cx.env();
+        Ok(match self.tree.evaluate(range, cx.scope, &env)? {
+            Value::Array(values) => Range::Values(values),
+            single => Range::Values(vec![single]),
+        })
+    }
+
+    fn steps_of(&mut self, start: &Expr, step: Option<&Expr>, stop: &Expr, cx: &mut Context) -> Result<Range, Fail> {
+        let (env, _) = cx.env();
+        for part in [Some(start), step, Some(stop)].into_iter().flatten() {
+            if matches!(part.kind, ExprKind::Real(_)) {
+                let whole = Expr {
+                    kind: ExprKind::Range(
+                        Box::new(start.clone()),
+                        step.map(|s| Box::new(s.clone())),
+                        Box::new(stop.clone()),
+                    ),
+                    span: start.span.to(stop.span),
+                };
+                return match self.tree.evaluate(&whole, cx.scope, &env)? {
+                    Value::Array(values) => Ok(Range::Values(values)),
+                    single => Ok(Range::Values(vec![single])),
+                };
+            }
+        }
+        let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
+        let step = match step {
+            Some(step) => self.affine(step, cx)?.as_constant().filter(|s| *s != 0).ok_or(Fail::NeedsExpansion)?,
+            None => 1,
+        };
+        let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
+        let count = (distance.div_euclid(step) + 1).max(0) as usize;
+        let count = if distance != 0 && (distance > 0) != (step > 0) { 0 } else { count };
+        Ok(Range::Steps { start: first, step, count })
+    }
+
+    /// Sizes of an expression.
+    pub(crate) fn shape(&mut self, expr: &Expr, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        match &expr.kind {
+            ExprKind::Ref(reference) => self.shape_of_ref(reference, cx),
+            ExprKind::Unary(_, a) => self.shape(a, cx),
+            ExprKind::Binary(op, a, b) => self.shape_of_binary(expr.span, *op, a, b, cx),
+            ExprKind::If(branches, otherwise) => {
+                let shape = self.shape(otherwise, cx)?;
+                for (_, value) in branches {
+                    let other = self.shape(value, cx)?;
+                    self.check_same_shape(value.span, &other, &shape)?;
+                }
+                Ok(shape)
+            }
+            ExprKind::Range(start, step, stop) => Ok(vec![self.steps_of(start, step.as_deref(), stop, cx)?.count()]),
+            ExprKind::Array(items) => {
+                let mut shape = vec![items.len()];
+                if let Some(first) = items.first() {
+                    let inner = self.shape(first, cx)?;
+                    for item in &items[1..] {
+                        let other = self.shape(item, cx)?;
+                        self.check_same_shape(item.span, &other, &inner)?;
+                    }
+                    shape.extend(inner);
+                }
+                Ok(shape)
+            }
+            ExprKind::ArrayFor(body, iterators) => {
+                let mark = cx.names.len();
+                let mut shape = Vec::new();
+                for iterator in iterators {
+                    let range = self.range(iterator, cx)?;
+                    shape.push(range.count());
+                    let local = match range {
+                        Range::Steps { start, .. } => Local::Index(start),
+                        Range::Values(values) => values
+                            .first()
+                            .map_or(Local::Index(Affine::constant(0)), |v| crate::lower::local_of(v.clone())),
+                    };
+                    cx.names.push((iterator.name.name.clone(), local));
+                }
+                let inner = self.shape(body, cx);
+                cx.names.truncate(mark);
+                shape.extend(inner?);
+                Ok(shape)
+            }
+            ExprKind::Matrix(rows) => Ok(vec![rows.len(), rows.first().map_or(0, Vec::len)]),
+            ExprKind::Call(function, arguments) => self.shape_of_call(expr.span, function, arguments, cx),
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.shape(only, cx),
+                _ => Ok(Vec::new()),
+            },
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    fn shape_of_ref(&mut self, reference: &ComponentRef, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        if !reference.global {
+            if let Some(local) = cx.local(&reference.parts[0].name.name) {
+                return Ok(match local {
+                    Local::Array(_, shape) => shape.iter().skip(reference.parts[0].subscripts.len()).copied().collect(),
+                    _ => Vec::new(),
+                });
+            }
+        }
+        let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
+        self.steps_shape(&steps, cx)
+    }
+
+    /// Sizes that a reference keeps.
+    pub(crate) fn steps_shape(&mut self, steps: &[(InstId, &[Expr])], cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut shape = Vec::new();
+        for &(inst, subscripts) in steps {
+            let dims = self.tree.instances[inst].dims.clone();
+            for (k, &size) in dims.iter().enumerate() {
+                match subscripts.get(k) {
+                    None => shape.push(size),
+                    Some(expr) => match self.subscript(expr, size, cx)? {
+                        Subscript::At(_) => {}
+                        Subscript::All => shape.push(size),
+                        Subscript::Slice { count, .. } => shape.push(count),
+                        Subscript::List(list) => shape.push(list.len()),
+                    },
+                }
+            }
+        }
+        Ok(shape)
+    }
+
+    fn shape_of_binary(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
+        let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
+        if left.is_empty() && right.is_empty() {
+            return Ok(left);
+        }
+        let mismatch = |flat: &mut Self| {
+            let message = format!(
+                "the sizes {} and {} do not go together in this operation",
+                sizes_text(&left),
+                sizes_text(&right)
+            );
+            Err(flat.error(Code::ArrayShape, span, message))
+        };
+        match op {
+            BinaryOp::Add | BinaryOp::Sub => {
+                if left == right {
+                    Ok(left)
+                } else {
+                    mismatch(self)
+                }
+            }
+            BinaryOp::Mul if !left.is_empty() && !right.is_empty() => {
+                if left.len() > 2 || right.len() > 2 || left[left.len() - 1] != right[0] {
+                    return mismatch(self);
+                }
+                let mut shape = left[..left.len() - 1].to_vec();
+                shape.extend(&right[1..]);
+                Ok(shape)
+            }
+            BinaryOp::Div if !right.is_empty() => mismatch(self),
+            BinaryOp::Pow => mismatch(self),
+            _ if left.is_empty() => Ok(right),
+            _ if right.is_empty() || left == right => Ok(left),
+            _ => mismatch(self),
+        }
+    }
+}

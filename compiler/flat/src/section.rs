@@ -1,0 +1,382 @@
+//! Equation sections: `=`, `for`, `if`, `assert`, and what goes to `when` and `connect`.
+
+use std::sync::Arc;
+
+use hyd_instance::{ScalarType, Scope, Value};
+use hyd_source::{Code, Diagnostic, Origin};
+use hyd_symbolic::NodeId;
+use hyd_syntax::tree::{
+    Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Variability,
+};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::Affine;
+use crate::lower::Typed;
+use crate::model::{Message, Section};
+use crate::reference::Range;
+
+/// What surrounds an equation in the text: loops not yet entered, from the outside in.
+#[derive(Clone, Default)]
+pub(crate) struct Loops<'e> {
+    pub(crate) iterators: Vec<&'e Iterator>,
+}
+
+impl Flattener<'_, '_> {
+    /// All equation sections of one class of an instance.
+    pub(crate) fn class_sections(&mut self, scope: Scope, def: &Arc<ClassDef>) {
+        let ClassBody::Long { equations, algorithms, .. } = &def.body else { return };
+        if def.kind == ClassKind::Function {
+            return;
+        }
+        if let Some(algorithm) = algorithms.first() {
+            let message = "algorithm sections in models are not supported; write equations, or a function";
+            let _ = self.error(Code::OutsideProfile, algorithm.span, message);
+        }
+        for section in equations {
+            for equation in &section.equations {
+                self.equation(equation, scope, &Loops::default(), section.initial);
+            }
+        }
+    }
+
+    fn origin(&mut self, scope: Scope, equation: &Equation) -> Origin {
+        Origin { path: self.path(scope.inst), span: equation.span }
+    }
+
+    pub(crate) fn equation(&mut self, equation: &Equation, scope: Scope, loops: &Loops<'_>, initial: bool) {
+        match &equation.kind {
+            EquationKind::Equal(left, right) => self.equal(equation, left, right, scope, loops, initial),
+            EquationKind::Connect(a, b) => self.connect(equation.span, a, b, scope, loops),
+            EquationKind::For(iterators, body) => {
+                let mut inner = loops.clone();
+                inner.iterators.extend(iterators);
+                for equation in body {
+                    self.equation(equation, scope, &inner, initial);
+                }
+            }
+            EquationKind::If(branches) => self.if_equation(equation, branches, scope, loops, initial),
+            EquationKind::When(branches) => self.when(equation, branches, scope, loops),
+            EquationKind::Call(function, arguments) => {
+                let name = function.parts[0].name.name.clone();
+                match name.as_ref() {
+                    "assert" => self.assertion(equation, arguments, scope, loops),
+                    "reinit" | "terminate" => {
+                        let message = format!("`{name}` is allowed only inside `when`");
+                        let _ = self.error(Code::Misplaced, equation.span, message);
+                    }
+                    "Connections" => {
+                        let message = "overconstrained connections are outside the language profile";
+                        let _ = self.error(Code::OutsideProfile, equation.span, message);
+                    }
+                    _ => {
+                        let message = "a call by itself determines nothing here";
+                        let _ = self.error(Code::Misplaced, equation.span, message);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Enters the arrays of components around the scope and the loops of the text.
+    pub(crate) fn enter_all(&mut self, cx: &mut Context, loops: &Loops<'_>) -> Result<(), Fail> {
+        self.enter(cx);
+        for iterator in &loops.iterators {
+            let range = self.range(iterator, cx)?;
+            let at = cx.counter(range.count());
+            let local = match range {
+                Range::Steps { start, step, .. } => {
+                    Local::Index(start.add_scaled(&at, step).ok_or(Fail::NeedsExpansion)?)
+                }
+                Range::Values(values) => {
+                    if values.is_empty() {
+                        Local::Index(Affine::constant(0))
+                    } else {
+                        let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
+                        crate::lower::local_of(values.get(k as usize).cloned().ok_or(Fail::Reported)?)
+                    }
+                }
+            };
+            cx.names.push((iterator.name.name.clone(), local));
+        }
+        Ok(())
+    }
+
+    fn equal(
+        &mut self,
+        equation: &Equation,
+        left: &Expr,
+        right: &Expr,
+        scope: Scope,
+        loops: &Loops<'_>,
+        initial: bool,
+    ) {
+        let origin = self.origin(scope, equation);
+        let start = Context { initial, ..self.context_of(scope) };
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter_all(cx, loops)?;
+            if cx.counts.contains(&0) {
+                return Ok(());
+            }
+            let (l, r) = (flat.shape(left, cx)?, flat.shape(right, cx)?);
+            flat.check_same_shape(equation.span, &l, &r)?;
+            let index: Vec<Affine> = l.iter().map(|&size| cx.counter(size)).collect();
+            if l.contains(&0) {
+                return Ok(());
+            }
+            let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
+            flat.check_sides(equation, left, right, &a, &b)?;
+            let section = flat.section_of(&a, initial);
+            flat.emit(section, a.node, b.node, &cx.loop_counts(), &origin);
+            Ok(())
+        });
+    }
+
+    fn section_of(&self, side: &Typed, initial: bool) -> Section {
+        match (&side.scalar, initial) {
+            (_, true) => Section::Initial,
+            (ScalarType::Real, false) => Section::Continuous,
+            // A number literal on the left (`0 = x - y`) says nothing; the other side decides.
+            (ScalarType::Integer, false) if self.model.templates.arena.as_constant(side.node).is_some() => {
+                Section::Continuous
+            }
+            _ => Section::Discrete,
+        }
+    }
+
+    fn check_sides(
+        &mut self,
+        equation: &Equation,
+        left: &Expr,
+        right: &Expr,
+        a: &Typed,
+        b: &Typed,
+    ) -> Result<(), Fail> {
+        let constant = |flat: &Self, t: &Typed| flat.model.templates.arena.as_constant(t.node).is_some();
+        let fits = a.scalar == b.scalar
+            || a.is_number() && b.is_number() && {
+                // An Integer variable cannot equal a Real expression.
+                let integer_left = matches!(a.scalar, ScalarType::Integer) && !constant(self, a);
+                let integer_right = matches!(b.scalar, ScalarType::Integer) && !constant(self, b);
+                let variable = |e: &Expr| matches!(e.kind, ExprKind::Ref(_));
+                !(integer_left && variable(left) && self.is_discrete_ref(a))
+                    && !(integer_right && variable(right) && self.is_discrete_ref(b))
+            };
+        if fits {
+            return Ok(());
+        }
+        let message =
+            format!("the sides of this equation have different types: {} and {}", a.scalar.name(), b.scalar.name());
+        self.report(
+            Diagnostic::error(Code::TypeMismatch, message)
+                .at(equation.span, "")
+                .with(left.span, format!("this is {}", a.scalar.name()))
+                .with(right.span, format!("this is {}", b.scalar.name())),
+        );
+        Err(Fail::Reported)
+    }
+
+    /// True if the node is a plain slot of a discrete variable (not of a parameter or a loop variable).
+    fn is_discrete_ref(&self, typed: &Typed) -> bool {
+        let hyd_symbolic::Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
+        match &self.slots.keys[slot.0 as usize] {
+            crate::index::SlotKey::Variable(_, v, _) => {
+                let (block, _) = self.model.locate(*v);
+                self.model.variables[block].variability >= hyd_system::Variability::Discrete
+            }
+            crate::index::SlotKey::Number(_) => false,
+        }
+    }
+
+    /// True if an expression is made of constants and parameters with values only.
+    fn known_before_run(&mut self, expr: &Expr, scope: Scope) -> bool {
+        if crate::walk::calls_any(expr, &["initial", "terminal", "sample", "edge", "change", "pre", "der"]) {
+            return false;
+        }
+        let mut known = true;
+        crate::walk::any_ref(expr, &mut |reference| {
+            if reference.parts[0].name.name.as_ref() == "time" {
+                known = false;
+            } else if let Ok(hyd_instance::Resolved::Variable(steps)) = self.tree.resolve(scope, reference) {
+                let last = &self.tree.instances[steps[steps.len() - 1].0];
+                known &= last.variability <= Variability::Parameter;
+            }
+            !known
+        });
+        known
+    }
+
+    fn if_equation(
+        &mut self,
+        equation: &Equation,
+        branches: &[(Option<Expr>, Vec<Equation>)],
+        scope: Scope,
+        loops: &Loops<'_>,
+        initial: bool,
+    ) {
+        let structural = branches.iter().filter_map(|(c, _)| c.as_ref()).all(|c| self.known_before_run(c, scope));
+        if structural && loops.iterators.is_empty() {
+            for (condition, body) in branches {
+                let holds = match condition {
+                    None => true,
+                    Some(c) => match self.tree.evaluate(c, scope, &hyd_instance::Env::default()) {
+                        Ok(Value::Boolean(b)) => b,
+                        Ok(other) => {
+                            let message = format!("a condition must be Boolean, not {}", other.type_name());
+                            let _ = self.error(Code::TypeMismatch, c.span, message);
+                            return;
+                        }
+                        Err(()) => return,
+                    },
+                };
+                if holds {
+                    for equation in body {
+                        self.equation(equation, scope, loops, initial);
+                    }
+                    return;
+                }
+            }
+            return;
+        }
+        self.runtime_if(equation, branches, scope, loops, initial);
+    }
+
+    /// Branches chosen during the run must have the same number of equations; they are joined one by one.
+    fn runtime_if(
+        &mut self,
+        equation: &Equation,
+        branches: &[(Option<Expr>, Vec<Equation>)],
+        scope: Scope,
+        loops: &Loops<'_>,
+        initial: bool,
+    ) {
+        let counts: Vec<usize> = branches.iter().map(|(_, body)| body.len()).collect();
+        let complete = branches.last().is_some_and(|(c, _)| c.is_none());
+        if !complete || counts.windows(2).any(|w| w[0] != w[1]) {
+            let message = "the branches of an `if` that is decided during the run must have the same number of equations, and there must be an `else`";
+            let _ = self.error(Code::Unbalanced, equation.span, message);
+            return;
+        }
+        let plain = branches
+            .iter()
+            .flat_map(|(_, body)| body)
+            .find(|e| !matches!(e.kind, EquationKind::Equal(..) | EquationKind::If(..)));
+        if let Some(other) = plain {
+            let message = "an `if` that is decided during the run can hold only `=` equations";
+            let _ = self.error(Code::Misplaced, other.span, message);
+            return;
+        }
+        for k in 0..counts[0] {
+            let origin = self.origin(scope, &branches[0].1[k]);
+            let start = Context { initial, ..self.context_of(scope) };
+            self.with_loops(start, &mut |flat, cx| {
+                flat.enter_all(cx, loops)?;
+                let (left, right, section) = flat.joined(branches, k, cx, initial)?;
+                flat.emit(section, left, right, &cx.loop_counts(), &origin);
+                Ok(())
+            });
+        }
+    }
+
+    /// Equation `k` of the branch that holds: `l = if c then r1 else r2` where the left sides agree, else the difference of
+    /// the sides.
+    fn joined(
+        &mut self,
+        branches: &[(Option<Expr>, Vec<Equation>)],
+        k: usize,
+        cx: &mut Context,
+        initial: bool,
+    ) -> Result<(NodeId, NodeId, Section), Fail> {
+        let mut sides = Vec::new();
+        for (condition, body) in branches {
+            let test = match condition {
+                Some(c) => {
+                    let test = self.lower(c, cx, &[])?;
+                    self.want_boolean(c.span, "a condition", &test)?;
+                    Some(test.node)
+                }
+                None => None,
+            };
+            let (l, r) = match &body[k].kind {
+                EquationKind::Equal(l, r) => {
+                    let shape = self.shape(l, cx)?;
+                    if !shape.is_empty() {
+                        let message = "array equations inside an `if` decided during the run are not supported; write them by element";
+                        return Err(self.error(Code::OutsideProfile, body[k].span, message));
+                    }
+                    let (a, b) = (self.lower(l, cx, &[])?, self.lower(r, cx, &[])?);
+                    self.check_sides(&body[k], l, r, &a, &b)?;
+                    (a, b)
+                }
+                EquationKind::If(inner) => {
+                    let (l, r, _) = self.joined(inner, 0, cx, initial)?;
+                    (Typed::real(l), Typed::real(r))
+                }
+                _ => return Err(Fail::Reported),
+            };
+            sides.push((test, l, r));
+        }
+        let Some((_, left, last)) = sides.pop() else { return Err(Fail::Reported) };
+        let section = self.section_of(&left, initial);
+        let same = sides.iter().all(|(_, l, _)| l.node == left.node);
+        let arena = &mut self.model.templates.arena;
+        let mut result = if same { last.node } else { arena.sub(left.node, last.node) };
+        for (test, l, r) in sides.into_iter().rev() {
+            let Some(test) = test else { continue };
+            let value = if same { r.node } else { arena.sub(l.node, r.node) };
+            result = arena.select(test, value, result);
+        }
+        let left = if same { left.node } else { arena.constant(0.0) };
+        Ok((left, result, section))
+    }
+
+    fn assertion(&mut self, equation: &Equation, arguments: &Arguments, scope: Scope, loops: &Loops<'_>) {
+        let Arguments::List { positional, named } = arguments else { return };
+        let [condition, text, ..] = positional.as_slice() else {
+            let _ = self.error(Code::BadArguments, equation.span, "`assert` takes a condition and a message");
+            return;
+        };
+        let level =
+            positional.get(2).or_else(|| named.iter().find(|(n, _)| n.name.as_ref() == "level").map(|(_, e)| e));
+        let error = match level.map(|e| self.tree.evaluate(e, scope, &hyd_instance::Env::default())) {
+            Some(Ok(Value::Enumeration(_, k))) => k != 1,
+            Some(Err(())) => return,
+            _ => true,
+        };
+        let message = self.message(text, scope, error);
+        let origin = self.origin(scope, equation);
+        let start = self.context_of(scope);
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter_all(cx, loops)?;
+            cx.no_event = true;
+            let test = flat.lower(condition, cx, &[])?;
+            flat.want_boolean(condition.span, "`assert`", &test)?;
+            let zero = flat.model.templates.arena.constant(0.0);
+            flat.emit(Section::Assert(message), test.node, zero, &cx.loop_counts(), &origin);
+            Ok(())
+        });
+    }
+
+    /// The text of a message; parts that are computed are shown as they are written.
+    pub(crate) fn message(&mut self, text: &Expr, scope: Scope, error: bool) -> u32 {
+        let text = self.message_text(text, scope);
+        self.model.messages.push(Message { text: text.into(), error });
+        self.model.messages.len() as u32 - 1
+    }
+
+    fn message_text(&mut self, expr: &Expr, scope: Scope) -> String {
+        match &expr.kind {
+            ExprKind::Text(text) => text.to_string(),
+            ExprKind::Binary(hyd_syntax::tree::BinaryOp::Add, a, b) => {
+                self.message_text(a, scope) + &self.message_text(b, scope)
+            }
+            ExprKind::Ref(_) if self.known_before_run(expr, scope) => {
+                match self.tree.evaluate(expr, scope, &hyd_instance::Env::default()) {
+                    Ok(Value::Text(text)) => text.to_string(),
+                    _ => self.tree.table.files.snippet(expr.span).to_string(),
+                }
+            }
+            _ => self.tree.table.files.snippet(expr.span).to_string(),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! The class table: every class definition read so far, found by full name, loaded when first named.
+//!
+//! A class is looked up in its parent's text first, then (for packages) among the files of the library folder, so that a
+//! large library costs only what a model uses of it.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use hyd_index::{IndexVec, typed_index};
+use hyd_source::{Code, Diagnostic, FileId, Files, Severity, Span};
+use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Element, Import, Name, NestedClass, StoredDefinition};
+use rustc_hash::FxHashMap;
+
+use crate::Sources;
+use crate::shape::Shape;
+
+typed_index!(
+    /// A class definition.
+    ClassId,
+    "class"
+);
+
+/// A class definition in its place.
+pub struct Class {
+    /// What was written.
+    pub def: Arc<ClassDef>,
+    /// The class it is written in; `None` at the top.
+    pub parent: Option<ClassId>,
+    /// Names from the top down to this class.
+    pub path: Vec<Name>,
+    children: FxHashMap<Name, Option<ClassId>>,
+    pub(crate) shape: Option<Result<Rc<Shape>, ()>>,
+}
+
+/// A nested class element of a class definition.
+pub fn nested_classes(def: &ClassDef) -> impl Iterator<Item = &NestedClass> {
+    elements(def).iter().filter_map(|e| match e {
+        Element::Class(nested) => Some(nested),
+        _ => None,
+    })
+}
+
+/// Import clauses of a class definition.
+pub fn imports(def: &ClassDef) -> impl Iterator<Item = &Import> {
+    elements(def).iter().filter_map(|e| match e {
+        Element::Import(import) => Some(import),
+        _ => None,
+    })
+}
+
+/// All elements of a long class (none for the other forms).
+pub fn elements(def: &ClassDef) -> &[Element] {
+    match &def.body {
+        ClassBody::Long { elements, .. } => elements,
+        _ => &[],
+    }
+}
+
+/// All classes read so far and where more come from.
+pub struct ClassTable<'s> {
+    /// All texts read.
+    pub files: Files,
+    /// Messages so far, of all that works on this table.
+    pub diagnostics: Vec<Diagnostic>,
+    sources: &'s mut dyn Sources,
+    classes: IndexVec<ClassId, Class>,
+    top: FxHashMap<Name, Option<ClassId>>,
+    open_shapes: Vec<ClassId>,
+}
+
+impl<'s> ClassTable<'s> {
+    /// An empty table over a source of texts.
+    pub fn new(sources: &'s mut dyn Sources) -> Self {
+        Self {
+            files: Files::new(),
+            diagnostics: Vec::new(),
+            sources,
+            classes: IndexVec::new(),
+            top: FxHashMap::default(),
+            open_shapes: Vec::new(),
+        }
+    }
+
+    /// The class behind an id.
+    pub fn class(&self, id: ClassId) -> &Class {
+        &self.classes[id]
+    }
+
+    /// True while the shape of the class is being put together.
+    pub(crate) fn is_open(&self, id: ClassId) -> bool {
+        self.open_shapes.contains(&id)
+    }
+
+    pub(crate) fn open_shape(&mut self, id: ClassId) {
+        self.open_shapes.push(id);
+    }
+
+    pub(crate) fn close_shape(&mut self) {
+        self.open_shapes.pop();
+    }
+
+    pub(crate) fn class_mut(&mut self, id: ClassId) -> &mut Class {
+        &mut self.classes[id]
+    }
+
+    /// Full dotted name.
+    pub fn full_name(&self, id: ClassId) -> String {
+        self.classes[id].path.join(".")
+    }
+
+    /// Adds a message.
+    pub fn report(&mut self, diagnostic: Diagnostic) {
+        // One mistake in a class that is instantiated many times is one message.
+        if diagnostic.severity != Severity::Error || !self.diagnostics.contains(&diagnostic) {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Parses a text and returns its tree with its file.
+    fn parse(&mut self, name: Arc<str>, text: Arc<str>) -> (FileId, StoredDefinition) {
+        let file = self.files.add(name, text.clone());
+        let parsed = hyd_syntax::parse(file, &text);
+        for diagnostic in parsed.diagnostics {
+            self.report(diagnostic);
+        }
+        (file, parsed.value)
+    }
+
+    /// Reads the main text: its classes become visible under the package that its `within` names.
+    /// Returns the classes of the text in order.
+    pub fn add_main(&mut self, name: &str, text: &str) -> Vec<ClassId> {
+        let (_, stored) = self.parse(name.into(), text.into());
+        let within = match stored.within {
+            Some(Some(path)) => path.parts,
+            _ => Vec::new(),
+        };
+        let mut parent = None;
+        for (k, ident) in within.iter().enumerate() {
+            let found = match parent {
+                None => self.top(&ident.name),
+                Some(p) => self.child(p, &ident.name),
+            };
+            parent = Some(found.unwrap_or_else(|| {
+                // A folder without a `package` file still names its package.
+                let path: Vec<Name> = within[..=k].iter().map(|i| i.name.clone()).collect();
+                self.add_empty_package(path, parent, ident.span)
+            }));
+        }
+        stored.classes.into_iter().map(|def| self.add(def, parent, true)).collect()
+    }
+
+    fn add_empty_package(&mut self, path: Vec<Name>, parent: Option<ClassId>, span: Span) -> ClassId {
+        let name = path[path.len() - 1].clone();
+        let def = ClassDef {
+            kind: ClassKind::Package,
+            encapsulated: false,
+            partial: false,
+            expandable: false,
+            pure: None,
+            name: hyd_syntax::tree::Ident { name, span },
+            description: None,
+            body: ClassBody::Long {
+                elements: Vec::new(),
+                equations: Vec::new(),
+                algorithms: Vec::new(),
+                external: None,
+                extends_from: None,
+            },
+            annotation: None,
+            span,
+        };
+        self.add(Arc::new(def), parent, true)
+    }
+
+    /// Registers a class and, if `visible`, its name in its parent.
+    pub(crate) fn add(&mut self, def: Arc<ClassDef>, parent: Option<ClassId>, visible: bool) -> ClassId {
+        let name = def.name.name.clone();
+        let mut path = parent.map_or_else(Vec::new, |p| self.classes[p].path.clone());
+        path.push(name.clone());
+        let id = self.classes.push(Class { def, parent, path, children: FxHashMap::default(), shape: None });
+        if visible {
+            match parent {
+                None => self.top.insert(name, Some(id)),
+                Some(p) => self.classes[p].children.insert(name, Some(id)),
+            };
+        }
+        id
+    }
+
+    /// A class at the top.
+    pub fn top(&mut self, name: &Name) -> Option<ClassId> {
+        if let Some(&known) = self.top.get(name) {
+            return known;
+        }
+        let found = self.load(std::slice::from_ref(name), None);
+        self.top.insert(name.clone(), found);
+        found
+    }
+
+    /// A class written directly in `parent` (not inherited), in its text or as a file of its folder.
+    pub fn child(&mut self, parent: ClassId, name: &Name) -> Option<ClassId> {
+        if let Some(&known) = self.classes[parent].children.get(name) {
+            return known;
+        }
+        let def = self.classes[parent].def.clone();
+        let mut found = None;
+        for nested in nested_classes(&def) {
+            if nested.class.name.name == *name {
+                found = Some(self.add(nested.class.clone(), Some(parent), true));
+                break;
+            }
+        }
+        if found.is_none() && def.kind == ClassKind::Package {
+            let mut path = self.classes[parent].path.clone();
+            path.push(name.clone());
+            found = self.load(&path, Some(parent));
+        }
+        self.classes[parent].children.insert(name.clone(), found);
+        found
+    }
+
+    fn load(&mut self, path: &[Name], parent: Option<ClassId>) -> Option<ClassId> {
+        let text = match self.sources.find(path) {
+            Ok(text) => text?,
+            Err(sentence) => {
+                self.report(Diagnostic::error(Code::FileAccess, sentence));
+                return None;
+            }
+        };
+        let (file, stored) = self.parse(text.name.clone(), text.text);
+        let wanted = &path[path.len() - 1];
+        let mut found = None;
+        for def in stored.classes {
+            let matches = def.name.name == *wanted;
+            let id = self.add(def, parent, matches);
+            if matches {
+                found = Some(id);
+            }
+        }
+        if found.is_none() && !self.diagnostics.iter().any(|d| d.labels.iter().any(|l| l.span.file == file)) {
+            let message = format!("the file `{}` should define `{wanted}` and does not", text.name);
+            self.report(Diagnostic::error(Code::UnknownClass, message).at(Span::new(file, 0, 0), ""));
+        }
+        found
+    }
+
+    /// Names of all classes that `child` could find in the text of `parent`, for suggestions.
+    pub fn child_names(&self, parent: ClassId) -> Vec<Name> {
+        nested_classes(&self.classes[parent].def).map(|n| n.class.name.name.clone()).collect()
+    }
+}

@@ -1,0 +1,550 @@
+//! Values at translation: expressions of constants and parameters, asked for by sizes, conditions, ranges and attributes.
+//!
+//! The value of a parameter is its binding evaluated in the binding's scope, cached per instance; circles are reported.  A
+//! parameter asked for here becomes structural: it cannot change on the translated model.
+
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp, Variability};
+use hyd_system::math::Function;
+
+use crate::build::InstanceTree;
+use crate::instance::{InstId, Known, ScalarType, Scope, path};
+use crate::lookup::Resolved;
+use crate::modifier::Applied;
+use crate::value::{Value, binary};
+
+/// Loop variables and their values, innermost last.
+#[derive(Clone, Debug, Default)]
+pub struct Env {
+    /// Names and values.
+    pub names: Vec<(Name, Value)>,
+    /// Sizes that `end` means, innermost last.
+    pub ends: Vec<usize>,
+}
+
+impl Env {
+    fn get(&self, name: &str) -> Option<&Value> {
+        self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
+    }
+}
+
+/// Largest array that is computed at translation.
+const MAX_VALUES: usize = 1 << 24;
+
+impl InstanceTree<'_> {
+    fn not_structural(&mut self, span: Span, message: String) {
+        self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
+    }
+
+    fn no_meaning(&mut self, span: Span, message: String) {
+        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(span, ""));
+    }
+
+    /// Evaluates an expression of constants and parameters.
+    pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, ()> {
+        match &expr.kind {
+            ExprKind::Integer(k) => Ok(Value::Integer(*k)),
+            ExprKind::Real(x) => Ok(Value::Real(*x)),
+            ExprKind::Text(text) => Ok(Value::Text(text.clone())),
+            ExprKind::Boolean(b) => Ok(Value::Boolean(*b)),
+            ExprKind::Ref(reference) => self.evaluate_ref(reference, scope, env),
+            ExprKind::Call(function, arguments) => self.evaluate_call(expr.span, function, arguments, scope, env),
+            ExprKind::Unary(op, a) => {
+                let value = self.evaluate(a, scope, env)?;
+                let result = match (op, &value) {
+                    (UnaryOp::Plus, _) => Some(value.clone()),
+                    (UnaryOp::Minus, v) => v.negate(),
+                    (UnaryOp::Not, Value::Boolean(b)) => Some(Value::Boolean(!b)),
+                    _ => None,
+                };
+                result.ok_or_else(|| {
+                    self.no_meaning(expr.span, format!("the operator has no meaning for {}", value.type_name()))
+                })
+            }
+            ExprKind::Binary(op, a, b) => {
+                let (x, y) = (self.evaluate(a, scope, env)?, self.evaluate(b, scope, env)?);
+                binary(*op, &x, &y).ok_or_else(|| {
+                    let message = format!("the operator has no meaning for {} and {}", x.type_name(), y.type_name());
+                    self.no_meaning(expr.span, message);
+                })
+            }
+            ExprKind::If(branches, otherwise) => {
+                for (condition, value) in branches {
+                    match self.evaluate(condition, scope, env)? {
+                        Value::Boolean(true) => return self.evaluate(value, scope, env),
+                        Value::Boolean(false) => {}
+                        other => {
+                            self.no_meaning(
+                                condition.span,
+                                format!("a condition must be Boolean, not {}", other.type_name()),
+                            );
+                            return Err(());
+                        }
+                    }
+                }
+                self.evaluate(otherwise, scope, env)
+            }
+            ExprKind::Range(start, step, stop) => {
+                self.evaluate_range(expr.span, start, step.as_deref(), stop, scope, env)
+            }
+            ExprKind::Array(items) => {
+                items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array)
+            }
+            ExprKind::ArrayFor(body, iterators) => {
+                let mut items = Vec::new();
+                self.for_each(iterators, scope, env, &mut |tree, inner| {
+                    items.push(tree.evaluate(body, scope, inner)?);
+                    Ok(())
+                })?;
+                Ok(Value::Array(items))
+            }
+            ExprKind::Matrix(rows) => rows
+                .iter()
+                .map(|row| row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array))
+                .collect::<Result<_, _>>()
+                .map(Value::Array),
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.evaluate(only, scope, env),
+                _ => {
+                    self.no_meaning(expr.span, "a list of results is not a value".into());
+                    Err(())
+                }
+            },
+            ExprKind::Colon => {
+                self.no_meaning(expr.span, "`:` is not a value".into());
+                Err(())
+            }
+            ExprKind::End => match env.ends.last() {
+                Some(&size) => Ok(Value::Integer(size as i64)),
+                None => {
+                    self.no_meaning(expr.span, "`end` is allowed only in subscripts".into());
+                    Err(())
+                }
+            },
+        }
+    }
+
+    fn evaluate_range(
+        &mut self,
+        span: Span,
+        start: &Expr,
+        step: Option<&Expr>,
+        stop: &Expr,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, ()> {
+        let first = self.evaluate(start, scope, env)?;
+        let last = self.evaluate(stop, scope, env)?;
+        let by = match step {
+            Some(step) => self.evaluate(step, scope, env)?,
+            None => Value::Integer(1),
+        };
+        let items: Option<Vec<Value>> = match (&first, &by, &last) {
+            (Value::Integer(a), Value::Integer(s), Value::Integer(b)) if *s != 0 => {
+                let count = ((b - a) / s + 1).max(0) as usize;
+                (count <= MAX_VALUES).then(|| (0..count as i64).map(|k| Value::Integer(a + k * s)).collect())
+            }
+            (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
+                Some((*a..=*b).map(|k| Value::Enumeration(t.clone(), k)).collect())
+            }
+            _ => match (first.as_real(), by.as_real(), last.as_real()) {
+                (Some(a), Some(s), Some(b)) if s != 0.0 => {
+                    let count = (((b - a) / s + 1e-10).floor() + 1.0).max(0.0);
+                    (count <= MAX_VALUES as f64)
+                        .then(|| (0..count as usize).map(|k| Value::Real(a + k as f64 * s)).collect())
+                }
+                _ => None,
+            },
+        };
+        match items {
+            Some(items) => Ok(Value::Array(items)),
+            None => {
+                self.no_meaning(span, "this range has no meaning or too many values".into());
+                Err(())
+            }
+        }
+    }
+
+    /// Runs `body` for all values of the iterators, the first iterator outermost.
+    pub fn for_each(
+        &mut self,
+        iterators: &[Iterator],
+        scope: Scope,
+        env: &Env,
+        body: &mut dyn FnMut(&mut Self, &Env) -> Result<(), ()>,
+    ) -> Result<(), ()> {
+        let Some((iterator, rest)) = iterators.split_first() else { return body(self, env) };
+        let Some(range) = &iterator.range else {
+            self.not_structural(iterator.name.span, format!("the range of `{}` must be written", iterator.name.name));
+            return Err(());
+        };
+        let values = match self.evaluate(range, scope, env)? {
+            Value::Array(values) => values,
+            single => vec![single],
+        };
+        for value in values {
+            let mut inner = env.clone();
+            inner.names.push((iterator.name.name.clone(), value));
+            self.for_each(rest, scope, &inner, body)?;
+        }
+        Ok(())
+    }
+
+    fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, ()> {
+        if !reference.global {
+            if let Some(value) = env.get(&reference.parts[0].name.name) {
+                return Ok(value.clone());
+            }
+        }
+        match self.resolve(scope, reference)? {
+            Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
+            Resolved::Time => {
+                self.not_structural(reference.span, "`time` is not known before the run".into());
+                Err(())
+            }
+            Resolved::Class(local) => match self.enumeration(local.class) {
+                Some(enumeration) => Ok(Value::Array(
+                    (1..=enumeration.literals.len() as u32)
+                        .map(|k| Value::Enumeration(enumeration.clone(), k))
+                        .collect(),
+                )),
+                None => {
+                    let name = self.table.full_name(local.class);
+                    self.no_meaning(reference.span, format!("the class `{name}` is not a value"));
+                    Err(())
+                }
+            },
+            Resolved::Variable(steps) => self.evaluate_steps(reference.span, &steps, scope, env),
+        }
+    }
+
+    fn evaluate_steps(
+        &mut self,
+        span: Span,
+        steps: &[(InstId, &[Expr])],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, ()> {
+        let (last, _) = steps[steps.len() - 1];
+        let value = self.value_of(last, span)?;
+        let spread = self.instances[last]
+            .primitive
+            .as_ref()
+            .and_then(|p| p.binding.as_ref())
+            .map_or_else(Vec::new, |b| b.spread.clone());
+        // Take the value apart dimension by dimension: arrays of components first, own sizes last.
+        let mut current = value;
+        for inst in spread {
+            let subscripts = steps.iter().find(|(i, _)| *i == inst).map(|(_, s)| *s);
+            current = match subscripts {
+                Some(subscripts) if !subscripts.is_empty() => self.subscript(span, current, subscripts, scope, env)?,
+                Some(_) => current,
+                None => match first_if_uniform(&current, self.instances[inst].dims.len()) {
+                    Some(same) => same,
+                    None => {
+                        let name = path(&self.instances, last);
+                        self.not_structural(
+                            span,
+                            format!("`{name}` differs between the elements of an array of components"),
+                        );
+                        return Err(());
+                    }
+                },
+            };
+        }
+        let own = steps[steps.len() - 1].1;
+        if own.is_empty() { Ok(current) } else { self.subscript(span, current, own, scope, env) }
+    }
+
+    fn subscript(
+        &mut self,
+        span: Span,
+        value: Value,
+        subscripts: &[Expr],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, ()> {
+        let Some((first, rest)) = subscripts.split_first() else { return Ok(value) };
+        let Value::Array(items) = value else {
+            self.no_meaning(span, "too many subscripts".into());
+            return Err(());
+        };
+        if matches!(first.kind, ExprKind::Colon) {
+            return items
+                .into_iter()
+                .map(|v| self.subscript(span, v, rest, scope, env))
+                .collect::<Result<_, _>>()
+                .map(Value::Array);
+        }
+        let mut inner = env.clone();
+        inner.ends.push(items.len());
+        let picked = self.evaluate(first, scope, &inner)?;
+        match picked {
+            Value::Array(list) => list
+                .iter()
+                .map(|k| {
+                    let item = self.pick(span, &items, k)?;
+                    self.subscript(span, item, rest, scope, env)
+                })
+                .collect::<Result<_, _>>()
+                .map(Value::Array),
+            single => {
+                let item = self.pick(first.span, &items, &single)?;
+                self.subscript(span, item, rest, scope, env)
+            }
+        }
+    }
+
+    fn pick(&mut self, span: Span, items: &[Value], index: &Value) -> Result<Value, ()> {
+        let k = match index {
+            Value::Integer(k) => *k,
+            Value::Enumeration(_, k) => i64::from(*k),
+            Value::Boolean(b) => i64::from(*b) + 1,
+            other => {
+                self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
+                return Err(());
+            }
+        };
+        match usize::try_from(k - 1).ok().and_then(|k| items.get(k)) {
+            Some(item) => Ok(item.clone()),
+            None => {
+                let message = format!("subscript {k} is outside 1..{}", items.len());
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+                Err(())
+            }
+        }
+    }
+
+    /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
+    pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, ()> {
+        match self.instances[inst].known.clone() {
+            Known::Yes(value) => return Ok(value),
+            Known::Failed => return Err(()),
+            Known::Open => {
+                let name = path(&self.instances, inst);
+                let message = format!("the value of `{name}` depends on itself");
+                let declared = self.instances[inst].span;
+                self.table.report(
+                    Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here"),
+                );
+                return Err(());
+            }
+            Known::No => {}
+        }
+        self.instances[inst].known = Known::Open;
+        let value = self.compute(inst, span);
+        self.instances[inst].known = match &value {
+            Ok(value) => Known::Yes(value.clone()),
+            Err(()) => Known::Failed,
+        };
+        value
+    }
+
+    fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, ()> {
+        let name = path(&self.instances, inst);
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else {
+            self.not_structural(span, format!("`{name}` is a component, not a value"));
+            return Err(());
+        };
+        if instance.variability > Variability::Parameter {
+            let declared = instance.span;
+            let message = format!("`{name}` changes during the run");
+            self.table.report(
+                Diagnostic::error(Code::NotStructural, message)
+                    .at(span, "needed before the run")
+                    .with(declared, "declared here"),
+            );
+            return Err(());
+        }
+        let integer = matches!(primitive.scalar, ScalarType::Integer);
+        let real = matches!(primitive.scalar, ScalarType::Real);
+        if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name) {
+            known.used = true;
+            return Ok(if real { widen(known.value.clone()) } else { known.value.clone() });
+        }
+        let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
+        let Some(applied) = primitive.binding.clone().or(start) else {
+            let declared = instance.span;
+            let message = format!("the parameter `{name}` has no value");
+            self.table.report(
+                Diagnostic::error(Code::NoValue, message).at(span, "needed here").with(declared, "declared here"),
+            );
+            return Err(());
+        };
+        let value = self.evaluate_applied(&applied)?;
+        if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
+            let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
+            self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
+            return Err(());
+        }
+        Ok(if real { widen(value) } else { value })
+    }
+
+    /// The value a modification gives, in its own scope.
+    pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, ()> {
+        match &applied.tree.binding {
+            Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
+            None => Err(()),
+        }
+    }
+
+    fn evaluate_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, ()> {
+        let name = function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
+        let mut values = Vec::new();
+        match arguments {
+            Arguments::List { positional, named } => {
+                if !named.is_empty() {
+                    self.not_structural(
+                        span,
+                        format!("`{name}` with named arguments cannot be computed before the run"),
+                    );
+                    return Err(());
+                }
+                if name == "size" {
+                    return self.evaluate_size(span, positional, scope, env);
+                }
+                for argument in positional {
+                    values.push(self.evaluate(argument, scope, env)?);
+                }
+            }
+            Arguments::Reduction(body, iterators) => {
+                let mut items = Vec::new();
+                self.for_each(iterators, scope, env, &mut |tree, inner| {
+                    items.push(tree.evaluate(body, scope, inner)?);
+                    Ok(())
+                })?;
+                values.push(Value::Array(items));
+            }
+        }
+        match builtin(&name, &values) {
+            Some(value) => Ok(value),
+            None => {
+                self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
+                Err(())
+            }
+        }
+    }
+
+    fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, ()> {
+        let shape = match arguments.first().map(|e| &e.kind) {
+            Some(ExprKind::Ref(reference)) => match self.resolve(scope, reference)? {
+                Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
+                    steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
+                }
+                _ => self.evaluate(&arguments[0], scope, env)?.shape(),
+            },
+            Some(_) => self.evaluate(&arguments[0], scope, env)?.shape(),
+            None => Vec::new(),
+        };
+        match arguments.get(1) {
+            None => Ok(Value::Array(shape.iter().map(|&s| Value::Integer(s as i64)).collect())),
+            Some(k) => {
+                let k = self.evaluate(k, scope, env)?;
+                let sizes: Vec<Value> = shape.iter().map(|&s| Value::Integer(s as i64)).collect();
+                self.pick(span, &sizes, &k)
+            }
+        }
+    }
+}
+
+/// Integers as reals, in arrays too.
+fn widen(value: Value) -> Value {
+    match value {
+        Value::Integer(k) => Value::Real(k as f64),
+        Value::Array(items) => Value::Array(items.into_iter().map(widen).collect()),
+        other => other,
+    }
+}
+
+/// The first element along `depth` dimensions if all are equal.
+fn first_if_uniform(value: &Value, depth: usize) -> Option<Value> {
+    if depth == 0 {
+        return Some(value.clone());
+    }
+    let Value::Array(items) = value else { return None };
+    let first = first_if_uniform(items.first()?, depth - 1)?;
+    items.iter().all(|v| first_if_uniform(v, depth - 1).as_ref() == Some(&first)).then_some(first)
+}
+
+/// Functions of the language on values.
+fn builtin(name: &str, values: &[Value]) -> Option<Value> {
+    let real = |k: usize| values.get(k).and_then(Value::as_real);
+    let integer = |k: usize| values.get(k).and_then(Value::as_integer);
+    let filled = |value: Value, sizes: &[Value]| {
+        sizes.iter().rev().try_fold(value, |inner, size| {
+            let count = usize::try_from(size.as_integer()?).ok().filter(|&c| c <= MAX_VALUES)?;
+            Some(Value::Array(vec![inner; count]))
+        })
+    };
+    match name {
+        "zeros" => return filled(Value::Integer(0), values),
+        "ones" => return filled(Value::Integer(1), values),
+        "fill" => return filled(values.first()?.clone(), values.get(1..)?),
+        "identity" => {
+            let n = usize::try_from(integer(0)?).ok().filter(|&n| n * n <= MAX_VALUES)?;
+            let row = |i: usize| Value::Array((0..n).map(|j| Value::Integer(i64::from(i == j))).collect());
+            return Some(Value::Array((0..n).map(row).collect()));
+        }
+        "linspace" => {
+            let (a, b, n) = (real(0)?, real(1)?, integer(2)?);
+            let count = usize::try_from(n).ok().filter(|&c| (2..=MAX_VALUES).contains(&c))?;
+            let step = (b - a) / (count - 1) as f64;
+            return Some(Value::Array((0..count).map(|k| Value::Real(a + step * k as f64)).collect()));
+        }
+        "ndims" => return Some(Value::Integer(values.first()?.shape().len() as i64)),
+        "scalar" => return values.first()?.flatten().first().map(|v| (*v).clone()),
+        "vector" => return Some(Value::Array(values.first()?.flatten().into_iter().cloned().collect())),
+        "noEvent" => return values.first().cloned(),
+        "integer" => return Some(Value::Integer(real(0)?.floor() as i64)),
+        "Integer" => {
+            return match values.first()? {
+                Value::Enumeration(_, k) => Some(Value::Integer(i64::from(*k))),
+                _ => None,
+            };
+        }
+        "sum" | "product" => {
+            let (op, unit) = if name == "sum" { (BinaryOp::Add, 0) } else { (BinaryOp::Mul, 1) };
+            return values.first()?.flatten().into_iter().try_fold(Value::Integer(unit), |a, b| binary(op, &a, b));
+        }
+        "min" | "max" => {
+            let all: Vec<&Value> = values.iter().flat_map(Value::flatten).collect();
+            let better = if name == "min" { BinaryOp::Less } else { BinaryOp::Greater };
+            let mut best = *all.first()?;
+            for value in all {
+                if binary(better, value, best)? == Value::Boolean(true) {
+                    best = value;
+                }
+            }
+            return Some(best.clone());
+        }
+        "abs" => {
+            if let Some(k) = integer(0) {
+                return Some(Value::Integer(k.abs()));
+            }
+        }
+        "div" | "mod" | "rem" => {
+            if let (Some(a), Some(b)) = (integer(0), integer(1)) {
+                return match name {
+                    "div" => a.checked_div(b),
+                    "mod" => a.checked_rem_euclid(b).map(|m| if b < 0 && m != 0 { m + b } else { m }),
+                    _ => a.checked_rem(b),
+                }
+                .map(Value::Integer);
+            }
+        }
+        _ => {}
+    }
+    let function = Function::from_name(name)?;
+    if values.len() != function.arity() {
+        return None;
+    }
+    Some(Value::Real(function.apply(real(0)?, if function.arity() == 2 { real(1)? } else { 0.0 })))
+}

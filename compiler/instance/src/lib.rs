@@ -1,0 +1,24 @@
+//! Syntax tree to instance tree: names, inheritance, modification, redeclaration, inner/outer, sizes.
+//!
+//! `class` finds class definitions, `shape` merges a class with its bases, `modifier` gathers what is said about an element,
+//! `build` makes the instances, `lookup` resolves names from a scope and `evaluate` computes what must be known at
+//! translation.  Rules are those of the Modelica specification 3.6, chapters 4, 5 and 7.  Connections are not looked at here
+//! and nothing is expanded: an array of components is one instance.
+
+mod build;
+pub mod class;
+mod evaluate;
+pub mod instance;
+mod lookup;
+pub mod modifier;
+pub mod shape;
+mod sources;
+pub mod value;
+
+pub use build::{InstanceTree, Override, instantiate};
+pub use class::{ClassId, ClassTable};
+pub use evaluate::Env;
+pub use instance::{InstId, Instance, Instances, Known, Primitive, ScalarType, Scope};
+pub use lookup::Resolved;
+pub use sources::{SourceText, Sources};
+pub use value::{EnumType, Value};

@@ -1,0 +1,416 @@
+//! Name lookup: classes lexically and through instances, components from a scope.
+//!
+//! Modelica 3.6, section 5.3: the first identifier is looked for among the elements of the class (inherited ones included),
+//! then its imports, then the same in the enclosing classes, where only constants count as components; the others follow
+//! from there.
+
+use std::sync::Arc;
+
+use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_syntax::tree::{ClassBody, ComponentRef, Expr, Ident, Import, ImportKind, Name, Path, Variability};
+
+use crate::build::InstanceTree;
+use crate::class::{ClassId, ClassTable, imports};
+use crate::instance::{InstId, LocalClass, Scope};
+use crate::value::EnumType;
+
+/// What a reference names.
+#[derive(Clone, Debug)]
+pub enum Resolved<'e> {
+    /// A component: every step from the outermost named instance inwards, with the subscripts written there.
+    Variable(Vec<(InstId, &'e [Expr])>),
+    /// A literal of an enumeration.
+    Literal(Arc<EnumType>, u32),
+    /// A class (a function, a record, a type).
+    Class(LocalClass),
+    /// `time`
+    Time,
+}
+
+/// The literals of a predefined enumeration.
+pub fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
+    let literals: &[&str] = match name {
+        "StateSelect" => &["never", "avoid", "default", "prefer", "always"],
+        "AssertionLevel" => &["warning", "error"],
+        _ => return None,
+    };
+    Some(Arc::new(EnumType { name: name.into(), literals: literals.iter().map(|&l| l.into()).collect() }))
+}
+
+impl ClassTable<'_> {
+    /// A class among the elements of `class`, own or inherited.
+    pub fn member_class(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
+        if let Some(own) = self.child(class, name) {
+            return Some(own);
+        }
+        if self.class(class).shape.is_none() && self.is_open(class) {
+            return None;
+        }
+        let has_bases = crate::class::elements(&self.class(class).def)
+            .iter()
+            .any(|e| matches!(e, hyd_syntax::tree::Element::Extends(_)))
+            || matches!(self.class(class).def.body, ClassBody::Short { .. });
+        if !has_bases {
+            return None;
+        }
+        let shape = self.shape(class).ok()?;
+        for frame in &shape.frames[1..] {
+            if let Some(found) = self.child(frame.class, name) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn imported(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
+        let def = self.class(class).def.clone();
+        let clauses: Vec<&Import> = imports(&def).collect();
+        for import in clauses.iter().filter(|i| !matches!(i.what, ImportKind::All)) {
+            let hit = match &import.what {
+                ImportKind::Qualified => import.path.parts.last().is_some_and(|p| p.name == *name),
+                ImportKind::Renamed(alias) => alias.name == *name,
+                ImportKind::Several(names) => names.iter().any(|n| n.name == *name),
+                ImportKind::All => false,
+            };
+            if hit {
+                let package = self.absolute(&import.path.parts)?;
+                return match &import.what {
+                    ImportKind::Several(_) => self.member_class(package, name),
+                    _ => Some(package),
+                };
+            }
+        }
+        for import in clauses.iter().filter(|i| matches!(i.what, ImportKind::All)) {
+            let package = self.absolute(&import.path.parts)?;
+            if let Some(found) = self.member_class(package, name) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn absolute(&mut self, parts: &[Ident]) -> Option<ClassId> {
+        let mut class = self.top(&parts[0].name)?;
+        for part in &parts[1..] {
+            class = self.member_class(class, &part.name)?;
+        }
+        Some(class)
+    }
+
+    /// The class an identifier names from inside `from`, looking outwards.  `base`: for an `extends` clause of `from`
+    /// itself, which cannot name an inherited class.
+    pub fn find_first(&mut self, from: ClassId, name: &Name, base: bool) -> Option<ClassId> {
+        let mut current = Some(from);
+        while let Some(class) = current {
+            let own = if base && class == from { self.child(class, name) } else { self.member_class(class, name) };
+            if let Some(found) = own.or_else(|| self.imported(class, name)) {
+                return Some(found);
+            }
+            if self.class(class).def.encapsulated {
+                break;
+            }
+            current = self.class(class).parent;
+        }
+        self.top(name)
+    }
+
+    /// The class a dotted name means from inside `from`; gives a message if there is none.
+    pub fn find_class_static(&mut self, from: ClassId, path: &Path, base: bool) -> Result<ClassId, ()> {
+        let first = &path.parts[0];
+        let found = if path.global { self.top(&first.name) } else { self.find_first(from, &first.name, base) };
+        let Some(class) = found else {
+            self.unknown_class(Some(from), first);
+            return Err(());
+        };
+        self.descend(class, &path.parts[1..])
+    }
+
+    /// Follows the rest of a dotted class name.
+    pub fn descend(&mut self, mut class: ClassId, parts: &[Ident]) -> Result<ClassId, ()> {
+        for part in parts {
+            match self.member_class(class, &part.name) {
+                Some(next) => class = next,
+                None => {
+                    let names = self.child_names(class);
+                    let message = format!("`{}` has no class `{}`", self.full_name(class), part.name);
+                    let help = did_you_mean(&part.name, names.iter().map(|n| n.as_ref()));
+                    self.report(
+                        Diagnostic::error(Code::UnknownClass, message).at(part.span, "not found").maybe_help(help),
+                    );
+                    return Err(());
+                }
+            }
+        }
+        Ok(class)
+    }
+
+    fn unknown_class(&mut self, from: Option<ClassId>, ident: &Ident) {
+        let mut names: Vec<Name> = ["Real", "Integer", "Boolean", "String"].map(Name::from).to_vec();
+        let mut current = from;
+        while let Some(class) = current {
+            names.extend(self.child_names(class));
+            current = self.class(class).parent;
+        }
+        let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref()));
+        let message = format!("there is no class `{}` here", ident.name);
+        self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
+    }
+}
+
+impl InstanceTree<'_> {
+    /// The class a name means in a scope, redeclarations included.
+    pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, ()> {
+        let first = &path.parts[0];
+        let shape = self.instances[scope.inst].shape.clone();
+        if let (Some(shape), false) = (&shape, path.global) {
+            if let Some(element) = shape.visible(&first.name, scope.frame).filter(|e| !e.component) {
+                let found = match self.instances[scope.inst].local_classes.get(&first.name) {
+                    Some(local) => Some(local.clone()),
+                    None => {
+                        let owner = shape.frames[element.frame as usize].class;
+                        self.table.child(owner, &first.name).map(|class| LocalClass { class, mods: Vec::new() })
+                    }
+                };
+                if let Some(mut local) = found {
+                    if path.parts.len() > 1 {
+                        local =
+                            LocalClass { class: self.table.descend(local.class, &path.parts[1..])?, mods: Vec::new() };
+                    }
+                    return Ok(local);
+                }
+            }
+        }
+        let from = shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        let class = match from {
+            Some(class) => self.table.find_class_static(class, path, false)?,
+            None => {
+                self.table.unknown_class(None, first);
+                return Err(());
+            }
+        };
+        Ok(LocalClass { class, mods: Vec::new() })
+    }
+
+    /// What a reference names; gives a message if nothing.
+    pub fn resolve<'e>(&mut self, scope: Scope, reference: &'e ComponentRef) -> Result<Resolved<'e>, ()> {
+        let first = &reference.parts[0];
+        let name = &first.name.name;
+        if !reference.global {
+            if let Some(inst) = self.component_of(scope, name) {
+                return self.steps(inst, reference, 0);
+            }
+            if name.as_ref() == "time" && reference.parts.len() == 1 {
+                return Ok(Resolved::Time);
+            }
+        }
+        if let Some(found) = self.through_classes(scope, reference)? {
+            return Ok(found);
+        }
+        self.unknown_name(scope, name, first.name.span);
+        Err(())
+    }
+
+    /// A component of the scope's instance, visible from its frame.
+    fn component_of(&self, scope: Scope, name: &str) -> Option<InstId> {
+        let instance = &self.instances[scope.inst];
+        let visible = instance.shape.as_ref()?.visible(name, scope.frame)?;
+        if visible.component { instance.by_name.get(name).copied() } else { None }
+    }
+
+    /// Follows the parts after `at` through the components of `inst`.
+    fn steps<'e>(&mut self, inst: InstId, reference: &'e ComponentRef, at: usize) -> Result<Resolved<'e>, ()> {
+        let mut steps = vec![(inst, reference.parts[at].subscripts.as_slice())];
+        let mut current = inst;
+        for part in &reference.parts[at + 1..] {
+            let name = &part.name.name;
+            match self.instances[current].by_name.get(name) {
+                Some(&next) => current = next,
+                None if self.instances[current].absent => {
+                    let what = &self.instances[current].name;
+                    let message = format!("`{what}` does not exist here: its condition is false");
+                    self.table.report(Diagnostic::error(Code::UnknownName, message).at(reference.span, ""));
+                    return Err(());
+                }
+                None => {
+                    self.unknown_member(current, name, part.name.span);
+                    return Err(());
+                }
+            }
+            steps.push((current, part.subscripts.as_slice()));
+        }
+        Ok(Resolved::Variable(steps))
+    }
+
+    fn unknown_member(&mut self, inst: InstId, name: &str, span: Span) {
+        let names: Vec<Name> = self.instances[inst].by_name.keys().cloned().collect();
+        let mut sorted: Vec<&str> = names.iter().map(|n| n.as_ref()).collect();
+        sorted.sort_unstable();
+        let help = did_you_mean(name, sorted.iter().copied());
+        let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
+        let declared = self.instances[inst].span;
+        self.table.report(
+            Diagnostic::error(Code::UnknownName, message)
+                .at(span, "not found")
+                .with(declared, "declared here")
+                .maybe_help(help),
+        );
+    }
+
+    /// References that start with a class: literals, package constants, functions.
+    fn through_classes<'e>(&mut self, scope: Scope, reference: &'e ComponentRef) -> Result<Option<Resolved<'e>>, ()> {
+        let first = &reference.parts[0].name;
+        if reference.parts.len() == 2 {
+            if let Some(enumeration) = predefined_enumeration(&first.name) {
+                return self.literal(enumeration, reference, 1).map(Some);
+            }
+        }
+        let found = self.first_class(scope, reference);
+        let Some(mut local) = found else {
+            return self.enclosing_constant(scope, reference);
+        };
+        for (k, part) in reference.parts.iter().enumerate().skip(1) {
+            if let Some(enumeration) = self.enumeration(local.class) {
+                return self.literal(enumeration, reference, k).map(Some);
+            }
+            if let Some(class) = self.table.member_class(local.class, &part.name.name) {
+                local = LocalClass { class, mods: Vec::new() };
+                continue;
+            }
+            if let Some(inst) = self.package_constant(local.class, &part.name.name)? {
+                return self.steps(inst, reference, k).map(Some);
+            }
+            let names = self.table.child_names(local.class);
+            let message = format!("`{}` has no element `{}`", self.table.full_name(local.class), part.name.name);
+            let help = did_you_mean(&part.name.name, names.iter().map(|n| n.as_ref()));
+            self.table
+                .report(Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found").maybe_help(help));
+            return Err(());
+        }
+        Ok(Some(Resolved::Class(local)))
+    }
+
+    fn first_class(&mut self, scope: Scope, reference: &ComponentRef) -> Option<LocalClass> {
+        let first = &reference.parts[0].name;
+        if reference.global {
+            return self.table.top(&first.name).map(|class| LocalClass { class, mods: Vec::new() });
+        }
+        let shape = self.instances[scope.inst].shape.clone()?;
+        if let Some(local) = self.instances[scope.inst].local_classes.get(&first.name) {
+            return Some(local.clone());
+        }
+        let from = shape.frames[scope.frame as usize].class;
+        self.table.find_first(from, &first.name, false).map(|class| LocalClass { class, mods: Vec::new() })
+    }
+
+    /// A constant of an enclosing package, by its simple name, or through an import.
+    fn enclosing_constant<'e>(
+        &mut self,
+        scope: Scope,
+        reference: &'e ComponentRef,
+    ) -> Result<Option<Resolved<'e>>, ()> {
+        let name = &reference.parts[0].name.name;
+        let Some(shape) = self.instances[scope.inst].shape.clone() else { return Ok(None) };
+        let mut current = Some(shape.frames[scope.frame as usize].class);
+        let mut own = true;
+        while let Some(class) = current {
+            if !own {
+                if let Some(inst) = self.package_constant(class, name)? {
+                    return self.steps(inst, reference, 0).map(Some);
+                }
+            }
+            if let Some(inst) = self.imported_constant(class, name)? {
+                return self.steps(inst, reference, 0).map(Some);
+            }
+            own = false;
+            current = self.table.class(class).parent;
+        }
+        Ok(None)
+    }
+
+    fn imported_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, ()> {
+        let def = self.table.class(class).def.clone();
+        for import in imports(&def) {
+            let parts = &import.path.parts;
+            let (package, element): (&[Ident], &Name) = match &import.what {
+                ImportKind::Qualified if parts.len() > 1 && parts[parts.len() - 1].name == *name => {
+                    (&parts[..parts.len() - 1], name)
+                }
+                ImportKind::Renamed(alias) if parts.len() > 1 && alias.name == *name => {
+                    (&parts[..parts.len() - 1], &parts[parts.len() - 1].name)
+                }
+                ImportKind::Several(names) if names.iter().any(|n| n.name == *name) => (parts, name),
+                ImportKind::All => (parts, name),
+                _ => continue,
+            };
+            if let Some(package) = self.table.absolute(package) {
+                if let Some(inst) = self.package_constant(package, element)? {
+                    return Ok(Some(inst));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// A constant (or parameter with a value) declared in a package.
+    pub(crate) fn package_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, ()> {
+        let shape = self.table.shape(class)?;
+        let Some(&k) = shape.by_name.get(name) else { return Ok(None) };
+        if !shape.elements[k as usize].component {
+            return Ok(None);
+        }
+        let inst = self.package_instance(class)?;
+        if let Some(&known) = self.instances[inst].by_name.get(name) {
+            return Ok(Some(known));
+        }
+        self.instantiate_element(inst, k as usize, &Vec::new())?;
+        let Some(&made) = self.instances[inst].by_name.get(name) else { return Ok(None) };
+        Ok((self.instances[made].variability <= Variability::Parameter).then_some(made))
+    }
+
+    fn literal<'e>(
+        &mut self,
+        enumeration: Arc<EnumType>,
+        reference: &ComponentRef,
+        at: usize,
+    ) -> Result<Resolved<'e>, ()> {
+        let part = &reference.parts[at].name;
+        match enumeration.literals.iter().position(|l| *l == part.name) {
+            Some(k) if at + 1 == reference.parts.len() => Ok(Resolved::Literal(enumeration, k as u32 + 1)),
+            _ => {
+                let help = did_you_mean(&part.name, enumeration.literals.iter().map(|l| l.as_ref()));
+                let message = format!("`{}` has no literal `{}`", enumeration.name, part.name);
+                self.table
+                    .report(Diagnostic::error(Code::UnknownName, message).at(part.span, "not found").maybe_help(help));
+                Err(())
+            }
+        }
+    }
+
+    fn unknown_name(&mut self, scope: Scope, name: &str, span: Span) {
+        let mut names: Vec<Name> = self.instances[scope.inst].by_name.keys().cloned().collect();
+        names.push("time".into());
+        names.sort_unstable();
+        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
+        let class = self.instances[scope.inst].class.map(|c| self.table.full_name(c)).unwrap_or_default();
+        let message = format!("unknown name `{name}` in `{class}`");
+        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "not declared").maybe_help(help));
+    }
+
+    /// The enumeration a class is, if it is one (through short definitions).
+    pub fn enumeration(&mut self, class: ClassId) -> Option<Arc<EnumType>> {
+        if let Some(known) = self.enumerations.get(&class) {
+            return known.clone();
+        }
+        let mut found = None;
+        if let Ok(shape) = self.table.shape(class) {
+            if let Some(frame) = shape.frames.last() {
+                if let ClassBody::Enumeration(Some(literals)) = &self.table.class(frame.class).def.body {
+                    let literals = literals.iter().map(|l| l.name.name.clone()).collect();
+                    found = Some(Arc::new(EnumType { name: self.table.full_name(frame.class).into(), literals }));
+                }
+            }
+        }
+        self.enumerations.insert(class, found.clone());
+        found
+    }
+}

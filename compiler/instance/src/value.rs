@@ -1,0 +1,259 @@
+//! Values known at translation, and arithmetic on them.
+//!
+//! Used for array sizes, conditions, loop ranges, attributes and constants.  Follows the element-wise rules of
+//! Modelica 3.6, section 10.6; an operation without a meaning gives `None` and the caller words the message.
+
+use std::sync::Arc;
+
+use hyd_syntax::tree::{BinaryOp, Name};
+
+/// An enumeration type.
+#[derive(Debug, PartialEq, Eq)]
+pub struct EnumType {
+    /// Full name.
+    pub name: Name,
+    /// Literals in order.
+    pub literals: Vec<Name>,
+}
+
+/// A value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A real number.
+    Real(f64),
+    /// A whole number.
+    Integer(i64),
+    /// A truth value.
+    Boolean(bool),
+    /// A string.
+    Text(Name),
+    /// A literal, counted from 1.
+    Enumeration(Arc<EnumType>, u32),
+    /// An array; all elements have the same shape.
+    Array(Vec<Value>),
+}
+
+impl Value {
+    /// The number, if it is one (Booleans and literals are not).
+    pub fn as_real(&self) -> Option<f64> {
+        match self {
+            Value::Real(x) => Some(*x),
+            Value::Integer(k) => Some(*k as f64),
+            _ => None,
+        }
+    }
+
+    /// The whole number, if it is one.
+    pub fn as_integer(&self) -> Option<i64> {
+        match self {
+            Value::Integer(k) => Some(*k),
+            _ => None,
+        }
+    }
+
+    /// How the value is stored in a run: Booleans as 0 and 1, literals by number.  `None` for strings and arrays.
+    pub fn as_stored(&self) -> Option<f64> {
+        match self {
+            Value::Boolean(b) => Some(f64::from(u8::from(*b))),
+            Value::Enumeration(_, k) => Some(f64::from(*k)),
+            Value::Text(_) | Value::Array(_) => None,
+            number => number.as_real(),
+        }
+    }
+
+    /// Sizes, outermost first; empty for a scalar.
+    pub fn shape(&self) -> Vec<usize> {
+        match self {
+            Value::Array(items) => {
+                let mut shape = vec![items.len()];
+                shape.extend(items.first().map_or_else(Vec::new, Value::shape));
+                shape
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// All scalar elements, last subscript fastest.
+    pub fn flatten(&self) -> Vec<&Value> {
+        match self {
+            Value::Array(items) => items.iter().flat_map(Value::flatten).collect(),
+            scalar => vec![scalar],
+        }
+    }
+
+    /// The element if all are equal (an array counts as its elements).
+    pub fn uniform(&self) -> Option<&Value> {
+        let all = self.flatten();
+        let first = all.first().copied()?;
+        all.iter().all(|v| *v == first).then_some(first)
+    }
+
+    /// Name of its type for messages.
+    pub fn type_name(&self) -> String {
+        match self {
+            Value::Real(_) => "Real".into(),
+            Value::Integer(_) => "Integer".into(),
+            Value::Boolean(_) => "Boolean".into(),
+            Value::Text(_) => "String".into(),
+            Value::Enumeration(e, _) => e.name.to_string(),
+            Value::Array(items) => {
+                let inner = items.first().map_or_else(|| "empty".into(), Value::type_name);
+                format!("array of {}", inner.trim_start_matches("array of "))
+            }
+        }
+    }
+
+    /// `-a`
+    pub fn negate(&self) -> Option<Value> {
+        match self {
+            Value::Real(x) => Some(Value::Real(-x)),
+            Value::Integer(k) => Some(Value::Integer(k.checked_neg()?)),
+            Value::Array(items) => items.iter().map(Value::negate).collect::<Option<_>>().map(Value::Array),
+            _ => None,
+        }
+    }
+
+    /// The element at 1-based subscripts.
+    pub fn element(&self, subscripts: &[usize]) -> Option<&Value> {
+        match (self, subscripts.split_first()) {
+            (value, None) => Some(value),
+            (Value::Array(items), Some((&k, rest))) => items.get(k.checked_sub(1)?)?.element(rest),
+            _ => None,
+        }
+    }
+}
+
+/// `a op b` for every operator of the language.
+pub fn binary(op: BinaryOp, a: &Value, b: &Value) -> Option<Value> {
+    use BinaryOp as Op;
+    match (op, a, b) {
+        (Op::Add | Op::Sub | Op::ElementAdd | Op::ElementSub, Value::Array(x), Value::Array(y)) => zip(op, x, y),
+        (Op::ElementMul | Op::ElementDiv | Op::ElementPow, Value::Array(x), Value::Array(y)) => zip(op, x, y),
+        (Op::Mul, Value::Array(x), Value::Array(y)) => product(x, y),
+        (
+            Op::Mul | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
+            s,
+            Value::Array(y),
+        ) => y.iter().map(|v| binary(op, s, v)).collect::<Option<_>>().map(Value::Array),
+        (
+            Op::Mul | Op::Div | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
+            Value::Array(x),
+            s,
+        ) => x.iter().map(|v| binary(op, v, s)).collect::<Option<_>>().map(Value::Array),
+        (Op::And, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x && *y)),
+        (Op::Or, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x || *y)),
+        (Op::Add, Value::Text(x), Value::Text(y)) => Some(Value::Text(format!("{x}{y}").into())),
+        (Op::Equal | Op::NotEqual | Op::Less | Op::LessEqual | Op::Greater | Op::GreaterEqual, _, _) => {
+            compare(op, a, b).map(Value::Boolean)
+        }
+        (_, Value::Integer(x), Value::Integer(y)) => integers(op, *x, *y),
+        _ => reals(op, a.as_real()?, b.as_real()?),
+    }
+}
+
+fn zip(op: BinaryOp, x: &[Value], y: &[Value]) -> Option<Value> {
+    if x.len() != y.len() {
+        return None;
+    }
+    x.iter().zip(y).map(|(a, b)| binary(op, a, b)).collect::<Option<_>>().map(Value::Array)
+}
+
+/// Scalar product, matrix times vector, vector times matrix, matrix times matrix.
+fn product(x: &[Value], y: &[Value]) -> Option<Value> {
+    let matrix = |v: &[Value]| matches!(v.first(), Some(Value::Array(_)));
+    match (matrix(x), matrix(y)) {
+        (false, false) => {
+            if x.len() != y.len() {
+                return None;
+            }
+            let mut sum = Value::Integer(0);
+            for (a, b) in x.iter().zip(y) {
+                sum = binary(BinaryOp::Add, &sum, &binary(BinaryOp::Mul, a, b)?)?;
+            }
+            Some(sum)
+        }
+        (true, _) => x
+            .iter()
+            .map(|row| match row {
+                Value::Array(row) => product(row, y),
+                _ => None,
+            })
+            .collect::<Option<_>>()
+            .map(Value::Array),
+        (false, true) => {
+            if x.len() != y.len() {
+                return None;
+            }
+            let mut sum = None;
+            for (a, row) in x.iter().zip(y) {
+                let term = binary(BinaryOp::Mul, a, row)?;
+                sum = Some(match sum {
+                    None => term,
+                    Some(before) => binary(BinaryOp::Add, &before, &term)?,
+                });
+            }
+            sum
+        }
+    }
+}
+
+fn compare(op: BinaryOp, a: &Value, b: &Value) -> Option<bool> {
+    use std::cmp::Ordering;
+    let order = match (a, b) {
+        (Value::Boolean(x), Value::Boolean(y)) => x.cmp(y),
+        (Value::Text(x), Value::Text(y)) => x.cmp(y),
+        (Value::Integer(x), Value::Integer(y)) => x.cmp(y),
+        (Value::Enumeration(t, x), Value::Enumeration(u, y)) if t == u => x.cmp(y),
+        _ => a.as_real()?.partial_cmp(&b.as_real()?)?,
+    };
+    Some(match op {
+        BinaryOp::Equal => order == Ordering::Equal,
+        BinaryOp::NotEqual => order != Ordering::Equal,
+        BinaryOp::Less => order == Ordering::Less,
+        BinaryOp::LessEqual => order != Ordering::Greater,
+        BinaryOp::Greater => order == Ordering::Greater,
+        _ => order != Ordering::Less,
+    })
+}
+
+fn integers(op: BinaryOp, x: i64, y: i64) -> Option<Value> {
+    use BinaryOp as Op;
+    match op {
+        Op::Add | Op::ElementAdd => x.checked_add(y).map(Value::Integer),
+        Op::Sub | Op::ElementSub => x.checked_sub(y).map(Value::Integer),
+        Op::Mul | Op::ElementMul => x.checked_mul(y).map(Value::Integer),
+        _ => reals(op, x as f64, y as f64),
+    }
+}
+
+fn reals(op: BinaryOp, x: f64, y: f64) -> Option<Value> {
+    use BinaryOp as Op;
+    let value = match op {
+        Op::Add | Op::ElementAdd => x + y,
+        Op::Sub | Op::ElementSub => x - y,
+        Op::Mul | Op::ElementMul => x * y,
+        Op::Div | Op::ElementDiv => x / y,
+        Op::Pow | Op::ElementPow => hyd_system::math::Function::Pow.apply(x, y),
+        _ => return None,
+    };
+    Some(Value::Real(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(values: &[i64]) -> Value {
+        Value::Array(values.iter().map(|&k| Value::Integer(k)).collect())
+    }
+
+    #[test]
+    fn products_follow_the_linear_algebra() {
+        let a = Value::Array(vec![row(&[1, 2]), row(&[3, 4])]);
+        assert_eq!(binary(BinaryOp::Mul, &a, &row(&[5, 6])), Some(row(&[17, 39])));
+        assert_eq!(binary(BinaryOp::Mul, &row(&[5, 6]), &a), Some(row(&[23, 34])));
+        assert_eq!(binary(BinaryOp::Mul, &row(&[1, 2]), &row(&[3, 4])), Some(Value::Integer(11)));
+        assert_eq!(binary(BinaryOp::Add, &row(&[1, 2]), &row(&[3])), None);
+        assert_eq!(binary(BinaryOp::Div, &Value::Integer(1), &Value::Integer(2)), Some(Value::Real(0.5)));
+    }
+}

@@ -1,0 +1,109 @@
+//! The table of error codes, by stage: `E01xx` syntax, `E02xx` names and types, `E03xx` units and connections,
+//! `E04xx` structure, `E05xx` lowering and code.  Each code has one paragraph that `hyd explain` prints.
+
+use std::fmt;
+
+macro_rules! codes {
+    ($($name:ident = $number:literal, $title:literal, $text:literal;)*) => {
+        /// A code of the table.
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
+        pub enum Code {
+            $(#[doc = $title] $name,)*
+        }
+
+        impl Code {
+            /// All codes in the order of their numbers.
+            pub const ALL: &'static [Code] = &[$(Code::$name),*];
+
+            /// The code as printed, such as `E0101`.
+            pub fn number(self) -> &'static str {
+                match self { $(Code::$name => $number),* }
+            }
+
+            /// A few words.
+            pub fn title(self) -> &'static str {
+                match self { $(Code::$name => $title),* }
+            }
+
+            /// The explanation.
+            pub fn explanation(self) -> &'static str {
+                match self { $(Code::$name => $text),* }
+            }
+        }
+    };
+}
+
+codes! {
+    Syntax = "E0101", "syntax error",
+        "The text is not what the grammar allows at this place. The message says what was expected; reading goes on after the next `;`, so that one run shows several errors.";
+    OutsideProfile = "E0102", "outside the language profile",
+        "The text is legal Modelica, but this feature is outside the profile that this tool reads. It is rejected by name and never ignored.";
+    Limit = "E0103", "a limit was exceeded",
+        "Nesting, array sizes, recursion and total size are bounded so that every text ends in an answer. The message names the limit.";
+    EndName = "E0104", "the name after `end` differs",
+        "A class must end with its own name: `model Pump ... end Pump;`.";
+    FileAccess = "E0105", "a file cannot be read",
+        "A file or folder that was named, or that a name leads to, is missing or unreadable.";
+    UnknownName = "E0201", "unknown name",
+        "A name is used that no declaration in the class, its base classes, its enclosing packages or its imports provides.";
+    UnknownClass = "E0202", "unknown class",
+        "A type or model is named that cannot be found from here.";
+    UnknownModifier = "E0203", "a modifier names nothing",
+        "A modification addresses an element that the modified class does not have.";
+    TypeMismatch = "E0204", "types do not fit",
+        "Both sides of an equation, the arguments of an operator or a binding have types that do not go together, for example Boolean and Real.";
+    Redefinition = "E0205", "a name is declared twice",
+        "Two elements of one class have the same name.";
+    NotStructural = "E0206", "a value is needed before the run",
+        "Array sizes, conditions of components and loop ranges must be known at translation: literals, constants and parameters with values.";
+    ArrayShape = "E0207", "array sizes do not fit",
+        "The sizes of two arrays that meet in an equation, a binding or an operator differ, or an index lies outside its array.";
+    CircularClass = "E0208", "circular inheritance or nesting",
+        "A class extends itself or contains a component of its own class, directly or through others.";
+    FinalModified = "E0209", "a final element is modified",
+        "The element was declared `final`, so no modification or redeclaration from outside is allowed.";
+    Redeclaration = "E0210", "a redeclaration does not fit",
+        "Only elements declared `replaceable` can be redeclared, and the new class must offer what the constraining class offers.";
+    CircularParameters = "E0211", "parameters depend on each other in a circle",
+        "The values of parameters and constants are computed in the order of their dependence; a circle has no such order.";
+    PartialClass = "E0212", "a partial class cannot be instantiated",
+        "A `partial` class is a base for others; components and simulated models need a complete one.";
+    NoValue = "E0213", "a parameter has no value",
+        "A parameter without a binding and without a `start` value was used. Give it a value in the text or with `--set`.";
+    BadArguments = "E0214", "arguments do not fit",
+        "A function or operator was called with the wrong number or kind of arguments.";
+    NoSuchParameter = "E0215", "no such parameter",
+        "The name given on the command line is not a parameter of the model that can be set.";
+    Misplaced = "E0216", "not allowed here",
+        "The construct exists, but not at this place, such as `reinit` outside a `when`.";
+    Value = "E0217", "a value is out of range",
+        "A value violates a limit stated in the text (`min`, `max`) or has no meaning, such as a negative size.";
+    UnitMismatch = "E0301", "units do not fit",
+        "Both sides of an equation, a sum or a connection have different physical dimensions.";
+    UnitSyntax = "E0302", "not a unit",
+        "A `unit` string cannot be read as a product of powers of SI units.";
+    ConnectorMismatch = "E0303", "connectors do not fit",
+        "Both ends of a `connect` must be connectors with the same elements: names, flow or not, types and sizes.";
+    Unbalanced = "E0401", "number of equations and unknowns differ",
+        "A model can be solved only if it has as many equations as unknowns. The message names the smallest part that is over- or under-determined.";
+    Singular = "E0402", "structurally singular",
+        "The numbers of equations and unknowns agree, but some equations determine the same unknowns more than once while others are left open.";
+    HighIndex = "E0403", "constraints between states",
+        "Some states depend on each other through constraints, so that the constraints must be differentiated before the system can be solved.";
+    InitialUnbalanced = "E0404", "initial conditions do not fit",
+        "Start values and initial equations determine the start more than once, or not at all.";
+    DiscreteLoop = "E0405", "discrete variables depend on each other in a circle",
+        "The values of discrete variables are computed in the order of their dependence at an event; a circle without `pre` has no such order.";
+    Codegen = "E0501", "code could not be made",
+        "The translated model could not be turned into code for this machine.";
+    Unused = "W0201", "unused",
+        "Something is declared and never used.";
+    Chosen = "N0401", "a choice was made",
+        "The text leaves something open, and the tool chose as Modelica tools do. The message says what.";
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.number())
+    }
+}

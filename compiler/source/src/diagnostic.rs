@@ -1,0 +1,143 @@
+//! Diagnostics as data: what is wrong, where, and what may help.
+
+use crate::{Code, Span};
+
+/// How serious a diagnostic is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing, nothing to do.
+    Note,
+    /// Probably not meant.
+    Warning,
+    /// The stage could not give a usable result.
+    Error,
+}
+
+/// A marked stretch of text with a remark.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Label {
+    /// The text marked.
+    pub span: Span,
+    /// What to say under it; may be empty.
+    pub message: String,
+    /// The place at fault (true) or a place that explains (false).
+    pub primary: bool,
+}
+
+/// One message to the user.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Diagnostic {
+    /// Error code, explained by `hyd explain`.
+    pub code: Code,
+    /// Error, warning or note.
+    pub severity: Severity,
+    /// One sentence in the user's names.
+    pub message: String,
+    /// Marked places; the first primary one is the place of the message.
+    pub labels: Vec<Label>,
+    /// Sentences below the text: reasons and suggestions.
+    pub notes: Vec<String>,
+}
+
+impl Diagnostic {
+    /// An error.
+    pub fn error(code: Code, message: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Error, message: message.into(), labels: Vec::new(), notes: Vec::new() }
+    }
+
+    /// A warning.
+    pub fn warning(code: Code, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(code, message) }
+    }
+
+    /// A note.
+    pub fn note(code: Code, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, ..Self::error(code, message) }
+    }
+
+    /// Marks the place at fault.
+    pub fn at(mut self, span: Span, message: impl Into<String>) -> Self {
+        self.labels.push(Label { span, message: message.into(), primary: true });
+        self
+    }
+
+    /// Marks a place that explains.
+    pub fn with(mut self, span: Span, message: impl Into<String>) -> Self {
+        self.labels.push(Label { span, message: message.into(), primary: false });
+        self
+    }
+
+    /// Adds a sentence below the text.
+    pub fn help(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Adds a sentence below the text, if there is one.
+    pub fn maybe_help(mut self, note: Option<String>) -> Self {
+        self.notes.extend(note);
+        self
+    }
+}
+
+/// What a stage returns: what it could build, and what it has to say.
+#[derive(Clone, Debug)]
+pub struct Outcome<T> {
+    /// The result, as far as it could be built.
+    pub value: T,
+    /// Messages in the order they were found.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl<T> Outcome<T> {
+    /// True when a message is an error.
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(|d| d.severity == Severity::Error)
+    }
+}
+
+/// `did you mean ...?` for a misspelt name: the closest candidate by edit distance with transpositions
+/// (Damerau 1964), if it is close enough to be a slip of the pen.
+pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let limit = wrong.chars().count().div_ceil(3).max(1);
+    let lower = wrong.to_lowercase();
+    candidates
+        .into_iter()
+        .map(|c| (if c.to_lowercase() == lower { 0 } else { edit_distance(wrong, c) }, c))
+        .filter(|(distance, c)| *distance <= limit && *distance < c.chars().count().max(2))
+        .min()
+        .map(|(_, c)| format!("did you mean `{c}`?"))
+}
+
+fn edit_distance(a: &str, b: &str) -> usize {
+    let a: Vec<char> = a.chars().collect();
+    let b: Vec<char> = b.chars().collect();
+    let mut before: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for i in 1..=a.len() {
+        let mut row = vec![i; b.len() + 1];
+        for j in 1..=b.len() {
+            let substitution = last[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            row[j] = substitution.min(last[j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                row[j] = row[j].min(before[j - 2] + 1);
+            }
+        }
+        before = std::mem::replace(&mut last, row);
+    }
+    last[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggestions_are_close_or_absent() {
+        let names = ["pressure", "position", "p", "Velocity"];
+        assert_eq!(did_you_mean("presure", names), Some("did you mean `pressure`?".into()));
+        assert_eq!(did_you_mean("velocity", names), Some("did you mean `Velocity`?".into()));
+        assert_eq!(did_you_mean("stiffness", names), None);
+        assert_eq!(edit_distance("ab", "ba"), 1);
+    }
+}

@@ -1,0 +1,12 @@
+//! Where things stand in the text, and what is said about them.
+//!
+//! A file table ([`Files`]), byte spans in a file ([`Span`]), the origin of a variable or an equation ([`Origin`]), and
+//! diagnostics as plain data ([`Diagnostic`]) with codes from one table ([`codes`]).  Knows no stage and no renderer.
+
+pub mod codes;
+mod diagnostic;
+mod files;
+
+pub use codes::Code;
+pub use diagnostic::{Diagnostic, Label, Outcome, Severity, did_you_mean};
+pub use files::{FileId, Files, Location, Origin, Span};

@@ -1,0 +1,13 @@
+//! The compiler: texts in, a model that can be run out.
+//!
+//! `compile` runs the stages in order (`pipeline`): text -> syntax tree -> instance tree -> flat model -> equation system
+//! -> sorted system with Jacobian -> native code.  Texts come through the trait [`Sources`]; nothing here opens a file,
+//! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
+
+mod pipeline;
+pub mod render;
+
+pub use hyd_codegen::compiled::{CompiledModel, CompiledSystem};
+pub use hyd_instance::{SourceText, Sources};
+pub use hyd_source::{Code, Diagnostic, Files, Severity};
+pub use pipeline::{Compilation, Goal, Options, Stage, StageTime, compile};

@@ -1,0 +1,238 @@
+//! Diagnostics as text for people and as JSON for programs.
+//!
+//! Text is made by codespan-reporting, which only this file uses; JSON is one object per line with lines and columns counted
+//! from 1 (columns in characters) and byte offsets from 0.  Spans that do not fit their file are cut to it, so that a
+//! message is never lost to a mistake of ours.
+
+use std::fmt::Write as _;
+
+use codespan_reporting::diagnostic as out;
+use codespan_reporting::files::SimpleFiles;
+use codespan_reporting::term::{self, termcolor};
+use hyd_index::TypedIndex;
+use hyd_source::{Diagnostic, Files, Label, Severity, Span};
+
+/// All messages as text with the marked places, an empty line after each; `color`: with ANSI escapes for terminals.
+pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String {
+    let mut shown = SimpleFiles::new();
+    for id in files.ids() {
+        shown.add(files.name(id).to_string(), files.text(id).to_string());
+    }
+    let config = term::Config { tab_width: 4, ..Default::default() };
+    let mut text = String::new();
+    for diagnostic in diagnostics {
+        let message = translate(files, diagnostic);
+        let emitted = if color {
+            let mut buffer = termcolor::Ansi::new(Vec::new());
+            term::emit_to_write_style(&mut buffer, &config, &shown, &message)
+                .map(|()| String::from_utf8_lossy(buffer.get_ref()).into_owned())
+        } else {
+            term::emit_into_string(&config, &shown, &message)
+        };
+        text.push_str(&emitted.unwrap_or_else(|_| plain(files, diagnostic)));
+    }
+    text
+}
+
+fn translate(files: &Files, diagnostic: &Diagnostic) -> out::Diagnostic<usize> {
+    let severity = match diagnostic.severity {
+        Severity::Error => out::Severity::Error,
+        Severity::Warning => out::Severity::Warning,
+        Severity::Note => out::Severity::Note,
+    };
+    let labels = diagnostic.labels.iter().map(|label| {
+        let style = if label.primary { out::LabelStyle::Primary } else { out::LabelStyle::Secondary };
+        out::Label::new(style, label.span.file.index(), cut(files, label.span)).with_message(label.message.as_str())
+    });
+    out::Diagnostic::new(severity)
+        .with_code(diagnostic.code.number())
+        .with_message(diagnostic.message.as_str())
+        .with_labels(labels.collect())
+        .with_notes(diagnostic.notes.clone())
+}
+
+/// The span's bytes, cut to the file and to whole characters.
+fn cut(files: &Files, span: Span) -> std::ops::Range<usize> {
+    let text = files.text(span.file);
+    let start = text.floor_char_boundary(span.start as usize);
+    start..text.ceil_char_boundary(span.end as usize).max(start)
+}
+
+/// Message, places and notes without the source text.
+fn plain(files: &Files, diagnostic: &Diagnostic) -> String {
+    let mut text = format!("{}[{}]: {}\n", severity_name(diagnostic), diagnostic.code, diagnostic.message);
+    for label in &diagnostic.labels {
+        let at = files.location(label.span);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {}:{}:{}: {}", files.name(label.span.file), at.line, at.column, label.message);
+    }
+    for note in &diagnostic.notes {
+        let _ = writeln!(text, "  = {note}");
+    }
+    text.push('\n');
+    text
+}
+
+fn severity_name(diagnostic: &Diagnostic) -> &'static str {
+    match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    }
+}
+
+/// All messages as JSON, one object per line:
+/// `{"severity", "code", "message", "labels": [{"file", "line", "column", "end_line", "end_column", "start", "end",
+/// "primary", "message"}], "notes": [...]}`.
+pub fn render_json(files: &Files, diagnostics: &[Diagnostic]) -> String {
+    let mut json = String::new();
+    for diagnostic in diagnostics {
+        json.push_str("{\"severity\":");
+        push_string(&mut json, severity_name(diagnostic));
+        json.push_str(",\"code\":");
+        push_string(&mut json, diagnostic.code.number());
+        json.push_str(",\"message\":");
+        push_string(&mut json, &diagnostic.message);
+        json.push_str(",\"labels\":[");
+        for (k, label) in diagnostic.labels.iter().enumerate() {
+            json.push_str(if k == 0 { "" } else { "," });
+            push_label(&mut json, files, label);
+        }
+        json.push_str("],\"notes\":[");
+        for (k, note) in diagnostic.notes.iter().enumerate() {
+            json.push_str(if k == 0 { "" } else { "," });
+            push_string(&mut json, note);
+        }
+        json.push_str("]}\n");
+    }
+    json
+}
+
+fn push_label(json: &mut String, files: &Files, label: &Label) {
+    let range = cut(files, label.span);
+    let span = Span::new(label.span.file, range.start, range.end);
+    let (from, to) = (files.location(span), files.location(Span { start: span.end, ..span }));
+    json.push_str("{\"file\":");
+    push_string(json, files.name(span.file));
+    // Writing to a string cannot fail.
+    let _ = write!(
+        json,
+        ",\"line\":{},\"column\":{},\"end_line\":{},\"end_column\":{},\"start\":{},\"end\":{},\"primary\":{},\"message\":",
+        from.line, from.column, to.line, to.column, span.start, span.end, label.primary
+    );
+    push_string(json, &label.message);
+    json.push('}');
+}
+
+/// A JSON string (RFC 8259, section 7).
+fn push_string(json: &mut String, text: &str) {
+    json.push('"');
+    for c in text.chars() {
+        match c {
+            '"' => json.push_str("\\\""),
+            '\\' => json.push_str("\\\\"),
+            '\n' => json.push_str("\\n"),
+            '\r' => json.push_str("\\r"),
+            '\t' => json.push_str("\\t"),
+            c if c < ' ' => {
+                let _ = write!(json, "\\u{:04x}", c as u32);
+            }
+            c => json.push(c),
+        }
+    }
+    json.push('"');
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_source::{Code, FileId};
+
+    use super::*;
+
+    fn example() -> (Files, Vec<Diagnostic>) {
+        let mut files = Files::new();
+        let text = "model Fall\n  Real h; // Höhe\n  Real v;\nequation\n  der(h) = w;\nend Fall;\n";
+        let a = files.add("fall.hyd", text);
+        let b = files.add("other.hyd", "model A end A;\n");
+        let at = text.find("w;").unwrap();
+        let v = text.find("Real v").unwrap();
+        let wrong = Diagnostic::error(Code::UnknownName, "`w` is not declared")
+            .at(Span::new(a, at, at + 1), "used here")
+            .with(Span::new(a, v, v + 6), "perhaps this one")
+            .with(Span::new(b, 6, 7), "")
+            .help("did you mean `v`?");
+        let bare = Diagnostic::warning(Code::Unused, "nothing is used\nat all");
+        (files, vec![wrong, bare])
+    }
+
+    #[test]
+    fn text_shows_places_codes_and_notes() {
+        let (files, diagnostics) = example();
+        let expected = "\
+error[E0201]: `w` is not declared
+  ┌─ fall.hyd:5:12
+  │
+3 │   Real v;
+  │   ------ perhaps this one
+4 │ equation
+5 │   der(h) = w;
+  │            ^ used here
+  │
+  ┌─ other.hyd:1:7
+  │
+1 │ model A end A;
+  │       -
+  │
+  = did you mean `v`?
+
+warning[W0201]: nothing is used
+at all
+
+";
+        assert_eq!(render(&files, &diagnostics, false), expected);
+    }
+
+    #[test]
+    fn color_adds_escapes_and_nothing_else() {
+        let (files, diagnostics) = example();
+        let colored = render(&files, &diagnostics, true);
+        let mut bare = String::new();
+        let mut rest = colored.as_str();
+        while let Some((before, after)) = rest.split_once('\u{1b}') {
+            bare.push_str(before);
+            rest = after.split_once('m').unwrap().1;
+        }
+        bare.push_str(rest);
+        assert_ne!(colored, bare);
+        assert_eq!(bare, render(&files, &diagnostics, false));
+    }
+
+    #[test]
+    fn json_is_one_escaped_object_per_line() {
+        let (files, diagnostics) = example();
+        let expected = concat!(
+            r#"{"severity":"error","code":"E0201","message":"`w` is not declared","labels":["#,
+            r#"{"file":"fall.hyd","line":5,"column":12,"end_line":5,"end_column":13,"start":60,"end":61,"primary":true,"message":"used here"},"#,
+            r#"{"file":"fall.hyd","line":3,"column":3,"end_line":3,"end_column":9,"start":32,"end":38,"primary":false,"message":"perhaps this one"},"#,
+            r#"{"file":"other.hyd","line":1,"column":7,"end_line":1,"end_column":8,"start":6,"end":7,"primary":false,"message":""}],"#,
+            r#""notes":["did you mean `v`?"]}"#,
+            "\n",
+            r#"{"severity":"warning","code":"W0201","message":"nothing is used\nat all","labels":[],"notes":[]}"#,
+            "\n"
+        );
+        assert_eq!(render_json(&files, &diagnostics), expected);
+        let mut odd = String::new();
+        push_string(&mut odd, "\"\\\t\u{1}ö");
+        assert_eq!(odd, r#""\"\\\t\u0001ö""#);
+    }
+
+    #[test]
+    fn spans_beyond_the_text_are_cut() {
+        let mut files = Files::new();
+        let id: FileId = files.add("ä.hyd", "ä");
+        let diagnostics = [Diagnostic::error(Code::Syntax, "odd").at(Span::new(id, 1, 99), "here")];
+        let expected = "error[E0101]: odd\n  ┌─ ä.hyd:1:1\n  │\n1 │ ä\n  │ ^ here\n\n";
+        assert_eq!(render(&files, &diagnostics, false), expected);
+        assert!(render_json(&files, &diagnostics).contains(r#""start":0,"end":2,"#));
+    }
+}

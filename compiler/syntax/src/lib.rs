@@ -1,0 +1,22 @@
+//! Text to syntax tree, for the Modelica 3.6 profile.
+//!
+//! [`parse`] turns a file into a [`tree::StoredDefinition`] plus messages; it never fails and never panics.  The work goes
+//! through three steps: a linear scan (comments, foreign characters, limits), the pest grammar, and the building of the
+//! tree with its nesting and operator precedence.  [`print_expr`] and its companions turn trees back into text.  No type
+//! of the parser generator leaves this crate, and no name is looked up here.
+
+mod build;
+mod build_code;
+mod build_element;
+mod build_equation;
+mod build_expr;
+mod build_file;
+mod build_modification;
+mod grammar;
+mod printer;
+mod recovery;
+mod scan;
+pub mod tree;
+
+pub use build_file::parse;
+pub use printer::{print_expr, print_path, print_reference};

@@ -1,0 +1,145 @@
+//! Rows of a run to CSV text: `time,<variable>,...`, SI units, Booleans as 0 and 1.
+//!
+//! Numbers are written with the fewest digits that read back to the same value.  A file is written beside its place under
+//! a temporary name and renamed when the run is complete, so that what stands under the asked name is whole; dropping an
+//! unfinished file removes the temporary one.  Every failure to write (a full disk among them) is returned.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyd_system::{Tables, VariableInfo};
+
+use crate::{Column, RowKind, Sink, columns};
+
+/// Decides by variable and full name of the element whether it becomes a column.
+pub type Keep = dyn FnMut(&VariableInfo, &str) -> bool + Send;
+
+/// CSV rows into any writer, such as standard output.
+pub struct CsvStream<W: Write> {
+    csv: csv::Writer<W>,
+    keep: Box<Keep>,
+    columns: Vec<Column>,
+    parameters: Vec<f64>,
+    text: String,
+}
+
+impl<W: Write> CsvStream<W> {
+    /// Rows into `writer` for the variables that `keep` accepts (see [`crate::is_variable`]).
+    pub fn new(writer: W, keep: impl FnMut(&VariableInfo, &str) -> bool + Send + 'static) -> Self {
+        Self {
+            csv: csv::WriterBuilder::new().buffer_capacity(1 << 16).from_writer(writer),
+            keep: Box::new(keep),
+            columns: Vec::new(),
+            parameters: Vec::new(),
+            text: String::new(),
+        }
+    }
+
+    /// Writes out what is buffered.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.csv.flush()
+    }
+
+    fn number(&mut self, value: f64) -> io::Result<()> {
+        self.text.clear();
+        format_number(value, &mut self.text);
+        self.csv.write_field(&self.text).map_err(into_io)
+    }
+
+    fn end_row(&mut self) -> io::Result<()> {
+        self.csv.write_record(None::<&[u8]>).map_err(into_io)
+    }
+}
+
+impl<W: Write> Sink for CsvStream<W> {
+    fn begin(&mut self, tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
+        self.columns = columns(tables, &mut self.keep);
+        self.parameters = parameters.to_vec();
+        self.csv.write_field("time").map_err(into_io)?;
+        for column in &self.columns {
+            self.csv.write_field(&column.name).map_err(into_io)?;
+        }
+        self.end_row()
+    }
+
+    fn row(&mut self, t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
+        self.number(t)?;
+        for k in 0..self.columns.len() {
+            let value = self.columns[k].value(values, &self.parameters);
+            self.number(value)?;
+        }
+        self.end_row()
+    }
+}
+
+/// A CSV file that appears under its name when it is whole.
+pub struct CsvFile {
+    stream: Option<CsvStream<File>>,
+    path: PathBuf,
+    temporary: PathBuf,
+}
+
+impl CsvFile {
+    /// Opens a temporary file in the folder of `path`.  Fails if it cannot be made there.
+    pub fn create(path: &Path, keep: impl FnMut(&VariableInfo, &str) -> bool + Send + 'static) -> io::Result<Self> {
+        let name = path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not a file name"))?;
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}.part", std::process::id()));
+        let temporary = path.with_file_name(hidden);
+        let stream = CsvStream::new(File::create(&temporary)?, keep);
+        Ok(Self { stream: Some(stream), path: path.to_path_buf(), temporary })
+    }
+
+    /// Writes out the rest and gives the file its name; an older file of that name is replaced.
+    pub fn finish(mut self) -> io::Result<()> {
+        let stream = self.stream.take().expect("invariant: only `finish` and `drop` take the stream, both once");
+        let file = stream.csv.into_inner().map_err(|error| io::Error::other(error.to_string()))?;
+        file.sync_all()?;
+        drop(file);
+        fs::rename(&self.temporary, &self.path)
+    }
+}
+
+impl Sink for CsvFile {
+    fn begin(&mut self, tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
+        match &mut self.stream {
+            Some(stream) => stream.begin(tables, parameters),
+            None => Ok(()),
+        }
+    }
+
+    fn row(&mut self, t: f64, values: &[f64], kind: RowKind) -> io::Result<()> {
+        match &mut self.stream {
+            Some(stream) => stream.row(t, values, kind),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for CsvFile {
+    fn drop(&mut self) {
+        // Closes the file first; after `finish` the temporary name is gone and removing it fails silently.
+        self.stream = None;
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+/// Appends the shortest decimal text that reads back to `value`; whole numbers without a point, no negative zero.
+pub fn format_number(value: f64, text: &mut String) {
+    // Writing to a string cannot fail.
+    let _ = write!(text, "{:?}", value + 0.0);
+    if text.ends_with(".0") {
+        text.truncate(text.len() - 2);
+    }
+}
+
+fn into_io(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}

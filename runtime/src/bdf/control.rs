@@ -1,0 +1,156 @@
+//! Error test, choice of the next order and of the next step.
+//!
+//! Local errors at orders k, k-1, k-2 are estimated from the correction `e = y - y_pred` and the highest differences:
+//! `err_k = sigma_k |e|`, `err_{k-1} = sigma_{k-1} |phi_k + e|`, `err_{k-2} = sigma_{k-2} |phi_{k-1} + phi_k + e|`; the scaled
+//! derivative norms `(j+1) err_j` are compared, and the order is lowered when they do not fall with the order.  After a restart
+//! order and step grow with each step until the first sign that this was enough.  The step changes only when it can be doubled
+//! or must shrink, so that the iteration matrix keeps its value.
+//! Source: Brenan, Campbell, Petzold 1996, section 5.2.4 and 5.2.5.
+
+use super::history::History;
+use crate::weights::Weights;
+
+/// Estimates of one step.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Estimates {
+    /// Norm of the correction.
+    norm: f64,
+    /// Local error at the order of the step and one below.
+    at_order: f64,
+    below: f64,
+    /// The order that the differences recommend, same or one below, and its error.
+    order: usize,
+    error: f64,
+}
+
+impl Estimates {
+    /// Estimates after a correction; the error test has passed if `passed()`.
+    pub(super) fn new(history: &History, correction: &[f64], weights: &Weights, lower_sum: &mut [f64]) -> Self {
+        let k = history.order;
+        let norm = weights.tested_norm(correction);
+        let at_order = history.sigma[k] * norm;
+        let term = (k + 1) as f64 * at_order;
+        let mut estimates = Self { norm, at_order, below: 0.0, order: k, error: at_order };
+        if k > 1 {
+            for ((sum, phi), e) in lower_sum.iter_mut().zip(history.phi(k)).zip(correction) {
+                *sum = phi + e;
+            }
+            estimates.below = history.sigma[k - 1] * weights.tested_norm(lower_sum);
+            let term_below = k as f64 * estimates.below;
+            let lower = if k > 2 {
+                let second = weights.tested_norm_of_sum(history.phi(k - 1), lower_sum, 1.0);
+                let term_second = (k - 1) as f64 * history.sigma[k - 2] * second;
+                term_below.max(term_second) <= term
+            } else {
+                term_below <= 0.5 * term
+            };
+            if lower {
+                (estimates.order, estimates.error) = (k - 1, estimates.below);
+            }
+        }
+        estimates
+    }
+
+    /// The error test.
+    pub(super) fn passed(&self, error_constant: f64) -> bool {
+        error_constant * self.norm <= 1.0
+    }
+
+    /// After a failed test number `failures` (from 1): sets the order and returns the factor of the step.
+    pub(super) fn shrink(&self, history: &mut History, failures: u32) -> f64 {
+        match failures {
+            1 => {
+                history.order = self.order;
+                (0.9 * step_ratio(self.error, self.order)).clamp(0.25, 0.9)
+            }
+            2 => {
+                history.order = self.order;
+                0.25
+            }
+            _ => {
+                history.order = 1;
+                0.25
+            }
+        }
+    }
+}
+
+/// `(2 err + 1e-4)^(-1/(k+1))`: the ratio to the step at which the error would be half of what is allowed.
+fn step_ratio(error: f64, order: usize) -> f64 {
+    (2.0 * error + 1e-4).powf(-1.0 / (order + 1) as f64)
+}
+
+/// Order and step selection between steps.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Selection {
+    /// The growing phase after a restart is over.
+    settled: bool,
+    steps_since_restart: u64,
+}
+
+impl Selection {
+    /// Sets order and size of the next step after an accepted one.  Call before the history takes the correction;
+    /// `previous_order` is the order of the step before, `max_step` in s.
+    pub(super) fn next(
+        &mut self,
+        history: &mut History,
+        estimates: &Estimates,
+        correction: &[f64],
+        weights: &Weights,
+        limits: (usize, f64),
+    ) {
+        let (max_order, max_step) = limits;
+        let k = history.order;
+        let raised = k > history.order_used;
+        self.steps_since_restart += 1;
+        if estimates.order < k || k == max_order {
+            self.settled = true;
+        }
+        if !self.settled {
+            if self.steps_since_restart > 1 {
+                history.order = k + 1;
+                history.h = (2.0 * history.h).min(max_step);
+            }
+            return;
+        }
+        let (order, error) = Self::order(history, estimates, correction, weights, max_order, raised);
+        history.order = order;
+        let ratio = step_ratio(error, order);
+        if ratio >= 2.0 {
+            history.h = (2.0 * history.h).min(max_step);
+        } else if ratio <= 1.0 {
+            history.h *= ratio.clamp(0.5, 0.9);
+        }
+    }
+
+    fn order(
+        history: &History,
+        estimates: &Estimates,
+        correction: &[f64],
+        weights: &Weights,
+        max_order: usize,
+        raised: bool,
+    ) -> (usize, f64) {
+        let k = history.order;
+        if estimates.order < k {
+            return (k - 1, estimates.below);
+        }
+        if k == max_order || k + 1 >= history.steady || raised {
+            return (k, estimates.at_order);
+        }
+        let above = weights.tested_norm_of_sum(correction, history.phi(k + 1), -1.0);
+        let term = (k + 1) as f64 * estimates.at_order;
+        let error_above = above / (k + 2) as f64;
+        if k == 1 {
+            return if above >= 0.5 * term { (1, estimates.at_order) } else { (2, error_above) };
+        }
+        let term_below = k as f64 * estimates.below;
+        if term_below <= term.min(above) {
+            (k - 1, estimates.below)
+        } else if above >= term {
+            (k, estimates.at_order)
+        } else {
+            (k + 1, error_above)
+        }
+    }
+}

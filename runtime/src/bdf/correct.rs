@@ -1,0 +1,198 @@
+//! The corrector of a step: solves `F(t, y_pred + e, y'_pred + c e) = 0` for `e` by a modified Newton method.
+//!
+//! The iteration matrix `J = dF/dy + c dF/dy'` is kept over steps while `c` changes little; corrections with an old `c` are scaled
+//! by `2 / (1 + c/c_J)`.  The rate of convergence `rho` is estimated from successive corrections and carried over
+//! steps, so that one iteration suffices when it is known to be small: converged when `rho/(1-rho) |d| <= epsilon`.
+//! Sources: Brenan, Campbell, Petzold 1996, section 5.2.3; Hindmarsh et al., ACM TOMS 31 (2005) 363, section 2.3.
+//! Outcomes other than convergence are for the step to handle (renew the matrix, shorten the step).
+
+use hyd_system::Structure;
+
+use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use crate::problem::{Problem, all_finite};
+use crate::weights::{Weights, largest};
+
+/// Most iterations of one correction.
+const MOST_ITERATIONS: usize = 4;
+/// Accepted error of the iteration, as a part of the error that the error test accepts.
+const EPSILON: f64 = 0.1;
+/// A correction this small relative to `EPSILON` ends the iteration whatever the rate.
+const TINY: f64 = 1e-4;
+/// Convergence slower than this counts as none.
+const SLOWEST: f64 = 0.9;
+/// Renew the matrix when `c/c_J` leaves this range.
+const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
+/// `rho/(1-rho)` assumed after a renewal and after a change of `c`.
+const RATE_AFTER_RENEWAL: f64 = 20.0;
+const RATE_AFTER_CHANGE: f64 = 100.0;
+
+/// What came of a correction.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Correction {
+    Converged,
+    Diverged,
+    NotFinite,
+    Singular { row: usize, column: usize },
+}
+
+/// Where the step leads: time, leading coefficient and the predicted values.
+pub(super) struct Prediction<'a> {
+    pub(super) t: f64,
+    pub(super) leading: f64,
+    pub(super) y: &'a [f64],
+    pub(super) yp: &'a [f64],
+}
+
+/// Iteration matrix, its parts, and the vectors of the iteration.
+pub(super) struct Corrector {
+    merged: MergedPattern,
+    solver: LinearSolver,
+    state_values: Vec<f64>,
+    rate_values: Vec<f64>,
+    values: Vec<f64>,
+    /// Corrected values.
+    pub(super) y: Vec<f64>,
+    pub(super) yp: Vec<f64>,
+    /// Sum of all corrections, `y - y_pred`.
+    pub(super) correction: Vec<f64>,
+    residual: Vec<f64>,
+    /// Last iterate's change.
+    delta: Vec<f64>,
+    /// `c` in the factored matrix, and of the last correction.
+    factored_leading: f64,
+    last_leading: f64,
+    /// `rho/(1-rho)`.
+    rate: f64,
+    have_matrix: bool,
+}
+
+impl Corrector {
+    pub(super) fn new(structure: &Structure) -> Self {
+        let n = structure.unknowns;
+        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
+        Self {
+            solver: LinearSolver::new(&merged.pattern),
+            state_values: vec![0.0; structure.state_pattern.entries()],
+            rate_values: vec![0.0; structure.rate_pattern.entries()],
+            values: vec![0.0; merged.pattern.entries()],
+            merged,
+            y: vec![0.0; n],
+            yp: vec![0.0; n],
+            correction: vec![0.0; n],
+            residual: vec![0.0; n],
+            delta: vec![0.0; n],
+            factored_leading: 0.0,
+            last_leading: 0.0,
+            rate: RATE_AFTER_CHANGE,
+            have_matrix: false,
+        }
+    }
+
+    /// Sets the sizes of the unknowns and drops the matrix.
+    pub(super) fn reset(&mut self, nominals: &[f64]) {
+        self.solver.set_column_scale(nominals);
+        self.drop_matrix();
+    }
+
+    /// The matrix no longer fits the system (after events): renew it before use.
+    pub(super) fn drop_matrix(&mut self) {
+        self.have_matrix = false;
+    }
+
+    /// Corrects a prediction; with an old matrix that fails, once more with a new one.
+    pub(super) fn correct(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
+        let ratio = at.leading / self.factored_leading;
+        let mut renew = !self.have_matrix || !LEADING_RANGE.contains(&ratio);
+        if at.leading != self.last_leading {
+            self.rate = RATE_AFTER_CHANGE;
+        }
+        self.last_leading = at.leading;
+        loop {
+            self.y.copy_from_slice(at.y);
+            self.yp.copy_from_slice(at.yp);
+            self.correction.fill(0.0);
+            if !problem.residual(at.t, &self.y, &self.yp, &mut self.residual) {
+                return Correction::NotFinite;
+            }
+            if renew && let Err(error) = self.renew(problem, at) {
+                return error;
+            }
+            match self.iterate(problem, at, weights) {
+                Correction::Converged => return Correction::Converged,
+                failure if renew => return failure,
+                _ => renew = true,
+            }
+        }
+    }
+
+    /// Evaluates and factors the iteration matrix at the prediction.
+    fn renew(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>) -> Result<(), Correction> {
+        problem.jacobian(at.t, at.y, at.yp, &mut self.state_values, &mut self.rate_values);
+        self.merged.combine(&self.state_values, &self.rate_values, at.leading, &mut self.values);
+        problem.statistics.factorisations += 1;
+        self.have_matrix = false;
+        self.solver.factor(&mut self.values).map_err(|error| match error {
+            FactorError::Singular { row, column } => Correction::Singular { row, column },
+            FactorError::NotFinite { .. } => Correction::NotFinite,
+        })?;
+        self.have_matrix = true;
+        self.factored_leading = at.leading;
+        self.rate = RATE_AFTER_RENEWAL;
+        Ok(())
+    }
+
+    fn iterate(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
+        let ratio = at.leading / self.factored_leading;
+        let scale = -2.0 / (1.0 + ratio);
+        let mut first_size = 0.0;
+        for iteration in 0..MOST_ITERATIONS {
+            problem.statistics.newton_iterations += 1;
+            self.delta.copy_from_slice(&self.residual);
+            self.solver.solve(&mut self.delta);
+            for k in 0..self.delta.len() {
+                let d = scale * self.delta[k];
+                self.delta[k] = d;
+                self.correction[k] += d;
+                self.y[k] = at.y[k] + self.correction[k];
+                self.yp[k] = at.yp[k] + at.leading * self.correction[k];
+            }
+            let size = weights.norm(&self.delta);
+            if !size.is_finite() {
+                return Correction::NotFinite;
+            }
+            if iteration == 0 {
+                first_size = size;
+                if size <= TINY * EPSILON {
+                    return self.checked();
+                }
+            } else {
+                let rho = (size / first_size).powf(1.0 / iteration as f64);
+                if rho > SLOWEST {
+                    return Correction::Diverged;
+                }
+                self.rate = rho / (1.0 - rho);
+            }
+            if self.rate * size <= EPSILON {
+                return self.checked();
+            }
+            if iteration + 1 < MOST_ITERATIONS && !problem.residual(at.t, &self.y, &self.yp, &mut self.residual) {
+                return Correction::NotFinite;
+            }
+        }
+        Correction::Diverged
+    }
+
+    fn checked(&self) -> Correction {
+        if all_finite(&self.y) { Correction::Converged } else { Correction::NotFinite }
+    }
+
+    /// After divergence: the row of largest residual at the last iterate, each row measured by its largest entry.
+    pub(super) fn worst_row(&self) -> Option<usize> {
+        largest((0..self.residual.len()).map(|k| self.residual[k] * self.solver.row_scale(k)))
+    }
+
+    /// The unknown that moved most in the last iteration, or, over the whole correction.
+    pub(super) fn worst_unknown(&self, weights: &Weights, last_iteration: bool) -> Option<usize> {
+        weights.worst(if last_iteration { &self.delta } else { &self.correction })
+    }
+}

@@ -1,0 +1,240 @@
+//! The past of a solution as modified divided differences: coefficients, prediction and dense output.
+//!
+//! Fixed-leading-coefficient BDF of order `k`: `y_n` interpolates the last `k + 1` values, and its derivative is
+//! `y'_n = y'_pred + c (y_n - y_pred)` with `c = sum_{j=1..k} 1/j / h` whatever the spacing of the past, so that the
+//! iteration matrix changes only with `h` and `k`.
+//! Sources: Brenan, Campbell, Petzold 1996, section 5.2; Jackson, Sacks-Davis, ACM TOMS 6 (1980) 295; Krogh, Math. Comp. 28
+//! (1974) 1057 for the update of modified differences.
+//!
+//! Glossary: `phi_j` modified divided difference of order j; `psi_j = t_n - t_{n-j-1}` sums of past steps;
+//! `alpha_j = h/psi_j`; `beta_j` ratio that brings `phi_j` to the new step; `sigma_j` factor from `phi_{j+1}` to the error
+//! of order j; `gamma_j` derivative of the predictor's j-th basis polynomial; `steady` number of steps of equal size and
+//! order.  At order `k` only `phi_0..phi_{k+1}` are meaningful.
+
+use super::MAX_ORDER;
+
+/// Number of stored differences: orders 0 to 6.
+const STORED: usize = MAX_ORDER + 2;
+
+/// Differences and coefficients.
+pub(super) struct History {
+    n: usize,
+    phi: Vec<f64>,
+    psi: [f64; STORED],
+    alpha: [f64; STORED],
+    beta: [f64; STORED],
+    gamma: [f64; STORED],
+    pub(super) sigma: [f64; STORED],
+    /// Time of the newest point (s); during a step the time stepped to.
+    pub(super) t: f64,
+    /// Step in work, or to try next (s).
+    pub(super) h: f64,
+    /// Order in work, or to try next.
+    pub(super) order: usize,
+    /// Last accepted step (s) and its order (0 before the first).
+    pub(super) h_used: f64,
+    pub(super) order_used: usize,
+    pub(super) steady: usize,
+    /// Leading coefficient `c` of the step in work [1/s].
+    pub(super) leading: f64,
+    /// Factor from `|y - y_pred|` to the local error at the order in work.
+    pub(super) error_constant: f64,
+}
+
+impl History {
+    pub(super) fn new(n: usize) -> Self {
+        let zero = [0.0; STORED];
+        Self {
+            n,
+            phi: vec![0.0; STORED * n],
+            psi: zero,
+            alpha: zero,
+            beta: zero,
+            gamma: zero,
+            sigma: zero,
+            t: 0.0,
+            h: 0.0,
+            order: 1,
+            h_used: 0.0,
+            order_used: 0,
+            steady: 0,
+            leading: 0.0,
+            error_constant: 1.0,
+        }
+    }
+
+    /// Difference of order `j`.
+    pub(super) fn phi(&self, j: usize) -> &[f64] {
+        &self.phi[j * self.n..(j + 1) * self.n]
+    }
+
+    fn phi_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.phi[j * self.n..(j + 1) * self.n]
+    }
+
+    /// Forgets the past: order 1 from `(t, y, y')` with first step `h`.
+    pub(super) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64], h: f64) {
+        self.phi.fill(0.0);
+        self.phi_mut(0).copy_from_slice(y);
+        for (target, rate) in self.phi_mut(1).iter_mut().zip(yp) {
+            *target = h * rate;
+        }
+        (self.t, self.h, self.order) = (t, h, 1);
+        (self.h_used, self.order_used, self.steady) = (0.0, 0, 0);
+        self.psi = [0.0; STORED];
+        self.psi[0] = h;
+    }
+
+    /// Coefficients for a step of size `h` at the order in work; brings the differences to the new step and moves `t`.
+    pub(super) fn advance(&mut self, target: f64) -> f64 {
+        let (h, k) = (self.h, self.order);
+        if h != self.h_used || k != self.order_used {
+            self.steady = 0;
+        }
+        self.steady = (self.steady + 1).min(self.order_used + 2);
+        if k + 1 >= self.steady {
+            (self.beta[0], self.alpha[0], self.gamma[0], self.sigma[0]) = (1.0, 1.0, 0.0, 1.0);
+            let mut sum = h;
+            for i in 1..=k {
+                let old = self.psi[i - 1];
+                self.psi[i - 1] = sum;
+                self.beta[i] = self.beta[i - 1] * sum / old;
+                sum = old + h;
+                self.alpha[i] = h / sum;
+                self.sigma[i] = i as f64 * self.sigma[i - 1] * self.alpha[i];
+                self.gamma[i] = self.gamma[i - 1] + self.alpha[i - 1] / h;
+            }
+            self.psi[k] = sum;
+        }
+        let fixed: f64 = (1..=k).map(|j| 1.0 / j as f64).sum();
+        let variable: f64 = self.alpha[..k].iter().sum();
+        self.leading = fixed / h;
+        self.error_constant = (self.alpha[k] - fixed + variable).abs().max(self.alpha[k]);
+        for j in self.steady..=k {
+            let beta = self.beta[j];
+            self.phi_mut(j).iter_mut().for_each(|value| *value *= beta);
+        }
+        std::mem::replace(&mut self.t, target)
+    }
+
+    /// Undoes `advance` after a rejected step; `t` is the time before it.
+    pub(super) fn retreat(&mut self, t: f64) {
+        self.t = t;
+        let k = self.order;
+        for j in 1..=k {
+            self.psi[j - 1] = self.psi[j] - self.h;
+        }
+        for j in self.steady..=k {
+            let beta = self.beta[j].recip();
+            self.phi_mut(j).iter_mut().for_each(|value| *value *= beta);
+        }
+    }
+
+    /// After a rejected step: another size for the next attempt, with the start of a first step kept in shape.
+    pub(super) fn resize(&mut self, factor: f64) {
+        self.h *= factor;
+        if self.order_used == 0 {
+            self.psi[0] = self.h;
+            self.phi_mut(1).iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+
+    /// Replaces the size of the next step.
+    pub(super) fn set_step(&mut self, h: f64) {
+        if h != self.h {
+            self.resize(h / self.h);
+            self.h = h;
+            if self.order_used == 0 {
+                self.psi[0] = h;
+            }
+        }
+    }
+
+    /// Prediction at the new time: `y = sum phi_j`, `y' = sum gamma_j phi_j`.
+    pub(super) fn predict(&self, y: &mut [f64], yp: &mut [f64]) {
+        y.copy_from_slice(self.phi(0));
+        yp.fill(0.0);
+        for j in 1..=self.order {
+            let gamma = self.gamma[j];
+            for ((y, yp), phi) in y.iter_mut().zip(yp.iter_mut()).zip(self.phi(j)) {
+                *y += phi;
+                *yp += gamma * phi;
+            }
+        }
+    }
+
+    /// Takes the accepted correction `e = y - y_pred` into the differences.  `order` is still that of the step.
+    pub(super) fn accept(&mut self, correction: &[f64], max_order: usize) {
+        let k = self.order;
+        self.order_used = k;
+        self.h_used = self.h;
+        if k < max_order {
+            self.phi_mut(k + 1).copy_from_slice(correction);
+        }
+        let n = self.n;
+        for (value, e) in self.phi_mut(k).iter_mut().zip(correction) {
+            *value += e;
+        }
+        for j in (0..k).rev() {
+            let (low, high) = self.phi.split_at_mut((j + 1) * n);
+            for (value, next) in low[j * n..].iter_mut().zip(&high[..n]) {
+                *value += next;
+            }
+        }
+    }
+
+    /// The interpolant of the last accepted step at time `at`, value and derivative.
+    /// Newton's form on the past points: `c_j = prod_{i<j} (at - t_{n-i}) / psi_i`, `d_j` its derivative.
+    pub(super) fn interpolate(&self, at: f64, y: &mut [f64], yp: &mut [f64]) {
+        let order = self.order_used.max(1);
+        let delta = at - self.t;
+        let (mut c, mut d) = (1.0, 0.0);
+        let mut ratio = delta / self.psi[0];
+        y.copy_from_slice(self.phi(0));
+        yp.fill(0.0);
+        for j in 1..=order {
+            d = d * ratio + c / self.psi[j - 1];
+            c *= ratio;
+            ratio = (delta + self.psi[j - 1]) / self.psi[j];
+            for ((y, yp), phi) in y.iter_mut().zip(yp.iter_mut()).zip(self.phi(j)) {
+                *y += c * phi;
+                *yp += d * phi;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of uneven size over a cubic: from order 3 on, prediction, its slope and dense output are exact.
+    #[test]
+    fn a_cubic_is_reproduced_at_order_three() {
+        let f = |t: f64| 1.0 + t - 2.0 * t * t + 0.5 * t * t * t;
+        let slope = |t: f64| 1.0 - 4.0 * t + 1.5 * t * t;
+        let mut history = History::new(1);
+        history.restart(0.0, &[f(0.0)], &[slope(0.0)], 0.1);
+        let (mut y, mut yp) = ([0.0], [0.0]);
+        for (step, h) in [0.1, 0.13, 0.13, 0.2, 0.17, 0.3].into_iter().enumerate() {
+            history.set_step(h);
+            history.order = (step + 1).min(3);
+            let target = history.t + h;
+            history.advance(target);
+            history.predict(&mut y, &mut yp);
+            if step > 3 {
+                assert!((y[0] - f(target)).abs() < 1e-13, "prediction at {target}");
+                assert!((yp[0] - slope(target)).abs() < 1e-12);
+            }
+            // A rejected attempt must leave no trace.
+            history.retreat(target - h);
+            history.advance(target);
+            history.predict(&mut y, &mut yp);
+            let correction = [f(target) - y[0]];
+            history.accept(&correction, 5);
+        }
+        let at = history.t - 0.11;
+        history.interpolate(at, &mut y, &mut yp);
+        assert!((y[0] - f(at)).abs() < 1e-13 && (yp[0] - slope(at)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,245 @@
+//! Variable-order, variable-step BDF for `F(t, y, y') = 0`.
+//!
+//! One step: set the coefficients and predict ([`history`]), correct ([`correct`]), test the error and choose what comes next
+//! ([`control`]); repeat with a smaller step when a part fails.  Fixed-leading-coefficient formulas of order 1 to 5
+//! in modified divided differences after Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in
+//! Differential-Algebraic Equations" (SIAM 1996), chapter 5, with the heuristics of Hindmarsh et al., ACM TOMS 31 (2005) 363.
+//! A step allocates nothing.  The integrator knows no events and no output: it stops where it is told.
+
+mod control;
+mod correct;
+mod history;
+
+use hyd_system::Structure;
+
+use crate::problem::Problem;
+use crate::weights::Weights;
+use control::{Estimates, Selection};
+use correct::{Correction, Corrector, Prediction};
+use history::History;
+
+/// Highest order; BDF of order 6 has too small a region of stability.
+pub(crate) const MAX_ORDER: usize = 5;
+
+/// Failed attempts of one kind after which a step is given up.
+const MOST_FAILURES: u32 = 12;
+
+/// What prevents a step.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum StepFault {
+    /// The error test fails however small the step.
+    Error,
+    /// Newton's method does not converge however small the step.
+    Convergence,
+    /// The residual or Jacobian is not finite however small the step.
+    NotFinite,
+    /// The iteration matrix is singular however small the step.
+    Singular,
+}
+
+/// A step that could not be done; the integrator stands at the last accepted point.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct StepFailure {
+    pub(crate) fault: StepFault,
+    /// Time stepped to (s) and size of the last attempt (s).
+    pub(crate) t: f64,
+    pub(crate) h: f64,
+    pub(crate) order: usize,
+    /// Residual row at fault, if known.
+    pub(crate) row: Option<usize>,
+    /// Unknown at fault, if known.
+    pub(crate) unknown: Option<usize>,
+}
+
+/// The integrator with all its work space.
+pub(crate) struct Bdf {
+    history: History,
+    corrector: Corrector,
+    selection: Selection,
+    predicted: Vec<f64>,
+    predicted_rate: Vec<f64>,
+    work: Vec<f64>,
+    max_order: usize,
+    max_step: f64,
+    min_step_scale: f64,
+    t_before: f64,
+}
+
+impl Bdf {
+    /// Work space for systems of this structure.
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let n = structure.unknowns;
+        Self {
+            history: History::new(n),
+            corrector: Corrector::new(structure),
+            selection: Selection::default(),
+            predicted: vec![0.0; n],
+            predicted_rate: vec![0.0; n],
+            work: vec![0.0; n],
+            max_order: MAX_ORDER,
+            max_step: f64::INFINITY,
+            min_step_scale: 0.0,
+            t_before: 0.0,
+        }
+    }
+
+    /// Prepares a run: limits, and the time (s) below whose rounding no step makes sense.
+    pub(crate) fn configure(&mut self, max_order: usize, max_step: f64, time_scale: f64, nominals: &[f64]) {
+        self.max_order = max_order;
+        self.max_step = max_step;
+        self.min_step_scale = time_scale;
+        self.corrector.reset(nominals);
+    }
+
+    /// Starts at order 1 from consistent values with first step `h` (s).
+    pub(crate) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64], h: f64) {
+        self.history.restart(t, y, yp, h.min(self.max_step));
+        self.corrector.drop_matrix();
+        self.corrector.y.copy_from_slice(y);
+        self.corrector.yp.copy_from_slice(yp);
+        self.selection = Selection::default();
+        self.t_before = t;
+    }
+
+    /// Time of the newest accepted point (s).
+    pub(crate) fn t(&self) -> f64 {
+        self.history.t
+    }
+
+    /// Time of the accepted point before (s).
+    pub(crate) fn t_before(&self) -> f64 {
+        self.t_before
+    }
+
+    /// Last accepted step (s), or the one to be tried first.
+    pub(crate) fn step_size(&self) -> f64 {
+        if self.history.order_used == 0 { self.history.h } else { self.history.h_used }
+    }
+
+    /// Values at the newest accepted point.
+    pub(crate) fn y(&self) -> &[f64] {
+        self.history.phi(0)
+    }
+
+    /// Rates at the newest accepted point.
+    pub(crate) fn yp(&self) -> &[f64] {
+        &self.corrector.yp
+    }
+
+    /// Interpolates within the last accepted step.
+    pub(crate) fn interpolate(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
+        self.history.interpolate(t, y, yp);
+    }
+
+    /// Smallest sensible step at time `t` (s).
+    pub(crate) fn smallest_step(&self, t: f64) -> f64 {
+        4.0 * f64::EPSILON * t.abs().max(self.min_step_scale)
+    }
+
+    /// Does one step, not beyond `limit` (s); a step that would end shortly before the limit ends on it.
+    pub(crate) fn step(
+        &mut self,
+        problem: &mut Problem<'_>,
+        weights: &mut Weights,
+        limit: f64,
+    ) -> Result<(), StepFailure> {
+        weights.update(self.history.phi(0));
+        let start = self.history.t;
+        let (mut error_failures, mut other_failures) = (0u32, 0u32);
+        loop {
+            let target = self.aim(start, limit);
+            if self.history.h < self.smallest_step(start) {
+                let report = (target, self.history.h, self.history.order);
+                return Err(self.failure(StepFault::Error, report, weights));
+            }
+            self.history.advance(target);
+            self.history.predict(&mut self.predicted, &mut self.predicted_rate);
+            let at =
+                Prediction { t: target, leading: self.history.leading, y: &self.predicted, yp: &self.predicted_rate };
+            let outcome = self.corrector.correct(problem, &at, weights);
+            let h = self.history.h;
+            if outcome == Correction::Converged {
+                let estimates = Estimates::new(&self.history, &self.corrector.correction, weights, &mut self.work);
+                if estimates.passed(self.history.error_constant) {
+                    self.accept(problem, &estimates, weights, start);
+                    return Ok(());
+                }
+                problem.statistics.error_rejections += 1;
+                error_failures += 1;
+                let order = self.history.order;
+                self.history.retreat(start);
+                let factor = estimates.shrink(&mut self.history, error_failures);
+                self.history.resize(factor);
+                if self.history.h <= self.smallest_step(start) {
+                    return Err(self.failure(StepFault::Error, (target, h, order), weights));
+                }
+                continue;
+            }
+            problem.statistics.convergence_failures += 1;
+            other_failures += 1;
+            let order = self.history.order;
+            self.history.retreat(start);
+            self.history.resize(0.25);
+            if other_failures >= MOST_FAILURES || self.history.h <= self.smallest_step(start) {
+                let fault = match outcome {
+                    Correction::NotFinite => StepFault::NotFinite,
+                    Correction::Singular { .. } => StepFault::Singular,
+                    _ => StepFault::Convergence,
+                };
+                let failure = self.failure(fault, (target, h, order), weights);
+                return Err(match outcome {
+                    Correction::Singular { row, column } => {
+                        StepFailure { row: Some(row), unknown: Some(column), ..failure }
+                    }
+                    _ => failure,
+                });
+            }
+        }
+    }
+
+    /// Fits the step in hand to the limit and returns the time it leads to.
+    fn aim(&mut self, start: f64, limit: f64) -> f64 {
+        let rest = limit - start;
+        let h = self.history.h;
+        if 1.05 * h >= rest {
+            self.history.set_step(rest);
+            limit
+        } else if 2.0 * h > rest {
+            self.history.set_step(0.5 * rest);
+            start + 0.5 * rest
+        } else {
+            start + h
+        }
+    }
+
+    fn accept(&mut self, problem: &mut Problem<'_>, estimates: &Estimates, weights: &Weights, start: f64) {
+        let order = self.history.order;
+        let step = self.history.h;
+        problem.statistics.steps += 1;
+        problem.statistics.steps_by_order[order - 1] += 1;
+        let limits = (self.max_order, self.max_step);
+        self.selection.next(&mut self.history, estimates, &self.corrector.correction, weights, limits);
+        let next = (self.history.order, self.history.h);
+        (self.history.order, self.history.h) = (order, step);
+        self.history.accept(&self.corrector.correction, self.max_order);
+        (self.history.order, self.history.h) = next;
+        self.t_before = start;
+    }
+
+    fn failure(&self, fault: StepFault, (t, h, order): (f64, f64, usize), weights: &Weights) -> StepFailure {
+        let last_iteration = fault != StepFault::Error;
+        StepFailure {
+            fault,
+            t,
+            h,
+            order,
+            row: if last_iteration { self.corrector.worst_row() } else { None },
+            unknown: self.corrector.worst_unknown(weights, last_iteration),
+        }
+    }
+
+    /// The prediction of the last attempt, for messages about values that are not finite.
+    pub(crate) fn last_attempt(&self) -> (&[f64], &[f64]) {
+        (&self.corrector.y, &self.corrector.yp)
+    }
+}

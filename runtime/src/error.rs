@@ -1,0 +1,313 @@
+//! What can end a run early, with everything a user needs to find the place.
+//!
+//! One variant per cause, data in fields; names of variables, equations and places in the text are copied from the system's
+//! tables when the error is made, so that it outlives the system.  [`std::fmt::Display`] (in `message`) renders it in the user's
+//! words.
+
+use std::io;
+
+use hyd_system::{AssertionReport, EquationInfo, EvalFailure, RootInfo};
+
+use crate::OptionError;
+use crate::bdf::{StepFailure, StepFault};
+use crate::initial::consistent::Inconsistent;
+use crate::newton::NewtonFailure;
+use crate::problem::Problem;
+
+/// What the solver was doing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stage {
+    /// Finding the values at the start.
+    Start,
+    /// Stepping in time.
+    Step,
+    /// Handling an event.
+    Event,
+}
+
+/// Why a nonlinear system was not solved.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cause {
+    /// A value is not finite.
+    NotFinite,
+    /// The equations do not determine the unknown.
+    Singular,
+    /// The iteration does not converge.
+    NoConvergence,
+}
+
+/// Where it went wrong, in the user's names.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Place {
+    /// Residual row at fault, if known.
+    pub row: Option<usize>,
+    /// The user's equation behind it.
+    pub equation: Option<EquationInfo>,
+    /// Index of the unknown at fault, if known.
+    pub unknown: Option<usize>,
+    /// Its name.
+    pub variable: Option<String>,
+    /// Names, values and units that matter there, as last known to be good.
+    pub values: Vec<(String, f64, String)>,
+    /// What exactly is not finite, if that is the trouble.
+    pub evaluation: Option<EvalFailure>,
+}
+
+/// A step that could not be done.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StepReport {
+    /// Last time that was reached (s).
+    pub time: f64,
+    /// Last step tried (s).
+    pub step: f64,
+    /// Order of the formula then.
+    pub order: usize,
+    /// Where it went wrong.
+    pub place: Place,
+}
+
+/// Why a run ended before its time.  Rows handed to the sink before are valid in every case.
+#[derive(Debug)]
+pub enum SolveError {
+    /// An option is outside its range.
+    Option(OptionError),
+    /// An evaluation outside the residual failed (start values, discrete equations).
+    Evaluation {
+        /// What was being done.
+        stage: Stage,
+        /// Time (s).
+        time: f64,
+        /// What failed.
+        failure: Box<EvalFailure>,
+        /// The equation, if known.
+        equation: Option<Box<EquationInfo>>,
+    },
+    /// The initial system has no solution that could be found.
+    Initial {
+        /// Start time (s).
+        time: f64,
+        /// Why.
+        cause: Cause,
+        /// Where; values are those at which the iteration stopped.
+        place: Box<Place>,
+    },
+    /// No consistent values at the start or after an event.
+    Inconsistent {
+        /// What was being done.
+        stage: Stage,
+        /// Time (s).
+        time: f64,
+        /// Why.
+        cause: Cause,
+        /// Where; values are those at which the iteration stopped.
+        place: Box<Place>,
+    },
+    /// The local error cannot be kept within the tolerance by any step.
+    StepTooSmall(Box<StepReport>),
+    /// Newton's method does not converge for any step.
+    NoConvergence(Box<StepReport>),
+    /// An equation has no finite value for any step.
+    NotFinite(Box<StepReport>),
+    /// The equations do not determine all unknowns.
+    Singular(Box<StepReport>),
+    /// Relations keep changing at one instant.
+    EventLoop {
+        /// Time (s).
+        time: f64,
+        /// Passes of the event iteration.
+        passes: usize,
+        /// Relations that still changed in the last pass.
+        relations: Vec<RootInfo>,
+    },
+    /// Events follow each other without time going on.
+    Chattering {
+        /// Time (s).
+        time: f64,
+        /// Events in a row.
+        events: u32,
+        /// Relations of the last event.
+        relations: Vec<RootInfo>,
+    },
+    /// An assertion of level error does not hold.
+    Assertion {
+        /// Time (s).
+        time: f64,
+        /// The assertion.
+        report: Box<AssertionReport>,
+    },
+    /// The limit of steps is reached.
+    TooManySteps {
+        /// Time reached (s).
+        time: f64,
+        /// Steps done.
+        steps: u64,
+        /// Step size now (s).
+        step: f64,
+    },
+    /// The caller asked to stop; what was computed so far is complete and valid.
+    Interrupted {
+        /// Time reached (s).
+        time: f64,
+    },
+    /// The results cannot be written.
+    Sink {
+        /// Time of the row (s).
+        time: f64,
+        /// What the system says.
+        error: io::Error,
+    },
+}
+
+impl SolveError {
+    /// Time reached (s), if the run had begun.
+    pub fn time(&self) -> Option<f64> {
+        match self {
+            SolveError::Option(_) => None,
+            SolveError::Evaluation { time, .. }
+            | SolveError::Initial { time, .. }
+            | SolveError::Inconsistent { time, .. }
+            | SolveError::EventLoop { time, .. }
+            | SolveError::Chattering { time, .. }
+            | SolveError::Assertion { time, .. }
+            | SolveError::TooManySteps { time, .. }
+            | SolveError::Interrupted { time }
+            | SolveError::Sink { time, .. } => Some(*time),
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => Some(report.time),
+        }
+    }
+
+    pub(crate) fn evaluation(stage: Stage, time: f64, failure: EvalFailure, problem: &Problem<'_>) -> Self {
+        let equations = &problem.system.tables().equations;
+        let equation = failure.equation.and_then(|k| equations.get(k as usize)).cloned().map(Box::new);
+        SolveError::Evaluation { stage, time, failure: Box::new(failure), equation }
+    }
+
+    pub(crate) fn initial(
+        time: f64,
+        cause: NewtonFailure,
+        (row, unknown): (Option<usize>, Option<usize>),
+        z: &[f64],
+        problem: &mut Problem<'_>,
+    ) -> Self {
+        let not_finite = cause == NewtonFailure::NotFinite;
+        let evaluation = if not_finite { problem.system.diagnose_initial(time, z) } else { None };
+        let tables = problem.system.tables();
+        let name = |k: usize| {
+            tables.initial_unknowns.get(k).map_or_else(|| format!("unknown {}", k + 1), |name| name.to_string())
+        };
+        let equation_of =
+            |k: usize| tables.initial_rows.get(k).and_then(|&e| tables.equations.get(e as usize)).cloned();
+        let pattern = &problem.system.structure().initial.pattern;
+        let mut shown: Vec<usize> = unknown.into_iter().collect();
+        if let Some(row) = row {
+            let in_row = |&c: &usize| pattern.row_indices[pattern.column(c)].contains(&(row as u32));
+            shown.extend((0..pattern.columns()).filter(in_row).filter(|&c| Some(c) != unknown));
+        }
+        shown.truncate(MOST_VALUES);
+        let place = Place {
+            row,
+            equation: evaluated_equation(&evaluation, problem).or_else(|| row.and_then(equation_of)),
+            unknown,
+            variable: unknown.map(name),
+            values: shown.into_iter().map(|k| (name(k), z[k], String::new())).collect(),
+            evaluation,
+        };
+        SolveError::Initial { time, cause: cause.into(), place: Box::new(place) }
+    }
+
+    pub(crate) fn inconsistent(
+        stage: Stage,
+        time: f64,
+        fault: Inconsistent,
+        (y, yp): (&[f64], &[f64]),
+        problem: &mut Problem<'_>,
+    ) -> Self {
+        let not_finite = fault.cause == NewtonFailure::NotFinite;
+        let evaluation = if not_finite { problem.system.diagnose(time, y, yp) } else { None };
+        let place = Place::new(fault.row, fault.unknown, y, evaluation, problem);
+        SolveError::Inconsistent { stage, time, cause: fault.cause.into(), place: Box::new(place) }
+    }
+
+    /// The error of a failed step; `attempt` are the values of the last attempt, `good` those of the last accepted point.
+    pub(crate) fn step(
+        failure: StepFailure,
+        time: f64,
+        attempt: (&[f64], &[f64]),
+        good: &[f64],
+        problem: &mut Problem<'_>,
+    ) -> Self {
+        let not_finite = failure.fault == StepFault::NotFinite;
+        let evaluation = if not_finite { problem.system.diagnose(failure.t, attempt.0, attempt.1) } else { None };
+        let place = Place::new(failure.row, failure.unknown, good, evaluation, problem);
+        let report = Box::new(StepReport { time, step: failure.h, order: failure.order, place });
+        match failure.fault {
+            StepFault::Error => SolveError::StepTooSmall(report),
+            StepFault::Convergence => SolveError::NoConvergence(report),
+            StepFault::NotFinite => SolveError::NotFinite(report),
+            StepFault::Singular => SolveError::Singular(report),
+        }
+    }
+}
+
+/// Number of values that a message shows.
+const MOST_VALUES: usize = 6;
+
+impl Place {
+    /// The unknown at fault and those in the equation at fault, with values.
+    fn new(
+        row: Option<usize>,
+        unknown: Option<usize>,
+        y: &[f64],
+        evaluation: Option<EvalFailure>,
+        problem: &Problem<'_>,
+    ) -> Self {
+        let tables = problem.system.tables();
+        let pattern = &problem.system.structure().state_pattern;
+        let mut shown: Vec<usize> = unknown.into_iter().collect();
+        if let Some(row) = row {
+            let in_row = |&c: &usize| pattern.row_indices[pattern.column(c)].contains(&(row as u32));
+            shown.extend((0..pattern.columns()).filter(in_row).filter(|&c| Some(c) != unknown));
+        }
+        if shown.is_empty() {
+            shown.extend(0..y.len());
+        }
+        shown.truncate(MOST_VALUES);
+        let unit = |k: usize| {
+            let variable = tables.unknowns.get(k).and_then(|&(v, _)| tables.variables.get(v as usize));
+            variable.map_or_else(String::new, |variable| variable.unit.to_string())
+        };
+        Self {
+            row,
+            equation: evaluated_equation(&evaluation, problem)
+                .or_else(|| row.and_then(|k| tables.row_equation(k)).cloned()),
+            unknown,
+            variable: unknown.map(|k| tables.unknown_name(k)),
+            values: shown.into_iter().map(|k| (tables.unknown_name(k), y[k], unit(k))).collect(),
+            evaluation,
+        }
+    }
+}
+
+fn evaluated_equation(evaluation: &Option<EvalFailure>, problem: &Problem<'_>) -> Option<EquationInfo> {
+    let index = evaluation.as_ref()?.equation?;
+    problem.system.tables().equations.get(index as usize).cloned()
+}
+
+impl From<NewtonFailure> for Cause {
+    fn from(failure: NewtonFailure) -> Self {
+        match failure {
+            NewtonFailure::NotFinite => Cause::NotFinite,
+            NewtonFailure::Singular { .. } => Cause::Singular,
+            NewtonFailure::NoConvergence { .. } => Cause::NoConvergence,
+        }
+    }
+}
+
+impl From<OptionError> for SolveError {
+    fn from(error: OptionError) -> Self {
+        SolveError::Option(error)
+    }
+}

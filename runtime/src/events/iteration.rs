@@ -1,0 +1,82 @@
+//! Settling the system at one instant, and noticing when instants pile up.
+//!
+//! Discrete equations run once with `pre` as before the event; while a relation or a discrete variable changes, the continuous
+//! part is made consistent and they run again.  Many events without progress in time are chattering and end
+//! the run with the relation's text, because integration would take forever.
+
+use hyd_system::{EventChange, EventPhase};
+
+use super::{held_changes, relations};
+use crate::error::{SolveError, Stage};
+use crate::initial::consistent::Consistency;
+use crate::problem::Problem;
+use crate::weights::Weights;
+
+/// Most passes at one instant.
+const MOST_PASSES: usize = 100;
+/// Events in a row, each closer to the last than `CLOSE` of the run, that count as chattering.
+const MOST_CLOSE_EVENTS: u32 = 200;
+const CLOSE: f64 = 1e-9;
+
+/// What an event did.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct EventOutcome {
+    /// The equations or values are no longer what they were: the past is worthless.
+    pub(crate) changed: bool,
+    /// Message of `terminate`.
+    pub(crate) terminated: Option<String>,
+}
+
+/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of rates.
+pub(crate) fn settle(
+    problem: &mut Problem<'_>,
+    consistency: &mut Consistency,
+    weights: &Weights,
+    (t, time_scale): (f64, f64),
+    y: &mut [f64],
+    yp: &mut [f64],
+) -> Result<EventOutcome, SolveError> {
+    let mut outcome = EventOutcome::default();
+    let mut phase = EventPhase::First;
+    let mut before = Vec::new();
+    for pass in 0..MOST_PASSES {
+        if pass + 1 == MOST_PASSES {
+            before.resize(problem.system.structure().roots, false);
+            problem.system.held(&mut before);
+        }
+        let change: EventChange = match problem.system.event_pass(phase, t, y, yp) {
+            Ok(change) => change,
+            Err(failure) => return Err(SolveError::evaluation(Stage::Event, t, failure, problem)),
+        };
+        outcome.terminated = change.terminated.or(outcome.terminated);
+        if !change.changed && !change.reinitialised {
+            return Ok(outcome);
+        }
+        outcome.changed = true;
+        if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {
+            return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
+        }
+        phase = EventPhase::Iterate;
+    }
+    Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
+}
+
+/// Counts events that follow each other closely.
+#[derive(Clone, Copy, Default, Debug)]
+pub(crate) struct Chatter {
+    last: Option<f64>,
+    count: u32,
+}
+
+impl Chatter {
+    /// Notes an event at `t` of a run of length `span` (s); an error if there were too many close by.
+    pub(crate) fn note(&mut self, t: f64, span: f64, fired: &[bool], problem: &Problem<'_>) -> Result<(), SolveError> {
+        let close = self.last.is_some_and(|last| t - last <= CLOSE * span);
+        self.count = if close { self.count + 1 } else { 0 };
+        self.last = Some(t);
+        if self.count < MOST_CLOSE_EVENTS {
+            return Ok(());
+        }
+        Err(SolveError::Chattering { time: t, events: self.count, relations: relations(problem, fired) })
+    }
+}

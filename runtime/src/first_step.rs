@@ -1,0 +1,77 @@
+//! Size of the first step after a start or an event.
+//!
+//! The first formula has order 1 and error about `h^2 |y''| / 4`.  `y''` is estimated by the change of consistent rates over a
+//! small explicit Euler step; the same small step tells how fast the algebraic unknowns move, which the predictor needs.
+//! Source: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I" (1993), section II.4, carried over to
+//! differential-algebraic systems.  Where the small step leads out of the domain the estimate is `0.5 / |y'|`.
+
+use crate::initial::consistent::Consistency;
+use crate::problem::Problem;
+use crate::weights::Weights;
+
+/// Change, relative to values and nominals, of the small step.
+const PROBE: f64 = 1e-4;
+/// Error of the first step that is aimed at, in tolerances.
+const AIM: f64 = 0.01;
+/// The first step is at most this part of the time to the next known stop.
+const MOST_OF_REST: f64 = 0.01;
+
+/// Work space of the estimate.
+pub(crate) struct FirstStep {
+    y: Vec<f64>,
+    yp: Vec<f64>,
+    rates: Vec<f64>,
+}
+
+impl FirstStep {
+    pub(crate) fn new(n: usize) -> Self {
+        Self { y: vec![0.0; n], yp: vec![0.0; n], rates: vec![0.0; n] }
+    }
+
+    /// First step (s) from consistent `(t, y, yp)` when the next known stop is `rest` s away; `tolerance` is that of the
+    /// weights, `smallest` the smallest sensible step (s).  Fills in the rates of algebraic unknowns in `yp`.
+    pub(crate) fn estimate(
+        &mut self,
+        problem: &mut Problem<'_>,
+        consistency: &mut Consistency,
+        weights: &Weights,
+        (t, rest, tolerance, smallest): (f64, f64, f64, f64),
+        (y, yp, differential): (&[f64], &mut [f64], &[bool]),
+    ) -> f64 {
+        for k in 0..y.len() {
+            if !differential[k] {
+                yp[k] = 0.0;
+            }
+        }
+        let most = MOST_OF_REST * rest;
+        let speed = weights.norm(yp);
+        let probe = if speed > 0.0 { (PROBE / (tolerance * speed)).min(most) } else { most };
+        let probe = probe.max(smallest).min(rest);
+        for k in 0..y.len() {
+            self.y[k] = y[k] + probe * yp[k];
+        }
+        self.yp.copy_from_slice(yp);
+        let ahead = (t + probe, probe);
+        let found = consistency.refine(problem, ahead, weights, &mut self.y, &mut self.yp)
+            || consistency.solve(problem, ahead, weights, &mut self.y, &mut self.yp).is_ok();
+        if !found {
+            let h = if speed > 0.0 { 0.5 / speed } else { most };
+            return h.min(most).max(smallest);
+        }
+        let mut fastest_algebraic = 0.0f64;
+        for k in 0..y.len() {
+            if differential[k] {
+                self.rates[k] = (self.yp[k] - yp[k]) / probe;
+            } else {
+                self.rates[k] = 0.0;
+                yp[k] = (self.y[k] - y[k]) / probe;
+                fastest_algebraic = fastest_algebraic.max(yp[k].abs() * weights.all[k]);
+            }
+        }
+        let curvature = weights.norm(&self.rates);
+        let h = if curvature > 0.0 { (4.0 * AIM / curvature).sqrt() } else { most };
+        // Beyond the probed part of the solution nothing is known.
+        let h = h.min(most).min(if speed > 0.0 { 1e2 * probe } else { most });
+        if fastest_algebraic.is_finite() { h.max(smallest) } else { (0.5 / speed).min(most).max(smallest) }
+    }
+}

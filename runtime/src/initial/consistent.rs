@@ -1,0 +1,239 @@
+//! Consistent values: rates of differential and values of algebraic unknowns from given differential values.
+//!
+//! With `y_d` fixed, `F(t, (y_d, y_a), y'_d) = 0` is solved for `x = (y'_d, y_a)`: at the start, after events, and at
+//! output points, so that constraints hold wherever a value is shown.  Source: Brown, Hindmarsh, Petzold, SIAM J. Sci. Comput.
+//! 19 (1998) 1495.  Column `j` of the matrix is that of dF/dy' for a differential and of dF/dy for an algebraic unknown;
+//! it is regular for systems of index 1 whose differential equations determine the rates.  Two ways:
+//! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
+
+use hyd_system::{Pattern, Structure};
+
+use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use crate::newton::{Newton, NewtonFailure, Target};
+use crate::problem::Problem;
+use crate::weights::{Weights, largest};
+
+/// Accepted size of a correction of the damped method, relative to values and nominals.
+const TOLERANCE: f64 = 1e-10;
+/// Accepted error of a refinement, as a part of the integration tolerance.
+const REFINED: f64 = 0.01;
+/// Most iterations of a refinement with one matrix.
+const MOST_REFINEMENTS: usize = 3;
+
+/// Why no consistent values were found.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Inconsistent {
+    pub(crate) cause: NewtonFailure,
+    /// Residual row at fault, if known.
+    pub(crate) row: Option<usize>,
+    /// Unknown at fault, if known.
+    pub(crate) unknown: Option<usize>,
+}
+
+/// Matrix, factors and vectors.
+pub(crate) struct Consistency {
+    core: Core,
+    newton: Newton,
+    residual: Vec<f64>,
+    have_matrix: bool,
+}
+
+struct Core {
+    merged: MergedPattern,
+    state_pattern: Pattern,
+    rate_pattern: Pattern,
+    differential: Vec<bool>,
+    solver: LinearSolver,
+    state_values: Vec<f64>,
+    rate_values: Vec<f64>,
+    values: Vec<f64>,
+    y: Vec<f64>,
+    yp: Vec<f64>,
+}
+
+impl Core {
+    fn factor(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), FactorError> {
+        problem.jacobian(t, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
+        let parts = (&self.state_pattern, &self.rate_pattern);
+        self.merged.select(parts, &self.state_values, &self.rate_values, &self.differential, &mut self.values);
+        problem.statistics.factorisations += 1;
+        self.solver.factor(&mut self.values)
+    }
+
+    /// The unknowns of the problem from `x`.
+    fn scatter(&mut self, x: &[f64]) {
+        for (k, &value) in x.iter().enumerate() {
+            if self.differential[k] {
+                self.yp[k] = value;
+            } else {
+                self.y[k] = value;
+            }
+        }
+    }
+}
+
+struct View<'a, 'b> {
+    core: &'a mut Core,
+    problem: &'a mut Problem<'b>,
+    t: f64,
+}
+
+impl Target for View<'_, '_> {
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
+        self.core.scatter(x);
+        self.problem.residual(self.t, &self.core.y, &self.core.yp, out)
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
+        self.core.scatter(x);
+        self.core.factor(self.problem, self.t)
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        self.core.solver.solve(b);
+    }
+}
+
+impl Consistency {
+    /// Work space for systems of this structure.
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let n = structure.unknowns;
+        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
+        let core = Core {
+            solver: LinearSolver::new(&merged.pattern),
+            state_values: vec![0.0; structure.state_pattern.entries()],
+            rate_values: vec![0.0; structure.rate_pattern.entries()],
+            values: vec![0.0; merged.pattern.entries()],
+            merged,
+            state_pattern: structure.state_pattern.clone(),
+            rate_pattern: structure.rate_pattern.clone(),
+            differential: structure.differential.clone(),
+            y: vec![0.0; n],
+            yp: vec![0.0; n],
+        };
+        Self { core, newton: Newton::new(n), residual: vec![0.0; n], have_matrix: false }
+    }
+
+    /// Sets the sizes of the unknowns and drops the matrix.
+    pub(crate) fn reset(&mut self, nominals: &[f64]) {
+        self.core.solver.set_column_scale(nominals);
+        self.have_matrix = false;
+    }
+
+    /// Solves from far away.  `time_scale` (s): a rate counts as small below `nominal / time_scale`.  On success the
+    /// algebraic part of `y` and the differential part of `yp` are replaced; on failure neither changes.
+    pub(crate) fn solve(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, time_scale): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> Result<(), Inconsistent> {
+        self.have_matrix = false;
+        self.core.y.copy_from_slice(y);
+        self.core.yp.copy_from_slice(yp);
+        for k in 0..y.len() {
+            let differential = self.core.differential[k];
+            self.newton.x[k] = if differential { yp[k] } else { y[k] };
+            let nominal = weights.nominals[k];
+            self.newton.nominals[k] = if differential { nominal / time_scale } else { nominal };
+        }
+        let mut view = View { core: &mut self.core, problem, t };
+        match self.newton.solve(&mut view, TOLERANCE) {
+            Ok(()) => {
+                self.core.scatter(&self.newton.x);
+                self.have_matrix = true;
+                y.copy_from_slice(&self.core.y);
+                yp.copy_from_slice(&self.core.yp);
+                Ok(())
+            }
+            Err(cause) => Err(self.blame(cause)),
+        }
+    }
+
+    /// Improves nearly consistent values with an old matrix where possible; false if they could not be improved, in which
+    /// case they are unchanged.  `h` (s): the rates are wanted with the accuracy that a step of this size needs.
+    pub(crate) fn refine(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        for _ in 0..2 {
+            self.core.y.copy_from_slice(y);
+            self.core.yp.copy_from_slice(yp);
+            let fresh = !self.have_matrix;
+            if fresh {
+                self.have_matrix = self.core.factor(problem, t).is_ok();
+                if !self.have_matrix {
+                    return false;
+                }
+            }
+            if self.iterate(problem, t, h, weights) {
+                y.copy_from_slice(&self.core.y);
+                yp.copy_from_slice(&self.core.yp);
+                return true;
+            }
+            self.have_matrix = false;
+            if fresh {
+                break;
+            }
+        }
+        false
+    }
+
+    fn iterate(&mut self, problem: &mut Problem<'_>, t: f64, h: f64, weights: &Weights) -> bool {
+        let core = &mut self.core;
+        let mut last = f64::INFINITY;
+        for iteration in 0..MOST_REFINEMENTS {
+            if !problem.residual(t, &core.y, &core.yp, &mut self.residual) {
+                return false;
+            }
+            core.solver.solve(&mut self.residual);
+            let mut sum = 0.0;
+            for (k, &d) in self.residual.iter().enumerate() {
+                let scaled = if core.differential[k] {
+                    core.yp[k] -= d;
+                    d * h
+                } else {
+                    core.y[k] -= d;
+                    d
+                };
+                sum += (scaled * weights.all[k]).powi(2);
+            }
+            let size = (sum / self.residual.len().max(1) as f64).sqrt();
+            let rate = if iteration == 0 { 0.5 } else { size / last };
+            if !(rate < 0.9) || !size.is_finite() {
+                return false;
+            }
+            if size * rate / (1.0 - rate) <= REFINED {
+                return true;
+            }
+            last = size;
+        }
+        false
+    }
+
+    fn blame(&self, cause: NewtonFailure) -> Inconsistent {
+        match cause {
+            NewtonFailure::Singular { row, column } => Inconsistent { cause, row: Some(row), unknown: Some(column) },
+            NewtonFailure::NotFinite => {
+                Inconsistent { cause, row: self.newton.residual.iter().position(|v| !v.is_finite()), unknown: None }
+            }
+            NewtonFailure::NoConvergence { .. } => {
+                let row = |k: usize| self.newton.residual[k] * self.core.solver.row_scale(k);
+                let size = |k: usize| self.newton.correction[k] / self.newton.nominals[k].max(self.newton.x[k].abs());
+                let n = self.newton.x.len();
+                Inconsistent { cause, row: largest((0..n).map(row)), unknown: largest((0..n).map(size)) }
+            }
+        }
+    }
+
+    /// Values where the last attempt stopped, for messages.
+    pub(crate) fn last_attempt(&self) -> (&[f64], &[f64]) {
+        (&self.core.y, &self.core.yp)
+    }
+}

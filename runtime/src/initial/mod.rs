@@ -1,0 +1,150 @@
+//! The start of a run: from start values to consistent values with settled relations.
+//!
+//! Bind parameters, solve the initial system `G(z) = 0` by the damped method, store its solution as `(y, y')`, make that
+//! consistent ([`consistent`]) and run the event iteration of the start; as long as a relation or a discrete variable changes,
+//! the initial system is another one and is solved again from the last solution.  What `reinit` has written at the start
+//! is not overwritten by a later solution.
+
+pub(crate) mod consistent;
+
+use hyd_system::{EventPhase, Pattern, Structure};
+
+use crate::error::{SolveError, Stage};
+use crate::events::held_changes;
+use crate::linear::{FactorError, LinearSolver};
+use crate::newton::{Newton, NewtonFailure, Target};
+use crate::problem::{Problem, all_finite};
+use crate::weights::{Weights, largest};
+use consistent::Consistency;
+
+/// Accepted size of a correction, relative to values and nominals.
+const TOLERANCE: f64 = 1e-11;
+/// Most passes of the event iteration at the start.
+const MOST_PASSES: usize = 100;
+
+/// Solver of the initial system.
+pub(crate) struct InitialSystem {
+    core: Core,
+    newton: Newton,
+}
+
+struct Core {
+    pattern: Pattern,
+    solver: LinearSolver,
+    values: Vec<f64>,
+}
+
+struct View<'a, 'b> {
+    core: &'a mut Core,
+    problem: &'a mut Problem<'b>,
+    t: f64,
+}
+
+impl Target for View<'_, '_> {
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
+        self.problem.statistics.residuals += 1;
+        self.problem.system.initial_residual(self.t, x, out).is_ok() && all_finite(out)
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
+        self.problem.statistics.jacobians += 1;
+        self.problem.statistics.factorisations += 1;
+        if self.problem.system.initial_jacobian(self.t, x, &mut self.core.values).is_err() {
+            return Err(FactorError::NotFinite { row: 0, column: 0 });
+        }
+        self.core.solver.factor(&mut self.core.values)
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        self.core.solver.solve(b);
+    }
+}
+
+/// What the start needs beside the system.
+pub(crate) struct Start<'a> {
+    pub(crate) t: f64,
+    /// Time (s) in which nominal changes are expected, for the size of rates.
+    pub(crate) time_scale: f64,
+    pub(crate) weights: &'a Weights,
+    pub(crate) consistency: &'a mut Consistency,
+}
+
+impl InitialSystem {
+    /// Work space for the initial system of this structure.
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let pattern = structure.initial.pattern.clone();
+        let solver = LinearSolver::new(&pattern);
+        let values = vec![0.0; pattern.entries()];
+        Self { core: Core { pattern, solver, values }, newton: Newton::new(structure.initial.unknowns) }
+    }
+
+    /// Finds the values at the start.  The system must be bound.  Returns the message of `terminate`, if it was called.
+    pub(crate) fn start(
+        &mut self,
+        problem: &mut Problem<'_>,
+        start: &mut Start<'_>,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> Result<Option<String>, SolveError> {
+        let t = start.t;
+        let failed = |failure, problem: &Problem<'_>| SolveError::evaluation(Stage::Start, t, failure, problem);
+        let result = problem.system.initial_guess(t, &mut self.newton.x);
+        result.map_err(|failure| failed(failure, problem))?;
+        problem.system.initial_nominals(&mut self.newton.nominals);
+        self.core.solver.set_column_scale(&self.newton.nominals);
+        let mut before = vec![false; problem.system.structure().roots];
+        let mut terminated = None;
+        let mut reinitialised = false;
+        for _ in 0..MOST_PASSES {
+            if !reinitialised {
+                self.solve(problem, t)?;
+                let result = problem.system.initial_store(t, &self.newton.x, y, yp);
+                result.map_err(|failure| failed(failure, problem))?;
+            }
+            let at = (t, start.time_scale);
+            if let Err(fault) = start.consistency.solve(problem, at, start.weights, y, yp) {
+                return Err(SolveError::inconsistent(
+                    Stage::Start,
+                    t,
+                    fault,
+                    start.consistency.last_attempt(),
+                    problem,
+                ));
+            }
+            problem.system.held(&mut before);
+            let result = problem.system.event_pass(EventPhase::Initial, t, y, yp);
+            let change = result.map_err(|failure| failed(failure, problem))?;
+            terminated = change.terminated.or(terminated);
+            reinitialised |= change.reinitialised;
+            if !change.changed && !change.reinitialised {
+                return Ok(terminated);
+            }
+        }
+        Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
+    }
+
+    fn solve(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), SolveError> {
+        if self.newton.x.is_empty() {
+            return Ok(());
+        }
+        let result = self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE);
+        result.map_err(|cause| {
+            let (row, unknown) = self.blame(cause);
+            SolveError::initial(t, cause, (row, unknown), &self.newton.x, problem)
+        })
+    }
+
+    fn blame(&self, cause: NewtonFailure) -> (Option<usize>, Option<usize>) {
+        let n = self.newton.x.len();
+        match cause {
+            NewtonFailure::Singular { row, column } => (Some(row), Some(column)),
+            NewtonFailure::NotFinite => (self.newton.residual.iter().position(|v| !v.is_finite()), None),
+            NewtonFailure::NoConvergence { .. } => {
+                let row = |k: usize| self.newton.residual[k] * self.core.solver.row_scale(k);
+                let size = |k: usize| self.newton.correction[k] / self.newton.nominals[k].max(self.newton.x[k].abs());
+                debug_assert_eq!(self.core.pattern.rows, n);
+                (largest((0..n).map(row)), largest((0..n).map(size)))
+            }
+        }
+    }
+}

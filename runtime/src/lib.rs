@@ -1,0 +1,37 @@
+//! The integrator: from a system `F(t, y, y') = 0` with events to rows of results.
+//!
+//! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: [`initial`]
+//! finds consistent values, [`bdf`] steps, [`events`] finds and settles events, [`output`] writes rows, [`linear`] factors
+//! matrices.  Every outcome comes with [`Statistics`]; every failure is a [`SolveError`] that says when, where
+//! and in which variable.  The crate knows no compiler and no file format.
+//!
+//! ```
+//! # use hyd_runtime::{Options, simulate};
+//! # fn run(system: &mut dyn hyd_system::DaeSystem) -> Result<(), hyd_runtime::SolveError> {
+//! let mut trajectory = hyd_results::Trajectory::new();
+//! let options = Options::new(0.0, 0.03).with_tolerance(1e-8);
+//! let summary = simulate(system, &options, &mut trajectory, &|| false)?;
+//! println!("{} rows, {}", trajectory.len(), summary.statistics);
+//! # Ok(())
+//! # }
+//! ```
+
+mod bdf;
+mod error;
+mod events;
+mod first_step;
+mod initial;
+mod linear;
+mod message;
+mod newton;
+mod options;
+mod output;
+mod problem;
+mod simulate;
+mod statistics;
+mod weights;
+
+pub use error::{Cause, Place, SolveError, Stage, StepReport};
+pub use options::{OptionError, Options};
+pub use simulate::{Simulator, Summary, Warning, simulate};
+pub use statistics::Statistics;

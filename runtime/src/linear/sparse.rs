@@ -1,0 +1,235 @@
+//! Sparse LU: ordering and pivoting factorisation by faer, then numeric refactorisation with fixed pivots.
+//!
+//! The first factorisation `P A Q = L U` orders the columns (AMD on A + A' if the diagonal is full, else COLAMD) and chooses
+//! pivots by size.  Its pattern is closed under fill, so later matrices of the same pattern are factored left-looking
+//! (Gilbert, Peierls, SIAM J. Sci. Stat. Comput. 9, 1988) along it without search.  Pivots are watched: when one
+//! becomes small against its column the pivoting factorisation is repeated.  faer does not report numerical singularity;
+//! the pivots are checked here.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::perm::PermRef;
+use faer::sparse::linalg::lu::simplicial::{
+    SimplicialLu, factorize_simplicial_numeric_lu, factorize_simplicial_numeric_lu_scratch,
+};
+use faer::sparse::linalg::{LuError, amd, colamd};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use hyd_system::Pattern;
+
+use super::{FactorError, PIVOT_FLOOR};
+
+/// A pivot smaller than this, relative to the largest candidate of its column, asks for a new pivot order.
+const PIVOT_DRIFT: f64 = 1e-6;
+
+/// One triangular factor in compressed columns, rows ascending, diagonal left out.
+#[derive(Default)]
+struct Factor {
+    starts: Vec<u32>,
+    rows: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Factor {
+    fn column(&self, c: usize) -> std::ops::Range<usize> {
+        self.starts[c] as usize..self.starts[c + 1] as usize
+    }
+
+    /// Copies a factor of faer, sorted and without entries for which `skip(row, column)`.
+    fn copy(&mut self, source: SparseColMatRef<'_, u32, f64>, skip: impl Fn(usize, usize) -> bool) {
+        self.starts.clear();
+        self.rows.clear();
+        self.values.clear();
+        self.starts.push(0);
+        let mut entries: Vec<(u32, f64)> = Vec::new();
+        for c in 0..source.ncols() {
+            entries.clear();
+            let column = source.row_idx_of_col_raw(c).iter().zip(source.val_of_col(c));
+            entries.extend(column.map(|(&r, &v)| (r, v)).filter(|&(r, _)| !skip(r as usize, c)));
+            entries.sort_unstable_by_key(|&(r, _)| r);
+            self.rows.extend(entries.iter().map(|&(r, _)| r));
+            self.values.extend(entries.iter().map(|&(_, v)| v));
+            self.starts.push(self.rows.len() as u32);
+        }
+    }
+}
+
+/// Factors of one matrix and all that is needed to renew them.
+pub(super) struct Sparse {
+    /// Column of A at each place, and its inverse.
+    columns: Vec<u32>,
+    columns_inverse: Vec<u32>,
+    /// Row of A at each place, and its inverse.
+    rows: Vec<u32>,
+    rows_inverse: Vec<u32>,
+    lower: Factor,
+    upper: Factor,
+    diagonal: Vec<f64>,
+    work: Vec<f64>,
+    pivoted: bool,
+    lu: SimplicialLu<u32, f64>,
+    memory: MemBuffer,
+}
+
+impl Sparse {
+    /// Orders the columns of matrices with this pattern.
+    pub(super) fn new(pattern: &Pattern) -> Self {
+        let n = pattern.rows;
+        let (columns, columns_inverse) = order(pattern);
+        Self {
+            columns,
+            columns_inverse,
+            rows: vec![0; n],
+            rows_inverse: vec![0; n],
+            lower: Factor::default(),
+            upper: Factor::default(),
+            diagonal: vec![0.0; n],
+            work: vec![0.0; n],
+            pivoted: false,
+            lu: SimplicialLu::new(),
+            memory: MemBuffer::new(factorize_simplicial_numeric_lu_scratch::<u32, f64>(n, n)),
+        }
+    }
+
+    /// Factors the matrix with scaled `values` on `pattern`: along the known pivots if they serve, else with new ones.
+    pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<(), FactorError> {
+        if self.pivoted && self.refactor(pattern, values) {
+            return Ok(());
+        }
+        self.pivot(pattern, values)
+    }
+
+    /// Left-looking factorisation with fixed pivots; false if a pivot is too small.
+    fn refactor(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
+        let x = &mut self.work;
+        for j in 0..self.diagonal.len() {
+            let column = self.columns[j] as usize;
+            for entry in pattern.column(column) {
+                x[self.rows_inverse[pattern.row_indices[entry] as usize] as usize] = values[entry];
+            }
+            for u in self.upper.column(j) {
+                let k = self.upper.rows[u] as usize;
+                let factor = x[k];
+                self.upper.values[u] = factor;
+                x[k] = 0.0;
+                if factor != 0.0 {
+                    for l in self.lower.column(k) {
+                        x[self.lower.rows[l] as usize] -= self.lower.values[l] * factor;
+                    }
+                }
+            }
+            let pivot = x[j];
+            x[j] = 0.0;
+            let mut largest = 0.0f64;
+            let inverse = pivot.recip();
+            for l in self.lower.column(j) {
+                let row = self.lower.rows[l] as usize;
+                largest = largest.max(x[row].abs());
+                self.lower.values[l] = x[row] * inverse;
+                x[row] = 0.0;
+            }
+            // A column without candidates has nothing to compare with: its pivot must not vanish against the scaled matrix.
+            let floor = (PIVOT_DRIFT * largest).max(PIVOT_FLOOR);
+            if !(pivot.abs() > floor) || !largest.is_finite() {
+                x.fill(0.0);
+                return false;
+            }
+            self.diagonal[j] = pivot;
+        }
+        true
+    }
+
+    /// Factorisation with a new choice of pivots.
+    fn pivot(&mut self, pattern: &Pattern, values: &[f64]) -> Result<(), FactorError> {
+        self.pivoted = false;
+        let n = pattern.rows;
+        let symbolic = SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_starts, None, &pattern.row_indices);
+        let result = factorize_simplicial_numeric_lu(
+            &mut self.rows,
+            &mut self.rows_inverse,
+            &mut self.lu,
+            SparseColMatRef::new(symbolic, values),
+            PermRef::new_checked(&self.columns, &self.columns_inverse, n),
+            MemStack::new(&mut self.memory),
+        );
+        match result {
+            Ok(()) => {}
+            Err(LuError::SymbolicSingular { index }) => return Err(self.name(pattern, index, None)),
+            Err(LuError::Generic(_)) => return Err(self.name(pattern, 0, None)),
+        }
+        self.lower.copy(self.lu.l_factor_unsorted(), |r, c| r == c);
+        self.upper.copy(self.lu.u_factor_unsorted(), |r, c| r == c);
+        for c in 0..n {
+            let upper = self.lu.u_factor_unsorted();
+            let mut entries = upper.row_idx_of_col_raw(c).iter().zip(upper.val_of_col(c));
+            let pivot = entries.find(|&(&r, _)| r as usize == c).map_or(0.0, |(_, &v)| v);
+            let column_max = pattern.column(self.columns[c] as usize).fold(0.0f64, |m, e| m.max(values[e].abs()));
+            if !(pivot.abs() > PIVOT_FLOOR * column_max) {
+                return Err(self.name(pattern, c, Some(self.rows[c] as usize)));
+            }
+            self.diagonal[c] = pivot;
+        }
+        self.pivoted = true;
+        Ok(())
+    }
+
+    /// The error that names the column at place `c`.
+    fn name(&self, pattern: &Pattern, c: usize, row: Option<usize>) -> FactorError {
+        let column = self.columns.get(c).map_or(0, |&column| column as usize);
+        let touching = || pattern.row_indices.get(pattern.column(column).start).map_or(column, |&r| r as usize);
+        FactorError::Singular { row: row.unwrap_or_else(touching), column }
+    }
+
+    /// Replaces `b` by the solution.
+    pub(super) fn solve(&mut self, b: &mut [f64]) {
+        let x = &mut self.work;
+        for (value, &row) in x.iter_mut().zip(&self.rows) {
+            *value = b[row as usize];
+        }
+        let n = x.len();
+        for c in 0..n {
+            let value = x[c];
+            if value != 0.0 {
+                for l in self.lower.column(c) {
+                    x[self.lower.rows[l] as usize] -= self.lower.values[l] * value;
+                }
+            }
+        }
+        for c in (0..n).rev() {
+            let value = x[c] / self.diagonal[c];
+            x[c] = value;
+            if value != 0.0 {
+                for u in self.upper.column(c) {
+                    x[self.upper.rows[u] as usize] -= self.upper.values[u] * value;
+                }
+            }
+        }
+        for (&value, &column) in x.iter().zip(&self.columns) {
+            b[column as usize] = value;
+        }
+        x.fill(0.0);
+    }
+}
+
+/// A column order that keeps fill low, and its inverse.
+fn order(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
+    let n = pattern.rows;
+    let entries = pattern.entries();
+    let (mut forward, mut inverse) = (vec![0u32; n], vec![0u32; n]);
+    let symbolic = SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_starts, None, &pattern.row_indices);
+    let has_diagonal = |c: usize| pattern.row_indices[pattern.column(c)].binary_search(&(c as u32)).is_ok();
+    let done = if (0..n).all(has_diagonal) {
+        let mut memory = MemBuffer::new(amd::order_scratch::<u32>(n, entries));
+        let control = amd::Control::default();
+        amd::order(&mut forward, &mut inverse, symbolic, control, MemStack::new(&mut memory)).is_ok()
+    } else {
+        let mut memory = MemBuffer::new(colamd::order_scratch::<u32>(n, n, entries));
+        let control = colamd::Control::default();
+        colamd::order(&mut forward, &mut inverse, symbolic, control, MemStack::new(&mut memory)).is_ok()
+    };
+    if !done {
+        // Any order is correct; this one merely fills more.
+        for k in 0..n {
+            (forward[k], inverse[k]) = (k as u32, k as u32);
+        }
+    }
+    (forward, inverse)
+}

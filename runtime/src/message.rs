@@ -1,0 +1,150 @@
+//! Solver errors in the user's words: what happened, where in the text, the last good values, what to try.
+//!
+//! The first line is a sentence of its own; the following lines give place, values and a hint.  Nothing here decides anything.
+
+use std::fmt::{self, Display, Formatter};
+
+use hyd_system::{EquationInfo, RootInfo};
+
+use crate::error::{Cause, Place, SolveError, Stage, StepReport};
+
+impl Display for SolveError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            SolveError::Option(error) => write!(f, "{error}"),
+            SolveError::Evaluation { stage, time, failure, equation } => {
+                write!(f, "{} at t = {time} s failed: {}", stage.words(), failure.reason)?;
+                if let Some(variable) = &failure.variable {
+                    write!(f, " in the computation of {variable}")?;
+                }
+                equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
+            }
+            SolveError::Initial { time, cause, place } => {
+                write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
+                place_lines(f, place, "values where the search ended")?;
+                hint(f, "give start values closer to the solution, or check the initial equations")
+            }
+            SolveError::Inconsistent { stage, time, cause, place } => {
+                write!(f, "{} at t = {time} s: no consistent values found: {}", stage.words(), cause.words(place))?;
+                place_lines(f, place, "values where the search ended")?;
+                hint(f, "the algebraic equations may have no solution for these states")
+            }
+            SolveError::StepTooSmall(report) => {
+                write!(f, "the step size collapsed at t = {} s", report.time)?;
+                if let Some(variable) = &report.place.variable {
+                    write!(f, ": the error of {variable} stays above the tolerance")?;
+                }
+                step_lines(f, report)?;
+                hint(f, "the solution may grow without bound or jump here; a discontinuity should cause an event")
+            }
+            SolveError::NoConvergence(report) => {
+                write!(f, "the equations could not be solved beyond t = {} s: Newton's method diverges", report.time)?;
+                step_lines(f, report)?;
+                hint(f, "look for a discontinuity without event, or for an equation without solution")
+            }
+            SolveError::NotFinite(report) => {
+                write!(f, "no finite value beyond t = {} s: {}", report.time, Cause::NotFinite.words(&report.place))?;
+                step_lines(f, report)?;
+                hint(f, "keep arguments of division, sqrt and log inside their range")
+            }
+            SolveError::Singular(report) => {
+                write!(f, "the equations are singular at t = {} s", report.time)?;
+                if let Some(variable) = &report.place.variable {
+                    write!(f, ": {variable} is not determined")?;
+                }
+                step_lines(f, report)?;
+                hint(
+                    f,
+                    "an equation lost its influence on this variable (a factor became zero), or two equations coincide",
+                )
+            }
+            SolveError::EventLoop { time, passes, relations } => {
+                write!(f, "the event at t = {time} s does not settle: relations still change after {passes} passes")?;
+                relation_lines(f, relations)?;
+                hint(f, "two conditions may switch each other; `pre` breaks such a loop")
+            }
+            SolveError::Chattering { time, events, relations } => {
+                write!(f, "chattering at t = {time} s: {events} events without time going on")?;
+                relation_lines(f, relations)?;
+                hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
+            }
+            SolveError::Assertion { time, report } => {
+                write!(f, "assertion failed at t = {time} s: {}\n  at {}:{}", report.message, report.file, report.line)
+            }
+            SolveError::TooManySteps { time, steps, step } => {
+                write!(f, "gave up at t = {time} s after {steps} steps, the step size being {step:.3e} s")?;
+                hint(f, "raise the limit of steps, or loosen the tolerance")
+            }
+            SolveError::Interrupted { time } => write!(f, "interrupted at t = {time} s"),
+            SolveError::Sink { time, error } => write!(f, "results at t = {time} s cannot be written: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for SolveError {}
+
+impl Stage {
+    fn words(self) -> &'static str {
+        match self {
+            Stage::Start => "the start",
+            Stage::Step => "the step",
+            Stage::Event => "the event",
+        }
+    }
+}
+
+impl Cause {
+    fn words(self, place: &Place) -> String {
+        match (self, &place.evaluation, &place.variable) {
+            (Cause::NotFinite, Some(failure), _) => match &failure.variable {
+                Some(variable) => format!("{} in the computation of {variable}", failure.reason),
+                None => failure.reason.clone(),
+            },
+            (Cause::NotFinite, None, _) => "a value is not finite".to_string(),
+            (Cause::Singular, _, Some(variable)) => format!("{variable} is not determined (singular equations)"),
+            (Cause::Singular, _, None) => "the equations are singular".to_string(),
+            (Cause::NoConvergence, _, Some(variable)) => format!("no convergence, worst in {variable}"),
+            (Cause::NoConvergence, _, None) => "no convergence".to_string(),
+        }
+    }
+}
+
+fn step_lines(f: &mut Formatter<'_>, report: &StepReport) -> fmt::Result {
+    write!(f, "\n  last step tried: {:.3e} s at order {}", report.step, report.order)?;
+    place_lines(f, &report.place, "last good values")
+}
+
+fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result {
+    if let Some(equation) = &place.equation {
+        line_of(f, equation)?;
+    }
+    if place.values.is_empty() {
+        return Ok(());
+    }
+    write!(f, "\n  {title}: ")?;
+    for (k, (name, value, unit)) in place.values.iter().enumerate() {
+        let comma = if k == 0 { "" } else { ", " };
+        let space = if unit.is_empty() { "" } else { " " };
+        write!(f, "{comma}{name} = {value:.6e}{space}{unit}")?;
+    }
+    Ok(())
+}
+
+fn line_of(f: &mut Formatter<'_>, equation: &EquationInfo) -> fmt::Result {
+    write!(f, "\n  equation: {}\n  at {}:{}", equation.text, equation.file, equation.line)?;
+    if !equation.component.is_empty() {
+        write!(f, " in {}", equation.component)?;
+    }
+    Ok(())
+}
+
+fn relation_lines(f: &mut Formatter<'_>, relations: &[RootInfo]) -> fmt::Result {
+    for relation in relations {
+        write!(f, "\n  relation: {}\n  at {}:{}", relation.text, relation.file, relation.line)?;
+    }
+    Ok(())
+}
+
+fn hint(f: &mut Formatter<'_>, text: &str) -> fmt::Result {
+    write!(f, "\n  hint: {text}")
+}

@@ -1,0 +1,239 @@
+//! Damped Newton method for nonlinear systems `g(x) = 0` far from the solution.
+//!
+//! `J(x) d = -g(x)`, `x := x + lambda d`.  The damping factor follows the natural monotonicity test: the simplified correction
+//! `J(x) e = -g(x + lambda d)` must be smaller than `d`, a test that does not change when equations are scaled or combined.
+//! Source: Deuflhard, "Newton Methods for Nonlinear Problems" (Springer 2004), section 3.3, algorithm NLEQ-ERR.
+//! Glossary: `theta` contraction `|e|/|d|`, `mu` the factor at which the model of the path predicts the best decrease.
+//! Corrections are measured in the root mean square of `d_i / max(|x_i|, nominal_i)`.  Does not search for further solutions.
+
+use crate::linear::FactorError;
+
+/// Smallest damping factor.
+const SMALLEST_FACTOR: f64 = 1e-8;
+/// Most Newton steps.
+const MOST_STEPS: usize = 100;
+
+/// A system that the method can solve.
+pub(crate) trait Target {
+    /// g(x) into `out`; false if a value is not finite.
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool;
+    /// Evaluates and factors the Jacobian at x.
+    fn factor(&mut self, x: &[f64]) -> Result<(), FactorError>;
+    /// Replaces `b` by the solution of `J x = b` with the last factors.
+    fn solve(&mut self, b: &mut [f64]);
+}
+
+/// Why the method stopped.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum NewtonFailure {
+    /// g or J is not finite at the current point, whatever the damping.
+    NotFinite,
+    /// The Jacobian is singular.
+    Singular {
+        /// Equation without pivot.
+        row: usize,
+        /// Unknown without pivot.
+        column: usize,
+    },
+    /// No damping factor reduces the correction any more, or too many steps.
+    NoConvergence {
+        /// Steps taken.
+        steps: usize,
+    },
+}
+
+/// Vectors of the method; after a failure `x` is where it stopped, `residual` is g there and `correction` the last step.
+pub(crate) struct Newton {
+    pub(crate) x: Vec<f64>,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) correction: Vec<f64>,
+    pub(crate) nominals: Vec<f64>,
+    trial: Vec<f64>,
+    trial_residual: Vec<f64>,
+    simplified: Vec<f64>,
+}
+
+impl Newton {
+    /// Room for n unknowns.
+    pub(crate) fn new(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            x: zeros(),
+            residual: zeros(),
+            correction: zeros(),
+            nominals: vec![1.0; n],
+            trial: zeros(),
+            trial_residual: zeros(),
+            simplified: zeros(),
+        }
+    }
+
+    /// Solves from the start in `x`; leaves the solution in `x`.  Converged when a correction is at most `tolerance`; that
+    /// correction is still applied.
+    pub(crate) fn solve(&mut self, target: &mut dyn Target, tolerance: f64) -> Result<(), NewtonFailure> {
+        if !target.residual(&self.x, &mut self.residual) {
+            return Err(NewtonFailure::NotFinite);
+        }
+        let mut last: Option<(f64, f64)> = None; // (lambda, |d|) of the step before
+        for step in 0..MOST_STEPS {
+            target.factor(&self.x).map_err(|error| match error {
+                FactorError::Singular { row, column } => NewtonFailure::Singular { row, column },
+                FactorError::NotFinite { .. } => NewtonFailure::NotFinite,
+            })?;
+            negate_into(&self.residual, &mut self.correction);
+            target.solve(&mut self.correction);
+            let size = self.norm(&self.correction);
+            if !size.is_finite() {
+                return Err(NewtonFailure::NotFinite);
+            }
+            if size <= tolerance {
+                add(&mut self.x, &self.correction);
+                return Ok(());
+            }
+            let predicted = last.map_or(1.0, |(lambda, old_size)| self.predict(lambda, old_size, size));
+            match self.damp(target, predicted, size, tolerance) {
+                Damped::Solved => return Ok(()),
+                Damped::Accepted(lambda) => last = Some((lambda, size)),
+                // Rounding stops the decrease just above the tolerance.
+                Damped::Stuck if size <= 1e3 * tolerance => return Ok(()),
+                Damped::Stuck => return Err(NewtonFailure::NoConvergence { steps: step + 1 }),
+                Damped::NotFinite => return Err(NewtonFailure::NotFinite),
+            }
+        }
+        Err(NewtonFailure::NoConvergence { steps: MOST_STEPS })
+    }
+
+    /// First damping factor of a step, from the last simplified correction `e` and the new `d`:
+    /// `mu = |d_old| |e| / (|e - d| |d|) lambda`.
+    fn predict(&self, lambda: f64, old_size: f64, size: f64) -> f64 {
+        let difference = self.norm_of(|k| self.simplified[k] - self.correction[k]);
+        if difference == 0.0 {
+            return 1.0;
+        }
+        let mu = old_size * self.norm(&self.simplified) / (difference * size) * lambda;
+        mu.clamp(SMALLEST_FACTOR, 1.0)
+    }
+
+    /// Finds a damping factor that passes the monotonicity test and takes the step.
+    fn damp(&mut self, target: &mut dyn Target, predicted: f64, size: f64, tolerance: f64) -> Damped {
+        let mut lambda = predicted;
+        let mut reduced = false;
+        let mut finite = false;
+        while lambda >= SMALLEST_FACTOR {
+            for (k, trial) in self.trial.iter_mut().enumerate() {
+                *trial = self.x[k] + lambda * self.correction[k];
+            }
+            if !target.residual(&self.trial, &mut self.trial_residual) {
+                lambda *= 0.25;
+                reduced = true;
+                continue;
+            }
+            finite = true;
+            negate_into(&self.trial_residual, &mut self.simplified);
+            target.solve(&mut self.simplified);
+            let simplified_size = self.norm(&self.simplified);
+            let bend = self.norm_of(|k| self.simplified[k] - (1.0 - lambda) * self.correction[k]);
+            let mu = if bend > 0.0 { 0.5 * size * lambda * lambda / bend } else { 1.0 };
+            if !(simplified_size < size) {
+                lambda = mu.min(0.5 * lambda);
+                reduced = true;
+                continue;
+            }
+            let next = mu.min(1.0);
+            if lambda == 1.0 && simplified_size <= tolerance {
+                self.x.copy_from_slice(&self.trial);
+                add(&mut self.x, &self.simplified);
+                return Damped::Solved;
+            }
+            if next >= 4.0 * lambda && !reduced {
+                lambda = next;
+                continue;
+            }
+            self.x.copy_from_slice(&self.trial);
+            self.residual.copy_from_slice(&self.trial_residual);
+            return Damped::Accepted(lambda);
+        }
+        if finite { Damped::Stuck } else { Damped::NotFinite }
+    }
+
+    fn norm(&self, v: &[f64]) -> f64 {
+        self.norm_of(|k| v[k])
+    }
+
+    fn norm_of(&self, v: impl Fn(usize) -> f64) -> f64 {
+        let square = |k: usize| (v(k) / self.x[k].abs().max(self.nominals[k])).powi(2);
+        let sum: f64 = (0..self.x.len()).map(square).sum();
+        (sum / self.x.len().max(1) as f64).sqrt()
+    }
+}
+
+enum Damped {
+    Solved,
+    Accepted(f64),
+    Stuck,
+    NotFinite,
+}
+
+fn negate_into(source: &[f64], target: &mut [f64]) {
+    for (t, s) in target.iter_mut().zip(source) {
+        *t = -s;
+    }
+}
+
+fn add(target: &mut [f64], source: &[f64]) {
+    for (t, s) in target.iter_mut().zip(source) {
+        *t += s;
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// One equation by its value and slope.
+    struct Scalar<F: Fn(f64) -> (f64, f64)>(F, f64);
+
+    impl<F: Fn(f64) -> (f64, f64)> Target for Scalar<F> {
+        fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
+            out[0] = self.0(x[0]).0;
+            out[0].is_finite()
+        }
+        fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
+            self.1 = self.0(x[0]).1;
+            if self.1 == 0.0 { Err(FactorError::Singular { row: 0, column: 0 }) } else { Ok(()) }
+        }
+        fn solve(&mut self, b: &mut [f64]) {
+            b[0] /= self.1;
+        }
+    }
+
+    fn root(f: impl Fn(f64) -> (f64, f64), start: f64) -> Result<f64, NewtonFailure> {
+        let mut newton = Newton::new(1);
+        newton.x[0] = start;
+        newton.solve(&mut Scalar(f, 0.0), 1e-12).map(|()| newton.x[0])
+    }
+
+    #[test]
+    fn arctangent_converges_where_the_plain_method_diverges() {
+        // Plain Newton on atan diverges from |x| > 1.3917 (Deuflhard 2004, example 3.1).
+        let x = root(|x: f64| (x.atan(), 1.0 / (1.0 + x * x)), 30.0).unwrap();
+        assert!(x.abs() < 1e-12);
+    }
+
+    #[test]
+    fn steps_out_of_the_domain_are_shortened() {
+        // ln x = 0 from far right: the full step leads to negative x.
+        let x = root(|x: f64| (x.ln(), 1.0 / x), 50.0).unwrap();
+        assert!((x - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn failures_are_told_apart() {
+        assert_eq!(root(|x| (x * x + 1.0, 2.0 * x), 0.0), Err(NewtonFailure::Singular { row: 0, column: 0 }));
+        assert_eq!(root(|_| (f64::NAN, 1.0), 0.0), Err(NewtonFailure::NotFinite));
+        // exp(x) + 1 has no zero; the corrections never get smaller.
+        let stuck = root(|x: f64| (x.exp() + 1.0, x.exp()), 0.0);
+        assert!(matches!(stuck, Err(NewtonFailure::NoConvergence { .. })), "{stuck:?}");
+    }
+}

@@ -1,0 +1,117 @@
+//! What the caller of a run decides: times, tolerance, output points and limits.
+//!
+//! Plain data with the defaults of [`Options::new`]; checked once before a run.
+
+use std::fmt;
+
+/// Choices for one run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Options {
+    /// Start time (s).
+    pub start: f64,
+    /// Stop time (s), not before `start`.
+    pub stop: f64,
+    /// Relative tolerance of the local error; the error of `y_i` is weighed against `tolerance * (|y_i| + nominal_i)`.
+    pub tolerance: f64,
+    /// Number of equal intervals between output points.
+    pub intervals: usize,
+    /// Rows at every accepted step instead of at equal intervals.
+    pub every_step: bool,
+    /// Rows twice at each event, before and after.
+    pub event_rows: bool,
+    /// Largest step (s); `None`: a fraction of the run that leaves few state events unseen.
+    pub max_step: Option<f64>,
+    /// First step (s), also after events; `None`: estimated.
+    pub initial_step: Option<f64>,
+    /// Number of steps after which the run is given up.
+    pub max_steps: u64,
+    /// Highest order of the formulas, 1 to 5.
+    pub max_order: usize,
+    /// Leaves algebraic unknowns out of the local error test.
+    pub suppress_algebraic: bool,
+}
+
+impl Options {
+    /// A run from `start` to `stop` (s) with relative tolerance 1e-6 and 500 intervals.
+    pub fn new(start: f64, stop: f64) -> Self {
+        Self {
+            start,
+            stop,
+            tolerance: 1e-6,
+            intervals: 500,
+            every_step: false,
+            event_rows: true,
+            max_step: None,
+            initial_step: None,
+            max_steps: 50_000_000,
+            max_order: 5,
+            suppress_algebraic: false,
+        }
+    }
+
+    /// The same with another tolerance.
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// Checks the ranges.
+    pub fn check(&self) -> Result<(), OptionError> {
+        let positive = |value: Option<f64>| value.is_none_or(|v| v > 0.0 && v.is_finite());
+        if !self.start.is_finite() || !self.stop.is_finite() || self.stop < self.start {
+            Err(OptionError::Times { start: self.start, stop: self.stop })
+        } else if !(1e-13..=0.1).contains(&self.tolerance) {
+            Err(OptionError::Tolerance(self.tolerance))
+        } else if self.intervals == 0 {
+            Err(OptionError::Intervals)
+        } else if !positive(self.max_step) || !positive(self.initial_step) {
+            Err(OptionError::Step)
+        } else if !(1..=5).contains(&self.max_order) {
+            Err(OptionError::Order(self.max_order))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Time of output point `k` of `0..=intervals` (s); the last one is exactly the stop time.
+    pub(crate) fn output_time(&self, k: usize) -> f64 {
+        if k >= self.intervals {
+            self.stop
+        } else {
+            self.start + (self.stop - self.start) * (k as f64 / self.intervals as f64)
+        }
+    }
+}
+
+/// An option outside its range.
+#[derive(Clone, PartialEq, Debug)]
+pub enum OptionError {
+    /// Times are not finite or run backwards.
+    Times {
+        /// Start time (s).
+        start: f64,
+        /// Stop time (s).
+        stop: f64,
+    },
+    /// The tolerance is not between 1e-13 and 0.1.
+    Tolerance(f64),
+    /// There must be at least one interval.
+    Intervals,
+    /// A step size is not a positive number.
+    Step,
+    /// The highest order is not between 1 and 5.
+    Order(usize),
+}
+
+impl fmt::Display for OptionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            OptionError::Times { start, stop } => {
+                write!(f, "the stop time {stop} s must be a number not before the start time {start} s")
+            }
+            OptionError::Tolerance(value) => write!(f, "the tolerance {value} must lie between 1e-13 and 0.1"),
+            OptionError::Intervals => write!(f, "there must be at least one output interval"),
+            OptionError::Step => write!(f, "step sizes must be positive numbers"),
+            OptionError::Order(value) => write!(f, "the highest order {value} must lie between 1 and 5"),
+        }
+    }
+}

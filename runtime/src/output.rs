@@ -1,0 +1,120 @@
+//! Rows for the sink: which points, which values, and the assertions that are checked there.
+//!
+//! Output points between steps interpolate all unknowns and then make the algebraic ones and the rates consistent, so that
+//! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
+
+use hyd_results::{RowKind, Sink};
+use hyd_system::{AssertionReport, Structure};
+
+use crate::bdf::Bdf;
+use crate::error::SolveError;
+use crate::initial::consistent::Consistency;
+use crate::problem::Problem;
+use crate::weights::Weights;
+use crate::{Options, Warning};
+
+/// An output point this close to an event, in units in the last place of t, is the event's rows.
+const SAME_TIME_ULPS: f64 = 16.0;
+
+/// Writes the rows of one run.
+pub(crate) struct Output {
+    row: Vec<f64>,
+    y: Vec<f64>,
+    yp: Vec<f64>,
+    next: usize,
+    reports: Vec<AssertionReport>,
+    /// Assertions of level warning that did not hold.
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl Output {
+    /// Work space for systems of this structure.
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let n = structure.unknowns;
+        Self {
+            row: vec![0.0; structure.outputs],
+            y: vec![0.0; n],
+            yp: vec![0.0; n],
+            next: 0,
+            reports: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Forgets the run before.
+    pub(crate) fn restart(&mut self) {
+        self.next = 1;
+        self.reports.clear();
+        self.warnings.clear();
+    }
+
+    /// One row.
+    pub(crate) fn row(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        t: f64,
+        (y, yp): (&[f64], &[f64]),
+        kind: RowKind,
+    ) -> Result<(), SolveError> {
+        problem.system.outputs(t, y, yp, &mut self.row);
+        sink.row(t, &self.row, kind).map_err(|error| SolveError::Sink { time: t, error })
+    }
+
+    /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are
+    /// left to the rows of an event.
+    pub(crate) fn grid(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        options: &Options,
+        (bdf, consistency, weights): (&Bdf, &mut Consistency, &Weights),
+        (end, inclusive): (f64, bool),
+    ) -> Result<(), SolveError> {
+        if options.every_step {
+            return if inclusive { self.row(problem, sink, end, (bdf.y(), bdf.yp()), RowKind::Normal) } else { Ok(()) };
+        }
+        let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
+        while self.next <= options.intervals {
+            let t = options.output_time(self.next);
+            if t > end || (!inclusive && options.event_rows && t >= end - slack) {
+                break;
+            }
+            self.next += 1;
+            let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
+            bdf.interpolate(t, &mut y, &mut yp);
+            consistency.refine(problem, (t, bdf.step_size()), weights, &mut y, &mut yp);
+            let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal);
+            (self.y, self.yp) = (y, yp);
+            result?;
+        }
+        Ok(())
+    }
+
+    /// Drops output points that the rows of an event at `t` (s) stand for.
+    pub(crate) fn skip_to(&mut self, options: &Options, t: f64) {
+        let slack = SAME_TIME_ULPS * f64::EPSILON * t.abs();
+        while self.next <= options.intervals && options.output_time(self.next) <= t + slack {
+            self.next += 1;
+        }
+    }
+
+    /// Checks the assertions at a point; an error if one of that level does not hold.
+    pub(crate) fn assertions(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        (y, yp): (&[f64], &[f64]),
+    ) -> Result<(), SolveError> {
+        problem.system.assertions(t, y, yp, &mut self.reports);
+        for report in self.reports.drain(..) {
+            if report.error {
+                return Err(SolveError::Assertion { time: t, report: Box::new(report) });
+            }
+            if !self.warnings.iter().any(|known| known.report == report) {
+                self.warnings.push(Warning { time: t, report });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,34 @@
+//! The system under solution together with the counters: every evaluation goes through here and is counted.
+//!
+//! Non-finite values are detected once per residual; what made them is asked for only when a message needs it.
+
+use hyd_system::DaeSystem;
+
+use crate::Statistics;
+
+/// A system and what it has cost so far.
+pub(crate) struct Problem<'a> {
+    pub(crate) system: &'a mut dyn DaeSystem,
+    pub(crate) statistics: Statistics,
+}
+
+impl Problem<'_> {
+    /// F(t, y, y') into `out`; false if a value is not finite.
+    pub(crate) fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) -> bool {
+        self.statistics.residuals += 1;
+        self.system.residual(t, y, yp, out);
+        all_finite(out)
+    }
+
+    /// dF/dy and dF/dy' into the two value slices.
+    pub(crate) fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state: &mut [f64], rate: &mut [f64]) {
+        self.statistics.jacobians += 1;
+        self.system.jacobian(t, y, yp, state, rate);
+    }
+}
+
+/// True if no value is infinite or NaN.
+pub(crate) fn all_finite(values: &[f64]) -> bool {
+    // 0*x is NaN exactly for the non-finite x; one sum instead of a branch per value.
+    values.iter().fold(0.0, |sum, value| sum + 0.0 * value) == 0.0
+}

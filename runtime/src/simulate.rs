@@ -1,0 +1,291 @@
+//! The run: start, step, look for events, write rows, until the stop time.
+//!
+//! [`Simulator`] owns all work space for systems of one structure and is used for run after run; the system, the sink and the
+//! options come with each run.  The loop does no I/O itself and reads no clock.
+
+use hyd_results::{RowKind, Sink};
+use hyd_system::{AssertionReport, DaeSystem, Structure};
+
+use crate::bdf::Bdf;
+use crate::error::SolveError;
+use crate::events::iteration::{Chatter, settle};
+use crate::events::roots::RootWatch;
+use crate::first_step::FirstStep;
+use crate::initial::consistent::Consistency;
+use crate::initial::{InitialSystem, Start};
+use crate::output::Output;
+use crate::problem::Problem;
+use crate::weights::Weights;
+use crate::{Options, Statistics};
+
+/// Without a stated limit a step is at most this part of the run, with and without state events to be seen.
+const MOST_OF_RUN_WITH_ROOTS: f64 = 0.02;
+const MOST_OF_RUN: f64 = 0.1;
+/// Part of the run in which nominal changes are expected at the start.
+const START_SCALE: f64 = 1e-3;
+
+/// An assertion of level warning that did not hold.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Warning {
+    /// Time at which it first did not hold (s).
+    pub time: f64,
+    /// The assertion.
+    pub report: AssertionReport,
+}
+
+/// A run that came to its end.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Summary {
+    /// Time reached (s): the stop time, or that of `terminate`.
+    pub time: f64,
+    /// What the run has cost.
+    pub statistics: Statistics,
+    /// Assertions of level warning that did not hold, in the order of time.
+    pub warnings: Vec<Warning>,
+    /// Message of `terminate`, if that ended the run.
+    pub terminated: Option<String>,
+}
+
+/// The integrator with its work space for systems of one structure.
+pub struct Simulator {
+    bdf: Bdf,
+    weights: Weights,
+    consistency: Consistency,
+    initial: InitialSystem,
+    roots: RootWatch,
+    output: Output,
+    first_step: FirstStep,
+    point: Point,
+    differential: Vec<bool>,
+    statistics: Statistics,
+}
+
+/// Values at a start or an event.
+struct Point {
+    y: Vec<f64>,
+    yp: Vec<f64>,
+}
+
+/// What a run keeps beside the work space.
+struct Run<'a, 'b> {
+    problem: &'a mut Problem<'b>,
+    options: &'a Options,
+    sink: &'a mut dyn Sink,
+    chatter: Chatter,
+    time_event: f64,
+    terminated: Option<String>,
+}
+
+impl Run<'_, '_> {
+    fn span(&self) -> f64 {
+        self.options.stop - self.options.start
+    }
+
+    fn limit(&self) -> f64 {
+        self.time_event.min(self.options.stop)
+    }
+}
+
+/// Runs a system once; see [`Simulator`] for many runs.
+pub fn simulate(
+    system: &mut dyn DaeSystem,
+    options: &Options,
+    sink: &mut dyn Sink,
+    stop: &dyn Fn() -> bool,
+) -> Result<Summary, SolveError> {
+    let mut simulator = Simulator::new(system.structure());
+    simulator.run(system, options, sink, stop)
+}
+
+impl Simulator {
+    /// Work space for systems of this structure.
+    pub fn new(structure: &Structure) -> Self {
+        let n = structure.unknowns;
+        Self {
+            bdf: Bdf::new(structure),
+            weights: Weights::new(n),
+            consistency: Consistency::new(structure),
+            initial: InitialSystem::new(structure),
+            roots: RootWatch::new(structure),
+            output: Output::new(structure),
+            first_step: FirstStep::new(n),
+            point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
+            differential: structure.differential.clone(),
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// What the last run has cost, however it ended.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// Warnings of the last run, however it ended.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.output.warnings
+    }
+
+    /// Runs the system from start to stop and hands rows to the sink.  `stop` is asked after every step; true ends the run with
+    /// [`SolveError::Interrupted`].  Parameters set before take effect.  The system must have the structure given to `new`.
+    pub fn run(
+        &mut self,
+        system: &mut dyn DaeSystem,
+        options: &Options,
+        sink: &mut dyn Sink,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, SolveError> {
+        options.check()?;
+        let mut problem = Problem { system, statistics: Statistics::default() };
+        self.output.restart();
+        let mut run = Run {
+            problem: &mut problem,
+            options,
+            sink,
+            chatter: Chatter::default(),
+            time_event: f64::INFINITY,
+            terminated: None,
+        };
+        let result = self.begin(&mut run).and_then(|()| self.advance(&mut run, stop));
+        let terminated = run.terminated;
+        self.statistics = problem.statistics;
+        let time = result?;
+        Ok(Summary { time, statistics: self.statistics, warnings: self.output.warnings.clone(), terminated })
+    }
+
+    /// Values at the start, the first row, and the integrator made ready.
+    fn begin(&mut self, run: &mut Run<'_, '_>) -> Result<(), SolveError> {
+        let (t, span) = (run.options.start, run.span());
+        let bound = run.problem.system.bind(t);
+        bound.map_err(|failure| SolveError::evaluation(crate::Stage::Start, t, failure, run.problem))?;
+        run.problem.system.nominals(&mut self.weights.nominals);
+        let suppress = run.options.suppress_algebraic;
+        self.weights.configure(run.options.tolerance, self.differential.iter().map(|&d| d || !suppress));
+        self.consistency.reset(&self.weights.nominals);
+        let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
+        let max_step = run.options.max_step.unwrap_or(share * span);
+        self.bdf.configure(run.options.max_order, max_step, 1e-6 * span, &self.weights.nominals);
+        let time_scale = if span > 0.0 { START_SCALE * span } else { 1.0 };
+        let mut start = Start { t, time_scale, weights: &self.weights, consistency: &mut self.consistency };
+        let Point { y, yp } = &mut self.point;
+        run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
+        let begun = run.sink.begin(run.problem.system.tables(), run.problem.system.parameters());
+        begun.map_err(|error| SolveError::Sink { time: t, error })?;
+        self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal)?;
+        self.output.assertions(run.problem, t, (y, yp))?;
+        self.restart(run, t);
+        Ok(())
+    }
+
+    /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
+    fn restart(&mut self, run: &mut Run<'_, '_>, t: f64) {
+        run.time_event = run.problem.system.next_time_event(t);
+        let rest = run.limit() - t;
+        if rest <= 0.0 {
+            return;
+        }
+        self.weights.update(&self.point.y);
+        let smallest = 16.0 * self.bdf.smallest_step(t);
+        let h = match run.options.initial_step {
+            Some(h) => h,
+            None => self.first_step.estimate(
+                run.problem,
+                &mut self.consistency,
+                &self.weights,
+                (t, rest, run.options.tolerance, smallest),
+                (&self.point.y, &mut self.point.yp, &self.differential),
+            ),
+        };
+        self.bdf.restart(t, &self.point.y, &self.point.yp, h);
+        self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
+    }
+
+    /// The loop over steps; returns the time reached.
+    fn advance(&mut self, run: &mut Run<'_, '_>, stop: &dyn Fn() -> bool) -> Result<f64, SolveError> {
+        let mut t = run.options.start;
+        while t < run.options.stop && run.terminated.is_none() {
+            if stop() {
+                return Err(SolveError::Interrupted { time: t });
+            }
+            if run.problem.statistics.steps >= run.options.max_steps {
+                let (steps, step) = (run.problem.statistics.steps, self.bdf.step_size());
+                return Err(SolveError::TooManySteps { time: t, steps, step });
+            }
+            if run.limit() - t <= 16.0 * self.bdf.smallest_step(t) {
+                // Closer than a step can be: the same instant.
+                t = run.limit();
+                self.point.y.copy_from_slice(self.bdf.y());
+                self.point.yp.copy_from_slice(self.bdf.yp());
+                if t == run.time_event {
+                    run.problem.statistics.time_events += 1;
+                    self.event(run, t)?;
+                } else {
+                    self.output.row(run.problem, run.sink, t, (&self.point.y, &self.point.yp), RowKind::Normal)?;
+                }
+                continue;
+            }
+            t = self.step(run)?;
+        }
+        Ok(t)
+    }
+
+    /// One step with what it passes: events, rows, assertions.  Returns the time reached.
+    fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
+        let from = self.bdf.t();
+        if let Err(failure) = self.bdf.step(run.problem, &mut self.weights, run.limit()) {
+            let attempt = self.bdf.last_attempt();
+            return Err(SolveError::step(failure, from, attempt, self.bdf.y(), run.problem));
+        }
+        let state_event = self.roots.check(run.problem, &self.bdf, &mut self.consistency, &self.weights);
+        let t = state_event.unwrap_or(self.bdf.t());
+        let is_event = state_event.is_some() || t >= run.time_event;
+        let past = (&self.bdf, &mut self.consistency, &self.weights);
+        self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event))?;
+        if !is_event {
+            self.output.assertions(run.problem, t, (self.bdf.y(), self.bdf.yp()))?;
+            return Ok(t);
+        }
+        let Point { y, yp } = &mut self.point;
+        if state_event.is_some() {
+            run.problem.statistics.state_events += 1;
+            y.copy_from_slice(&self.roots.y);
+            yp.copy_from_slice(&self.roots.yp);
+        }
+        if t >= run.time_event {
+            run.problem.statistics.time_events += 1;
+            if state_event.is_none() {
+                y.copy_from_slice(self.bdf.y());
+                yp.copy_from_slice(self.bdf.yp());
+                self.consistency.refine(run.problem, (t, self.bdf.step_size()), &self.weights, y, yp);
+            }
+        }
+        self.event(run, t)?;
+        Ok(t)
+    }
+
+    /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
+    fn event(&mut self, run: &mut Run<'_, '_>, t: f64) -> Result<(), SolveError> {
+        run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
+        let Point { y, yp } = &mut self.point;
+        let rows = run.options.event_rows || run.options.every_step;
+        if rows {
+            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent)?;
+        }
+        self.output.assertions(run.problem, t, (y, yp))?;
+        let at = (t, self.bdf.step_size());
+        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+        run.terminated = outcome.terminated.or(run.terminated.take());
+        if rows {
+            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent)?;
+            self.output.skip_to(run.options, t);
+        }
+        self.output.assertions(run.problem, t, (y, yp))?;
+        if outcome.changed || t != self.bdf.t() {
+            self.restart(run, t);
+        } else {
+            // Nothing that the integrator sees has changed: it keeps its past.
+            run.time_event = run.problem.system.next_time_event(t);
+            self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,95 @@
+//! Error weights and the norm in which errors and Newton corrections are measured.
+//!
+//! `w_i = 1 / (tolerance * (|y_i| + nominal_i))` and the root mean square of `v_i w_i`: a norm of 1 is an error as large
+//! as the tolerance allows.  Source: Brenan, Campbell, Petzold 1996, section 5.2.
+
+/// Weights of all unknowns, and of those that the error test looks at.
+#[derive(Default)]
+pub(crate) struct Weights {
+    /// Weight of each unknown [1/unit of y_i].
+    pub(crate) all: Vec<f64>,
+    /// The same, 0 for unknowns left out of the error test.
+    pub(crate) tested: Vec<f64>,
+    /// Nominal value of each unknown [unit of y_i].
+    pub(crate) nominals: Vec<f64>,
+    included: Vec<bool>,
+    tolerance: f64,
+    tested_count: usize,
+}
+
+impl Weights {
+    /// Room for n unknowns.
+    pub(crate) fn new(n: usize) -> Self {
+        Self {
+            all: vec![1.0; n],
+            tested: vec![1.0; n],
+            nominals: vec![1.0; n],
+            included: vec![true; n],
+            tolerance: 1e-6,
+            tested_count: n,
+        }
+    }
+
+    /// Sets the tolerance and which unknowns the error test looks at.  Nominal values stand in `nominals`; what is not a
+    /// positive number there counts as 1.
+    pub(crate) fn configure(&mut self, tolerance: f64, included: impl Iterator<Item = bool>) {
+        self.tolerance = tolerance;
+        for (slot, value) in self.included.iter_mut().zip(included) {
+            *slot = value;
+        }
+        self.tested_count = self.included.iter().filter(|&&i| i).count();
+        for nominal in &mut self.nominals {
+            *nominal = nominal.abs();
+            if !(*nominal > 0.0 && nominal.is_finite()) {
+                *nominal = 1.0;
+            }
+        }
+    }
+
+    /// Recomputes the weights at `y`.
+    pub(crate) fn update(&mut self, y: &[f64]) {
+        for k in 0..self.all.len() {
+            let weight = 1.0 / (self.tolerance * (y[k].abs() + self.nominals[k]));
+            self.all[k] = weight;
+            self.tested[k] = if self.included[k] { weight } else { 0.0 };
+        }
+    }
+
+    /// Norm over all unknowns [dimensionless].
+    pub(crate) fn norm(&self, v: &[f64]) -> f64 {
+        root_mean_square(v, &self.all, v.len())
+    }
+
+    /// Norm over the unknowns of the error test.
+    pub(crate) fn tested_norm(&self, v: &[f64]) -> f64 {
+        root_mean_square(v, &self.tested, self.tested_count)
+    }
+
+    /// Norm of `a + b` over the unknowns of the error test.
+    pub(crate) fn tested_norm_of_sum(&self, a: &[f64], b: &[f64], sign: f64) -> f64 {
+        let sum: f64 = a.iter().zip(b).zip(&self.tested).map(|((a, b), w)| ((a + sign * b) * w).powi(2)).sum();
+        (sum / self.tested_count.max(1) as f64).sqrt()
+    }
+
+    /// Position of the largest weighted value, NaN first.
+    pub(crate) fn worst(&self, v: &[f64]) -> Option<usize> {
+        largest(v.iter().zip(&self.all).map(|(v, w)| v * w))
+    }
+}
+
+/// Position of the value of largest size; a NaN counts as largest.
+pub(crate) fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
+    let size = |v: f64| if v.is_nan() { f64::INFINITY } else { v.abs() };
+    let mut best: Option<(usize, f64)> = None;
+    for (k, value) in values.enumerate() {
+        if best.is_none_or(|(_, b)| size(value) > b) {
+            best = Some((k, size(value)));
+        }
+    }
+    best.map(|(k, _)| k)
+}
+
+fn root_mean_square(v: &[f64], w: &[f64], count: usize) -> f64 {
+    let sum: f64 = v.iter().zip(w).map(|(v, w)| (v * w).powi(2)).sum();
+    (sum / count.max(1) as f64).sqrt()
+}

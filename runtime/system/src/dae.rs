@@ -1,0 +1,220 @@
+//! The trait that solvers solve, and the data it speaks in.
+
+use std::sync::Arc;
+
+use crate::Tables;
+
+/// A sparse pattern in compressed columns; rows within a column ascend.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Pattern {
+    /// Number of rows.
+    pub rows: usize,
+    /// Start of each column in `row_indices`, plus the total: `columns + 1` entries.
+    pub column_starts: Vec<u32>,
+    /// Row of each entry.
+    pub row_indices: Vec<u32>,
+}
+
+impl Pattern {
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.column_starts.len().saturating_sub(1)
+    }
+
+    /// Number of entries.
+    pub fn entries(&self) -> usize {
+        self.row_indices.len()
+    }
+
+    /// A full pattern, columns first.
+    pub fn dense(rows: usize, columns: usize) -> Self {
+        Self {
+            rows,
+            column_starts: (0..=columns).map(|c| (c * rows) as u32).collect(),
+            row_indices: (0..columns).flat_map(|_| 0..rows as u32).collect(),
+        }
+    }
+
+    /// The pattern of the given (row, column) pairs; duplicates are merged.
+    pub fn from_pairs(rows: usize, columns: usize, pairs: &[(u32, u32)]) -> Self {
+        let mut sorted: Vec<(u32, u32)> = pairs.iter().map(|&(r, c)| (c, r)).collect();
+        sorted.sort_unstable();
+        sorted.dedup();
+        let mut column_starts = vec![0u32; columns + 1];
+        for &(c, _) in &sorted {
+            column_starts[c as usize + 1] += 1;
+        }
+        for c in 0..columns {
+            column_starts[c + 1] += column_starts[c];
+        }
+        Self { rows, column_starts, row_indices: sorted.into_iter().map(|(_, r)| r).collect() }
+    }
+
+    /// Entries of one column as a range into `row_indices`.
+    pub fn column(&self, c: usize) -> std::ops::Range<usize> {
+        self.column_starts[c] as usize..self.column_starts[c + 1] as usize
+    }
+}
+
+/// Sizes and patterns that do not change during a run.
+#[derive(Clone, Debug, Default)]
+pub struct Structure {
+    /// Number `n` of unknowns and of residual rows.
+    pub unknowns: usize,
+    /// Per unknown: its derivative occurs (a state); the others are algebraic.
+    pub differential: Vec<bool>,
+    /// Pattern of dF/dy, n by n.
+    pub state_pattern: Pattern,
+    /// Pattern of dF/dy', n by n.
+    pub rate_pattern: Pattern,
+    /// Number of root functions.
+    pub roots: usize,
+    /// Length of the row that `outputs` fills.
+    pub outputs: usize,
+    /// The initial system.
+    pub initial: InitialStructure,
+}
+
+/// Sizes of the initial system `G(z) = 0`, square.
+#[derive(Clone, Debug, Default)]
+pub struct InitialStructure {
+    /// Number of unknowns and rows (0: the start is explicit).
+    pub unknowns: usize,
+    /// Pattern of dG/dz.
+    pub pattern: Pattern,
+}
+
+/// An evaluation that has no finite value.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EvalFailure {
+    /// Index into `Tables::equations`, if known.
+    pub equation: Option<u32>,
+    /// What it determines, in the user's words, if known.
+    pub variable: Option<String>,
+    /// What happened, in words: "division by zero", "logarithm of -1", "not a number".
+    pub reason: String,
+}
+
+/// An `assert` that does not hold.
+#[derive(Clone, PartialEq, Debug)]
+pub struct AssertionReport {
+    /// The user's message.
+    pub message: String,
+    /// True for level error (the run stops), false for level warning.
+    pub error: bool,
+    /// File name.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+}
+
+/// A parameter that cannot be set.
+#[derive(Clone, PartialEq, Debug)]
+pub enum ParameterError {
+    /// The index is not that of a settable parameter.
+    NotSettable,
+    /// The value is not finite or not of the parameter's type.
+    BadValue,
+}
+
+/// Which pass of the event iteration is asked for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum EventPhase {
+    /// At the start: `initial()` is true; `pre` of discrete variables are their start values in the first pass.
+    Initial,
+    /// First pass at an event: `pre(v)` becomes the value just before the event, for all variables.
+    First,
+    /// A further pass at the same instant: `pre(v)` becomes the value of the last pass.
+    Iterate,
+}
+
+/// Result of one pass of the event iteration.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct EventChange {
+    /// A relation or a discrete variable changed in this pass: solve the continuous part again and iterate.
+    pub changed: bool,
+    /// `reinit` wrote into `y`.
+    pub reinitialised: bool,
+    /// `terminate` was called: its message.
+    pub terminated: Option<String>,
+}
+
+/// A hybrid system `F(t, y, y') = 0`.
+///
+/// Relations that can cause events keep their truth value during integration (the residual is smooth between events) and
+/// change only in [`DaeSystem::event_pass`].  All methods take `&mut self` because an implementation owns its work space;
+/// no method may allocate during integration.
+pub trait DaeSystem: Send {
+    /// Sizes and patterns.
+    fn structure(&self) -> &Structure;
+
+    /// Names and places.
+    fn tables(&self) -> &Arc<Tables>;
+
+    /// Values of all parameters, dependent ones included, as of the last `bind`.
+    fn parameters(&self) -> &[f64];
+
+    /// Sets parameter `index` (position in `parameters`) for the following runs; takes effect with `bind`.
+    fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError>;
+
+    /// Computes dependent parameters and start values, resets relations and discrete variables.  Call before each run.
+    fn bind(&mut self, t0: f64) -> Result<(), EvalFailure>;
+
+    /// Size of each unknown for error weights, n values > 0 (the `nominal` attribute, 1 if not stated).
+    fn nominals(&self, out: &mut [f64]);
+
+    /// Size of each initial unknown for convergence tests, values > 0 (1 where nothing is known).
+    fn initial_nominals(&self, out: &mut [f64]) {
+        out.fill(1.0);
+    }
+
+    /// First guess of the initial unknowns `z` (start values).
+    fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure>;
+
+    /// Residual G(z) of the initial system.
+    fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure>;
+
+    /// Values of dG/dz on its pattern.
+    fn initial_jacobian(&mut self, t0: f64, z: &[f64], values: &mut [f64]) -> Result<(), EvalFailure>;
+
+    /// Translates a solution of the initial system into `y` and `y'` (also parameters solved for at the start).
+    fn initial_store(&mut self, t0: f64, z: &[f64], y: &mut [f64], yp: &mut [f64]) -> Result<(), EvalFailure>;
+
+    /// Residual F(t, y, y'), n values.  Values may come out non-finite; the solver checks and asks `diagnose`.
+    fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// Values of dF/dy and dF/dy' on their patterns.
+    fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]);
+
+    /// Root functions: an event happens where the sign of one changes against its held relation.
+    /// The held relation is true iff the value is on its positive side: value > 0 (`>`/`<`) or >= 0 after normalisation;
+    /// implementations make `out[k] > 0` mean "true".
+    fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// Truth of each relation behind the roots as held now, in the order of `roots`.
+    fn held(&self, out: &mut [bool]);
+
+    /// The first time event strictly after `t` (infinity if none), given the current discrete state.
+    fn next_time_event(&mut self, t: f64) -> f64;
+
+    /// One pass of the event iteration at fixed `t`: recomputes relations and discrete equations, runs `when` and `reinit`.
+    fn event_pass(
+        &mut self,
+        phase: EventPhase,
+        t: f64,
+        y: &mut [f64],
+        yp: &[f64],
+    ) -> Result<EventChange, EvalFailure>;
+
+    /// All recorded variables at a point, in the order that `Tables` says.
+    fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// Appends the assertions that do not hold at this point.
+    fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>);
+
+    /// Finds the equation that makes an evaluation non-finite (slow, for messages).
+    fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure>;
+
+    /// The same for the initial system.
+    fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure>;
+}

@@ -1,0 +1,19 @@
+//! The contract between who makes a system of equations and who solves it.
+//!
+//! A system is `F(t, y, y') = 0` with `n` unknowns `y`, of which some are differential (their derivative occurs) and the
+//! others algebraic, plus root functions, discrete variables behind an event pass, parameters, start values and an
+//! initial system of its own ([`DaeSystem`]).  Names, units and places in the text come along as plain data
+//! ([`Tables`]).  The crate knows no solver and no compiler; compiled models and hand-written Rust implement the same trait.
+//! The notation follows Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in Differential-
+//! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
+
+mod dae;
+pub mod math;
+mod tables;
+
+pub use dae::{
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError, Pattern, Structure,
+};
+pub use tables::{
+    EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, VariableInfo, Variability,
+};
