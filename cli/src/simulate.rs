@@ -5,9 +5,8 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use hyd_compiler::{Compilation, Goal};
+use hyd_compiler::Goal;
 use hyd_flat::Experiment;
 use hyd_results::CsvStream;
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
@@ -36,7 +35,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     })?;
     let model = compilation.model.clone();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
-    let mut system = model.system();
+    let mut system = model.instantiate();
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
     let translate_s = clock::cpu_seconds() - begin;
 
@@ -59,7 +58,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     if let Some(path) = &arguments.plot {
         write_picture(path, &recorder.figure())?;
     }
-    let structure = system.structure();
+    let (structure, code) = (system.structure(), model.statistics());
     let summary = RunSummary {
         status,
         message: message(&outcome),
@@ -71,8 +70,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         solver: "bdf",
         states: structure.differential.iter().filter(|&&state| state).count(),
         unknowns: structure.unknowns,
-        templates: templates(&compilation),
-        code_bytes: model.code_bytes(),
+        templates: code.templates,
+        code_bytes: code.code_bytes,
         translate_s,
         simulate_s,
         counters: Counters::from(simulator.statistics()),
@@ -128,10 +127,6 @@ fn shown(arguments: &Simulate, selection: &Selection, system: &dyn DaeSystem) ->
         return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES}")));
     }
     Ok(shown)
-}
-
-fn templates(compilation: &Compilation) -> usize {
-    compilation.flat.as_ref().map_or(0, |flat| flat.templates.len())
 }
 
 /// The file of `--result` while the run lasts.

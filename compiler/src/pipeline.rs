@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
-use hyd_codegen::compiled::CompiledModel;
-use hyd_equations::SortedSystem;
+use hyd_codegen::{CompiledModel, Jacobians};
+use hyd_equations::{EquationSystem, PlanJacobian, SortedSystem};
 use hyd_flat::FlatModel;
-use hyd_instance::Sources;
-use hyd_source::{Diagnostic, Files};
+use hyd_instance::class::nested_classes;
+use hyd_instance::{ClassId, ClassTable, Override, Sources};
+use hyd_source::{Code, Diagnostic, Files, Outcome, Severity, did_you_mean};
+use hyd_syntax::tree::{ClassDef, ClassKind, Name};
+
+use crate::override_value::read_value;
 
 /// How far to go.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -66,8 +70,14 @@ pub struct Compilation {
     pub model_name: Option<Arc<str>>,
     /// Flat model.
     pub flat: Option<Arc<FlatModel>>,
+    /// Equation system after alias elimination.
+    pub system: Option<EquationSystem>,
+    /// The same after index reduction.
+    pub reduced: Option<EquationSystem>,
     /// Sorted system.
     pub sorted: Option<Arc<SortedSystem>>,
+    /// Derivatives of the system to integrate.
+    pub jacobian: Option<PlanJacobian>,
     /// Code.
     pub model: Option<Arc<CompiledModel>>,
     /// Paths of `set` that were used at translation (structural parameters); the others are run-time data.
@@ -79,27 +89,201 @@ pub struct Compilation {
 impl Compilation {
     /// True when a message is an error.
     pub fn has_errors(&self) -> bool {
-        self.diagnostics.iter().any(|d| d.severity == hyd_source::Severity::Error)
+        self.diagnostics.iter().any(|d| d.severity == Severity::Error)
     }
 
     /// Text of a stage, if the compilation came that far.
     pub fn print(&self, stage: Stage) -> Option<String> {
-        let _ = stage;
-        None
+        match stage {
+            Stage::Flat => self.flat.as_ref().map(|flat| flat.to_string()),
+            Stage::System => self.system.as_ref().map(hyd_equations::print_system),
+            Stage::Reduced => self.reduced.as_ref().map(hyd_equations::print_system),
+            Stage::Sorted => self.sorted.as_ref().map(|sorted| hyd_equations::print_sorted(sorted)),
+            Stage::Jacobian => {
+                let (sorted, jacobian) = (self.sorted.as_ref()?, self.jacobian.as_ref()?);
+                Some(hyd_equations::print_jacobian(&sorted.system, &sorted.simulation, jacobian))
+            }
+        }
+    }
+
+    fn new(files: Files, diagnostics: Vec<Diagnostic>) -> Self {
+        Self {
+            files,
+            diagnostics,
+            model_name: None,
+            flat: None,
+            system: None,
+            reduced: None,
+            sorted: None,
+            jacobian: None,
+            model: None,
+            set_at_translation: Vec::new(),
+            times: Vec::new(),
+        }
+    }
+
+    /// Runs one stage and notes its time.
+    fn stage<T>(&mut self, clock: fn() -> f64, name: &'static str, run: impl FnOnce(&mut Self) -> T) -> T {
+        let start = clock();
+        let result = run(self);
+        self.times.push(StageTime { name, seconds: clock() - start });
+        result
     }
 }
 
 /// Compiles `text` (shown in messages as `name`) with the libraries that `sources` knows.
 pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
-    let _ = (sources, name, text, options);
-    Compilation {
-        files: Files::new(),
-        diagnostics: Vec::new(),
-        model_name: None,
-        flat: None,
-        sorted: None,
-        model: None,
-        set_at_translation: Vec::new(),
-        times: Vec::new(),
+    let mut result = front_end(sources, name, text, options);
+    if options.goal == Goal::Flat || result.has_errors() {
+        return result;
     }
+    let Some(flat) = result.flat.clone() else { return result };
+    sort(&mut result, &flat, options);
+    if options.goal == Goal::Run && !result.has_errors() {
+        generate(&mut result, options);
+    }
+    result
+}
+
+/// Text to flat model.
+fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
+    let start = (options.clock)();
+    let mut table = ClassTable::new(sources);
+    let classes = table.add_main(name, text);
+    let parsed = (options.clock)();
+    let broken = table.diagnostics.iter().any(|d| d.severity == Severity::Error);
+    let chosen = if broken { None } else { choose(&mut table, &classes, options.model.as_deref()) };
+    let overrides = read_overrides(&mut table, &options.set);
+    let (Some(class), Some(overrides)) = (chosen, overrides) else {
+        return Compilation::new(table.files, table.diagnostics);
+    };
+    let model_name: Arc<str> = table.full_name(class).into();
+    let mut result = match hyd_instance::instantiate(table, class, overrides) {
+        Err(table) => Compilation::new(table.files, table.diagnostics),
+        Ok(mut tree) => {
+            let instantiated = (options.clock)();
+            let flat = hyd_flat::flatten(&mut tree);
+            let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
+            let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
+            result.set_at_translation = used;
+            result.times.push(StageTime { name: "parse", seconds: parsed - start });
+            result.times.push(StageTime { name: "instantiate", seconds: instantiated - parsed });
+            result.times.push(StageTime { name: "flatten", seconds: (options.clock)() - instantiated });
+            result.flat = Some(Arc::new(flat));
+            result
+        }
+    };
+    result.model_name = Some(model_name);
+    result
+}
+
+/// Flat model to sorted system with its derivatives.
+fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options) {
+    let system = result.stage(options.clock, "eliminate aliases", |_| hyd_equations::build_system(flat.clone()));
+    let Outcome { value, diagnostics } =
+        result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system.clone()));
+    result.system = Some(system);
+    result.diagnostics.extend(diagnostics);
+    let Some(reduced) = value else { return };
+    let Outcome { value, diagnostics } =
+        result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced.clone()));
+    result.reduced = Some(reduced);
+    result.diagnostics.extend(diagnostics);
+    let Some(mut sorted) = value else { return };
+    let jacobian = result.stage(options.clock, "differentiate", |_| {
+        hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)
+    });
+    result.jacobian = Some(jacobian);
+    result.sorted = Some(Arc::new(sorted));
+}
+
+/// Sorted system to code.
+fn generate(result: &mut Compilation, options: &Options) {
+    let (Some(sorted), Some(jacobian)) = (result.sorted.clone(), result.jacobian.clone()) else { return };
+    let made = result.stage(options.clock, "generate code", |result| {
+        let mut sorted = (*sorted).clone();
+        let initial = hyd_equations::differentiate(&mut sorted.system, &sorted.initial);
+        let jacobians = Jacobians { simulation: &jacobian, initial: &initial };
+        hyd_codegen::generate(&sorted, jacobians, &result.files, &hyd_codegen::Options::default())
+    });
+    match made {
+        Ok(model) => result.model = Some(Arc::new(model)),
+        Err(diagnostic) => result.diagnostics.push(diagnostic),
+    }
+}
+
+fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Option<Vec<Override>> {
+    let mut overrides = Vec::new();
+    let mut complete = true;
+    for (path, text) in set {
+        match read_value(text) {
+            Some(value) => overrides.push(Override { path: path.clone(), value, used: false }),
+            None => {
+                let message = format!("`{text}` is not a value for `{path}`: a number, true, false or a list in braces is");
+                table.report(Diagnostic::error(Code::Value, message));
+                complete = false;
+            }
+        }
+    }
+    complete.then_some(overrides)
+}
+
+/// The class to instantiate: the one named, else the last complete model of the text.
+fn choose(table: &mut ClassTable<'_>, classes: &[ClassId], wanted: Option<&str>) -> Option<ClassId> {
+    match wanted {
+        Some(name) => find(table, classes, name),
+        None => {
+            let found = classes.iter().rev().find_map(|&class| last_model(table, class));
+            if found.is_none() {
+                let message = "the text holds no complete model to work on; name one with `--model`";
+                table.report(Diagnostic::error(Code::UnknownClass, message));
+            }
+            found
+        }
+    }
+}
+
+fn complete_model(def: &ClassDef) -> bool {
+    matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) && !def.partial
+}
+
+/// The last complete model in a class of the text: itself, or for packages the last inside.
+fn last_model(table: &mut ClassTable<'_>, class: ClassId) -> Option<ClassId> {
+    let def = table.class(class).def.clone();
+    if complete_model(&def) {
+        return Some(class);
+    }
+    if def.kind != ClassKind::Package {
+        return None;
+    }
+    let names: Vec<Name> = nested_classes(&def).map(|n| n.class.name.name.clone()).collect();
+    names.iter().rev().find_map(|name| {
+        let child = table.child(class, name)?;
+        last_model(table, child)
+    })
+}
+
+/// A class by its name in the text or its full name.
+fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<ClassId> {
+    let parts: Vec<Name> = name.split('.').map(Name::from).collect();
+    let mut found = classes.iter().copied().find(|&class| table.class(class).def.name.name == parts[0]);
+    if found.is_none() {
+        found = table.top(&parts[0]);
+    }
+    let mut current = found;
+    for part in &parts[1..] {
+        current = current.and_then(|class| table.member_class(class, part));
+    }
+    if current.is_none() {
+        let mut names: Vec<String> = Vec::new();
+        for &class in classes {
+            let own = table.class(class).def.name.name.to_string();
+            names.extend(table.child_names(class).iter().map(|child| format!("{own}.{child}")));
+            names.push(own);
+        }
+        let message = format!("there is no class `{name}` in the text or the libraries");
+        let help = did_you_mean(name, names.iter().map(String::as_str));
+        table.report(Diagnostic::error(Code::UnknownClass, message).maybe_help(help));
+    }
+    current
 }

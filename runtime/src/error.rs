@@ -299,7 +299,7 @@ fn evaluated_equation(evaluation: &Option<EvalFailure>, problem: &Problem<'_>) -
 impl From<NewtonFailure> for Cause {
     fn from(failure: NewtonFailure) -> Self {
         match failure {
-            NewtonFailure::NotFinite => Cause::NotFinite,
+            NewtonFailure::NotFinite | NewtonFailure::SlopeNotFinite { .. } => Cause::NotFinite,
             NewtonFailure::Singular { .. } => Cause::Singular,
             NewtonFailure::NoConvergence { .. } => Cause::NoConvergence,
         }

@@ -100,7 +100,10 @@ impl Cause {
                 Some(variable) => format!("{} in the computation of {variable}", failure.reason),
                 None => failure.reason.clone(),
             },
-            (Cause::NotFinite, None, _) => "a value is not finite".to_string(),
+            (Cause::NotFinite, None, Some(variable)) => {
+                format!("the derivative with respect to {variable} is not finite")
+            }
+            (Cause::NotFinite, None, None) => "a value is not finite".to_string(),
             (Cause::Singular, _, Some(variable)) => format!("{variable} is not determined (singular equations)"),
             (Cause::Singular, _, None) => "the equations are singular".to_string(),
             (Cause::NoConvergence, _, Some(variable)) => format!("no convergence, worst in {variable}"),

@@ -26,8 +26,15 @@ pub(crate) trait Target {
 /// Why the method stopped.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum NewtonFailure {
-    /// g or J is not finite at the current point, whatever the damping.
+    /// g is not finite at the current point, whatever the damping.
     NotFinite,
+    /// The derivative of equation `row` with respect to unknown `column` is not finite.
+    SlopeNotFinite {
+        /// Equation.
+        row: usize,
+        /// Unknown.
+        column: usize,
+    },
     /// The Jacobian is singular.
     Singular {
         /// Equation without pivot.
@@ -71,6 +78,7 @@ impl Newton {
     /// Solves from the start in `x`; leaves the solution in `x`.  Converged when a correction is at most `tolerance`; that
     /// correction is still applied.
     pub(crate) fn solve(&mut self, target: &mut dyn Target, tolerance: f64) -> Result<(), NewtonFailure> {
+        self.trial_residual.fill(0.0);
         if !target.residual(&self.x, &mut self.residual) {
             return Err(NewtonFailure::NotFinite);
         }
@@ -78,7 +86,7 @@ impl Newton {
         for step in 0..MOST_STEPS {
             target.factor(&self.x).map_err(|error| match error {
                 FactorError::Singular { row, column } => NewtonFailure::Singular { row, column },
-                FactorError::NotFinite { .. } => NewtonFailure::NotFinite,
+                FactorError::NotFinite { row, column } => NewtonFailure::SlopeNotFinite { row, column },
             })?;
             negate_into(&self.residual, &mut self.correction);
             target.solve(&mut self.correction);
@@ -101,6 +109,17 @@ impl Newton {
             }
         }
         Err(NewtonFailure::NoConvergence { steps: MOST_STEPS })
+    }
+
+    /// After [`NewtonFailure::NotFinite`]: the first equation without a finite value.
+    pub(crate) fn not_finite_row(&self) -> Option<usize> {
+        let first = |values: &[f64]| values.iter().position(|v| !v.is_finite());
+        first(&self.residual).or_else(|| first(&self.trial_residual))
+    }
+
+    /// After a failure: where it happened.
+    pub(crate) fn attempt(&self) -> &[f64] {
+        if self.trial_residual.iter().all(|v| v.is_finite()) { &self.x } else { &self.trial }
     }
 
     /// First damping factor of a step, from the last simplified correction `e` and the new `d`:
@@ -134,7 +153,7 @@ impl Newton {
             let simplified_size = self.norm(&self.simplified);
             let bend = self.norm_of(|k| self.simplified[k] - (1.0 - lambda) * self.correction[k]);
             let mu = if bend > 0.0 { 0.5 * size * lambda * lambda / bend } else { 1.0 };
-            if !(simplified_size < size) {
+            if simplified_size >= size || !simplified_size.is_finite() {
                 lambda = mu.min(0.5 * lambda);
                 reduced = true;
                 continue;

@@ -48,8 +48,8 @@ impl Weights {
 
     /// Recomputes the weights at `y`.
     pub(crate) fn update(&mut self, y: &[f64]) {
-        for k in 0..self.all.len() {
-            let weight = 1.0 / (self.tolerance * (y[k].abs() + self.nominals[k]));
+        for (k, value) in y.iter().enumerate() {
+            let weight = 1.0 / (self.tolerance * (value.abs() + self.nominals[k]));
             self.all[k] = weight;
             self.tested[k] = if self.included[k] { weight } else { 0.0 };
         }

@@ -61,6 +61,28 @@ fn linear_dae_starts_consistent_and_keeps_its_constraint() {
 }
 
 #[test]
+fn algebraic_unknowns_can_be_left_out_of_the_error_test() {
+    let tested = Options::new(0.0, 4.0).with_tolerance(1e-7);
+    let suppressed = Options { suppress_algebraic: true, ..tested.clone() };
+    let (run_tested, _) = run(LinearDae, &tested);
+    let (run_suppressed, _) = run(LinearDae, &suppressed);
+    for run in [run_tested, run_suppressed] {
+        assert!(deviation(&run, "x", |t| LinearDae::exact(t)[0]) < 5e-6);
+        assert!(deviation(&run, "z", |t| LinearDae::exact(t)[1]) < 5e-6);
+    }
+}
+
+#[test]
+fn a_lower_order_costs_more_steps() {
+    let full = Options::new(0.0, 5.0);
+    let low = Options { max_order: 2, ..full.clone() };
+    let (_, five) = run(Decay, &full);
+    let (run, two) = run(Decay, &low);
+    assert!(two.steps > five.steps && two.steps_by_order[2..] == [0, 0, 0]);
+    assert!(deviation(&run, "x", |t| (-t).exp()) < 1e-4);
+}
+
+#[test]
 fn heat_conduction_in_two_thousand_points() {
     let heat = Heat(2000);
     let (rate, middle) = (heat.rate(), heat.start()[999]);

@@ -1,8 +1,8 @@
 //! One pass of the event iteration, and the instants of time events.
 //!
-//! A pass fixes `pre` values, then evaluates assigned variables, relations and discrete equations until they agree with
-//! each other (the discrete part of the simultaneous equations of Modelica 3.6, section 8.6, at fixed unknowns), then
-//! `reinit` and `terminate`.  The solver solves for the unknowns again between passes.
+//! A pass fixes `pre` values and the truth of relations, then evaluates assigned variables and discrete equations until
+//! they agree with each other (the discrete part of the simultaneous equations of Modelica 3.6, section 8.6, at fixed
+//! unknowns), then `reinit` and `terminate`.  The solver solves for the unknowns again between passes.
 
 use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
 
@@ -105,14 +105,19 @@ impl CompiledSystem {
         positions.any(|(index, kept)| self.memory.data[index as usize] != *kept)
     }
 
-    /// Relations and discrete equations until nothing changes.
+    /// New truths once, then assigned variables and discrete equations until nothing changes.
+    ///
+    /// Relations stay as they are within a pass, so that a discrete variable may move the threshold that fired it.
     fn settle(&mut self, t: f64, point: Point<'_>) {
         let shared = self.shared.clone();
+        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        let mut changed = self.update_relations(t, point);
         for _ in 0..ROUNDS {
-            self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
-            let relations = self.update_relations(t, point);
-            let discrete = self.update_discrete(point);
-            if !relations && !discrete {
+            if changed {
+                self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+            }
+            changed = self.update_discrete(point);
+            if !changed {
                 return;
             }
         }

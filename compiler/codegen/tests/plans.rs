@@ -162,7 +162,8 @@ fn code_and_kernels_of_a_line_do_not_grow_with_its_cells() {
         let system = line(n).compile(&Options { straight_nodes: 0, ..Options::default() });
         system.model().statistics()
     };
-    let (small, large) = (statistics(30), statistics(900));
+    // From here on all displacements have the same width.
+    let (small, large) = (statistics(150), statistics(900));
     assert_eq!(small, large);
     assert!(small.code_bytes > 0 && small.templates == 3, "{small:?}");
 }

@@ -116,13 +116,7 @@ impl Algebra {
     }
 
     /// How well an equation can be solved for the unknown in a slot.
-    pub fn solvability(
-        &mut self,
-        system: &mut EquationSystem,
-        known: &Known,
-        eq: EqId,
-        slot: SlotId,
-    ) -> Solvability {
+    pub fn solvability(&mut self, system: &mut EquationSystem, known: &Known, eq: EqId, slot: SlotId) -> Solvability {
         let equation = system.equations[eq];
         let Some(solved) = self.solve(&mut system.flat.templates, equation.template, slot) else {
             return Solvability::Never;

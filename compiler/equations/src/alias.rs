@@ -39,6 +39,7 @@ pub fn eliminate_aliases(mut system: EquationSystem) -> EquationSystem {
         specializer: Specializer::default(),
         used: IndexVec::filled(false, system.equations.len()),
         changes: Vec::new(),
+        resolved: Vec::new(),
     };
     pass.join(&mut system);
     resolve(&mut system, &mut pass.classes);
@@ -57,8 +58,9 @@ struct Pass {
     specializer: Specializer,
     /// Equations that are used up.
     used: IndexVec<EqId, bool>,
-    /// Work space of `changes_of`.
+    /// Work space: what happens to each slot of an equation, and what it reads then.
     changes: Vec<Change>,
+    resolved: Vec<Operand>,
 }
 
 impl Pass {
@@ -165,28 +167,28 @@ impl Pass {
             }
             _ => Some(operand),
         };
-        list_changes(&system.operands[range], read, &mut self.changes, None)
+        list_changes(&system.operands[range], read, &mut self.changes, &mut self.resolved)
     }
 
     /// Replaces the operands of all remaining equations and drops the others.
     fn rewrite(&mut self, system: &mut EquationSystem) {
         let mut operands = Vec::with_capacity(system.operands.len());
         let mut equations = IndexVec::new();
-        let mut resolved = Vec::new();
         for eq in system.equations.indices() {
             if self.used[eq] {
                 continue;
             }
             let mut equation = system.equations[eq];
             let read = |operand| resolve_operand(system, operand);
-            let changed = list_changes(system.operands_of(equation.operands), read, &mut self.changes, Some(&mut resolved));
+            let before = system.operands_of(equation.operands);
+            let changed = list_changes(before, read, &mut self.changes, &mut self.resolved);
             let first = operands.len() as u32;
             if changed {
                 let adapted = self.specializer.adapt(&mut system.flat.templates, equation.template, &self.changes);
                 equation.template = adapted.0;
-                operands.extend(adapted.1.iter().map(|slot| resolved[slot.index()]));
+                operands.extend(adapted.1.iter().map(|slot| self.resolved[slot.index()]));
             } else {
-                operands.extend_from_slice(&resolved);
+                operands.extend_from_slice(&self.resolved);
             }
             equation.operands = OperandRange { first, len: operands.len() as u32 - first };
             equations.push(equation);
@@ -206,17 +208,15 @@ fn are_discrete_twins(system: &EquationSystem, v: VarId, w: VarId) -> bool {
     system.roles[v] == Role::Discrete && system.roles[w] == Role::Discrete && kind(v) == kind(w)
 }
 
-/// What happens to each slot when `read` says what it reads now (none: zero); true if any slot goes away.
+/// Lists what happens to each slot when `read` says what it reads now (none: zero); true if any slot goes away.
 fn list_changes(
     operands: &[Operand],
     mut read: impl FnMut(Operand) -> Option<Operand>,
     changes: &mut Vec<Change>,
-    mut resolved: Option<&mut Vec<Operand>>,
+    now: &mut Vec<Operand>,
 ) -> bool {
     const SHORT: usize = 16;
     let zero = Operand::new(Target::Const(ConstId(0)));
-    let mut local = Vec::new();
-    let now: &mut Vec<Operand> = resolved.as_deref_mut().unwrap_or(&mut local);
     now.clear();
     changes.clear();
     let mut positions: FxHashMap<Target, u32> = FxHashMap::default();

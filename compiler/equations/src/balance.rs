@@ -64,7 +64,10 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let eliminated = system.flat.count(Section::Continuous) - rows;
     let code = if rows == columns { Code::Singular } else { Code::Unbalanced };
     let message = match rows == columns {
-        true => format!("the model is structurally singular: {} do not determine as many unknowns", counted(rows + eliminated, "equation")),
+        true => format!(
+            "the model is structurally singular: {} do not determine as many unknowns",
+            counted(rows + eliminated, "equation")
+        ),
         false => format!("{} for {}", counted(rows + eliminated, "equation"), counted(columns + eliminated, "unknown")),
     };
     let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
@@ -104,7 +107,9 @@ pub(crate) fn high_index(system: &EquationSystem, constraints: &Constraints) -> 
     states.dedup();
     let names = list_names(states.iter().map(|&v| system.flat.var_name(v)));
     let message = match states.len() {
-        1 => format!("the state {names} is determined by {} that must be differentiated", constraint_count(constraints)),
+        1 => {
+            format!("the state {names} is determined by {} that must be differentiated", constraint_count(constraints))
+        }
         _ => format!("the states {names} depend on each other through {}", constraint_count(constraints)),
     };
     let diagnostic = mark_equations(Diagnostic::error(Code::HighIndex, message), system, &constraints.equations);

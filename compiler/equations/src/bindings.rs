@@ -159,9 +159,8 @@ impl Binding {
     fn circle(&self, system: &EquationSystem, graph: &Digraph) -> Diagnostic {
         let components = strongly_connected_components(graph);
         let mut ranges = components.starts.windows(2).map(|w| &components.nodes[w[0] as usize..w[1] as usize]);
-        let members = ranges
-            .find(|nodes| nodes.len() > 1 || graph.successors(nodes[0]).contains(&nodes[0]))
-            .unwrap_or_default();
+        let members =
+            ranges.find(|nodes| nodes.len() > 1 || graph.successors(nodes[0]).contains(&nodes[0])).unwrap_or_default();
         let names = list_names(members.iter().map(|&node| system.flat.var_name(self.nodes[node as usize].1)));
         let message = match members.len() {
             1 => format!("{names} depends on itself"),
@@ -173,12 +172,7 @@ impl Binding {
 }
 
 /// Moves continuous equations with a single unknown that depends on nothing but known values.
-fn peel(
-    system: &mut EquationSystem,
-    algebra: &mut Algebra,
-    bindings: &mut Bindings,
-    level: IndexVec<VarId, u32>,
-) {
+fn peel(system: &mut EquationSystem, algebra: &mut Algebra, bindings: &mut Bindings, level: IndexVec<VarId, u32>) {
     let unknowns = simulation_unknowns(system);
     let rows = system.equations_in(Section::Continuous);
     let pattern = pattern(system, algebra, rows, &unknowns);

@@ -7,6 +7,7 @@ use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
+use hyd_symbolic::SlotId;
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::bindings::assignment;
@@ -14,7 +15,7 @@ use crate::explain::{counted, explain_parts, list_names, mark_equations};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::order_by_level;
 use crate::sorted::{Assignment, Check, EqId, Residual};
-use crate::system::{EquationSystem, Resolution, Role};
+use crate::system::{EquationSystem, Role};
 
 /// The discrete assignments, in order.
 pub(crate) fn sort_discrete(
@@ -97,27 +98,66 @@ fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> 
     mark_equations(diagnostic, system, equations)
 }
 
-/// Start attributes.
-pub(crate) fn starts(system: &mut EquationSystem) -> Vec<Assignment> {
+/// Start attributes, and initial equations that only say where a discrete variable starts (`pre(d) = 1`, `d = 1`).
+pub(crate) fn starts(system: &mut EquationSystem, algebra: &mut Algebra, known: &Known) -> Vec<Assignment> {
     let mut starts: Vec<Assignment> = Vec::new();
+    for eq in system.equations_in(Section::Initial) {
+        starts.extend(discrete_start(system, algebra, known, eq));
+    }
+    let given: Vec<Target> = starts.iter().map(|a| a.target).collect();
     for eq in system.equations_in(Section::Start) {
-        starts.extend(assignment(system, eq, 0));
+        starts.extend(assignment(system, eq, 0).filter(|a| !given.contains(&a.target)));
     }
     order_by_level(&mut starts);
     starts
 }
 
+/// The slot of the discrete variable that an initial equation gives a start value, if that is all it does.
+pub(crate) fn discrete_start_slot(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    known: &Known,
+    eq: EqId,
+) -> Option<SlotId> {
+    let equation = system.equations[eq];
+    let facts = algebra.facts(&mut system.flat.templates, equation.template);
+    let operands = system.operands_of(equation.operands);
+    let mut open = facts.slots.iter().filter(|slot| !known.is_known(operands[slot.index()]));
+    match (open.next(), open.next()) {
+        (Some(&slot), None) => match operands[slot.index()].target() {
+            Target::Var(v) | Target::Pre(v) if system.roles[v] == Role::Discrete => Some(slot),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn discrete_start(system: &mut EquationSystem, algebra: &mut Algebra, known: &Known, eq: EqId) -> Option<Assignment> {
+    let slot = discrete_start_slot(system, algebra, known, eq)?;
+    let value = algebra.value(system, eq, slot)?;
+    let operands = system.equations[eq].operands;
+    let target = match system.operands_of(operands)[slot.index()].target() {
+        Target::Var(v) | Target::Pre(v) => Target::Start(v),
+        _ => return None,
+    };
+    Some(Assignment { target, value, operands, equation: eq, level: 0 })
+}
+
 /// The `reinit` statements; those of variables with a fixed value are gone.
-pub(crate) fn reinits(system: &mut EquationSystem) -> Vec<Assignment> {
+pub(crate) fn reinits(system: &mut EquationSystem) -> Result<Vec<Assignment>, Diagnostic> {
     let mut reinits = Vec::new();
     for eq in system.equations_in(Section::Reinit) {
-        reinits.extend(assignment(system, eq, 0));
+        let Some(reinit) = assignment(system, eq, 0) else { continue };
+        match reinit.target {
+            Target::Var(v) if system.roles[v] != Role::State => {
+                let message = format!("`reinit` needs a state, and `{}` has no derivative", system.flat.var_name(v));
+                return Err(mark_equations(Diagnostic::error(Code::Misplaced, message), system, &[eq]));
+            }
+            Target::Var(_) => reinits.push(reinit),
+            _ => {}
+        }
     }
-    reinits.retain(|reinit: &Assignment| match reinit.target {
-        Target::Var(v) => system.resolution[v] == Resolution::Own,
-        _ => false,
-    });
-    reinits
+    Ok(reinits)
 }
 
 /// Assertions and terminations.

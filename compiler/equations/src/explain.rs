@@ -154,7 +154,8 @@ fn part_variables(unknowns: &Unknowns, part: &Part) -> Vec<VarId> {
 
 /// Names of a part's unknowns, each variable once.
 pub(crate) fn part_names(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> String {
-    let names = part.columns.iter().map(|&column| system.flat.operand_name(hyd_flat::Operand::new(unknowns.targets[column])));
+    let names =
+        part.columns.iter().map(|&column| system.flat.operand_name(hyd_flat::Operand::new(unknowns.targets[column])));
     list_names(names)
 }
 

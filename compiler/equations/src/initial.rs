@@ -14,6 +14,7 @@ use hyd_symbolic::{SlotId, Template};
 
 use crate::algebra::Algebra;
 use crate::bindings::Bindings;
+use crate::discrete::discrete_start_slot;
 use crate::explain::{counted, explain_over, explain_under, list_names};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
@@ -32,7 +33,11 @@ pub(crate) fn initial_plan(
     let unknowns = initial_unknowns(system, bindings);
     let mut rows = system.equations_in(Section::Continuous);
     rows.retain(|&eq| !bindings.used[eq]);
-    rows.extend(system.equations_in(Section::Initial));
+    for eq in system.equations_in(Section::Initial) {
+        if discrete_start_slot(system, algebra, &bindings.known, eq).is_none() {
+            rows.push(eq);
+        }
+    }
     rows.extend(&bindings.late_equations);
     let fixed = fixed_variables(system, &unknowns);
     rows.extend(add_start_equations(system, &fixed));
@@ -177,12 +182,7 @@ fn note(system: &EquationSystem, chosen: &[VarId]) -> Option<Diagnostic> {
     (!chosen.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
 }
 
-fn overdetermined(
-    system: &EquationSystem,
-    pattern: &Pattern,
-    unknowns: &Unknowns,
-    matching: &Matching,
-) -> Diagnostic {
+fn overdetermined(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     let surplus = counted(matching.unmatched_rows().count(), "initial condition");
     let message = format!("the start is determined more than once: {surplus} too many");
     // What is left open would be filled with start values; only the surplus is at fault.

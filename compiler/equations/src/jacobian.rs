@@ -168,7 +168,11 @@ impl Places {
 type Forms = Lists<(SlotId, NodeId)>;
 
 /// One form per distinct value, differentiated by the slots that vary in some row of it.
-fn differentiate_forms(system: &mut EquationSystem, places: &Places, rows: &[(NodeId, OperandRange)]) -> (Vec<u32>, Forms) {
+fn differentiate_forms(
+    system: &mut EquationSystem,
+    places: &Places,
+    rows: &[(NodeId, OperandRange)],
+) -> (Vec<u32>, Forms) {
     let mut known: FxHashMap<NodeId, u32> = FxHashMap::default();
     let mut varying: Vec<Vec<bool>> = Vec::new();
     let mut values = Vec::new();

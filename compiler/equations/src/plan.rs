@@ -8,9 +8,7 @@
 
 use hyd_flat::Target;
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_structure::{
-    Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching,
-};
+use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching};
 use hyd_symbolic::SlotId;
 
 use crate::algebra::{Algebra, Known, Solvability};

@@ -16,11 +16,13 @@ use crate::system::{EquationSystem, Resolution, Role};
 /// Longer runs of one template show the first two and the last.
 const LONGEST_RUN: usize = 8;
 
+type Belongs = fn(Section) -> bool;
+
 /// The system as text.
 pub fn print_system(system: &EquationSystem) -> String {
     let mut text = String::new();
     list_variables(system, &mut text);
-    let sections: [(&str, fn(Section) -> bool); 8] = [
+    let sections: [(&str, Belongs); 8] = [
         ("bindings", |s| s == Section::Binding),
         ("starts", |s| s == Section::Start),
         ("equations", |s| s == Section::Continuous),
@@ -106,13 +108,19 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
         names(text, title, &variables, |v| block[*v], name);
     }
     let eliminated: Vec<VarId> = system.roles.indices().filter(|&v| !system.is_own(v)).collect();
-    section(text, "eliminated", &eliminated, |v| block[*v], |&v| match system.resolution[v] {
-        Resolution::Alias { of, negated } => {
-            format!("{} = {}{}", name(&v), if negated { "-" } else { "" }, name(&of))
-        }
-        Resolution::Value(c) => format!("{} = {}", name(&v), system.flat.constants[c]),
-        Resolution::Own => name(&v),
-    });
+    section(
+        text,
+        "eliminated",
+        &eliminated,
+        |v| block[*v],
+        |&v| match system.resolution[v] {
+            Resolution::Alias { of, negated } => {
+                format!("{} = {}{}", name(&v), if negated { "-" } else { "" }, name(&of))
+            }
+            Resolution::Value(c) => format!("{} = {}", name(&v), system.flat.constants[c]),
+            Resolution::Own => name(&v),
+        },
+    );
 }
 
 /// A title and names in lines; the elements of a long array are shortened.

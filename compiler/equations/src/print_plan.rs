@@ -29,10 +29,16 @@ pub fn print_sorted(sorted: &SortedSystem) -> String {
     section(&mut text, "reinit", &sorted.reinits, by_value, line);
     let numbered: Vec<usize> = (0..sorted.relations.len()).collect();
     section(&mut text, "relations", &numbered, |&k| sorted.relations[k].truth, |&k| relation(sorted, k));
-    section(&mut text, "checks", &sorted.checks, |c| c.condition.value, |c| {
-        let kind = if c.terminate { "terminate when" } else { "assert" };
-        format!("{kind} {}", expression(system, c.condition.value, c.condition.operands))
-    });
+    section(
+        &mut text,
+        "checks",
+        &sorted.checks,
+        |c| c.condition.value,
+        |c| {
+            let kind = if c.terminate { "terminate when" } else { "assert" };
+            format!("{kind} {}", expression(system, c.condition.value, c.condition.operands))
+        },
+    );
     text
 }
 
@@ -66,9 +72,13 @@ fn print_blocks(text: &mut String, title: &str, system: &EquationSystem, plan: &
     let unknowns = plan.unknowns.len();
     let _ = writeln!(text, "{title}: {} assignments, {unknowns} unknowns for the solver", plan.assignments.len());
     let numbered: Vec<usize> = (0..plan.blocks.len()).collect();
-    section(text, &format!("{title} blocks"), &numbered, |&k| block_key(plan, k), |&k| {
-        format!("{}: {}", k + 1, block(system, plan, &plan.blocks[k]))
-    });
+    section(
+        text,
+        &format!("{title} blocks"),
+        &numbered,
+        |&k| block_key(plan, k),
+        |&k| format!("{}: {}", k + 1, block(system, plan, &plan.blocks[k])),
+    );
 }
 
 /// Blocks of one equation of the same expression are neighbours of one kind; others stand alone.
@@ -104,24 +114,37 @@ pub fn print_jacobian(system: &EquationSystem, plan: &Plan, jacobian: &PlanJacob
     let mut text = String::new();
     let count = plan.assignments.len();
     let rows: Vec<usize> = (0..jacobian.form_of_row.len()).collect();
-    section(&mut text, "partial derivatives", &rows, |&r| jacobian.form_of_row[r], |&r| {
-        let (name, operands) = match r < count {
-            true => (target_name(system, plan.assignments[r].target), plan.assignments[r].operands),
-            false => (format!("residual {}", r - count + 1), plan.residuals[r - count].operands),
-        };
-        let reads = system.operands_of(operands);
-        let partials = jacobian.partials(r).iter().map(|&(slot, partial)| {
-            let value = print(&system.flat.templates.arena, partial, &|s| system.flat.operand_name(reads[s.index()]));
-            format!("d({name})/d({}) = {value}", system.flat.operand_name(reads[slot.index()]))
-        });
-        let list: Vec<String> = partials.collect();
-        if list.is_empty() { format!("d({name}) = 0") } else { list.join("\n  ") }
-    });
+    section(
+        &mut text,
+        "partial derivatives",
+        &rows,
+        |&r| jacobian.form_of_row[r],
+        |&r| {
+            let (name, operands) = match r < count {
+                true => (target_name(system, plan.assignments[r].target), plan.assignments[r].operands),
+                false => (format!("residual {}", r - count + 1), plan.residuals[r - count].operands),
+            };
+            let reads = system.operands_of(operands);
+            let partials = jacobian.partials(r).iter().map(|&(slot, partial)| {
+                let value =
+                    print(&system.flat.templates.arena, partial, &|s| system.flat.operand_name(reads[s.index()]));
+                format!("d({name})/d({}) = {value}", system.flat.operand_name(reads[slot.index()]))
+            });
+            let list: Vec<String> = partials.collect();
+            if list.is_empty() { format!("d({name}) = 0") } else { list.join("\n  ") }
+        },
+    );
     let unknowns: Vec<usize> = (0..plan.residuals.len()).collect();
-    section(&mut text, "pattern", &unknowns, |&k| jacobian.form_of_row[count + k], |&k| {
-        let names = jacobian.support.row(count + k).iter().map(|&column| column_name(system, plan, column));
-        format!("residual {}: {}", k + 1, names.collect::<Vec<_>>().join(", "))
-    });
+    section(
+        &mut text,
+        "pattern",
+        &unknowns,
+        |&k| jacobian.form_of_row[count + k],
+        |&k| {
+            let names = jacobian.support.row(count + k).iter().map(|&column| column_name(system, plan, column));
+            format!("residual {}: {}", k + 1, names.collect::<Vec<_>>().join(", "))
+        },
+    );
     text
 }
 

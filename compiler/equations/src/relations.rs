@@ -13,6 +13,7 @@ use hyd_symbolic::{
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::algebra::Known;
 use crate::sorted::{EqId, EventRelation, OperandRange, Trigger};
 use crate::system::{EquationSystem, Role};
 
@@ -88,11 +89,8 @@ impl Pass {
             operands.push(Operand::new(Target::Held(index)));
         }
         system.equations[eq].template = template;
-        system.equations[eq].operands = if extracted.is_empty() {
-            equation.operands
-        } else {
-            append(system, &operands)
-        };
+        system.equations[eq].operands =
+            if extracted.is_empty() { equation.operands } else { append(system, &operands) };
     }
 
     /// The index of a relation with the given operands of its equation.
@@ -114,6 +112,18 @@ impl Pass {
                 self.relations.push(EventRelation { truth, root, operands, trigger, equation: eq });
                 next
             }
+        }
+    }
+}
+
+/// Makes time events of relations that were found to read nothing that varies between events.
+pub(crate) fn find_time_events(system: &mut EquationSystem, relations: &mut [EventRelation], known: &Known) {
+    for relation in relations.iter_mut().filter(|r| r.trigger == Trigger::State) {
+        let operands = system.operands_of(relation.operands);
+        if operands.iter().all(|&o| known.is_known(o) || is_fixed_between_events(system, o))
+            && let Some(at) = instant(&mut system.flat.templates, relation.root, relation.operands.len)
+        {
+            relation.trigger = Trigger::Time(at);
         }
     }
 }
@@ -182,9 +192,9 @@ fn take_out(templates: &mut Templates, old: TemplateId, events: &[EventNode], he
     let mut replaced: FxHashMap<NodeId, NodeId> = FxHashMap::default();
     for (event, &held) in events.iter().zip(held) {
         let literal = replace_events(templates, event.node, &replaced, true);
-        let new = if held && !slots(&templates.arena, &[literal]).is_empty()
-            || held && contains_time(&templates.arena, literal)
-        {
+        // Simplification may have left nothing that changes.
+        let varies = !slots(&templates.arena, &[literal]).is_empty() || contains_time(&templates.arena, literal);
+        let new = if held && varies {
             extracted.push(extract(templates, literal));
             arity += 1;
             templates.arena.slot(SlotId(arity - 1))

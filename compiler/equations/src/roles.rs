@@ -5,17 +5,24 @@
 //! keep the order of the text; an entry is a template and a range of operands, so memory is a few words each.  Nothing
 //! is eliminated here.
 
-use hyd_flat::{FlatModel, Operand, Section, Target, VarId, VariableBlock};
+use hyd_flat::{EquationBlock, FlatModel, Operand, Section, Target, VarId, VariableBlock};
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_symbolic::{Node, SlotId};
+use hyd_symbolic::{Node, SlotId, alias};
 use hyd_system::{ValueKind, Variability};
 
 use crate::sorted::{EqId, OperandRange};
 use crate::system::{Equation, EquationSystem, Resolution, Role};
 
 /// The equation system of a flat model, all variables standing for themselves.
-pub fn assign_roles(flat: FlatModel) -> EquationSystem {
+///
+/// The section of an equation says how it was written; here it is corrected by what it determines: an equation of Real
+/// type among discrete variables holds at events, one that only hands a discrete value to a continuous variable at all
+/// times.
+pub fn assign_roles(mut flat: FlatModel) -> EquationSystem {
     let roles = roles(&flat);
+    for block in 0..flat.equations.len() {
+        flat.equations[block].section = effective_section(&flat, &roles, &flat.equations[block]);
+    }
     let mut operands = Vec::with_capacity(flat.equations.iter().map(|b| b.operands.len()).sum());
     let mut equations = IndexVec::new();
     for (number, block) in flat.equations.iter().enumerate() {
@@ -55,6 +62,33 @@ fn declared_role(block: &VariableBlock) -> Role {
         Variability::Discrete => Role::Discrete,
         Variability::Continuous if block.kind != ValueKind::Real => Role::Discrete,
         Variability::Continuous => Role::Algebraic,
+    }
+}
+
+fn effective_section(flat: &FlatModel, roles: &IndexVec<VarId, Role>, block: &EquationBlock) -> Section {
+    let role = |operand: &Operand| match operand.target() {
+        Target::Var(v) => Some(roles[v]),
+        Target::Der(_) => Some(Role::State),
+        _ => None,
+    };
+    let is_continuous = |operand| matches!(role(operand), Some(Role::State | Role::Algebraic));
+    let is_discrete = |operand| role(operand) == Some(Role::Discrete);
+    let arity = flat.templates.get(block.template).arity as usize;
+    if arity == 0 {
+        return block.section;
+    }
+    let mut equations = block.operands.chunks(arity);
+    match block.section {
+        Section::Continuous if equations.all(|o| !o.iter().any(is_continuous) && o.iter().any(is_discrete)) => {
+            Section::Discrete
+        }
+        Section::Discrete
+            if arity == 2 && alias(&flat.templates.arena, &flat.templates.get(block.template)).is_some() =>
+        {
+            let hands_on = equations.all(|o| o.iter().any(is_continuous) && o.iter().any(is_discrete));
+            if hands_on { Section::Continuous } else { Section::Discrete }
+        }
+        section => section,
     }
 }
 

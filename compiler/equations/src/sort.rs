@@ -16,7 +16,7 @@ use crate::explain::explain_parts;
 use crate::incidence::Unknowns;
 use crate::initial::initial_plan;
 use crate::plan::{Kind, Mismatch, Request, build_plan};
-use crate::relations::extract_relations;
+use crate::relations::{extract_relations, find_time_events};
 use crate::representative::block_of_variable;
 use crate::sorted::{Plan, SortedSystem};
 use crate::system::{EquationSystem, Role};
@@ -35,14 +35,15 @@ pub fn sort_system(system: EquationSystem) -> Outcome<Option<SortedSystem>> {
 }
 
 fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Box<Diagnostic>> {
-    let (mut system, relations) = extract_relations(system);
+    let (mut system, mut relations) = extract_relations(system);
     let mut algebra = Algebra::default();
     let bindings = sort_bindings(&mut system, &mut algebra)?;
+    find_time_events(&mut system, &mut relations, &bindings.known);
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings)?;
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
+    let starts = starts(&mut system, &mut algebra, &bindings.known);
     let initial = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
-    let starts = starts(&mut system);
-    let reinits = reinits(&mut system);
+    let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
     let sorted = SortedSystem { system, bindings, starts, simulation, initial, discrete, reinits, checks, relations };

@@ -20,6 +20,11 @@ pub fn verify(sorted: &SortedSystem) -> Result<(), String> {
         }
         determined.insert(binding.target);
     }
+    for start in &sorted.starts {
+        if sorted.system.section(start.equation) == Section::Initial {
+            used[start.equation] += 1;
+        }
+    }
     let reads = Reads::new(sorted);
     reads.ordered("bindings", &sorted.bindings)?;
     reads.ordered("discrete", &sorted.discrete)?;
@@ -111,7 +116,7 @@ fn check_coverage(
     for (eq, &count) in used.iter_enumerated() {
         let expected = match sorted.system.section(eq) {
             Section::Continuous => Some(1),
-            Section::Initial => Some(u8::from(name == "initial")),
+            Section::Initial if name == "initial" => Some(1),
             _ => None,
         };
         if expected.is_some_and(|expected| expected != count) {

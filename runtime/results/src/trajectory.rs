@@ -7,10 +7,10 @@
 use std::io;
 use std::sync::Arc;
 
-use hyd_system::{Source, Tables};
+use hyd_system::{Source, Tables, VariableInfo};
 
 use crate::column::source_value;
-use crate::{RowKind, Side, Sink, interpolate};
+use crate::{RowKind, Side, Sink, Table, columns, interpolate};
 
 /// All rows of one run.
 #[derive(Clone, Debug, Default)]
@@ -73,6 +73,16 @@ impl Trajectory {
     /// The values behind a source of the tables.
     pub fn series_of(&self, source: Source) -> Series<'_> {
         Series { trajectory: self, source }
+    }
+
+    /// The elements that `keep` accepts as a table of columns.
+    pub fn table(&self, keep: impl FnMut(&VariableInfo, &str) -> bool) -> Table {
+        let columns = columns(&self.tables, keep);
+        Table {
+            times: self.times.clone(),
+            columns: columns.iter().map(|column| self.series_of(column.source).values()).collect(),
+            names: columns.into_iter().map(|column| column.name).collect(),
+        }
     }
 
     /// The last value of a variable, if there is one.

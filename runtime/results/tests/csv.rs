@@ -95,6 +95,7 @@ fn trajectory_finds_outputs_aliases_parameters_and_constants() {
     assert_eq!(run.series("a[1].b[1,1]").unwrap().value(0.5, Side::Before), 1e-7);
     assert_eq!((run.last("p"), run.last("c")), (Some(7.0), Some(2.5)));
     assert!(run.series("a[2].b[1,1]").is_none());
+    assert_eq!(run.table(is_variable), Table::parse(TEXT.as_bytes()).unwrap());
 }
 
 proptest::proptest! {

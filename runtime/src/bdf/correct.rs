@@ -32,7 +32,15 @@ pub(super) enum Correction {
     Converged,
     Diverged,
     NotFinite,
-    Singular { row: usize, column: usize },
+    /// The derivative of equation `row` with respect to unknown `column` is not finite.
+    SlopeNotFinite {
+        row: usize,
+        column: usize,
+    },
+    Singular {
+        row: usize,
+        column: usize,
+    },
 }
 
 /// Where the step leads: time, leading coefficient and the predicted values.
@@ -133,7 +141,7 @@ impl Corrector {
         self.have_matrix = false;
         self.solver.factor(&mut self.values).map_err(|error| match error {
             FactorError::Singular { row, column } => Correction::Singular { row, column },
-            FactorError::NotFinite { .. } => Correction::NotFinite,
+            FactorError::NotFinite { row, column } => Correction::SlopeNotFinite { row, column },
         })?;
         self.have_matrix = true;
         self.factored_leading = at.leading;

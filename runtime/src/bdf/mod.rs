@@ -182,13 +182,13 @@ impl Bdf {
             self.history.resize(0.25);
             if other_failures >= MOST_FAILURES || self.history.h <= self.smallest_step(start) {
                 let fault = match outcome {
-                    Correction::NotFinite => StepFault::NotFinite,
+                    Correction::NotFinite | Correction::SlopeNotFinite { .. } => StepFault::NotFinite,
                     Correction::Singular { .. } => StepFault::Singular,
                     _ => StepFault::Convergence,
                 };
                 let failure = self.failure(fault, (target, h, order), weights);
                 return Err(match outcome {
-                    Correction::Singular { row, column } => {
+                    Correction::Singular { row, column } | Correction::SlopeNotFinite { row, column } => {
                         StepFailure { row: Some(row), unknown: Some(column), ..failure }
                     }
                     _ => failure,
@@ -234,7 +234,11 @@ impl Bdf {
             h,
             order,
             row: if last_iteration { self.corrector.worst_row() } else { None },
-            unknown: self.corrector.worst_unknown(weights, last_iteration),
+            unknown: match fault {
+                // Corrections that are not finite say nothing about their origin.
+                StepFault::NotFinite => None,
+                _ => self.corrector.worst_unknown(weights, last_iteration),
+            },
         }
     }
 

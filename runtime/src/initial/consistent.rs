@@ -17,6 +17,8 @@ use crate::weights::{Weights, largest};
 const TOLERANCE: f64 = 1e-10;
 /// Accepted error of a refinement, as a part of the integration tolerance.
 const REFINED: f64 = 0.01;
+/// A refinement that converges slower than this needs a new matrix.
+const SLOWEST: f64 = 0.9;
 /// Most iterations of a refinement with one matrix.
 const MOST_REFINEMENTS: usize = 3;
 
@@ -206,7 +208,7 @@ impl Consistency {
             }
             let size = (sum / self.residual.len().max(1) as f64).sqrt();
             let rate = if iteration == 0 { 0.5 } else { size / last };
-            if !(rate < 0.9) || !size.is_finite() {
+            if rate >= SLOWEST || !rate.is_finite() || !size.is_finite() {
                 return false;
             }
             if size * rate / (1.0 - rate) <= REFINED {
@@ -219,10 +221,10 @@ impl Consistency {
 
     fn blame(&self, cause: NewtonFailure) -> Inconsistent {
         match cause {
-            NewtonFailure::Singular { row, column } => Inconsistent { cause, row: Some(row), unknown: Some(column) },
-            NewtonFailure::NotFinite => {
-                Inconsistent { cause, row: self.newton.residual.iter().position(|v| !v.is_finite()), unknown: None }
+            NewtonFailure::Singular { row, column } | NewtonFailure::SlopeNotFinite { row, column } => {
+                Inconsistent { cause, row: Some(row), unknown: Some(column) }
             }
+            NewtonFailure::NotFinite => Inconsistent { cause, row: self.newton.not_finite_row(), unknown: None },
             NewtonFailure::NoConvergence { .. } => {
                 let row = |k: usize| self.newton.residual[k] * self.core.solver.row_scale(k);
                 let size = |k: usize| self.newton.correction[k] / self.newton.nominals[k].max(self.newton.x[k].abs());

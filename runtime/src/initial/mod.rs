@@ -130,15 +130,17 @@ impl InitialSystem {
         let result = self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE);
         result.map_err(|cause| {
             let (row, unknown) = self.blame(cause);
-            SolveError::initial(t, cause, (row, unknown), &self.newton.x, problem)
+            SolveError::initial(t, cause, (row, unknown), self.newton.attempt(), problem)
         })
     }
 
     fn blame(&self, cause: NewtonFailure) -> (Option<usize>, Option<usize>) {
         let n = self.newton.x.len();
         match cause {
-            NewtonFailure::Singular { row, column } => (Some(row), Some(column)),
-            NewtonFailure::NotFinite => (self.newton.residual.iter().position(|v| !v.is_finite()), None),
+            NewtonFailure::Singular { row, column } | NewtonFailure::SlopeNotFinite { row, column } => {
+                (Some(row), Some(column))
+            }
+            NewtonFailure::NotFinite => (self.newton.not_finite_row(), None),
             NewtonFailure::NoConvergence { .. } => {
                 let row = |k: usize| self.newton.residual[k] * self.core.solver.row_scale(k);
                 let size = |k: usize| self.newton.correction[k] / self.newton.nominals[k].max(self.newton.x[k].abs());

@@ -128,7 +128,7 @@ impl Sparse {
             }
             // A column without candidates has nothing to compare with: its pivot must not vanish against the scaled matrix.
             let floor = (PIVOT_DRIFT * largest).max(PIVOT_FLOOR);
-            if !(pivot.abs() > floor) || !largest.is_finite() {
+            if pivot.abs() <= floor || !pivot.is_finite() || !largest.is_finite() {
                 x.fill(0.0);
                 return false;
             }
@@ -162,7 +162,7 @@ impl Sparse {
             let mut entries = upper.row_idx_of_col_raw(c).iter().zip(upper.val_of_col(c));
             let pivot = entries.find(|&(&r, _)| r as usize == c).map_or(0.0, |(_, &v)| v);
             let column_max = pattern.column(self.columns[c] as usize).fold(0.0f64, |m, e| m.max(values[e].abs()));
-            if !(pivot.abs() > PIVOT_FLOOR * column_max) {
+            if pivot.abs() <= PIVOT_FLOOR * column_max || !pivot.is_finite() {
                 return Err(self.name(pattern, c, Some(self.rows[c] as usize)));
             }
             self.diagonal[c] = pivot;

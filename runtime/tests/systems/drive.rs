@@ -64,8 +64,8 @@ impl Sub for Dual {
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, other: Dual) -> Dual {
-        let slope = std::array::from_fn(|k| self.slope[k] * other.value + self.value * other.slope[k]);
-        Dual { value: self.value * other.value, slope }
+        let (left, right) = (self.chain(0.0, other.value), other.chain(0.0, self.value));
+        Dual { value: self.value * other.value, ..left + right }
     }
 }
 

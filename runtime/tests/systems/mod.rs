@@ -128,7 +128,6 @@ fn tables<M: Model>(model: &M) -> Tables {
         roots: model.relations().iter().enumerate().map(root).collect(),
         initial_unknowns: names.iter().take(model.guess().len()).map(|name| name.as_str().into()).collect(),
         initial_rows: (0..model.guess().len() as u32).collect(),
-        ..Tables::default()
     }
 }
 

@@ -146,3 +146,41 @@ fn conditions_are_kept_and_terminations_make_events() {
     assert_eq!(sorted.checks.iter().map(|c| (c.message, c.terminate)).collect::<Vec<_>>(), [(0, false), (1, true)]);
     assert_eq!(sorted.relations.len(), 1, "only the termination makes events");
 }
+
+#[test]
+fn sections_follow_what_an_equation_determines() {
+    // A discrete Real determined outside `when`, and a continuous variable that takes over a discrete one.
+    let model = Model::new(&["real x", "discrete d", "discrete e", "real y"], &["der(x) = d + y", "e = 2*d"])
+        .with(Section::Discrete, &["d = if x > 1 then 1 else pre(d)", "e = y"]);
+    let sorted = sorted(&model);
+    assert_eq!(sorted.discrete.len(), 2, "{sorted}");
+    assert!(sorted.simulation.assignments.iter().any(|a| a.target == Target::Var(model.var("y"))), "{sorted}");
+}
+
+#[test]
+fn initial_equations_of_discrete_variables_are_starts() {
+    let model = Model::new(&["param p = 3", "fixed x = 1", "discrete d = 9", "discrete e"], &["der(x) = d + e"])
+        .with(Section::Discrete, &["d = if x > 2 then 1 else pre(d)", "e = if x > 3 then 1 else pre(e)"])
+        .with(Section::Initial, &["pre(d) = 2*p", "e = p + 1"]);
+    let sorted = sorted(&model);
+    let run = Run::new(&sorted);
+    assert_eq!(run.values[&Target::Start(model.var("d"))], 6.0);
+    assert_eq!(run.values[&Target::Start(model.var("e"))], 4.0);
+    assert!(sorted.initial.unknowns.is_empty());
+}
+
+#[test]
+fn reinit_needs_a_state() {
+    let mut model = Model::new(&["real x", "real y"], &["der(x) = y", "y = sin(time)"]);
+    model.equation(Section::Reinit, "y = if x > 1 then 0 else y");
+    assert_eq!(sort(model.flat).diagnostics.last().expect("an error").code, Code::Misplaced);
+}
+
+#[test]
+fn variables_known_before_the_run_make_time_events_too() {
+    let model = Model::new(
+        &["param p = 3", "real until", "real x"],
+        &["until = 2*p", "der(x) = if time < until then 1 else 0"],
+    );
+    assert_eq!(instants(&sorted(&model)), [Some(6.0)]);
+}

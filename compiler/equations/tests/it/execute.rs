@@ -7,7 +7,9 @@
 
 use std::collections::HashMap;
 
-use hyd_equations::{Assignment, EquationSystem, OperandRange, Plan, PlanJacobian, PlanPlace, Places, Resolution, SortedSystem};
+use hyd_equations::{
+    Assignment, EquationSystem, OperandRange, Places, Plan, PlanJacobian, PlanPlace, Resolution, SortedSystem,
+};
 use hyd_flat::{FlatModel, Operand, Section, Target, VarId};
 use hyd_symbolic::{NodeId, eval};
 
@@ -166,9 +168,8 @@ fn gauss(mut m: Vec<Vec<f64>>) -> Option<Vec<f64>> {
         for r in 0..n {
             if r != k {
                 let factor = m[r][k] / m[k][k];
-                for c in k..=n {
-                    m[r][c] -= factor * m[k][c];
-                }
+                let pivot = m[k].clone();
+                m[r].iter_mut().zip(pivot).skip(k).for_each(|(entry, pivot)| *entry -= factor * pivot);
             }
         }
     }

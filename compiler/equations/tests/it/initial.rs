@@ -24,10 +24,7 @@ fn check_initial<'a>(model: &Model, sorted: &'a SortedSystem, seed: u64) -> Run<
 
 #[test]
 fn an_explicit_system_with_fixed_states_needs_no_solver() {
-    let model = Model::new(
-        &["fixed x = 1.5", "fixed v = -1", "real f"],
-        &["der(x) = v", "2*der(v) = f", "f = -x*x"],
-    );
+    let model = Model::new(&["fixed x = 1.5", "fixed v = -1", "real f"], &["der(x) = v", "2*der(v) = f", "f = -x*x"]);
     let sorted = sorted(&model);
     assert!(sorted.initial.unknowns.is_empty(), "{sorted}");
     let run = check_initial(&model, &sorted, 1);

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use hyd_equations::{LONGEST_CHAIN, LARGE, WIDEST_SUPPORT, differentiate, sort};
+use hyd_equations::{LARGE, LONGEST_CHAIN, WIDEST_SUPPORT, differentiate, sort};
 use hyd_flat::{EquationBlock, Operand, Section, Target, VarId};
 use hyd_symbolic::{SlotId, Template};
 

@@ -12,3 +12,4 @@ mod initial;
 mod large;
 mod plans;
 mod prints;
+mod random;

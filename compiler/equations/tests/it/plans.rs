@@ -74,15 +74,48 @@ fn check(model: &Model) -> SortedSystem {
 pub fn rc_circuit() -> Model {
     Model::new(
         &[
-            "param R = 2", "param C = 0.5", "real s.p.v", "real s.p.i", "real s.n.v", "real s.n.i", "real s.v", "real r.p.v",
-            "real r.p.i", "real r.n.v", "real r.n.i", "real r.v", "real r.i", "real c.p.v", "real c.p.i", "real c.n.v",
-            "real c.n.i", "fixed c.v = 1", "real c.i", "real g.p.v", "real g.p.i",
+            "param R = 2",
+            "param C = 0.5",
+            "real s.p.v",
+            "real s.p.i",
+            "real s.n.v",
+            "real s.n.i",
+            "real s.v",
+            "real r.p.v",
+            "real r.p.i",
+            "real r.n.v",
+            "real r.n.i",
+            "real r.v",
+            "real r.i",
+            "real c.p.v",
+            "real c.p.i",
+            "real c.n.v",
+            "real c.n.i",
+            "fixed c.v = 1",
+            "real c.i",
+            "real g.p.v",
+            "real g.p.i",
         ],
         &[
-            "s.v = s.p.v - s.n.v", "0 = s.p.i + s.n.i", "s.v = sin(time)", "r.v = r.p.v - r.n.v", "0 = r.p.i + r.n.i",
-            "r.i = r.p.i", "r.v = R*r.i", "c.v = c.p.v - c.n.v", "0 = c.p.i + c.n.i", "c.i = c.p.i", "C*der(c.v) = c.i",
-            "g.p.v = 0", "s.p.v = r.p.v", "s.p.i + r.p.i = 0", "r.n.v = c.p.v", "r.n.i + c.p.i = 0", "c.n.v = g.p.v",
-            "s.n.v = g.p.v", "c.n.i + g.p.i + s.n.i = 0",
+            "s.v = s.p.v - s.n.v",
+            "0 = s.p.i + s.n.i",
+            "s.v = sin(time)",
+            "r.v = r.p.v - r.n.v",
+            "0 = r.p.i + r.n.i",
+            "r.i = r.p.i",
+            "r.v = R*r.i",
+            "c.v = c.p.v - c.n.v",
+            "0 = c.p.i + c.n.i",
+            "c.i = c.p.i",
+            "C*der(c.v) = c.i",
+            "g.p.v = 0",
+            "s.p.v = r.p.v",
+            "s.p.i + r.p.i = 0",
+            "r.n.v = c.p.v",
+            "r.n.i + c.p.i = 0",
+            "c.n.v = g.p.v",
+            "s.n.v = g.p.v",
+            "c.n.i + g.p.i + s.n.i = 0",
         ],
     )
 }
@@ -103,10 +136,7 @@ fn rc_circuit_shrinks_to_one_state() {
 
 #[test]
 fn derivatives_of_aliases_follow_with_the_sign() {
-    let model = Model::new(
-        &["real x", "fixed y = 3", "real u"],
-        &["y = -x", "der(x) = u", "u = 2*der(y) + y*time"],
-    );
+    let model = Model::new(&["real x", "fixed y = 3", "real u"], &["y = -x", "der(x) = u", "u = 2*der(y) + y*time"]);
     let sorted = check(&model);
     let (x, y) = (model.var("x"), model.var("y"));
     assert_eq!(sorted.system.resolution[x], Resolution::Alias { of: y, negated: true });
@@ -145,9 +175,7 @@ fn a_nonlinear_loop_is_torn_to_one_unknown() {
     // Two orifices in series: four algebraic variables in one loop.
     let model = Model::new(
         &["param ps = 9", "real p = 4", "real q1", "real q2", "real d1", "real d2", "real x"],
-        &[
-            "d1 = ps - p", "d2 = p - x", "q1 = 2*d1*abs(d1)", "q2 = 3*d2*abs(d2)", "q1 = q2", "der(x) = q2 - x",
-        ],
+        &["d1 = ps - p", "d2 = p - x", "q1 = 2*d1*abs(d1)", "q2 = 3*d2*abs(d2)", "q1 = q2", "der(x) = q2 - x"],
     );
     let sorted = check(&model);
     let unknowns: Vec<_> = sorted.simulation.unknowns.iter().map(|u| (u.target, u.differential)).collect();
@@ -159,9 +187,7 @@ fn a_nonlinear_loop_is_torn_to_one_unknown() {
 fn linear_loops_and_implicit_equations() {
     let model = Model::new(
         &["param a = 2", "real x", "real y", "real z", "real w", "real v = 1"],
-        &[
-            "a*x + y = time", "x - a*y = z", "der(z) = -x - w", "w + sin(w) = z", "z*der(v) + x*der(v)^3 = exp(v)",
-        ],
+        &["a*x + y = time", "x - a*y = z", "der(z) = -x - w", "w + sin(w) = z", "z*der(v) + x*der(v)^3 = exp(v)"],
     );
     let sorted = check(&model);
     assert_eq!(sorted.simulation.unknowns.iter().filter(|u| u.differential).count(), 2);
