@@ -33,8 +33,7 @@ fn collect(root: &Path, folder: &Path, files: &mut Vec<(String, PathBuf)>) -> io
             collect(root, &path, files)?;
         } else if path.extension().is_some_and(|extension| extension == "hyd") {
             let inner = path.strip_prefix(root).unwrap_or(&path);
-            let parts: Vec<_> =
-                inner.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+            let parts: Vec<_> = inner.components().map(|part| part.as_os_str().to_string_lossy()).collect();
             files.push((parts.join("/"), path.clone()));
         }
     }

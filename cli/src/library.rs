@@ -48,9 +48,8 @@ impl LibraryPath {
     pub fn add_main_file(&mut self, file: &Path, text: &str) {
         let Head { within, package } = head(text);
         let mut prefix = within;
-        let is_package_file = EXTENSIONS
-            .iter()
-            .any(|extension| file_name(file).eq_ignore_ascii_case(&format!("package.{extension}")));
+        let is_package_file =
+            EXTENSIONS.iter().any(|extension| file_name(file).eq_ignore_ascii_case(&format!("package.{extension}")));
         if is_package_file {
             prefix.extend(package);
         }
@@ -142,7 +141,8 @@ impl LibraryPath {
 
 impl Sources for LibraryPath {
     fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
-        let mut fitting: Vec<Root> = self.roots.iter().filter(|root| starts_with(path, &root.prefix)).cloned().collect();
+        let mut fitting: Vec<Root> =
+            self.roots.iter().filter(|root| starts_with(path, &root.prefix)).cloned().collect();
         // The package of the main file first, its inner folders before the outer; folders of libraries in their order.
         fitting.sort_by_key(|root| Reverse(root.prefix.len()));
         for root in fitting {

@@ -57,11 +57,7 @@ fn refuse(block: &VariableBlock, elements: Elements, name: &str, value: &str) ->
 }
 
 /// Sets the run-time parameters of a system.  All have passed [`refuse_unknown`].
-pub(crate) fn apply(
-    system: &mut dyn DaeSystem,
-    set: &[(String, String)],
-    used: &[String],
-) -> Result<(), String> {
+pub(crate) fn apply(system: &mut dyn DaeSystem, set: &[(String, String)], used: &[String]) -> Result<(), String> {
     let tables = system.tables().clone();
     for (name, text) in set.iter().filter(|(name, _)| !used.contains(name)) {
         let found = tables.variables.iter().find_map(|info| Some((info, elements(&info.name, name)?)));

@@ -100,8 +100,7 @@ fn curves(
         let unit = units.get(name).map_or(stated, String::as_str);
         for (run, table) in tables.iter().enumerate() {
             if let Some(values) = table.column(column) {
-                let curve =
-                    Curve { name: name.to_string(), run, times: times[run].clone(), values: values.to_vec() };
+                let curve = Curve { name: name.to_string(), run, times: times[run].clone(), values: values.to_vec() };
                 curves.push((unit.to_string(), curve));
             }
         }

@@ -4,7 +4,7 @@
 //! pictures and summaries a few variables of the top level.
 
 use hyd_results::{Column, columns, is_variable};
-use hyd_system::{Tables, ValueKind, VariableInfo, Variability};
+use hyd_system::{Tables, ValueKind, Variability, VariableInfo};
 use regex::Regex;
 
 use crate::Failure;
@@ -50,7 +50,8 @@ impl Selection {
         if self.is_explicit() {
             return shown_columns(tables, |variable, name| self.keeps(variable, name));
         }
-        let mut few = shown_columns(tables, |variable, name| is_top_level(variable, name) && stands_for(variable, name));
+        let mut few =
+            shown_columns(tables, |variable, name| is_top_level(variable, name) && stands_for(variable, name));
         if few.is_empty() {
             few = shown_columns(tables, |variable, name| is_public(variable) && stands_for(variable, name));
         }

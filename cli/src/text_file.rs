@@ -54,11 +54,9 @@ impl fmt::Display for TextError {
             TextError::TooLarge { path, limit } => {
                 write!(f, "`{}` is larger than {} MB", path.display(), limit >> 20)
             }
-            TextError::NotUtf8 { path, offset, line, byte } => write!(
-                f,
-                "`{}` is not UTF-8 text: byte {offset} (line {line}) is 0x{byte:02X}",
-                path.display()
-            ),
+            TextError::NotUtf8 { path, offset, line, byte } => {
+                write!(f, "`{}` is not UTF-8 text: byte {offset} (line {line}) is 0x{byte:02X}", path.display())
+            }
         }
     }
 }
@@ -111,10 +109,7 @@ mod tests {
     fn bytes_that_are_no_text_are_named() {
         let decoded = |bytes: &[u8]| decode(Path::new("a.hyd"), bytes.to_vec()).map_err(|e| e.to_string());
         assert_eq!(decoded(b"\xEF\xBB\xBFmodel"), Ok("model".to_string()));
-        assert_eq!(
-            decoded(b"model\nA \xFF"),
-            Err("`a.hyd` is not UTF-8 text: byte 8 (line 2) is 0xFF".to_string())
-        );
+        assert_eq!(decoded(b"model\nA \xFF"), Err("`a.hyd` is not UTF-8 text: byte 8 (line 2) is 0xFF".to_string()));
     }
 
     #[test]

@@ -22,12 +22,8 @@ pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compil
     };
     let text = read_text(&arguments.file).map_err(|error| refused(error.to_string()))?;
     let mut sources = library_path(&arguments.libraries, &arguments.file, &text).map_err(refused)?;
-    let options = Options {
-        model: arguments.model.clone(),
-        set: arguments.set.clone(),
-        goal,
-        clock: clock::cpu_seconds,
-    };
+    let options =
+        Options { model: arguments.model.clone(), set: arguments.set.clone(), goal, clock: clock::cpu_seconds };
     let name = arguments.file.display().to_string();
     let mut compilation = compile(&mut sources, &name, &text, &options);
     if let (Some(flat), false) = (&compilation.flat, compilation.has_errors()) {

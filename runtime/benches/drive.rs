@@ -11,6 +11,7 @@ use hyd_results::{Discard, Trajectory};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::DaeSystem;
 use systems::drive::Drive;
+use systems::smooth::Line;
 use systems::stiff::{Hires, VanDerPol};
 use systems::{Hand, Model};
 
@@ -18,7 +19,7 @@ fn time(name: &str, model: impl Model, options: &Options) {
     let mut system = Hand::new(model);
     let mut simulator = Simulator::new(system.structure());
     let mut best = f64::INFINITY;
-    for _ in 0..20 {
+    for _ in 0..10 {
         let start = Instant::now();
         simulator.run(&mut system, options, &mut Discard, &|| false).expect("the bench problems have solutions");
         best = best.min(start.elapsed().as_secs_f64());
@@ -56,4 +57,8 @@ fn main() {
     time("Van der Pol", VanDerPol, &options);
     let options = Options { intervals: 1, max_step: Some(400.0), ..Options::new(0.0, 321.8122) };
     time("HIRES", Hires, &options);
+    for max_order in [5, 2] {
+        let options = Options { intervals: 10, max_order, ..Options::new(0.0, 20.0).with_tolerance(1e-5) };
+        time(&format!("line, order {max_order}"), Line { cells: 200, friction: 1.0, tau: 0.5 }, &options);
+    }
 }

@@ -1,7 +1,7 @@
 //! The integrator: from a system `F(t, y, y') = 0` with events to rows of results.
 //!
-//! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: [`initial`]
-//! finds consistent values, [`bdf`] steps, [`events`] finds and settles events, [`output`] writes rows, [`linear`] factors
+//! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: `initial`
+//! finds consistent values, `bdf` steps, `events` finds and settles events, `output` writes rows, `linear` factors
 //! matrices.  Every outcome comes with [`Statistics`]; every failure is a [`SolveError`] that says when, where
 //! and in which variable.  The crate knows no compiler and no file format.
 //!

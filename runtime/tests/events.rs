@@ -6,6 +6,7 @@ mod systems;
 use hyd_results::{RowKind, Side, Trajectory};
 use hyd_runtime::{Options, Simulator, Summary, simulate};
 use hyd_system::DaeSystem;
+use systems::drive::Drive;
 use systems::hybrid::{AlgebraicSwitch, Ball, Clock, SwitchedRc};
 use systems::{Hand, Model};
 
@@ -120,4 +121,21 @@ fn a_system_without_unknowns_still_has_events() {
         expected.push((k + 0.5, k));
     }
     assert_eq!(rows, expected);
+}
+
+#[test]
+fn a_valve_drive_converges_with_the_tolerance() {
+    let at = |tolerance| run(Drive::new(1e-3, 12e-3), &Options::new(0.0, 0.03).with_tolerance(tolerance));
+    let (fine, _) = at(1e-11);
+    for (tolerance, steps) in [(1e-6, 2500), (1e-8, 6000)] {
+        let (coarse, summary) = at(tolerance);
+        assert_eq!((summary.statistics.time_events, coarse.len()), (2, fine.len()));
+        assert!(summary.statistics.steps < steps && summary.statistics.convergence_failures < 20);
+        for (name, nominal) in [("u_C", 10.0), ("lambda", 0.05), ("x", 1e-4), ("p", 1e7), ("y", 1e-2)] {
+            let (a, b) = (coarse.series(name).unwrap(), fine.series(name).unwrap());
+            let worst = (0..fine.len()).map(|k| (a.at(k) - b.at(k)).abs()).fold(0.0, f64::max);
+            // The contacts magnify what has gathered on the way to them by some two decades.
+            assert!(worst < 2e3 * tolerance * nominal, "{name} at {tolerance:e}: {worst:e}");
+        }
+    }
 }

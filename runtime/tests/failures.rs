@@ -28,10 +28,7 @@ fn blow_up_collapses_the_step() {
     let error = fails(scalar(1.0, |x| x * x, |x| 2.0 * x), 2.0);
     let time = error.time().unwrap();
     assert!((time - 1.0).abs() < 1e-3, "{time}");
-    let (SolveError::StepTooSmall(report) | SolveError::NoConvergence(report) | SolveError::NotFinite(report)) = &error
-    else {
-        panic!("{error}")
-    };
+    let SolveError::StepTooSmall(report) = &error else { panic!("{error}") };
     assert!(report.place.values[0].1 > 1e3);
     assert_eq!(report.place.values[0].0, "x");
 }

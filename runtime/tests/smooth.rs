@@ -5,7 +5,7 @@ mod systems;
 
 use hyd_results::Trajectory;
 use hyd_runtime::{Options, Statistics, simulate};
-use systems::smooth::{Decay, Heat, LinearDae, Oscillator};
+use systems::smooth::{Decay, Heat, Line, LinearDae, Oscillator};
 use systems::{Hand, Model};
 
 fn run(model: impl Model, options: &Options) -> (Trajectory, Statistics) {
@@ -91,6 +91,21 @@ fn heat_conduction_in_two_thousand_points() {
     println!("{statistics}");
     assert!(deviation(&run, "T1000", |t| middle * (-rate * t).exp()) < 5e-5);
     assert!(statistics.steps < 300 && statistics.factorisations < 100);
+}
+
+#[test]
+fn a_pressure_line_comes_to_rest() {
+    // The slowest wave of a closed line decays with half the friction: exp(-12) is left of it at t = 24.
+    let line = || Line { cells: 50, friction: 1.0, tau: 0.2 };
+    for max_order in [5, 2] {
+        let options = Options { intervals: 1, max_order, ..Options::new(0.0, 24.0).with_tolerance(1e-6) };
+        let (run, statistics) = run(line(), &options);
+        println!("{statistics}");
+        for k in [1, 25, 50] {
+            let p = run.last(&format!("p{k}")).unwrap();
+            assert!((p - 1.0).abs() < 5e-5, "p{k} = {p}");
+        }
+    }
 }
 
 #[test]

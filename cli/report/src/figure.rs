@@ -50,24 +50,15 @@ impl Figure {
     pub fn by_unit(runs: Vec<String>, curves: impl IntoIterator<Item = (String, Curve)>) -> Self {
         let mut panels: Vec<Panel> = Vec::new();
         for (unit, curve) in curves {
-            let home = panels.iter_mut().find(|panel| {
-                panel.unit == unit && (!unit.is_empty() || panel.curves[0].name == curve.name)
-            });
+            let home = panels
+                .iter_mut()
+                .find(|panel| panel.unit == unit && (!unit.is_empty() || panel.curves[0].name == curve.name));
             match home {
                 Some(panel) => panel.curves.push(curve),
-                None => panels.push(Panel {
-                    unit,
-                    curves: vec![curve],
-                }),
+                None => panels.push(Panel { unit, curves: vec![curve] }),
             }
         }
-        Self {
-            title: None,
-            runs,
-            panels,
-            width: Self::PAGE_WIDTH,
-            panel_height: None,
-        }
+        Self { title: None, runs, panels, width: Self::PAGE_WIDTH, panel_height: None }
     }
 
     /// Lays the picture out.
@@ -95,35 +86,12 @@ mod tests {
 
     #[test]
     fn panels_are_units_and_unknown_units_stay_apart() {
-        let curve = |name: &str, run| Curve {
-            name: name.into(),
-            run,
-            times: Arc::new([]),
-            values: Vec::new(),
-        };
-        let curves = [
-            ("Pa", "p", 0),
-            ("", "a", 0),
-            ("m", "x", 0),
-            ("", "b", 0),
-            ("Pa", "p_0", 0),
-            ("", "a", 1),
-        ];
-        let figure = Figure::by_unit(
-            Vec::new(),
-            curves.map(|(unit, name, run)| (unit.to_string(), curve(name, run))),
-        );
-        let seen: Vec<(&str, Vec<&str>, usize)> = figure
-            .panels
-            .iter()
-            .map(|p| (p.unit.as_str(), p.names(), p.curves.len()))
-            .collect();
-        let expected = [
-            ("Pa", vec!["p", "p_0"], 2),
-            ("", vec!["a"], 2),
-            ("m", vec!["x"], 1),
-            ("", vec!["b"], 1),
-        ];
+        let curve = |name: &str, run| Curve { name: name.into(), run, times: Arc::new([]), values: Vec::new() };
+        let curves = [("Pa", "p", 0), ("", "a", 0), ("m", "x", 0), ("", "b", 0), ("Pa", "p_0", 0), ("", "a", 1)];
+        let figure = Figure::by_unit(Vec::new(), curves.map(|(unit, name, run)| (unit.to_string(), curve(name, run))));
+        let seen: Vec<(&str, Vec<&str>, usize)> =
+            figure.panels.iter().map(|p| (p.unit.as_str(), p.names(), p.curves.len())).collect();
+        let expected = [("Pa", vec!["p", "p_0"], 2), ("", vec!["a"], 2), ("m", vec!["x"], 1), ("", vec!["b"], 1)];
         assert_eq!(seen, expected);
     }
 }

@@ -9,9 +9,7 @@ use ttf_parser::{Face, GlyphId};
 /// The font, parsed once.
 pub(crate) fn face() -> &'static Face<'static> {
     static FACE: OnceLock<Face<'static>> = OnceLock::new();
-    FACE.get_or_init(|| {
-        Face::parse(dejavu::sans::regular(), 0).expect("invariant: the built-in font can be read")
-    })
+    FACE.get_or_init(|| Face::parse(dejavu::sans::regular(), 0).expect("invariant: the built-in font can be read"))
 }
 
 /// The letter's picture; a box for what the font does not have.

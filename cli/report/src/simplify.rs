@@ -6,24 +6,13 @@
 
 /// Pieces of the curve through `points`, at most about `4 * columns` points over `x` in `left..right`.
 /// x ascends; short curves stay as they are.
-pub fn simplify(
-    points: &[(f64, f64)],
-    left: f64,
-    right: f64,
-    columns: usize,
-) -> Vec<Vec<(f64, f64)>> {
+pub fn simplify(points: &[(f64, f64)], left: f64, right: f64, columns: usize) -> Vec<Vec<(f64, f64)>> {
     let thin = points.len() > 4 * columns;
     let column = |x: f64| ((x - left) / (right - left) * columns as f64).floor() as i64;
     points
         .split(|(x, y)| !x.is_finite() || !y.is_finite())
         .filter(|piece| !piece.is_empty())
-        .map(|piece| {
-            if thin {
-                thin_piece(piece, column)
-            } else {
-                piece.to_vec()
-            }
-        })
+        .map(|piece| if thin { thin_piece(piece, column) } else { piece.to_vec() })
         .collect()
 }
 
@@ -79,17 +68,8 @@ mod tests {
 
     #[test]
     fn gaps_split_and_short_curves_stay() {
-        let points = [
-            (0.0, 1.0),
-            (1.0, f64::NAN),
-            (2.0, 3.0),
-            (2.0, 4.0),
-            (3.0, f64::INFINITY),
-        ];
-        assert_eq!(
-            simplify(&points, 0.0, 3.0, 500),
-            [vec![(0.0, 1.0)], vec![(2.0, 3.0), (2.0, 4.0)]]
-        );
+        let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (2.0, 4.0), (3.0, f64::INFINITY)];
+        assert_eq!(simplify(&points, 0.0, 3.0, 500), [vec![(0.0, 1.0)], vec![(2.0, 3.0), (2.0, 4.0)]]);
         assert!(simplify(&[(0.0, f64::NAN)], 0.0, 1.0, 10).is_empty());
     }
 }

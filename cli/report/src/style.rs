@@ -19,27 +19,13 @@ const PALETTE: [Colour; 7] = [
     [0x00, 0x00, 0x00],
 ];
 
-const DASHES: [&[f64]; 5] = [
-    &[],
-    &[6.0, 3.0],
-    &[2.0, 2.0],
-    &[9.0, 3.0, 2.0, 3.0],
-    &[12.0, 4.0],
-];
+const DASHES: [&[f64]; 5] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[9.0, 3.0, 2.0, 3.0], &[12.0, 4.0]];
 
 /// The line of the axes' frame and ticks.
-pub(crate) const FRAME: Stroke = Stroke {
-    colour: [0x44, 0x44, 0x44],
-    width: 0.8,
-    dash: &[],
-};
+pub(crate) const FRAME: Stroke = Stroke { colour: [0x44, 0x44, 0x44], width: 0.8, dash: &[] };
 
 /// The line of the grid.
-pub(crate) const GRID: Stroke = Stroke {
-    colour: [0xE2, 0xE2, 0xE2],
-    width: 0.7,
-    dash: &[],
-};
+pub(crate) const GRID: Stroke = Stroke { colour: [0xE2, 0xE2, 0xE2], width: 0.7, dash: &[] };
 
 /// How colour and dash tell variables and runs apart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -56,20 +42,13 @@ pub(crate) fn curve_stroke(coding: Coding, variable: usize, run: usize) -> Strok
         Coding::ByRun => (run, run),
         Coding::ByVariable => (variable, run + variable / PALETTE.len()),
     };
-    Stroke {
-        colour: PALETTE[colour % PALETTE.len()],
-        width: 1.5,
-        dash: DASHES[dash % DASHES.len()],
-    }
+    Stroke { colour: PALETTE[colour % PALETTE.len()], width: 1.5, dash: DASHES[dash % DASHES.len()] }
 }
 
 /// The stroke that stands for a run in the legend.
 pub(crate) fn run_stroke(coding: Coding, run: usize) -> Stroke {
     match coding {
         Coding::ByRun => curve_stroke(coding, 0, run),
-        Coding::ByVariable => Stroke {
-            colour: FRAME.colour,
-            ..curve_stroke(coding, 0, run)
-        },
+        Coding::ByVariable => Stroke { colour: FRAME.colour, ..curve_stroke(coding, 0, run) },
     }
 }

@@ -23,14 +23,7 @@ impl Drawing {
         for shape in &self.shapes {
             match shape {
                 Shape::Lines { pieces, stroke } => lines(&mut svg, pieces, stroke),
-                Shape::Text {
-                    at,
-                    text,
-                    size,
-                    anchor,
-                    upward,
-                    colour,
-                } => {
+                Shape::Text { at, text, size, anchor, upward, colour } => {
                     let anchor = match anchor {
                         Anchor::Start => "start",
                         Anchor::Middle => "middle",
@@ -115,23 +108,13 @@ mod tests {
 
     #[test]
     fn the_whole_text_of_a_small_drawing() {
-        let stroke = Stroke {
-            colour: [0, 0x72, 0xB2],
-            width: 1.5,
-            dash: &[6.0, 3.0],
-        };
+        let stroke = Stroke { colour: [0, 0x72, 0xB2], width: 1.5, dash: &[6.0, 3.0] };
         let drawing = Drawing {
             width: 100.0,
             height: 50.0,
             shapes: vec![
-                Shape::Lines {
-                    pieces: vec![vec![(1.0, 2.0), (3.456, 4.5)], vec![(9.0, 9.0)]],
-                    stroke: stroke.clone(),
-                },
-                Shape::Lines {
-                    pieces: vec![Vec::new()],
-                    stroke,
-                },
+                Shape::Lines { pieces: vec![vec![(1.0, 2.0), (3.456, 4.5)], vec![(9.0, 9.0)]], stroke: stroke.clone() },
+                Shape::Lines { pieces: vec![Vec::new()], stroke },
                 Shape::Text {
                     at: (5.0, 6.0),
                     text: "a<b & \u{1}".into(),

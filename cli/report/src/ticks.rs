@@ -14,10 +14,7 @@ pub struct Ticks {
 
 /// Ticks in `low..=high` with at most `intervals` steps across; none if the range is empty or not finite.
 pub fn ticks(low: f64, high: f64, intervals: usize) -> Ticks {
-    let mut result = Ticks {
-        values: Vec::new(),
-        labels: Vec::new(),
-    };
+    let mut result = Ticks { values: Vec::new(), labels: Vec::new() };
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) || intervals == 0 {
         return result;
@@ -32,15 +29,9 @@ pub fn ticks(low: f64, high: f64, intervals: usize) -> Ticks {
     }
     for k in first as i64..=last as i64 {
         let whole = (k * i64::from(mantissa)) as f64;
-        let value = if exponent < 0 {
-            whole / 10f64.powi(-exponent)
-        } else {
-            whole * 10f64.powi(exponent)
-        };
+        let value = if exponent < 0 { whole / 10f64.powi(-exponent) } else { whole * 10f64.powi(exponent) };
         result.values.push(value);
-        result
-            .labels
-            .push(label(value, (-exponent).max(0) as usize));
+        result.labels.push(label(value, (-exponent).max(0) as usize));
     }
     result
 }
@@ -70,54 +61,26 @@ mod tests {
         let found = ticks(low, high, intervals);
         assert_eq!(found.labels, expected, "{low} .. {high} in {intervals}");
         for (value, label) in found.values.iter().zip(&found.labels) {
-            assert_eq!(
-                *value,
-                label.replace('\u{2212}', "-").parse::<f64>().unwrap()
-            );
+            assert_eq!(*value, label.replace('\u{2212}', "-").parse::<f64>().unwrap());
         }
     }
 
     #[test]
     fn steps_are_one_two_five() {
         check(0.0, 1.0, 5, &["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        check(
-            0.0,
-            10.0,
-            10,
-            &["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"],
-        );
+        check(0.0, 10.0, 10, &["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]);
         check(0.0, 10.0, 9, &["0", "2", "4", "6", "8", "10"]);
         check(-3.0, 7.0, 4, &["0", "5"]);
         check(-0.11, 0.13, 5, &["−0.10", "−0.05", "0.00", "0.05", "0.10"]);
-        check(
-            99.2,
-            101.7,
-            5,
-            &["99.5", "100.0", "100.5", "101.0", "101.5"],
-        );
+        check(99.2, 101.7, 5, &["99.5", "100.0", "100.5", "101.0", "101.5"]);
         check(0.0, 0.3, 3, &["0.0", "0.1", "0.2", "0.3"]);
-        check(
-            -2.0e7,
-            1.0e7,
-            3,
-            &["−20000000", "−10000000", "0", "10000000"],
-        );
-        check(
-            10.000001,
-            10.000004,
-            3,
-            &["10.000001", "10.000002", "10.000003", "10.000004"],
-        );
+        check(-2.0e7, 1.0e7, 3, &["−20000000", "−10000000", "0", "10000000"]);
+        check(10.000001, 10.000004, 3, &["10.000001", "10.000002", "10.000003", "10.000004"]);
     }
 
     #[test]
     fn hopeless_ranges_have_no_ticks() {
-        for (low, high) in [
-            (1.0, 1.0),
-            (2.0, 1.0),
-            (f64::NAN, 1.0),
-            (0.0, f64::INFINITY),
-        ] {
+        for (low, high) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
             assert!(ticks(low, high, 5).values.is_empty());
         }
         assert!(ticks(1e30, 1e30 * (1.0 + 1e-15), 5).values.is_empty());

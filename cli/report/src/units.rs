@@ -13,38 +13,20 @@ pub struct Scale {
     pub unit: String,
 }
 
-const PREFIXES: [(&str, i32); 8] = [
-    ("", 0),
-    ("m", -3),
-    ("k", 3),
-    ("µ", -6),
-    ("M", 6),
-    ("n", -9),
-    ("G", 9),
-    ("T", 12),
-];
-const PREFIXABLE: [&str; 16] = [
-    "m", "s", "A", "N", "Pa", "V", "W", "J", "Hz", "C", "F", "H", "Wb", "T", "Ohm", "S",
-];
+const PREFIXES: [(&str, i32); 8] = [("", 0), ("m", -3), ("k", 3), ("µ", -6), ("M", 6), ("n", -9), ("G", 9), ("T", 12)];
+const PREFIXABLE: [&str; 16] = ["m", "s", "A", "N", "Pa", "V", "W", "J", "Hz", "C", "F", "H", "Wb", "T", "Ohm", "S"];
 
 /// The scale for values of `unit` (Modelica's notation, `""` if unknown) whose largest magnitude is `largest`.
 pub fn scale(unit: &str, largest: f64) -> Scale {
-    let plain = Scale {
-        factor: 1.0,
-        unit: pretty_unit(unit),
-    };
-    if !(largest > 0.0 && largest.is_finite()) || (0.1..1000.0).contains(&largest) {
+    let plain = Scale { factor: 1.0, unit: pretty_unit(unit) };
+    if !(largest > 0.0 && largest.is_finite()) || (largest > 0.2 && largest < 1000.0) {
         return plain;
     }
     let best = candidates(unit)
         .into_iter()
         .min_by(|a, b| distance(a.factor * largest).total_cmp(&distance(b.factor * largest)))
         .unwrap_or(plain);
-    if (1e-3..1e5).contains(&(best.factor * largest)) {
-        best
-    } else {
-        power_of_ten(&best, largest)
-    }
+    if (1e-3..1e5).contains(&(best.factor * largest)) { best } else { power_of_ten(&best, largest) }
 }
 
 /// How far a number is from the range 1 to 1000, in decades.
@@ -55,9 +37,7 @@ fn distance(number: f64) -> f64 {
 
 /// The unit with each prefix that is customary for it, the plain one first.
 fn candidates(unit: &str) -> Vec<Scale> {
-    let end = unit
-        .find(|c: char| !c.is_ascii_alphabetic())
-        .unwrap_or(unit.len());
+    let end = unit.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(unit.len());
     let (symbol, rest) = unit.split_at(end);
     let list = |entries: &[(&str, i32)], tail: &str| -> Vec<Scale> {
         entries
@@ -74,10 +54,9 @@ fn candidates(unit: &str) -> Vec<Scale> {
         ("m", _) if rest.starts_with('3') && follows(&rest[1..]) => {
             list(&[("m3", 0), ("L", 3), ("cm3", 6), ("mm3", 9)], &rest[1..])
         }
-        ("m", _) if rest.starts_with('2') && follows(&rest[1..]) => list(
-            &[("m2", 0), ("cm2", 4), ("mm2", 6), ("µm2", 12)],
-            &rest[1..],
-        ),
+        ("m", _) if rest.starts_with('2') && follows(&rest[1..]) => {
+            list(&[("m2", 0), ("cm2", 4), ("mm2", 6), ("µm2", 12)], &rest[1..])
+        }
         ("s", "") => list(&[("s", 0), ("ms", 3), ("µs", 6), ("ns", 9)], ""),
         ("m", "") => list(&[("m", 0), ("mm", 3), ("µm", 6), ("nm", 9), ("km", -3)], ""),
         _ if PREFIXABLE.contains(&symbol) && follows(rest) => PREFIXES
@@ -97,15 +76,8 @@ fn power_of_ten(scale: &Scale, largest: f64) -> Scale {
         return scale.clone();
     }
     let factor = scale.factor * 10f64.powi(-exponent);
-    let unit = if scale.unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {}", scale.unit)
-    };
-    Scale {
-        factor,
-        unit: format!("10{}{unit}", superscript(&exponent.to_string())),
-    }
+    let unit = if scale.unit.is_empty() { String::new() } else { format!(" {}", scale.unit) };
+    Scale { factor, unit: format!("10{}{unit}", superscript(&exponent.to_string())) }
 }
 
 /// A unit in Modelica's notation as print shows it: `m3/s` becomes `m³/s`, `N.m` becomes `N·m`, `1` becomes nothing.
@@ -118,17 +90,13 @@ pub fn pretty_unit(unit: &str) -> String {
     for (position, c) in unit.char_indices() {
         match c {
             '0'..='9' if symbol => text.push_str(&superscript(&c.to_string())),
-            '-' if symbol && unit[position + 1..].starts_with(|c: char| c.is_ascii_digit()) => {
-                text.push('⁻')
-            }
+            '-' if symbol && unit[position + 1..].starts_with(|c: char| c.is_ascii_digit()) => text.push('⁻'),
             '.' | '*' => text.push('·'),
             _ => text.push(c),
         }
         symbol = c.is_alphabetic() || symbol && (c.is_ascii_digit() || c == '-');
     }
-    text.replace("Ohm", "Ω")
-        .replace("degC", "°C")
-        .replace("deg", "°")
+    text.replace("Ohm", "Ω").replace("degC", "°C").replace("deg", "°")
 }
 
 fn superscript(digits: &str) -> String {
@@ -154,6 +122,9 @@ mod tests {
             ("m", 1.5e-3, 1e3, "mm"),
             ("m", 20.0, 1.0, "m"),
             ("s", 0.04, 1e3, "ms"),
+            ("s", 0.1, 1e3, "ms"),
+            ("s", 0.5, 1.0, "s"),
+            ("1", 0.15, 1.0, ""),
             ("s", 3600.0, 1.0, "s"),
             ("V", 24.0, 1.0, "V"),
             ("m3/s", 4.2e-4, 1e6, "cm³/s"),
@@ -173,22 +144,15 @@ mod tests {
         for &(unit, largest, factor, printed) in cases {
             let found = scale(unit, largest);
             assert_eq!(found.unit, printed, "{unit} {largest}");
-            assert!(
-                (found.factor / factor - 1.0).abs() < 1e-12,
-                "{unit} {largest}: {}",
-                found.factor
-            );
+            assert!((found.factor / factor - 1.0).abs() < 1e-12, "{unit} {largest}: {}", found.factor);
         }
     }
 
     #[test]
     fn units_are_printed_as_books_do() {
-        for (unit, printed) in [
-            ("m3/(s.Pa)", "m³/(s·Pa)"),
-            ("1/s", "1/s"),
-            ("m.s-2", "m·s⁻²"),
-            ("Pa.s2/m6", "Pa·s²/m⁶"),
-        ] {
+        for (unit, printed) in
+            [("m3/(s.Pa)", "m³/(s·Pa)"), ("1/s", "1/s"), ("m.s-2", "m·s⁻²"), ("Pa.s2/m6", "Pa·s²/m⁶")]
+        {
             assert_eq!(pretty_unit(unit), printed);
         }
     }

@@ -6,19 +6,11 @@ use hyd_report::{Curve, Figure, Shape};
 
 fn curve(name: &str, run: usize, points: &[(f64, f64)]) -> Curve {
     let times: Arc<[f64]> = points.iter().map(|p| p.0).collect();
-    Curve {
-        name: name.into(),
-        run,
-        times,
-        values: points.iter().map(|p| p.1).collect(),
-    }
+    Curve { name: name.into(), run, times, values: points.iter().map(|p| p.1).collect() }
 }
 
 fn wave(count: usize, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-    (0..count)
-        .map(|k| k as f64 / (count - 1) as f64 * 0.04)
-        .map(|t| (t, f(t)))
-        .collect()
+    (0..count).map(|k| k as f64 / (count - 1) as f64 * 0.04).map(|t| (t, f(t))).collect()
 }
 
 /// Checks that tags nest and attributes are quoted; returns the texts between tags.
@@ -33,10 +25,7 @@ fn texts_of(svg: &str) -> Vec<String> {
         }
         let end = rest.find('>').expect("a tag ends");
         let tag = &rest[start + 1..end];
-        assert!(
-            !tag.contains('<') && tag.matches('"').count() % 2 == 0,
-            "<{tag}>"
-        );
+        assert!(!tag.contains('<') && tag.matches('"').count() % 2 == 0, "<{tag}>");
         let name = tag.split_whitespace().next().unwrap();
         match name.strip_prefix('/') {
             Some(name) => assert_eq!(open.pop(), Some(name)),
@@ -52,24 +41,11 @@ fn texts_of(svg: &str) -> Vec<String> {
 #[test]
 fn axes_legends_and_units_are_written() {
     let curves = vec![
-        (
-            "Pa".to_string(),
-            curve(
-                "hy.p_R",
-                0,
-                &wave(500, |t| 1e7 * (1.0 - (-200.0 * t).exp())),
-            ),
-        ),
+        ("Pa".to_string(), curve("hy.p_R", 0, &wave(500, |t| 1e7 * (1.0 - (-200.0 * t).exp())))),
         ("Pa".to_string(), curve("hy.p_0", 0, &wave(500, |_| 1e7))),
-        (
-            "m".to_string(),
-            curve("sh.x", 0, &wave(500, |t| 1.5e-3 * (100.0 * t).sin())),
-        ),
+        ("m".to_string(), curve("sh.x", 0, &wave(500, |t| 1.5e-3 * (100.0 * t).sin()))),
     ];
-    let figure = Figure {
-        title: Some("Drive <1> & more".into()),
-        ..Figure::by_unit(vec!["run".into()], curves)
-    };
+    let figure = Figure { title: Some("Drive <1> & more".into()), ..Figure::by_unit(vec!["run".into()], curves) };
     let texts = texts_of(&figure.draw().svg());
     let expected = [
         "Drive &lt;1&gt; &amp; more",
@@ -125,9 +101,7 @@ fn curves_stay_inside_the_picture_and_below_two_thousand_points() {
 fn an_event_is_a_vertical_line() {
     let points = [(0.0, 0.0), (1.0, 0.0), (1.0, 5.0), (2.0, 5.0)];
     let drawing = Figure::by_unit(vec![], [("V".to_string(), curve("u", 0, &points))]).draw();
-    let Some(Shape::Lines { pieces, .. }) =
-        drawing.shapes.last_chunk::<2>().map(|[curve, _]| curve)
-    else {
+    let Some(Shape::Lines { pieces, .. }) = drawing.shapes.last_chunk::<2>().map(|[curve, _]| curve) else {
         panic!("the curve is drawn before the time's label")
     };
     assert_eq!(pieces[0][1].0, pieces[0][2].0);
@@ -150,10 +124,7 @@ fn strange_data_still_give_a_picture() {
     for points in cases {
         for unit in ["", "Pa", "1", "kg/m3"] {
             let long = "a.very.long.name".repeat(20);
-            let curves = [
-                (unit.to_string(), curve(&long, 0, points)),
-                (unit.to_string(), curve("b", 1, points)),
-            ];
+            let curves = [(unit.to_string(), curve(&long, 0, points)), (unit.to_string(), curve("b", 1, points))];
             let drawing = Figure::by_unit(vec![long.clone(), "b".into()], curves).draw();
             texts_of(&drawing.svg());
             drawing.png(1.0).unwrap();

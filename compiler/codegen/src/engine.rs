@@ -17,13 +17,13 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Makes native code, or with `interpret` none.
+    /// Makes native code; interprets instead where asked to, on other machines, or without executable memory.
     ///
     /// # Errors
-    /// A sentence, when the program is inconsistent or the machine is not supported.
+    /// A sentence, when the program is inconsistent.
     pub fn new(program: &Program, interpret: bool) -> Result<Self, String> {
         let interpreter = OnceLock::new();
-        if interpret {
+        if interpret || !native::is_supported() {
             let vm = Vm::new(program)?;
             return Ok(Self { native: None, interpreter: OnceLock::from(Some(vm)), code_bytes: 0 });
         }

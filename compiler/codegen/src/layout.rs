@@ -302,6 +302,12 @@ fn discrete_vars(sorted: &SortedSystem) -> Vec<VarId> {
             member[v.index()] = true;
         }
     }
+    // What the plan computes at all times has its place there.
+    for assignment in &sorted.simulation.assignments {
+        if let Target::Var(v) = assignment.target {
+            member[v.index()] = false;
+        }
+    }
     member.iter().enumerate().filter(|(_, m)| **m).map(|(k, _)| VarId::new(k)).collect()
 }
 

@@ -5,11 +5,11 @@
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, Plan, Resolution, Role, SortedSystem};
+use hyd_equations::{Assignment, EventRelation, Plan, Resolution, Role, SortedSystem};
 use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_source::{Files, Span};
-use hyd_symbolic::{Node, print};
+use hyd_symbolic::{Arena, Node, SlotId, print};
 use hyd_system::{
     EquationInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind, VariableInfo,
     Variability,
@@ -111,7 +111,7 @@ impl Describe<'_> {
             unknowns: unknowns.ok_or("an unknown has no name")?,
             rows: self.rows(&self.sorted.simulation),
             equations: flat.equations.iter().map(|e| self.equation(&e.origin.path, e.origin.span)).collect(),
-            roots: self.lowered.events.rooted.iter().map(|&r| self.root(r)).collect(),
+            roots: self.roots(),
             initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
             initial_rows: self.rows(initial),
         })
@@ -219,22 +219,30 @@ impl Describe<'_> {
         }
     }
 
-    fn root(&self, r: u32) -> RootInfo {
-        let relation = &self.sorted.relations[r as usize];
+    fn roots(&self) -> Vec<RootInfo> {
+        let rooted = &self.lowered.events.rooted;
+        if rooted.is_empty() {
+            return Vec::new();
+        }
+        // The literal relation would print as `noEvent(...)`, so its event form is made for the text.
+        let mut arena = self.flat().templates.arena.clone();
+        let relation = |&r: &u32| &self.sorted.relations[r as usize];
+        rooted.iter().map(|r| self.root(&mut arena, relation(r))).collect()
+    }
+
+    fn root(&self, arena: &mut Arena, relation: &EventRelation) -> RootInfo {
         let span = span_of(self.sorted, relation.equation);
         let operands = self.sorted.system.operands_of(relation.operands);
-        // The literal relation would print as `noEvent(...)`.
-        let mut arena = self.flat().templates.arena.clone();
         let shown = match arena.node(relation.truth) {
             Node::Compare(kind, a, b) => arena.intern(Node::Event(kind, a, b)),
             _ => relation.truth,
         };
-        let name = |slot: hyd_symbolic::SlotId| match operands.get(slot.index()) {
+        let name = |slot: SlotId| match operands.get(slot.index()) {
             Some(&operand) => self.flat().operand_name(operand),
             None => "?".into(),
         };
         RootInfo {
-            text: print(&arena, shown, &name).into(),
+            text: print(arena, shown, &name).into(),
             file: self.files.name(span.file).clone(),
             line: self.files.location(span).line,
         }

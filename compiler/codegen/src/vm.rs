@@ -138,8 +138,14 @@ impl Tape {
         let mut below = vec![false; position + 1];
         below[position] = true;
         for k in (0..=position).rev() {
-            if below[k] {
-                self.operations[k].operands().for_each(|operand| below[operand.index()] = true);
+            match self.operations[k] {
+                _ if !below[k] => {}
+                // The side not taken does no harm.
+                Node::If(c, a, b) => {
+                    let taken = if values[c.index()] != 0.0 { a } else { b };
+                    [c, taken].iter().for_each(|operand| below[operand.index()] = true);
+                }
+                node => node.operands().for_each(|operand| below[operand.index()] = true),
             }
         }
         let spoils = |k: &usize| below[*k] && !values[*k].is_finite();

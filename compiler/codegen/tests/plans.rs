@@ -36,7 +36,7 @@ fn line(n: u32) -> Maker {
             e.div(difference, below)
         });
     };
-    let cell = |k: usize| (p[k], k % 3 == 0);
+    let cell = |k: usize| (p[k], k.is_multiple_of(3));
     let n = n as usize;
     flow(&mut m, 0, (feed, false), cell(0));
     for k in 1..n {
@@ -73,7 +73,7 @@ fn line(n: u32) -> Maker {
 
 /// The residual of [`line`] written out.
 fn residual(n: usize, t: f64, y: &[f64], yp: &[f64], (c, feed): (f64, f64)) -> Vec<f64> {
-    let sign = |k: usize| if k % 3 == 0 { -1.0 } else { 1.0 };
+    let sign = |k: usize| if k.is_multiple_of(3) { -1.0 } else { 1.0 };
     let p = |k: usize| sign(k) * y[k];
     let f = |l: f64, r: f64| (l - r) / (1.0 + (l - r).abs());
     let mut q = vec![f(feed, p(0))];
@@ -100,10 +100,9 @@ fn dense_jacobian(system: &mut CompiledSystem, t: f64, y: &[f64], yp: &[f64]) ->
     system.jacobian(t, y, yp, &mut state, &mut rate);
     let dense = |pattern: &hyd_system::Pattern, values: &[f64]| {
         let mut matrix = vec![vec![0.0; y.len()]; y.len()];
-        for c in 0..pattern.columns() {
-            for k in pattern.column(c) {
-                matrix[pattern.row_indices[k] as usize][c] = values[k];
-            }
+        let entries = (0..pattern.columns()).flat_map(|c| pattern.column(c).map(move |k| (k, c)));
+        for (k, c) in entries {
+            matrix[pattern.row_indices[k] as usize][c] = values[k];
         }
         matrix
     };

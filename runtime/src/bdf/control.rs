@@ -103,7 +103,7 @@ impl Selection {
         let k = history.order;
         let raised = k > history.order_used;
         self.steps_since_restart += 1;
-        if estimates.order < k || k == max_order {
+        if estimates.order < k || k >= max_order {
             self.settled = true;
         }
         if !self.settled {
@@ -114,7 +114,7 @@ impl Selection {
             return;
         }
         let (order, error) = Self::order(history, estimates, correction, weights, max_order, raised);
-        history.order = order;
+        history.order = order.min(max_order);
         let ratio = step_ratio(error, order);
         if ratio >= 2.0 {
             history.h = (2.0 * history.h).min(max_step);
@@ -135,7 +135,7 @@ impl Selection {
         if estimates.order < k {
             return (k - 1, estimates.below);
         }
-        if k == max_order || k + 1 >= history.steady || raised {
+        if k >= max_order || k + 1 >= history.steady || raised {
             return (k, estimates.at_order);
         }
         let above = weights.tested_norm_of_sum(correction, history.phi(k + 1), -1.0);

@@ -181,19 +181,24 @@ impl Bdf {
             self.history.retreat(start);
             self.history.resize(0.25);
             if other_failures >= MOST_FAILURES || self.history.h <= self.smallest_step(start) {
-                let fault = match outcome {
-                    Correction::NotFinite | Correction::SlopeNotFinite { .. } => StepFault::NotFinite,
-                    Correction::Singular { .. } => StepFault::Singular,
-                    _ => StepFault::Convergence,
-                };
-                let failure = self.failure(fault, (target, h, order), weights);
-                return Err(match outcome {
-                    Correction::Singular { row, column } | Correction::SlopeNotFinite { row, column } => {
-                        StepFailure { row: Some(row), unknown: Some(column), ..failure }
-                    }
-                    _ => failure,
-                });
+                return Err(self.correction_failure(outcome, (target, h, order), weights));
             }
+        }
+    }
+
+    /// The failure behind a correction that did not converge.
+    fn correction_failure(&self, outcome: Correction, at: (f64, f64, usize), weights: &Weights) -> StepFailure {
+        let fault = match outcome {
+            Correction::NotFinite | Correction::SlopeNotFinite { .. } => StepFault::NotFinite,
+            Correction::Singular { .. } => StepFault::Singular,
+            Correction::Converged | Correction::Diverged => StepFault::Convergence,
+        };
+        let failure = self.failure(fault, at, weights);
+        match outcome {
+            Correction::Singular { row, column } | Correction::SlopeNotFinite { row, column } => {
+                StepFailure { row: Some(row), unknown: Some(column), ..failure }
+            }
+            _ => failure,
         }
     }
 

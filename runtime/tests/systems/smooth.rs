@@ -118,3 +118,66 @@ impl Model for Heat {
         rate.fill(1.0);
     }
 }
+
+/// A pressure line in n cells: p_i' = n (q_i - q_{i+1}), q_i' = n (p_{i-1} - p_i) - r q_i, closed at the right end (q_{n+1} = 0),
+/// inlet pressure p_0 = 1 - exp(-t / tau).  Unknowns p_1, q_1, p_2, q_2, ...  For t much larger than tau and 1/r the line is at
+/// rest with p = 1, q = 0; the undamped cell frequency is 2 n.
+pub struct Line {
+    pub cells: usize,
+    pub friction: f64,
+    pub tau: f64,
+}
+
+impl Line {
+    /// Row and value of dF/dy in a column, rows ascending.
+    fn entries(&self, column: usize) -> [Option<(usize, f64)>; 3] {
+        let s = self.cells as f64;
+        if column.is_multiple_of(2) {
+            // p_k: in the rows of q_k and q_{k+1}.
+            let next = (column + 3 < 2 * self.cells).then_some((column + 3, -s));
+            [Some((column + 1, s)), next, None]
+        } else {
+            // q_k: in the rows of p_{k-1}, p_k and its own.
+            let left = (column >= 3).then(|| (column - 3, s));
+            [left, Some((column - 1, -s)), Some((column, self.friction))]
+        }
+    }
+}
+
+impl Model for Line {
+    fn names(&self) -> Vec<String> {
+        (1..=self.cells).flat_map(|k| [format!("p{k}"), format!("q{k}")]).collect()
+    }
+    fn start(&self) -> Vec<f64> {
+        vec![0.0; 2 * self.cells]
+    }
+    fn patterns(&self) -> (Pattern, Pattern) {
+        let n = 2 * self.cells;
+        let mut pairs = Vec::new();
+        for column in 0..n {
+            pairs.extend(self.entries(column).into_iter().flatten().map(|(row, _)| (row as u32, column as u32)));
+        }
+        let diagonal: Vec<(u32, u32)> = (0..n as u32).map(|k| (k, k)).collect();
+        (Pattern::from_pairs(n, n, &pairs), Pattern::from_pairs(n, n, &diagonal))
+    }
+    fn residual(&self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        let s = self.cells as f64;
+        let inlet = 1.0 - (-t / self.tau).exp();
+        for k in 0..self.cells {
+            let (p, q) = (y[2 * k], y[2 * k + 1]);
+            let left = if k > 0 { y[2 * k - 2] } else { inlet };
+            let next = y.get(2 * k + 3).copied().unwrap_or(0.0);
+            out[2 * k] = yp[2 * k] - s * (q - next);
+            out[2 * k + 1] = yp[2 * k + 1] - s * (left - p) + self.friction * q;
+        }
+    }
+    fn jacobian(&self, _t: f64, _y: &[f64], _yp: &[f64], state: &mut [f64], rate: &mut [f64]) {
+        let mut values = state.iter_mut();
+        for column in 0..2 * self.cells {
+            for (_, value) in self.entries(column).into_iter().flatten() {
+                *values.next().expect("invariant: the pattern was made of the same entries") = value;
+            }
+        }
+        rate.fill(1.0);
+    }
+}

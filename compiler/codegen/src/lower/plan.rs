@@ -5,8 +5,9 @@
 
 use hyd_equations::{OperandRange, Plan, PlanJacobian, SortedSystem};
 use hyd_index::IndexVec;
-use hyd_symbolic::{NodeId, size};
+use hyd_symbolic::{Arena, NodeId, size};
 use hyd_system::Pattern;
+use rustc_hash::FxHashMap;
 
 use super::accumulate::{self, Accumulation, PartialRows};
 use super::batch::{self, Item};
@@ -73,12 +74,10 @@ impl PlanLowering<'_> {
         let n = self.plan.unknowns.len();
         let state_pattern = Pattern::from_pairs(n, n, &self.jacobian.state_pattern);
         let rate_pattern = Pattern::from_pairs(n, n, &self.jacobian.rate_pattern);
-        let total: usize =
-            (0..rows.count()).map(|row| size(&program.arena, &[rows.expression(self.sorted, row).0])).sum();
         let mut routines = IndexVec::<RoutineId, Vec<Kernel>>::new();
         let patterns = (&state_pattern, &rate_pattern);
         let mut jacobian_kernel = None;
-        if total <= self.options.straight_nodes {
+        if self.is_small(&program.arena, &rows) {
             let mut composer = Composer::new(&mut program.arena, self.sorted, self.layout, self.places, &rows)?;
             routines.push(vec![composer.kernel(composer.assigned(), Area::Work)]);
             let residuals = self.plan.residuals.iter().map(|r| (r.value, r.operands));
@@ -108,6 +107,20 @@ impl PlanLowering<'_> {
             state_pattern,
             rate_pattern,
         })
+    }
+
+    /// True if the rows have no more nodes than straight-line code may have.
+    fn is_small(&self, arena: &Arena, rows: &Rows<'_>) -> bool {
+        let mut sizes: FxHashMap<NodeId, usize> = FxHashMap::default();
+        let mut total = 0;
+        for row in 0..rows.count() {
+            let (value, _) = rows.expression(self.sorted, row);
+            total += *sizes.entry(value).or_insert_with(|| size(arena, &[value]));
+            if total > self.options.straight_nodes {
+                return false;
+            }
+        }
+        true
     }
 
     fn compose(&self, composer: &mut Composer<'_>, list: &[(NodeId, OperandRange)]) -> Result<Kernel, String> {

@@ -42,6 +42,11 @@ pub struct Payload {
     pub extents: Extents,
 }
 
+/// True if code can be made for the machine this process runs on.
+pub fn is_supported() -> bool {
+    isa::host().is_ok()
+}
+
 /// Makes code for the machine this process runs on.
 ///
 /// # Errors
