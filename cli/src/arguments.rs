@@ -19,6 +19,18 @@ pub struct Arguments {
     pub verb: Verb,
 }
 
+impl Arguments {
+    /// How messages are to be written.
+    pub(crate) fn message_format(&self) -> MessageFormat {
+        match &self.verb {
+            Verb::Check(verb) => verb.model.message_format,
+            Verb::Simulate(verb) => verb.model.message_format,
+            Verb::Equations(verb) => verb.model.message_format,
+            Verb::Plot(_) | Verb::Explain(_) => MessageFormat::Text,
+        }
+    }
+}
+
 /// What to do.
 #[derive(Subcommand, Debug)]
 pub enum Verb {

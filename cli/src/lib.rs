@@ -78,7 +78,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
     if let Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) = &failure {
-        output::message(&format!("error: {}\n", message.trim_end()));
+        output::sentence("error", message, arguments.message_format());
     }
     ExitCode::from(failure.code())
 }

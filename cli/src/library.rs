@@ -198,4 +198,5 @@ fn parent_of(folder: &Path) -> PathBuf {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests;

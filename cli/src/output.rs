@@ -5,6 +5,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use crate::Failure;
+use crate::arguments::MessageFormat;
 
 /// Writes results to standard output.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
@@ -19,6 +20,18 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// Writes a message to standard error; if that fails, there is nobody to tell.
 pub(crate) fn message(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// Writes one sentence to standard error, as text or as a JSON object like those of diagnostics.
+pub(crate) fn sentence(severity: &str, text: &str, format: MessageFormat) {
+    let text = text.trim_end();
+    message(&match format {
+        MessageFormat::Text => format!("{severity}: {text}\n"),
+        MessageFormat::Json => {
+            let code = serde_json::Value::Null;
+            format!("{}\n", serde_json::json!({ "severity": severity, "code": code, "message": text }))
+        }
+    });
 }
 
 /// True if messages may be coloured: a terminal reads them and `NO_COLOR` is not set (see no-color.org).

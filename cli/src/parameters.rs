@@ -30,8 +30,9 @@ pub(crate) fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &
 fn unknown(flat: &FlatModel, name: &str) -> Diagnostic {
     let settable = flat.variables.raw.iter().filter(|block| block.settable == Settable::Yes && block.count > 0);
     let names: Vec<String> = settable.map(|block| block.name.element(0)).collect();
-    Diagnostic::error(Code::NoSuchParameter, format!("the model has no parameter `{name}`"))
-        .maybe_help(did_you_mean(name, names.iter().map(String::as_str)))
+    // Any other letter is close to a name of one letter.
+    let hint = if name.len() > 1 { did_you_mean(name, names.iter().map(String::as_str)) } else { None };
+    Diagnostic::error(Code::NoSuchParameter, format!("the model has no parameter `{name}`")).maybe_help(hint)
 }
 
 fn refuse(block: &VariableBlock, elements: Elements, name: &str, value: &str) -> Option<Diagnostic> {
@@ -77,7 +78,8 @@ fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(us
     };
     let values = values(&info.kind, text, range.len())?;
     let mut places = Vec::new();
-    for (source, value) in info.sources[range].iter().zip(values) {
+    let sources = info.sources.get(range).unwrap_or_default();
+    for (source, value) in sources.iter().zip(values) {
         match source.place {
             Place::Parameter(k) => places.push((k as usize, if source.negated { -value } else { value })),
             _ => return Err("its value is not kept as run-time data".to_string()),

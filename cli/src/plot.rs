@@ -91,7 +91,7 @@ fn curves(
         names.truncate(FEW);
     } else if names.len() > MOST_CURVES {
         let count = names.len();
-        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES}")));
+        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
     }
     let times: Vec<Arc<[f64]>> = tables.iter().map(|table| Arc::from(table.times.as_slice())).collect();
     let mut curves = Vec::new();

@@ -130,7 +130,8 @@ impl RunSummary {
             c.steps, c.error_rejections, c.convergence_failures, c.residuals, c.jacobians, c.factorisations
         )?;
         writeln!(out, "  {} state events, {} time events", c.state_events, c.time_events)?;
-        writeln!(out, "  translated in {:.3} s, simulated in {:.3} s of CPU time", self.translate_s, self.simulate_s)?;
+        let (translated, simulated) = (duration(self.translate_s), duration(self.simulate_s));
+        writeln!(out, "  translated in {translated}, simulated in {simulated} of CPU time")?;
         for (what, path) in [("results", &self.result), ("picture", &self.plot)] {
             if let Some(path) = path {
                 writeln!(out, "  {what} in {path}")?;
@@ -152,6 +153,10 @@ impl RunSummary {
         }
         Ok(())
     }
+}
+
+fn duration(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
 }
 
 /// A number with seven significant digits, shortest of the usual forms.
@@ -212,7 +217,7 @@ mod tests {
             templates: 4,
             code_bytes: 512,
             translate_s: 0.25,
-            simulate_s: 0.5,
+            simulate_s: 1.5,
             counters: Counters::from(&Statistics { steps: 7, residuals: 9, ..Default::default() }),
             warnings: Vec::new(),
             result: Some("fall.csv".into()),
@@ -221,12 +226,12 @@ mod tests {
         };
         let text = "Fall: 0 to 2 s, done\n  2 states, 3 unknowns; 4 templates, 512 bytes of code\n  \
             7 steps (0 rejected, 0 not converged), 9 residuals, 0 Jacobians, 0 factorisations\n  \
-            0 state events, 0 time events\n  translated in 0.250 s, simulated in 0.500 s of CPU time\n  \
+            0 state events, 0 time events\n  translated in 250.0 ms, simulated in 1.50 s of CPU time\n  \
             results in fall.csv\n\nvalues at 2 s\n  h                 1.5 m\n  speed             NaN\n";
         assert_eq!(summary.text(), text);
         let json = concat!(
             r#"{"status":"done","message":null,"model":"Fall","start":0.0,"stop":2.0,"time":2.0,"tolerance":1e-6,"#,
-            r#""solver":"bdf","states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.25,"simulate_s":0.5,"#,
+            r#""solver":"bdf","states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.25,"simulate_s":1.5,"#,
             r#""counters":{"steps":7,"steps_by_order":[0,0,0,0,0],"residuals":9,"jacobians":0,"factorisations":0,"#,
             r#""newton_iterations":0,"error_rejections":0,"convergence_failures":0,"state_events":0,"time_events":0},"#,
             r#""warnings":[],"result":"fall.csv","plot":null,"final":{"h":1.5,"speed":null}}"#,

@@ -3,7 +3,7 @@
 //! `--variables REGEX` searches in full names (anchor it with `^` and `$`).  Without it, files get everything that changes, and
 //! pictures and summaries a few variables of the top level.
 
-use hyd_results::{Column, columns, is_variable};
+use hyd_results::{Column, is_variable};
 use hyd_system::{Tables, ValueKind, Variability, VariableInfo};
 use regex::Regex;
 
@@ -48,15 +48,19 @@ impl Selection {
     /// What pictures and summaries show, with units.
     pub(crate) fn shown(&self, tables: &Tables) -> Vec<Shown> {
         if self.is_explicit() {
-            return shown_columns(tables, |variable, name| self.keeps(variable, name));
+            return tables.variables.iter().flat_map(|v| self.matching(v)).collect();
         }
-        let mut few =
-            shown_columns(tables, |variable, name| is_top_level(variable, name) && stands_for(variable, name));
+        let public = || tables.variables.iter().filter(|variable| is_public(variable));
+        let mut few: Vec<Shown> = public().filter(|v| is_top_level(v)).flat_map(representatives).take(FEW).collect();
         if few.is_empty() {
-            few = shown_columns(tables, |variable, name| is_public(variable) && stands_for(variable, name));
+            few = public().flat_map(representatives).take(FEW).collect();
         }
-        few.truncate(FEW);
         few
+    }
+
+    fn matching(&self, variable: &VariableInfo) -> Vec<Shown> {
+        let elements = (0..variable.sources.len()).map(|k| shown(variable, k));
+        elements.filter(|shown| self.keeps(variable, &shown.column.name)).collect()
     }
 }
 
@@ -65,41 +69,36 @@ impl Selection {
 pub(crate) struct Shown {
     /// Name and source of its values.
     pub(crate) column: Column,
-    /// Its unit, `""` if unknown; truth values have none.
+    /// Its unit, `""` if unknown; truth values have `0/1`.
     pub(crate) unit: String,
 }
 
-fn shown_columns(tables: &Tables, mut keep: impl FnMut(&VariableInfo, &str) -> bool) -> Vec<Shown> {
-    let mut units = Vec::new();
-    let columns = columns(tables, |variable, name| {
-        let kept = keep(variable, name);
-        if kept {
-            units.push(match variable.kind {
-                ValueKind::Real => variable.unit.to_string(),
-                ValueKind::Boolean => "0/1".to_string(),
-                ValueKind::Integer | ValueKind::Enumeration(_) => String::new(),
-            });
-        }
-        kept
-    });
-    columns.into_iter().zip(units).map(|(column, unit)| Shown { column, unit }).collect()
+fn shown(variable: &VariableInfo, element: usize) -> Shown {
+    let unit = match variable.kind {
+        ValueKind::Real => variable.unit.to_string(),
+        ValueKind::Boolean => "0/1".to_string(),
+        ValueKind::Integer | ValueKind::Enumeration(_) => String::new(),
+    };
+    Shown { column: Column { name: variable.name.element(element), source: variable.sources[element] }, unit }
 }
 
 fn is_public(variable: &VariableInfo) -> bool {
     variable.variability >= Variability::Discrete && !variable.protected
 }
 
-fn is_top_level(variable: &VariableInfo, name: &str) -> bool {
-    is_public(variable) && !variable.name.derivative && !name.contains('.')
+fn is_top_level(variable: &VariableInfo) -> bool {
+    !variable.name.derivative && variable.name.parts.iter().all(|(text, _)| !text.contains('.'))
 }
 
-/// True for scalars and for a few elements of an array: the first, the middle one, the last.
-fn stands_for(variable: &VariableInfo, name: &str) -> bool {
-    let count = variable.name.count();
-    count <= FEW_ELEMENTS || [0, count / 2, count - 1].iter().any(|&k| variable.name.element(k) == name)
+/// A scalar, or a few elements of an array: the first, the middle one, the last.
+fn representatives(variable: &VariableInfo) -> Vec<Shown> {
+    let count = variable.sources.len();
+    let elements = if count <= FEW_ELEMENTS { (0..count).collect() } else { vec![0, count / 2, count - 1] };
+    elements.into_iter().map(|k| shown(variable, k)).collect()
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use std::sync::Arc;
 

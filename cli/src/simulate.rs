@@ -55,7 +55,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
 
     let status = status(&outcome);
     let result = results.map(|results| results.close(&mut recorder, status)).transpose()?.flatten();
-    if let Some(path) = &arguments.plot {
+    let picture = arguments.plot.as_ref().filter(|_| recorder.rows > 0);
+    if let Some(path) = picture {
         write_picture(path, &recorder.figure())?;
     }
     let (structure, code) = (system.structure(), model.statistics());
@@ -77,7 +78,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         counters: Counters::from(simulator.statistics()),
         warnings: simulator.warnings().iter().map(warning_text).collect(),
         result: result.map(|path| path.display().to_string()),
-        plot: arguments.plot.as_ref().map(|path| path.display().to_string()),
+        plot: picture.map(|path| path.display().to_string()),
         final_values: FinalValues(recorder.last_values()),
     };
     finish(arguments, &summary, outcome)
@@ -124,7 +125,7 @@ fn shown(arguments: &Simulate, selection: &Selection, system: &dyn DaeSystem) ->
     }
     if arguments.plot.is_some() && shown.len() > MOST_CURVES {
         let count = shown.len();
-        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES}")));
+        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
     }
     Ok(shown)
 }
@@ -203,7 +204,7 @@ fn warning_text(warning: &hyd_runtime::Warning) -> String {
 /// Prints the summary and the reason of an early end.
 fn finish(arguments: &Simulate, summary: &RunSummary, outcome: Result<Summary, SolveError>) -> Result<(), Failure> {
     for warning in &summary.warnings {
-        output::message(&format!("warning: {warning}\n"));
+        output::sentence("warning", warning, arguments.model.message_format);
     }
     let printed = if arguments.json {
         output::print(&summary.json())

@@ -102,6 +102,7 @@ fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

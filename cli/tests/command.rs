@@ -1,4 +1,5 @@
 //! The command as a user meets it: whole outputs, messages, exit codes, files.
+#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -176,7 +177,7 @@ fn results_and_pictures_are_written_and_drawn_again() {
     assert_eq!((code, error.as_str()), (0, ""));
     assert!(out.starts_with("Decay: 0 to 1 s, done\n  1 states") && out.contains("results in a.csv\n"), "{out}");
     let csv = fs::read_to_string(folder.0.join("a.csv")).unwrap();
-    assert_eq!(csv.lines().next(), Some("time,x,y[1],y[2]"));
+    assert_eq!(csv.lines().next(), Some("time,x,y[1],y[2],der(x)"));
     let times: Vec<&str> = csv.lines().skip(1).map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(times, ["0", "0.25", "0.5", "0.75", "1"]);
     let svg = fs::read_to_string(folder.0.join("a.svg")).unwrap();
@@ -265,6 +266,7 @@ fn control_c_leaves_what_was_computed() {
     assert!(error.starts_with("error: interrupted at t = "), "{error}");
     let csv = fs::read_to_string(folder.0.join("a.csv")).unwrap();
     assert!(csv.ends_with('\n') && csv.lines().count() > 2);
-    assert!(csv.lines().all(|line| line.split(',').count() == 3));
+    assert_eq!(csv.lines().next(), Some("time,x,y,der(x),der(y)"));
+    assert!(csv.lines().all(|line| line.split(',').count() == 5));
     assert_eq!(folder.names(), ["a.csv", "forever.hyd"]);
 }

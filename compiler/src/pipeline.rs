@@ -219,7 +219,8 @@ fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Optio
         match read_value(text) {
             Some(value) => overrides.push(Override { path: path.clone(), value, used: false }),
             None => {
-                let message = format!("`{text}` is not a value for `{path}`: a number, true, false or a list in braces is");
+                let message =
+                    format!("`{text}` is not a value for `{path}`: a number, true, false or a list in braces is");
                 table.report(Diagnostic::error(Code::Value, message));
                 complete = false;
             }

@@ -144,6 +144,7 @@ fn push_string(json: &mut String, text: &str) {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use hyd_source::{Code, FileId};
 

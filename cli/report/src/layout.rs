@@ -130,7 +130,9 @@ fn time_axis(figure: &Figure) -> Axis {
 
 fn value_axis(panel: &Panel, height: f64) -> Axis {
     let (low, high) = range(panel.curves.iter().flat_map(|curve| &curve.values));
-    Axis::new(low, high, 0.05, &panel.unit, ((height / 22.0) as usize).clamp(3, 8))
+    // Truth values need no ticks in between.
+    let intervals = if panel.unit == "0/1" { 2 } else { ((height / 22.0) as usize).clamp(3, 8) };
+    Axis::new(low, high, 0.05, &panel.unit, intervals)
 }
 
 fn text(x: f64, y: f64, text: &str, size: f64, anchor: Anchor) -> Shape {

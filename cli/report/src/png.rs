@@ -147,6 +147,7 @@ impl OutlineBuilder for Pen {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

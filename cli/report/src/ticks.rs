@@ -54,6 +54,7 @@ fn label(value: f64, decimals: usize) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

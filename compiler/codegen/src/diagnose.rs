@@ -17,9 +17,9 @@ impl CompiledSystem {
     pub(crate) fn find_failure(&mut self, initial: bool, point: Point<'_>) -> Option<EvalFailure> {
         let shared = self.shared.clone();
         let (code, trace) = if initial {
-            (&shared.lowered.initial, &shared.trace[1])
+            (&shared.lowered.initial, &shared.origins.plans[1])
         } else {
-            (&shared.lowered.simulation, &shared.trace[0])
+            (&shared.lowered.simulation, &shared.origins.plans[0])
         };
         let rows = trace.equations.len();
         if let Some(fault) = self.fault(code.assign, point, 0, 0) {
@@ -61,13 +61,14 @@ impl CompiledSystem {
         };
         let layout = &shared.lowered.layout;
         let target = index.and_then(|index| {
-            let parameter = index.checked_sub(layout.parameters.start).and_then(|k| layout.parameter_vars.get(k as usize));
+            let parameter =
+                index.checked_sub(layout.parameters.start).and_then(|k| layout.parameter_vars.get(k as usize));
             match parameter {
                 Some(&v) => Some(Target::Var(v)),
                 None => layout.starts().find(|&(_, place)| place == index).map(|(v, _)| Target::Start(v)),
             }
         });
-        Some(EvalFailure { equation: None, variable: target.map(|target| shared.target_name(target)), reason })
+        Some(EvalFailure { equation: None, variable: target.map(|target| shared.origins.target_name(target)), reason })
     }
 
     fn fault(&mut self, routine: RoutineId, point: Point<'_>, out: usize, out2: usize) -> Option<Fault> {
@@ -88,7 +89,7 @@ fn failure(shared: &Shared, trace: &PlanTrace, row: Option<usize>, reason: Strin
     let target = row.and_then(|row| trace.targets.get(row).copied().flatten());
     EvalFailure {
         equation: row.and_then(|row| trace.equations.get(row).copied()),
-        variable: target.map(|target| shared.target_name(target)),
+        variable: target.map(|target| shared.origins.target_name(target)),
         reason,
     }
 }

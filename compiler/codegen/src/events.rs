@@ -133,6 +133,7 @@ impl CompiledSystem {
         }
         self.run_own(events.truths, point);
         let mut truths = std::mem::take(&mut self.memory.out);
+        self.truths_by_roots(point, events, &mut truths);
         self.truths_after_instants(t, point, events, &mut truths);
         let mut changed = false;
         for (&truth, index) in truths[..count].iter().zip(layout.held.clone()) {
@@ -142,6 +143,23 @@ impl CompiledSystem {
         }
         self.memory.out = truths;
         changed
+    }
+
+    /// Relations behind root functions follow the sign that the solver located, so that rounding cannot make them differ.
+    ///
+    /// `space` as in [`CompiledSystem::truths_after_instants`].
+    fn truths_by_roots(&mut self, point: Point<'_>, events: &EventCode, space: &mut [f64]) {
+        if events.rooted.is_empty() {
+            return;
+        }
+        let (truths, roots) = space.split_at_mut(space.len() / 3);
+        self.run(self.shared.lowered.simulation.extra, point, roots, &mut []);
+        for (&relation, &root) in events.rooted.iter().zip(roots.iter()) {
+            // At zero the comparison itself decides between `<` and `<=`.
+            if root != 0.0 && !root.is_nan() {
+                truths[relation as usize] = f64::from(u8::from(root > 0.0));
+            }
+        }
     }
 
     /// Relations whose instant is now take the truth they have from now on, however the comparison rounds.
@@ -214,7 +232,8 @@ impl CompiledSystem {
         }
         self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
         self.run_own(shared.lowered.events.checks, point);
-        let mut fired = shared.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
+        let mut fired =
+            shared.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
         fired.next().map(|(check, _)| check.message.to_string())
     }
 

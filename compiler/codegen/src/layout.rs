@@ -64,6 +64,12 @@ pub struct Layout {
     pub held: Range<u32>,
     /// Positions with a value other than zero before anything is computed (constants, default start values).
     pub preset: Vec<(u32, f64)>,
+    of: Positions,
+}
+
+/// Positions in the data area by variable.
+#[derive(Clone, Debug)]
+struct Positions {
     values: IndexVec<VarId, Option<Place>>,
     starts: IndexVec<VarId, Option<u32>>,
     pres: IndexVec<VarId, Option<u32>>,
@@ -93,9 +99,11 @@ impl Layout {
             pre_continuous: Vec::new(),
             held: 0..0,
             preset: Vec::new(),
-            values: IndexVec::filled(None, count),
-            starts: IndexVec::filled(None, count),
-            pres: IndexVec::filled(None, count),
+            of: Positions {
+                values: IndexVec::filled(None, count),
+                starts: IndexVec::filled(None, count),
+                pres: IndexVec::filled(None, count),
+            },
         };
         let pool = layout.take(sorted.system.flat.constants.len());
         layout.preset.extend(pool.zip(sorted.system.flat.constants.iter().copied()));
@@ -115,9 +123,9 @@ impl Layout {
     fn place_parameters(&mut self, sorted: &SortedSystem) {
         self.parameters = self.take(self.parameter_vars.len());
         for (&v, index) in self.parameter_vars.iter().zip(self.parameters.clone()) {
-            self.values[v] = Some(Place::data(index));
+            self.of.values[v] = Some(Place::data(index));
         }
-        let mut solved = vec![false; self.values.len()];
+        let mut solved = vec![false; self.of.values.len()];
         let initial = &sorted.initial;
         let unknowns = initial.unknowns.iter().map(|u| u.target);
         for target in unknowns.chain(initial.assignments.iter().map(|a| a.target)) {
@@ -148,9 +156,9 @@ impl Layout {
         let wanted: Vec<Target> = targets.chain(operands).chain(unknowns).chain(discrete).collect();
         for target in wanted {
             let Target::Start(v) = target else { continue };
-            if self.starts[v].is_none() {
+            if self.of.starts[v].is_none() {
                 let index = self.take(1).start;
-                self.starts[v] = Some(index);
+                self.of.starts[v] = Some(index);
                 let default = default_start(sorted, v);
                 if default != 0.0 {
                     self.preset.push((index, default));
@@ -160,12 +168,12 @@ impl Layout {
     }
 
     fn place_discrete(&mut self, sorted: &SortedSystem) {
-        self.discrete_vars = discrete_vars(sorted).into_iter().filter(|&v| self.values[v].is_none()).collect();
+        self.discrete_vars = discrete_vars(sorted).into_iter().filter(|&v| self.of.values[v].is_none()).collect();
         self.discrete = self.take(self.discrete_vars.len());
         self.pre = self.take(self.discrete_vars.len());
         for (k, &v) in self.discrete_vars.iter().enumerate() {
-            self.values[v] = Some(Place::data(self.discrete.start + k as u32));
-            self.pres[v] = Some(self.pre.start + k as u32);
+            self.of.values[v] = Some(Place::data(self.discrete.start + k as u32));
+            self.of.pres[v] = Some(self.pre.start + k as u32);
         }
         let wanted: Vec<VarId> = sorted
             .system
@@ -174,9 +182,9 @@ impl Layout {
             .filter_map(|o| if let Target::Pre(v) = o.target() { Some(v) } else { None })
             .collect();
         for v in wanted {
-            if self.pres[v].is_none() {
+            if self.of.pres[v].is_none() {
                 let index = self.take(1).start;
-                self.pres[v] = Some(index);
+                self.of.pres[v] = Some(index);
                 self.pre_continuous.push((v, index));
             }
         }
@@ -184,22 +192,22 @@ impl Layout {
 
     /// Position of a start value.
     pub fn start(&self, v: VarId) -> Option<u32> {
-        self.starts[v]
+        self.of.starts[v]
     }
 
     /// All start values with their positions.
     pub fn starts(&self) -> impl Iterator<Item = (VarId, u32)> + '_ {
-        self.starts.iter_enumerated().filter_map(|(v, index)| index.map(|index| (v, index)))
+        self.of.starts.iter_enumerated().filter_map(|(v, index)| index.map(|index| (v, index)))
     }
 
     /// Place of a parameter or discrete variable.
     pub fn value(&self, v: VarId) -> Option<Place> {
-        self.values[v]
+        self.of.values[v]
     }
 
     /// Places while parameters and start values are computed: nothing but the data area.
     pub fn bound(&self) -> PlanPlaces {
-        PlanPlaces { variables: self.values.clone(), rates: IndexVec::filled(None, self.values.len()) }
+        PlanPlaces { variables: self.of.values.clone(), rates: IndexVec::filled(None, self.of.values.len()) }
     }
 
     /// Places in a plan; with `rates` the derivatives of its unknowns are the solver's.
@@ -231,8 +239,8 @@ impl Layout {
         let (target, negated) = resolve(sorted, operand);
         let place = match target {
             Target::Const(c) => Some(Place::data(self.constants + c.0)),
-            Target::Start(v) => self.starts[v].map(Place::data),
-            Target::Pre(v) => self.pres[v].map(Place::data),
+            Target::Start(v) => self.of.starts[v].map(Place::data),
+            Target::Pre(v) => self.of.pres[v].map(Place::data),
             Target::Held(r) => Some(Place::data(self.held.start + r)),
             Target::Var(_) | Target::Der(_) => places.get(target),
         };

@@ -29,14 +29,7 @@ pub struct Memory<'a> {
 impl Memory<'_> {
     /// Length of each area.
     pub fn lengths(&self) -> [usize; AREAS] {
-        [
-            self.data.len(),
-            self.unknown.len(),
-            self.rate.len(),
-            self.work.len(),
-            self.out.len(),
-            self.out2.len(),
-        ]
+        [self.data.len(), self.unknown.len(), self.rate.len(), self.work.len(), self.out.len(), self.out2.len()]
     }
 
     /// A value.

@@ -46,9 +46,15 @@ pub(crate) struct Shared {
     pub parameters: Parameters,
     pub checks: Vec<CheckInfo>,
     pub initial: InitialTransfer,
-    /// For messages: simulation, initial.
-    pub trace: [PlanTrace; 2],
+    pub origins: Origins,
     pub statistics: CodeStatistics,
+}
+
+/// What messages say of rows and variables.
+#[derive(Debug)]
+pub(crate) struct Origins {
+    /// Rows of the simulation and of the initial system.
+    pub plans: [PlanTrace; 2],
     names: Vec<(VarId, NamePattern)>,
 }
 
@@ -105,12 +111,12 @@ pub fn generate(
     files: &Files,
     options: &Options,
 ) -> Result<CompiledModel, Diagnostic> {
-    build(sorted, jacobians, files, options)
-        .map(|shared| CompiledModel { shared: Arc::new(shared) })
-        .map_err(|reason| {
+    build(sorted, jacobians, files, options).map(|shared| CompiledModel { shared: Arc::new(shared) }).map_err(
+        |reason| {
             let name = &sorted.system.flat.name;
             Diagnostic::error(Code::Codegen, format!("no code could be made for `{name}`: {reason}"))
-        })
+        },
+    )
 }
 
 impl CompiledModel {
@@ -130,7 +136,7 @@ impl CompiledModel {
     }
 }
 
-impl Shared {
+impl Origins {
     /// The name of a target, in the user's words.
     pub fn target_name(&self, target: Target) -> String {
         let name = |v: VarId| {
@@ -148,12 +154,7 @@ impl Shared {
     }
 }
 
-fn build(
-    sorted: &SortedSystem,
-    jacobians: Jacobians<'_>,
-    files: &Files,
-    options: &Options,
-) -> Result<Shared, String> {
+fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options: &Options) -> Result<Shared, String> {
     let lowered = lower::lower(sorted, jacobians, options)?;
     let engine = Engine::new(&lowered.program, options.interpret)?;
     let row = OutputRow::new(sorted, &lowered.layout);
@@ -166,9 +167,11 @@ fn build(
         parameters: parameters(sorted, &lowered.layout),
         checks: checks(sorted, files),
         initial: transfer(sorted, &lowered),
-        trace: [trace(sorted, &sorted.simulation), trace(sorted, &sorted.initial)],
+        origins: Origins {
+            plans: [trace(sorted, &sorted.simulation), trace(sorted, &sorted.initial)],
+            names: flat.variables.iter().map(|block| (block.first, block.name.clone())).collect(),
+        },
         statistics: statistics(sorted, &lowered, engine.code_bytes),
-        names: flat.variables.iter().map(|block| (block.first, block.name.clone())).collect(),
         lowered,
         engine,
         row,
@@ -279,8 +282,7 @@ fn trace(sorted: &SortedSystem, plan: &Plan) -> PlanTrace {
     targets.resize(plan.assignments.len() + plan.residuals.len(), None);
     for block in &plan.blocks {
         for (&residual, &unknown) in block.residuals.iter().zip(&block.unknowns) {
-            targets[plan.assignments.len() + residual as usize] =
-                plan.unknowns.get(unknown as usize).map(|u| u.target);
+            targets[plan.assignments.len() + residual as usize] = plan.unknowns.get(unknown as usize).map(|u| u.target);
         }
     }
     PlanTrace { equations: row_equations(sorted, plan), targets }
@@ -293,8 +295,6 @@ pub(crate) fn fits(kind: &ValueKind, value: f64) -> bool {
             ValueKind::Real => true,
             ValueKind::Integer => value.fract() == 0.0,
             ValueKind::Boolean => value == 0.0 || value == 1.0,
-            ValueKind::Enumeration(literals) => {
-                value.fract() == 0.0 && value >= 1.0 && value <= literals.len() as f64
-            }
+            ValueKind::Enumeration(literals) => value.fract() == 0.0 && value >= 1.0 && value <= literals.len() as f64,
         }
 }

@@ -5,9 +5,7 @@
 
 use std::sync::Arc;
 
-use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables,
-};
+use hyd_system::{AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables};
 
 use crate::layout::Place;
 use crate::lower::plan::{JacobianCode, PlanCode};
@@ -56,7 +54,7 @@ impl CompiledSystem {
         for &(index, value) in &layout.preset {
             data[index as usize] = value;
         }
-        let work = shared.trace.iter().map(|trace| trace.equations.len()).max().unwrap_or(0);
+        let work = shared.origins.plans.iter().map(|trace| trace.equations.len()).max().unwrap_or(0);
         let events = &shared.lowered.events;
         let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), shared.checks.len()];
         let memory = Own {
@@ -280,13 +278,7 @@ impl DaeSystem for CompiledSystem {
         self.following_instant(t)
     }
 
-    fn event_pass(
-        &mut self,
-        phase: EventPhase,
-        t: f64,
-        y: &mut [f64],
-        yp: &[f64],
-    ) -> Result<EventChange, EvalFailure> {
+    fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {
         self.pass(phase, t, y, yp)
     }
 

@@ -11,8 +11,8 @@ use hyd_index::TypedIndex;
 use hyd_source::{Files, Span};
 use hyd_symbolic::{Arena, Node, SlotId, print};
 use hyd_system::{
-    EquationInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind, VariableInfo,
-    Variability,
+    EquationInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind, Variability,
+    VariableInfo,
 };
 
 use crate::layout::{Layout, Place, resolve};
@@ -93,8 +93,9 @@ impl Describe<'_> {
                 variables.push(self.variable(block)?);
             }
         }
+        let named = self.differentiated();
         for block in flat.variables.iter().filter(|block| !block.internal) {
-            self.derivatives(block, &mut variables);
+            self.derivatives(block, &named, &mut variables);
         }
         let unknown = |target: Target| match target {
             Target::Var(v) => {
@@ -174,14 +175,27 @@ impl Describe<'_> {
         Ok(Source { place, negated })
     }
 
-    /// `der(x)` of the states of a block: as an array if all elements are states, else one by one.
-    fn derivatives(&self, block: &VariableBlock, variables: &mut Vec<VariableInfo>) {
+    /// Variables whose derivative the user's equations name.
+    fn differentiated(&self) -> Vec<bool> {
+        let mut named = vec![false; self.flat().scalars as usize];
+        for operand in self.flat().equations.iter().flat_map(|equation| &equation.operands) {
+            if let Target::Der(v) = operand.target() {
+                named[v.index()] = true;
+            }
+        }
+        named
+    }
+
+    /// `der(x)` of the states of a block and of variables equal to them whose derivative is named: as an array if all
+    /// elements have one, else one by one.
+    fn derivatives(&self, block: &VariableBlock, named: &[bool], variables: &mut Vec<VariableInfo>) {
         let source = |v: VarId| {
             let own = self.sorted.system.resolution[v] == Resolution::Own;
-            let state = own && self.sorted.system.roles[v] == Role::State;
-            let place = self.lowered.places.get(Target::Der(v)).filter(|_| state)?;
+            let wanted = named[v.index()] || own && self.sorted.system.roles[v] == Role::State;
+            let (target, negated) = resolve(self.sorted, Operand::new(Target::Der(v)));
+            let place = self.lowered.places.get(target).filter(|_| wanted)?;
             let output = self.row.position(&self.lowered.layout, place)?;
-            Some(Source { place: ValuePlace::Output(output), negated: false })
+            Some(Source { place: ValuePlace::Output(output), negated })
         };
         let sources: Vec<Option<Source>> = (0..block.count).map(|k| source(VarId(block.first.0 + k))).collect();
         let info = |name: NamePattern, sources: Vec<Source>| VariableInfo {
@@ -284,7 +298,8 @@ mod tests {
 
     #[test]
     fn units_of_rates_are_legal_unit_strings() {
-        let pairs = [("m", "m/s"), ("m/s", "m/s2"), ("kg/m3", "kg/(m3.s)"), ("J/(kg.K)", "J/(kg.K.s)"), ("", ""), ("1", "1/s")];
+        let pairs =
+            [("m", "m/s"), ("m/s", "m/s2"), ("kg/m3", "kg/(m3.s)"), ("J/(kg.K)", "J/(kg.K.s)"), ("", ""), ("1", "1/s")];
         for (unit, rate) in pairs {
             assert_eq!(rate_unit(unit), rate);
         }

@@ -53,7 +53,8 @@ impl Vm {
     pub fn new(program: &Program) -> Result<Self, String> {
         let extents = Extents::of(program)?;
         let tapes = |kernels: &[Kernel]| kernels.iter().map(|kernel| Tape::new(program, kernel)).collect();
-        let routines = IndexVec::from_vec(program.routines.iter().map(|r| tapes(&r.kernels)).collect::<Vec<Vec<Tape>>>());
+        let routines =
+            IndexVec::from_vec(program.routines.iter().map(|r| tapes(&r.kernels)).collect::<Vec<Vec<Tape>>>());
         let longest = routines.iter().flatten().map(|tape| tape.operations.len()).max().unwrap_or(0);
         Ok(Self { routines, tables: program.tables.clone(), extents, longest })
     }
@@ -198,8 +199,11 @@ fn operate(node: Node, values: &[f64]) -> f64 {
 /// `min` and `max` as the machine instruction has them: -0 is below +0 (the language leaves it open).
 fn signed_zero(function: Function, a: f64, b: f64) -> f64 {
     if a == 0.0 && b == 0.0 {
-        let negative =
-            if function == Function::Min { a.is_sign_negative() || b.is_sign_negative() } else { a.is_sign_negative() && b.is_sign_negative() };
+        let negative = if function == Function::Min {
+            a.is_sign_negative() || b.is_sign_negative()
+        } else {
+            a.is_sign_negative() && b.is_sign_negative()
+        };
         return if negative { -0.0 } else { 0.0 };
     }
     function.apply(a, b)

@@ -222,3 +222,66 @@ fn a_line_of_cells_decays_as_its_mode_and_its_code_does_not_grow() {
     let statistics = |n| compile(&text(n), &options).model().statistics();
     assert_eq!(statistics(1_000), statistics(4_000));
 }
+
+#[test]
+fn a_ball_bounces_and_a_clock_ticks() {
+    let text =
+        "model Ball Real h(start=1, fixed=true); Real v(start=0, fixed=true); Integer bounces(start=0, fixed=true);
+        discrete Real next(start=0.3, fixed=true); discrete Real seen(start=-1, fixed=true); Boolean low;
+        equation der(h) = v; der(v) = -9.81; low = h < 0.25;
+        when h <= 0 then reinit(v, -0.5*pre(v)); bounces = pre(bounces) + 1; end when;
+        when time >= pre(next) then next = pre(next) + 0.3; seen = h; end when;
+        assert(h > -0.5, \"below the floor\"); end Ball;";
+    for options in forms() {
+        let mut system = compile(text, &options);
+        let (mut y, mut yp) = start(&mut system);
+        close(&mut system, 0.0, &mut y, &mut yp);
+        assert_eq!(system.next_time_event(0.0), 0.3);
+        let settle = |system: &mut CompiledSystem, t: f64, y: &mut [f64], yp: &mut [f64]| {
+            let mut phase = EventPhase::First;
+            for _ in 0..5 {
+                let change = system.event_pass(phase, t, y, yp).unwrap();
+                if !change.changed && !change.reinitialised {
+                    return;
+                }
+                close(system, t, y, yp);
+                phase = EventPhase::Iterate;
+            }
+            panic!("no end of the event iteration");
+        };
+        // Free fall is a parabola, so that one step of the method is exact.
+        step(&mut system, 0.0, 0.3, &mut y, &mut yp);
+        settle(&mut system, 0.3, &mut y, &mut yp);
+        let height = 1.0 - 9.81 / 2.0 * 0.09;
+        assert!((value(&mut system, "seen", 0.3, &y, &yp) - height).abs() < 1e-12);
+        assert_eq!(system.next_time_event(0.3), 0.6);
+        assert_eq!(value(&mut system, "low", 0.3, &y, &yp), 0.0);
+        let mut roots = vec![0.0; system.structure().roots];
+        let contact = (2.0f64 / 9.81).sqrt() + 1e-12;
+        step(&mut system, 0.3, contact - 0.3, &mut y, &mut yp);
+        system.roots(contact, &y, &yp, &mut roots);
+        assert!(roots.iter().all(|&root| root > 0.0), "{roots:?}");
+        settle(&mut system, contact, &mut y, &mut yp);
+        let speed = 0.5 * (2.0f64 * 9.81).sqrt();
+        assert!((value(&mut system, "v", contact, &y, &yp) - speed).abs() < 1e-9);
+        assert_eq!(value(&mut system, "bounces", contact, &y, &yp), 1.0);
+        assert_eq!(value(&mut system, "low", contact, &y, &yp), 1.0);
+        let mut reports = Vec::new();
+        system.assertions(contact, &y, &yp, &mut reports);
+        assert!(reports.is_empty());
+    }
+}
+
+#[test]
+fn derivatives_are_listed_under_the_names_of_the_text() {
+    // One of the two names is eliminated; both orders of declaration are tried.
+    for order in ["Real a(start=3, fixed=true); Real b;", "Real b; Real a(start=3, fixed=true);"] {
+        let text = format!("model M {order} equation der(a) = -2*a; a + b = 0; end M;");
+        let mut system = compile(&text, &Options::default());
+        let (mut y, mut yp) = start(&mut system);
+        close(&mut system, 0.0, &mut y, &mut yp);
+        for (name, expected) in [("a", 3.0), ("b", -3.0), ("der(a)", -6.0)] {
+            assert_eq!(value(&mut system, name, 0.0, &y, &yp), expected, "{name}, {order}");
+        }
+    }
+}

@@ -183,7 +183,10 @@ fn assertions_name_message_and_line() {
     assert!(reports.is_empty());
     system.assertions(0.0, &[-1.5, 0.0], &yp, &mut reports);
     assert_eq!(reports.len(), 1);
-    assert_eq!((reports[0].message.as_str(), reports[0].error, reports[0].file.as_ref()), ("too low", true, "test.hyd"));
+    assert_eq!(
+        (reports[0].message.as_str(), reports[0].error, reports[0].file.as_ref()),
+        ("too low", true, "test.hyd")
+    );
     assert!(reports[0].line > 1);
     let root = &system.tables().roots[0];
     assert_eq!(root.text.as_ref(), "x < 0");

@@ -226,7 +226,8 @@ fn a_long_kernel_is_cut_and_still_right() {
     let mut areas = Areas::new(&[-2.0; 4 * SIZE as usize]);
     code.call(RoutineId(0), &mut areas.memory());
     // 2*(1 + sum of 0..n-1) with n = 1000, ..., 6000.
-    let expected: Vec<f64> = (1..=6).map(|j| f64::from(j) * 1000.0).map(|n| 2.0 * (1.0 + n * (n - 1.0) / 2.0)).collect();
+    let expected: Vec<f64> =
+        (1..=6).map(|j| f64::from(j) * 1000.0).map(|n| 2.0 * (1.0 + n * (n - 1.0) / 2.0)).collect();
     assert_eq!(areas.out[..6], expected);
 }
 

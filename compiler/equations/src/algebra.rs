@@ -5,8 +5,10 @@
 
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_symbolic::{Node, NodeId, SlotId, TemplateId, Templates, post_order, slots, solve_for};
+use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, post_order, slots, solve_for};
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::reverse::WIDE;
 use crate::sorted::EqId;
 use crate::system::{EquationSystem, Role};
 
@@ -86,6 +88,8 @@ impl Known {
 pub(crate) struct Algebra {
     facts: Vec<Option<Facts>>,
     solved: Vec<Vec<Option<Option<Box<Solved>>>>>,
+    /// For wide templates: which slots are plain terms of a sum.
+    terms: FxHashMap<TemplateId, Vec<bool>>,
 }
 
 impl Algebra {
@@ -118,6 +122,12 @@ impl Algebra {
     /// How well an equation can be solved for the unknown in a slot.
     pub fn solvability(&mut self, system: &mut EquationSystem, known: &Known, eq: EqId, slot: SlotId) -> Solvability {
         let equation = system.equations[eq];
+        let template = system.flat.templates.get(equation.template);
+        if template.arity as usize > WIDE {
+            let terms = self.terms.entry(equation.template);
+            let terms = terms.or_insert_with(|| plain_terms(&system.flat.templates, template));
+            return if terms[slot.index()] { Solvability::Always } else { Solvability::Never };
+        }
         let Some(solved) = self.solve(&mut system.flat.templates, equation.template, slot) else {
             return Solvability::Never;
         };
@@ -154,6 +164,34 @@ fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solv
         divides: !solution.divisors.is_empty(),
         clocked_divisor: solution.divisors.iter().any(|&divisor| is_clocked(templates, divisor)),
     })
+}
+
+/// The slots that stand once in a template, as a term of a sum with a number as coefficient.
+///
+/// Solving a wide equation for each of its slots just to see whether that is possible would cost the square of its
+/// length; this looks at all slots at once and misses only rarer forms.
+fn plain_terms(templates: &Templates, template: Template) -> Vec<bool> {
+    let arena = &templates.arena;
+    let mut count = vec![0_u32; template.arity as usize];
+    let mut inner = Vec::new();
+    let mut stack = vec![template.left, template.right];
+    let mut seen = FxHashSet::default();
+    while let Some(id) = stack.pop() {
+        match arena.node(id) {
+            Node::Slot(slot) => count[slot.index()] += 1,
+            // A shared part would be looked at again and again; its slots stand there more than once.
+            _ if !seen.insert(id) => inner.push(id),
+            Node::Add(a, b) | Node::Sub(a, b) => stack.extend([a, b]),
+            Node::Neg(a) => stack.push(a),
+            Node::Mul(a, b) if arena.as_constant(a).is_some_and(|factor| factor != 0.0) => stack.push(b),
+            Node::Div(a, b) if arena.as_constant(b).is_some_and(|divisor| divisor != 0.0) => stack.push(a),
+            _ => inner.push(id),
+        }
+    }
+    for slot in slots(arena, &inner) {
+        count[slot.index()] += 2;
+    }
+    count.into_iter().map(|count| count == 1).collect()
 }
 
 /// True if time or `initial()` occurs.

@@ -38,6 +38,7 @@ pub fn eliminate_aliases(mut system: EquationSystem) -> EquationSystem {
         forms: Vec::new(),
         specializer: Specializer::default(),
         used: IndexVec::filled(false, system.equations.len()),
+        rates: FxHashMap::default(),
         changes: Vec::new(),
         resolved: Vec::new(),
     };
@@ -47,6 +48,7 @@ pub fn eliminate_aliases(mut system: EquationSystem) -> EquationSystem {
     for eq in dropped_starts {
         pass.used[eq] = true;
     }
+    pass.find_rates(&mut system);
     pass.rewrite(&mut system);
     system
 }
@@ -58,6 +60,8 @@ struct Pass {
     specializer: Specializer,
     /// Equations that are used up.
     used: IndexVec<EqId, bool>,
+    /// States whose derivative is another state or its negative (`der(s) = v`), with the equation that says so.
+    rates: FxHashMap<VarId, (EqId, Operand)>,
     /// Work space: what happens to each slot of an equation, and what it reads then.
     changes: Vec<Change>,
     resolved: Vec<Operand>,
@@ -170,6 +174,32 @@ impl Pass {
         list_changes(&system.operands[range], read, &mut self.changes, &mut self.resolved)
     }
 
+    /// Finds the equations `der(s) = v` between states; elsewhere `v` is then read instead of `der(s)`, so that only
+    /// one equation reads the rate and velocities computed from positions stay exact between the solver's steps.
+    fn find_rates(&mut self, system: &mut EquationSystem) {
+        for eq in system.equations.indices() {
+            if self.used[eq] || system.section(eq) != Section::Continuous {
+                continue;
+            }
+            let Equation { template, operands, .. } = system.equations[eq];
+            let Form::Alias(a, b, opposite) = self.form(system, template) else { continue };
+            let read = |slot: SlotId| resolve_operand(system, system.operands_of(operands)[slot.index()]);
+            let (Some(a), Some(b)) = (read(a), read(b)) else { continue };
+            let (state, rate) = match (a.target(), b.target()) {
+                (Target::Der(s), Target::Var(_)) => (s, b),
+                (Target::Var(_), Target::Der(s)) => (s, a),
+                _ => continue,
+            };
+            let negated = opposite ^ a.negated() ^ b.negated();
+            if let Target::Var(v) = rate.target()
+                && system.roles[v] == Role::State
+            {
+                let rate = Operand::new(rate.target()).signed(negated);
+                self.rates.entry(state).or_insert((eq, rate));
+            }
+        }
+    }
+
     /// Replaces the operands of all remaining equations and drops the others.
     fn rewrite(&mut self, system: &mut EquationSystem) {
         let mut operands = Vec::with_capacity(system.operands.len());
@@ -179,7 +209,15 @@ impl Pass {
                 continue;
             }
             let mut equation = system.equations[eq];
-            let read = |operand| resolve_operand(system, operand);
+            let rates = &self.rates;
+            let read = |operand| {
+                let operand = resolve_operand(system, operand)?;
+                let Target::Der(s) = operand.target() else { return Some(operand) };
+                match rates.get(&s) {
+                    Some(&(says_so, rate)) if says_so != eq => Some(rate.signed(operand.negated())),
+                    _ => Some(operand),
+                }
+            };
             let before = system.operands_of(equation.operands);
             let changed = list_changes(before, read, &mut self.changes, &mut self.resolved);
             let first = operands.len() as u32;

@@ -6,7 +6,6 @@
 use hyd_flat::{Target, VarId};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined};
-use hyd_symbolic::print_template;
 
 use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::EqId;
@@ -23,8 +22,7 @@ pub(crate) fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     let block = &system.flat.equations[equation.block as usize];
     let template = system.flat.templates.get(block.template);
     let operands = block.operands_of(equation.element as usize, template.arity as usize);
-    let name = |slot: hyd_symbolic::SlotId| system.flat.operand_name(operands[slot.0 as usize]);
-    print_template(&system.flat.templates.arena, &template, &name)
+    format!("{} = {}", system.flat.print(template.left, operands), system.flat.print(template.right, operands))
 }
 
 /// Where an equation stands.

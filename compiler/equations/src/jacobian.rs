@@ -7,9 +7,10 @@
 
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
-use hyd_symbolic::{NodeId, SlotId, gradient};
+use hyd_symbolic::{NodeId, SlotId};
 use rustc_hash::FxHashMap;
 
+use crate::reverse::partials;
 use crate::sorted::{OperandRange, Plan};
 use crate::system::EquationSystem;
 
@@ -193,7 +194,7 @@ fn differentiate_forms(
     let mut forms = Lists::default();
     let arena = &mut system.flat.templates.arena;
     for (value, varying) in values.into_iter().zip(varying) {
-        let mut partials = gradient(arena, value);
+        let mut partials = partials(arena, value, varying.len());
         partials.retain(|&(slot, partial)| varying[slot.index()] && !arena.is(partial, 0.0));
         partials.sort_unstable_by_key(|&(slot, _)| slot);
         forms.push_row(partials);

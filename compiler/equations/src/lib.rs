@@ -22,6 +22,7 @@ mod print_plan;
 mod reduce_index;
 mod relations;
 mod representative;
+mod reverse;
 mod roles;
 mod sort;
 pub mod sorted;

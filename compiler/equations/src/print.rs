@@ -7,8 +7,7 @@ use std::fmt;
 use std::fmt::Write;
 
 use hyd_flat::{Section, VarId};
-use hyd_index::TypedIndex;
-use hyd_symbolic::{NodeId, SlotId, print, print_template};
+use hyd_symbolic::NodeId;
 
 use crate::sorted::{EqId, OperandRange};
 use crate::system::{EquationSystem, Resolution, Role};
@@ -79,17 +78,15 @@ pub(crate) fn section<T, K: PartialEq>(
 
 /// An expression with what its slots read.
 pub(crate) fn expression(system: &EquationSystem, value: NodeId, operands: OperandRange) -> String {
-    let operands = system.operands_of(operands);
-    let name = |slot: SlotId| system.flat.operand_name(operands[slot.index()]);
-    print(&system.flat.templates.arena, value, &name)
+    system.flat.print(value, system.operands_of(operands))
 }
 
 /// An equation with its operands after alias elimination.
 pub(crate) fn equation(system: &EquationSystem, eq: EqId) -> String {
     let equation = system.equations[eq];
     let operands = system.operands_of(equation.operands);
-    let name = |slot: SlotId| system.flat.operand_name(operands[slot.index()]);
-    print_template(&system.flat.templates.arena, &system.flat.templates.get(equation.template), &name)
+    let template = system.flat.templates.get(equation.template);
+    format!("{} = {}", system.flat.print(template.left, operands), system.flat.print(template.right, operands))
 }
 
 fn list_variables(system: &EquationSystem, text: &mut String) {

@@ -8,7 +8,6 @@ use std::fmt::Write;
 
 use hyd_flat::{Operand, Target};
 use hyd_index::TypedIndex;
-use hyd_symbolic::print;
 
 use crate::jacobian::PlanJacobian;
 use crate::print::{expression, section};
@@ -126,9 +125,8 @@ pub fn print_jacobian(system: &EquationSystem, plan: &Plan, jacobian: &PlanJacob
             };
             let reads = system.operands_of(operands);
             let partials = jacobian.partials(r).iter().map(|&(slot, partial)| {
-                let value =
-                    print(&system.flat.templates.arena, partial, &|s| system.flat.operand_name(reads[s.index()]));
-                format!("d({name})/d({}) = {value}", system.flat.operand_name(reads[slot.index()]))
+                let value = system.flat.print_partial(partial, reads, slot);
+                format!("d({name})/d({}) = {value}", system.flat.target_name(reads[slot.index()]))
             });
             let list: Vec<String> = partials.collect();
             if list.is_empty() { format!("d({name}) = 0") } else { list.join("\n  ") }

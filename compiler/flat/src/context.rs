@@ -1,6 +1,7 @@
 //! Where an expression is lowered: its scope, the loops around it, and what its names mean.
 
 use hyd_instance::{InstId, Scope, Value};
+use hyd_source::Reported;
 use hyd_syntax::tree::Name;
 
 use crate::index::{Affine, CounterId};
@@ -15,8 +16,8 @@ pub enum Fail {
     NeedsExpansion,
 }
 
-impl From<()> for Fail {
-    fn from((): ()) -> Self {
+impl From<Reported> for Fail {
+    fn from(_: Reported) -> Self {
         Fail::Reported
     }
 }
@@ -51,12 +52,8 @@ pub struct Context {
     pub no_event: bool,
     /// Sizes that `end` means, innermost last.
     pub ends: Vec<usize>,
-    /// Inside a function: other names than locals are constants only.
-    pub in_function: bool,
     /// In a `when` (where `pre` and `reinit` belong).
     pub in_when: bool,
-    /// `initial equation` section.
-    pub initial: bool,
     /// Nesting of function calls.
     pub depth: usize,
 }
@@ -72,9 +69,7 @@ impl Context {
             names: Vec::new(),
             no_event: false,
             ends: Vec::new(),
-            in_function: false,
             in_when: false,
-            initial: false,
             depth: 0,
         }
     }

@@ -232,16 +232,16 @@ impl Flattener<'_, '_> {
             let positive = |v: &Value| v.as_real().map(f64::abs).filter(|x| *x > 0.0 && x.is_finite());
             self.model.variables[block].nominal = per_element(&values, positive);
         }
-        if let Some(values) = self.element_values(inst, "stateSelect") {
-            if let Some(Value::Enumeration(_, k)) = values.first() {
-                self.model.variables[block].state_select = match k {
-                    1 => StateSelect::Never,
-                    2 => StateSelect::Avoid,
-                    4 => StateSelect::Prefer,
-                    5 => StateSelect::Always,
-                    _ => StateSelect::Default,
-                };
-            }
+        if let Some(values) = self.element_values(inst, "stateSelect")
+            && let Some(Value::Enumeration(_, k)) = values.first()
+        {
+            self.model.variables[block].state_select = match k {
+                1 => StateSelect::Never,
+                2 => StateSelect::Avoid,
+                4 => StateSelect::Prefer,
+                5 => StateSelect::Always,
+                _ => StateSelect::Default,
+            };
         }
     }
 
@@ -278,7 +278,7 @@ impl Flattener<'_, '_> {
             return Some(flat);
         }
         // Spread over the inner arrays only: repeat for the outer ones.
-        if !flat.is_empty() && count % flat.len() == 0 {
+        if !flat.is_empty() && count.is_multiple_of(flat.len()) {
             return Some(flat.iter().cycle().take(count).cloned().collect());
         }
         let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);

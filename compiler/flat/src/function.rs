@@ -72,12 +72,7 @@ impl Flattener<'_, '_> {
             ));
         }
         let inst = self.tree.package_of(class)?;
-        let mut inner = Context {
-            in_function: true,
-            no_event: true,
-            depth: cx.depth + 1,
-            ..Context::new(Scope { inst, frame: 0 })
-        };
+        let mut inner = Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
         inner.counts.clone_from(&cx.counts);
         inner.fixed.clone_from(&cx.fixed);
         let components: Vec<&Component> = elements(&def).iter().filter_map(as_component).collect();
@@ -125,7 +120,7 @@ impl Flattener<'_, '_> {
             return Ok(Vec::new());
         }
         let inst = self.tree.package_of(class)?;
-        let mut inner = Context { in_function: true, depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
+        let mut inner = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
         self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
         self.local_sizes(output, &mut inner)
     }

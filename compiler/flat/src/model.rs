@@ -281,17 +281,41 @@ impl FlatModel {
         self.variables[block].name.element(k)
     }
 
-    /// What a slot reads, in the user's words.
-    pub fn operand_name(&self, operand: Operand) -> String {
-        let text = match operand.target() {
+    /// What a slot reads, in the user's words, without its sign.
+    pub fn target_name(&self, operand: Operand) -> String {
+        match operand.target() {
             Target::Var(v) => self.var_name(v),
             Target::Der(v) => format!("der({})", self.var_name(v)),
             Target::Pre(v) => format!("pre({})", self.var_name(v)),
             Target::Start(v) => format!("{}.start", self.var_name(v)),
             Target::Const(c) => self.constants[c].to_string(),
             Target::Held(r) => format!("relation {}", r + 1),
-        };
+        }
+    }
+
+    /// What a slot reads, in the user's words.
+    pub fn operand_name(&self, operand: Operand) -> String {
+        let text = self.target_name(operand);
         if operand.negated() { format!("(-{text})") } else { text }
+    }
+
+    /// An expression over the operands as text.
+    pub fn print(&self, root: hyd_symbolic::NodeId, operands: &[Operand]) -> String {
+        let name = |slot: hyd_symbolic::SlotId| self.target_name(operands[slot.index()]);
+        let negated = |slot: hyd_symbolic::SlotId| operands[slot.index()].negated();
+        hyd_symbolic::print_signed(&self.templates.arena, root, &name, &negated, false)
+    }
+
+    /// The derivative of an expression with respect to a slot, as one with respect to what the slot names.
+    pub fn print_partial(
+        &self,
+        root: hyd_symbolic::NodeId,
+        operands: &[Operand],
+        slot: hyd_symbolic::SlotId,
+    ) -> String {
+        let name = |slot: hyd_symbolic::SlotId| self.target_name(operands[slot.index()]);
+        let negated = |slot: hyd_symbolic::SlotId| operands[slot.index()].negated();
+        hyd_symbolic::print_signed(&self.templates.arena, root, &name, &negated, operands[slot.index()].negated())
     }
 
     /// Number of scalar equations of a section.

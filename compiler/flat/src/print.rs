@@ -2,11 +2,13 @@
 
 use std::fmt;
 
-use hyd_index::TypedIndex;
-use hyd_symbolic::{SlotId, format_number, print};
+use hyd_symbolic::format_number;
 use hyd_system::{ValueKind, Variability};
 
 use crate::model::{EquationBlock, FlatModel, PerElement, Section, VariableBlock};
+
+/// Which sections stand under one title.
+type Wanted = fn(Section) -> bool;
 
 /// Equations of a block that are printed one by one; of longer blocks the first two and the last.
 const SHOWN: usize = 8;
@@ -17,7 +19,7 @@ impl fmt::Display for FlatModel {
         for block in self.variables.iter() {
             self.print_variable(f, block)?;
         }
-        let sections: [(&str, fn(Section) -> bool); 6] = [
+        let sections: [(&str, Wanted); 6] = [
             ("equation", |s| s == Section::Continuous),
             ("discrete equation", |s| s == Section::Discrete),
             ("when fired", |s| matches!(s, Section::Reinit | Section::Terminate(_))),
@@ -99,9 +101,8 @@ impl FlatModel {
     pub fn equation_text(&self, block: &EquationBlock, k: usize) -> String {
         let template = self.templates.get(block.template);
         let operands = block.operands_of(k, template.arity as usize);
-        let name = |slot: SlotId| self.operand_name(operands[slot.index()]);
-        let left = print(&self.templates.arena, template.left, &name);
-        let right = || print(&self.templates.arena, template.right, &name);
+        let left = self.print(template.left, operands);
+        let right = || self.print(template.right, operands);
         match block.section {
             Section::Assert(message) => format!("assert({left}, \"{}\")", self.messages[message as usize].text),
             Section::Terminate(message) => {

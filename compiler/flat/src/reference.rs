@@ -60,10 +60,10 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         let first = &reference.parts[0];
-        if !reference.global {
-            if let Some(local) = cx.local(&first.name.name).cloned() {
-                return self.lower_local(reference, local, cx, index);
-            }
+        if !reference.global
+            && let Some(local) = cx.local(&first.name.name).cloned()
+        {
+            return self.lower_local(reference, local, cx, index);
         }
         match self.tree.resolve(cx.scope, reference)? {
             Resolved::Time => {
@@ -454,13 +454,13 @@ impl Flattener<'_, '_> {
     }
 
     fn shape_of_ref(&mut self, reference: &ComponentRef, cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        if !reference.global {
-            if let Some(local) = cx.local(&reference.parts[0].name.name) {
-                return Ok(match local {
-                    Local::Array(_, shape) => shape.iter().skip(reference.parts[0].subscripts.len()).copied().collect(),
-                    _ => Vec::new(),
-                });
-            }
+        if !reference.global
+            && let Some(local) = cx.local(&reference.parts[0].name.name)
+        {
+            return Ok(match local {
+                Local::Array(_, shape) => shape.iter().skip(reference.parts[0].subscripts.len()).copied().collect(),
+                _ => Vec::new(),
+            });
         }
         let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
         self.steps_shape(&steps, cx)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use hyd_instance::{ScalarType, Scope, Value};
-use hyd_source::{Code, Diagnostic, Origin};
+use hyd_source::{Code, Diagnostic, Origin, Reported};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Variability,
@@ -112,7 +112,7 @@ impl Flattener<'_, '_> {
         initial: bool,
     ) {
         let origin = self.origin(scope, equation);
-        let start = Context { initial, ..self.context_of(scope) };
+        let start = self.context_of(scope);
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
             if cx.counts.contains(&0) {
@@ -159,8 +159,9 @@ impl Flattener<'_, '_> {
                 let integer_left = matches!(a.scalar, ScalarType::Integer) && !constant(self, a);
                 let integer_right = matches!(b.scalar, ScalarType::Integer) && !constant(self, b);
                 let variable = |e: &Expr| matches!(e.kind, ExprKind::Ref(_));
-                !(integer_left && variable(left) && self.is_discrete_ref(a))
-                    && !(integer_right && variable(right) && self.is_discrete_ref(b))
+                let taken = integer_left && variable(left) && self.is_discrete_ref(a)
+                    || integer_right && variable(right) && self.is_discrete_ref(b);
+                !taken
             };
         if fits {
             return Ok(());
@@ -226,7 +227,7 @@ impl Flattener<'_, '_> {
                             let _ = self.error(Code::TypeMismatch, c.span, message);
                             return;
                         }
-                        Err(()) => return,
+                        Err(Reported) => return,
                     },
                 };
                 if holds {
@@ -268,7 +269,7 @@ impl Flattener<'_, '_> {
         }
         for k in 0..counts[0] {
             let origin = self.origin(scope, &branches[0].1[k]);
-            let start = Context { initial, ..self.context_of(scope) };
+            let start = self.context_of(scope);
             self.with_loops(start, &mut |flat, cx| {
                 flat.enter_all(cx, loops)?;
                 let (left, right, section) = flat.joined(branches, k, cx, initial)?;
@@ -340,7 +341,7 @@ impl Flattener<'_, '_> {
             positional.get(2).or_else(|| named.iter().find(|(n, _)| n.name.as_ref() == "level").map(|(_, e)| e));
         let error = match level.map(|e| self.tree.evaluate(e, scope, &hyd_instance::Env::default())) {
             Some(Ok(Value::Enumeration(_, k))) => k != 1,
-            Some(Err(())) => return,
+            Some(Err(Reported)) => return,
             _ => true,
         };
         let message = self.message(text, scope, error);

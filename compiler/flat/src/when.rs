@@ -74,11 +74,12 @@ impl Flattener<'_, '_> {
         };
         let mut result = Vec::new();
         for (k, part) in parts.into_iter().enumerate() {
-            if let ExprKind::Call(function, _) = &part.kind {
-                if function.parts.len() == 1 && function.parts[0].name.name.as_ref() == "initial" {
-                    result.push(Condition::Initial);
-                    continue;
-                }
+            if let ExprKind::Call(function, _) = &part.kind
+                && function.parts.len() == 1
+                && function.parts[0].name.name.as_ref() == "initial"
+            {
+                result.push(Condition::Initial);
+                continue;
             }
             result.push(Condition::Variable(self.condition_variable(part, number, (branch, k), scope, loops)?));
         }
@@ -347,11 +348,11 @@ impl Flattener<'_, '_> {
 
     /// A Real variable set inside `when` changes at events only.
     fn make_discrete(&mut self, inst: hyd_instance::InstId) {
-        if let Some(&block) = self.blocks.get(&inst) {
-            if self.model.variables[block].variability == hyd_system::Variability::Continuous {
-                self.model.variables[block].variability = hyd_system::Variability::Discrete;
-                self.tree.instances[inst].variability = Variability::Discrete;
-            }
+        if let Some(&block) = self.blocks.get(&inst)
+            && self.model.variables[block].variability == hyd_system::Variability::Continuous
+        {
+            self.model.variables[block].variability = hyd_system::Variability::Discrete;
+            self.tree.instances[inst].variability = Variability::Discrete;
         }
     }
 }

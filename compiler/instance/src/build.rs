@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_index::IndexVec;
-use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{ClassBody, ClassKind, Component, Element, Expr, Name, NestedClass, Path, Variability};
 use rustc_hash::FxHashMap;
 
@@ -55,7 +55,7 @@ pub fn instantiate<'s>(
     table: ClassTable<'s>,
     class: ClassId,
     overrides: Vec<Override>,
-) -> Result<InstanceTree<'s>, ClassTable<'s>> {
+) -> Result<InstanceTree<'s>, Box<ClassTable<'s>>> {
     let mut tree = InstanceTree {
         table,
         instances: IndexVec::new(),
@@ -69,9 +69,9 @@ pub fn instantiate<'s>(
     if def.partial {
         let message = format!("`{}` is partial and cannot be simulated by itself", tree.table.full_name(class));
         tree.table.report(Diagnostic::error(Code::PartialClass, message).at(def.name.span, "declared partial here"));
-        return Err(tree.table);
+        return Err(Box::new(tree.table));
     }
-    let Ok(shape) = tree.table.shape(class) else { return Err(tree.table) };
+    let Ok(shape) = tree.table.shape(class) else { return Err(Box::new(tree.table)) };
     let root = tree.new_instance("".into(), None, def.name.span);
     tree.root = root;
     let instance = &mut tree.instances[root];
@@ -115,7 +115,7 @@ impl InstanceTree<'_> {
     }
 
     /// The instance that holds the constants of a package.
-    pub(crate) fn package_instance(&mut self, class: ClassId) -> Result<InstId, ()> {
+    pub(crate) fn package_instance(&mut self, class: ClassId) -> Result<InstId, Reported> {
         if let Some(&known) = self.packages.get(&class) {
             return Ok(known);
         }
@@ -130,12 +130,12 @@ impl InstanceTree<'_> {
     }
 
     /// A scope for the text of a class that is not instantiated (a function): its constants and enclosing packages.
-    pub fn package_of(&mut self, class: ClassId) -> Result<InstId, ()> {
+    pub fn package_of(&mut self, class: ClassId) -> Result<InstId, Reported> {
         self.package_instance(class)
     }
 
     /// Makes all components of an instance whose class is set.  Errors are reported; the rest is still made.
-    fn instantiate_members(&mut self, inst: InstId, mods: &Mods) -> Result<(), ()> {
+    fn instantiate_members(&mut self, inst: InstId, mods: &Mods) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
         self.check_targets(inst, &shape, mods);
         for (k, element) in shape.elements.iter().enumerate() {
@@ -146,7 +146,7 @@ impl InstanceTree<'_> {
         let mut result = Ok(());
         for (k, element) in shape.elements.iter().enumerate() {
             if element.component && self.instantiate_element(inst, k, mods).is_err() {
-                result = Err(());
+                result = Err(Reported);
             }
         }
         result
@@ -226,7 +226,7 @@ impl InstanceTree<'_> {
         new: &Arc<NestedClass>,
         applied: &Applied,
         original: &NestedClass,
-    ) -> Result<LocalClass, ()> {
+    ) -> Result<LocalClass, Reported> {
         let scope = applied.scope;
         let mut mods = Mods::new();
         let class = match &new.class.body {
@@ -259,7 +259,7 @@ impl InstanceTree<'_> {
     }
 
     /// Makes component `k` of the instance's shape.
-    pub(crate) fn instantiate_element(&mut self, inst: InstId, k: usize, outer: &Mods) -> Result<(), ()> {
+    pub(crate) fn instantiate_element(&mut self, inst: InstId, k: usize, outer: &Mods) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
         let element = &shape.elements[k];
         let Some(mut declaration) = self.declared(&shape, element) else { return Ok(()) };
@@ -273,11 +273,11 @@ impl InstanceTree<'_> {
                 self.table.report(
                     Diagnostic::error(Code::Redeclaration, message).at(applied.tree.span.unwrap_or(original_span), ""),
                 );
-                return Err(());
+                return Err(Reported);
             };
             if !declaration.prefixes.replaceable {
                 self.not_replaceable(&element.name, applied.tree.span, original_span);
-                return Err(());
+                return Err(Reported);
             }
             // 7.3.2: the modification of the constraining clause stays in force, else that of the declaration.
             let kept = match &declaration.constrained_by {
@@ -338,12 +338,12 @@ impl InstanceTree<'_> {
         scope: Scope,
         type_scope: Scope,
         mods: Mods,
-    ) -> Result<(), ()> {
+    ) -> Result<(), Reported> {
         let name = element.name.clone();
         if declaration.stream {
             let message = format!("`{name}` is a stream variable; stream connectors are outside the language profile");
             self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
-            return Err(());
+            return Err(Reported);
         }
         if declaration.prefixes.outer && !declaration.prefixes.inner {
             return self.bind_outer(parent, &name, declaration.name.span);
@@ -388,14 +388,14 @@ impl InstanceTree<'_> {
         instance.description = declaration.description.clone();
     }
 
-    fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<(), ()> {
+    fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<(), Reported> {
         let mut current = self.instances[parent].parent;
         while let Some(above) = current {
-            if let Some(&found) = self.instances[above].by_name.get(name) {
-                if self.instances[found].inner {
-                    self.instances[parent].by_name.insert(name.clone(), found);
-                    return Ok(());
-                }
+            if let Some(&found) = self.instances[above].by_name.get(name)
+                && self.instances[found].inner
+            {
+                self.instances[parent].by_name.insert(name.clone(), found);
+                return Ok(());
             }
             current = self.instances[above].parent;
         }
@@ -413,7 +413,7 @@ impl InstanceTree<'_> {
         }
         let message = format!("no enclosing model declares `inner {name}`");
         self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here"));
-        Err(())
+        Err(Reported)
     }
 
     fn inner_element(&self, inst: InstId, name: &Name) -> Option<usize> {
@@ -423,18 +423,18 @@ impl InstanceTree<'_> {
         declaration.prefixes.inner.then_some(k)
     }
 
-    fn condition(&mut self, condition: &Expr, scope: Scope) -> Result<bool, ()> {
+    fn condition(&mut self, condition: &Expr, scope: Scope) -> Result<bool, Reported> {
         match self.evaluate(condition, scope, &Env::default())? {
             Value::Boolean(value) => Ok(value),
             other => {
                 let message = format!("the condition of a component must be Boolean, not {}", other.type_name());
                 self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
-                Err(())
+                Err(Reported)
             }
         }
     }
 
-    fn type_of(&mut self, scope: Scope, path: &Path) -> Result<TypeOf, ()> {
+    fn type_of(&mut self, scope: Scope, path: &Path) -> Result<TypeOf, Reported> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             let name = &path.parts[0].name;
             return Ok(TypeOf::Scalar(match name.as_ref() {
@@ -454,7 +454,7 @@ impl InstanceTree<'_> {
     }
 
     /// Evaluates declared sizes; `:` takes its size from the binding.
-    fn sizes(&mut self, dims: &[Expr], scope: Scope, mods: &Mods, name: &str) -> Result<Vec<usize>, ()> {
+    fn sizes(&mut self, dims: &[Expr], scope: Scope, mods: &Mods, name: &str) -> Result<Vec<usize>, Reported> {
         let mut sizes = Vec::with_capacity(dims.len());
         for (k, dim) in dims.iter().enumerate() {
             sizes.push(self.size(dim, k, scope, mods, name)?);
@@ -462,18 +462,19 @@ impl InstanceTree<'_> {
         Ok(sizes)
     }
 
-    fn size(&mut self, dim: &Expr, k: usize, scope: Scope, mods: &Mods, name: &str) -> Result<usize, ()> {
+    fn size(&mut self, dim: &Expr, k: usize, scope: Scope, mods: &Mods, name: &str) -> Result<usize, Reported> {
         if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
             let Some(applied) = crate::modifier::binding(mods).cloned() else {
                 let message = format!("`{name}` has size `:` and no value that gives it a size");
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
-                return Err(());
+                return Err(Reported);
             };
             let value = self.evaluate_applied(&applied)?;
             let skip: usize = applied.spread.iter().map(|&i| self.instances[i].dims.len()).sum();
             return value.shape().get(skip + k).copied().ok_or_else(|| {
                 let message = format!("the value of `{name}` has too few dimensions");
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
+                Reported
             });
         }
         let value = self.evaluate(dim, scope, &Env::default())?;
@@ -489,18 +490,18 @@ impl InstanceTree<'_> {
                 let message = format!("the size of `{name}` is {size}, which is {limit}");
                 let code = if size < 0 { Code::ArrayShape } else { Code::Limit };
                 self.table.report(Diagnostic::error(code, message).at(dim.span, ""));
-                Err(())
+                Err(Reported)
             }
             None => {
                 let message = format!("the size of `{name}` must be an Integer, not {}", value.type_name());
                 self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(dim.span, ""));
-                Err(())
+                Err(Reported)
             }
         }
     }
 
     /// Sizes that a short class definition adds (`type Vector = Real[3]`).
-    fn alias_sizes(&mut self, shape: &Rc<Shape>, scope: Scope) -> Result<Vec<usize>, ()> {
+    fn alias_sizes(&mut self, shape: &Rc<Shape>, scope: Scope) -> Result<Vec<usize>, Reported> {
         let mut sizes = Vec::new();
         for frame in &shape.frames {
             let def = self.table.class(frame.class).def.clone();
@@ -511,14 +512,14 @@ impl InstanceTree<'_> {
         Ok(sizes)
     }
 
-    fn check_size(&mut self, inst: InstId) -> Result<(), ()> {
+    fn check_size(&mut self, inst: InstId) -> Result<(), Reported> {
         let dims = crate::instance::full_dims(&self.instances, inst);
         let total = dims.iter().try_fold(1usize, |product, &d| product.checked_mul(d)).unwrap_or(usize::MAX);
         if total > MAX_ELEMENTS {
             let (name, span) = (self.instances[inst].name.clone(), self.instances[inst].span);
             let message = format!("`{name}` has more than {MAX_ELEMENTS} elements");
             self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(());
+            return Err(Reported);
         }
         Ok(())
     }
@@ -531,7 +532,7 @@ impl InstanceTree<'_> {
         shape: Rc<Shape>,
         mut mods: Mods,
         declaration: &Component,
-    ) -> Result<(), ()> {
+    ) -> Result<(), Reported> {
         mods.extend(local.mods.iter().cloned());
         let enumeration = self.enumeration(local.class);
         let scalar = match (&shape.builtin, enumeration) {
@@ -579,7 +580,7 @@ impl InstanceTree<'_> {
         }
     }
 
-    fn check_class(&mut self, inst: InstId, class: ClassId, declaration: &Component) -> Result<(), ()> {
+    fn check_class(&mut self, inst: InstId, class: ClassId, declaration: &Component) -> Result<(), Reported> {
         let def = self.table.class(class).def.clone();
         let span = declaration.class.span;
         let full = self.table.full_name(class);
@@ -602,21 +603,21 @@ impl InstanceTree<'_> {
         };
         if let Some((code, message)) = fault {
             self.table.report(Diagnostic::error(code, message).at(span, "").with(def.name.span, "declared here"));
-            return Err(());
+            return Err(Reported);
         }
         let mut current = self.instances[inst].parent;
         while let Some(above) = current {
             if self.instances[above].class == Some(class) {
                 let message = format!("`{full}` contains a component of its own class");
                 self.table.report(Diagnostic::error(Code::CircularClass, message).at(span, "the circle closes here"));
-                return Err(());
+                return Err(Reported);
             }
             current = self.instances[above].parent;
         }
         if self.depth >= MAX_DEPTH {
             let message = format!("components are nested deeper than {MAX_DEPTH} levels");
             self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(());
+            return Err(Reported);
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_index::{IndexVec, typed_index};
-use hyd_source::{Code, Diagnostic, FileId, Files, Severity, Span};
+use hyd_source::{Code, Diagnostic, FileId, Files, Reported, Severity, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Element, Import, Name, NestedClass, StoredDefinition};
 use rustc_hash::FxHashMap;
 
@@ -29,7 +29,7 @@ pub struct Class {
     /// Names from the top down to this class.
     pub path: Vec<Name>,
     children: FxHashMap<Name, Option<ClassId>>,
-    pub(crate) shape: Option<Result<Rc<Shape>, ()>>,
+    pub(crate) shape: Option<Result<Rc<Shape>, Reported>>,
 }
 
 /// A nested class element of a class definition.

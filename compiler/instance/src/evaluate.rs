@@ -3,7 +3,7 @@
 //! The value of a parameter is its binding evaluated in the binding's scope, cached per instance; circles are reported.  A
 //! parameter asked for here becomes structural: it cannot change on the translated model.
 
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp, Variability};
 use hyd_system::math::Function;
 
@@ -36,12 +36,13 @@ impl InstanceTree<'_> {
         self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
     }
 
-    fn no_meaning(&mut self, span: Span, message: String) {
+    fn no_meaning(&mut self, span: Span, message: String) -> Reported {
         self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(span, ""));
+        Reported
     }
 
     /// Evaluates an expression of constants and parameters.
-    pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, ()> {
+    pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
         match &expr.kind {
             ExprKind::Integer(k) => Ok(Value::Integer(*k)),
             ExprKind::Real(x) => Ok(Value::Real(*x)),
@@ -65,7 +66,7 @@ impl InstanceTree<'_> {
                 let (x, y) = (self.evaluate(a, scope, env)?, self.evaluate(b, scope, env)?);
                 binary(*op, &x, &y).ok_or_else(|| {
                     let message = format!("the operator has no meaning for {} and {}", x.type_name(), y.type_name());
-                    self.no_meaning(expr.span, message);
+                    self.no_meaning(expr.span, message)
                 })
             }
             ExprKind::If(branches, otherwise) => {
@@ -78,7 +79,7 @@ impl InstanceTree<'_> {
                                 condition.span,
                                 format!("a condition must be Boolean, not {}", other.type_name()),
                             );
-                            return Err(());
+                            return Err(Reported);
                         }
                     }
                 }
@@ -107,18 +108,18 @@ impl InstanceTree<'_> {
                 [Some(only)] => self.evaluate(only, scope, env),
                 _ => {
                     self.no_meaning(expr.span, "a list of results is not a value".into());
-                    Err(())
+                    Err(Reported)
                 }
             },
             ExprKind::Colon => {
                 self.no_meaning(expr.span, "`:` is not a value".into());
-                Err(())
+                Err(Reported)
             }
             ExprKind::End => match env.ends.last() {
                 Some(&size) => Ok(Value::Integer(size as i64)),
                 None => {
                     self.no_meaning(expr.span, "`end` is allowed only in subscripts".into());
-                    Err(())
+                    Err(Reported)
                 }
             },
         }
@@ -132,7 +133,7 @@ impl InstanceTree<'_> {
         stop: &Expr,
         scope: Scope,
         env: &Env,
-    ) -> Result<Value, ()> {
+    ) -> Result<Value, Reported> {
         let first = self.evaluate(start, scope, env)?;
         let last = self.evaluate(stop, scope, env)?;
         let by = match step {
@@ -160,7 +161,7 @@ impl InstanceTree<'_> {
             Some(items) => Ok(Value::Array(items)),
             None => {
                 self.no_meaning(span, "this range has no meaning or too many values".into());
-                Err(())
+                Err(Reported)
             }
         }
     }
@@ -171,12 +172,12 @@ impl InstanceTree<'_> {
         iterators: &[Iterator],
         scope: Scope,
         env: &Env,
-        body: &mut dyn FnMut(&mut Self, &Env) -> Result<(), ()>,
-    ) -> Result<(), ()> {
+        body: &mut dyn FnMut(&mut Self, &Env) -> Result<(), Reported>,
+    ) -> Result<(), Reported> {
         let Some((iterator, rest)) = iterators.split_first() else { return body(self, env) };
         let Some(range) = &iterator.range else {
             self.not_structural(iterator.name.span, format!("the range of `{}` must be written", iterator.name.name));
-            return Err(());
+            return Err(Reported);
         };
         let values = match self.evaluate(range, scope, env)? {
             Value::Array(values) => values,
@@ -190,17 +191,17 @@ impl InstanceTree<'_> {
         Ok(())
     }
 
-    fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, ()> {
-        if !reference.global {
-            if let Some(value) = env.get(&reference.parts[0].name.name) {
-                return Ok(value.clone());
-            }
+    fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        if !reference.global
+            && let Some(value) = env.get(&reference.parts[0].name.name)
+        {
+            return Ok(value.clone());
         }
         match self.resolve(scope, reference)? {
             Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
             Resolved::Time => {
                 self.not_structural(reference.span, "`time` is not known before the run".into());
-                Err(())
+                Err(Reported)
             }
             Resolved::Class(local) => match self.enumeration(local.class) {
                 Some(enumeration) => Ok(Value::Array(
@@ -211,7 +212,7 @@ impl InstanceTree<'_> {
                 None => {
                     let name = self.table.full_name(local.class);
                     self.no_meaning(reference.span, format!("the class `{name}` is not a value"));
-                    Err(())
+                    Err(Reported)
                 }
             },
             Resolved::Variable(steps) => self.evaluate_steps(reference.span, &steps, scope, env),
@@ -224,7 +225,7 @@ impl InstanceTree<'_> {
         steps: &[(InstId, &[Expr])],
         scope: Scope,
         env: &Env,
-    ) -> Result<Value, ()> {
+    ) -> Result<Value, Reported> {
         let (last, _) = steps[steps.len() - 1];
         let value = self.value_of(last, span)?;
         let spread = self.instances[last]
@@ -247,7 +248,7 @@ impl InstanceTree<'_> {
                             span,
                             format!("`{name}` differs between the elements of an array of components"),
                         );
-                        return Err(());
+                        return Err(Reported);
                     }
                 },
             };
@@ -263,11 +264,11 @@ impl InstanceTree<'_> {
         subscripts: &[Expr],
         scope: Scope,
         env: &Env,
-    ) -> Result<Value, ()> {
+    ) -> Result<Value, Reported> {
         let Some((first, rest)) = subscripts.split_first() else { return Ok(value) };
         let Value::Array(items) = value else {
             self.no_meaning(span, "too many subscripts".into());
-            return Err(());
+            return Err(Reported);
         };
         if matches!(first.kind, ExprKind::Colon) {
             return items
@@ -295,14 +296,14 @@ impl InstanceTree<'_> {
         }
     }
 
-    fn pick(&mut self, span: Span, items: &[Value], index: &Value) -> Result<Value, ()> {
+    fn pick(&mut self, span: Span, items: &[Value], index: &Value) -> Result<Value, Reported> {
         let k = match index {
             Value::Integer(k) => *k,
             Value::Enumeration(_, k) => i64::from(*k),
             Value::Boolean(b) => i64::from(*b) + 1,
             other => {
                 self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
-                return Err(());
+                return Err(Reported);
             }
         };
         match usize::try_from(k - 1).ok().and_then(|k| items.get(k)) {
@@ -310,16 +311,16 @@ impl InstanceTree<'_> {
             None => {
                 let message = format!("subscript {k} is outside 1..{}", items.len());
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-                Err(())
+                Err(Reported)
             }
         }
     }
 
     /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
-    pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, ()> {
+    pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
         match self.instances[inst].known.clone() {
             Known::Yes(value) => return Ok(value),
-            Known::Failed => return Err(()),
+            Known::Failed => return Err(Reported),
             Known::Open => {
                 let name = path(&self.instances, inst);
                 let message = format!("the value of `{name}` depends on itself");
@@ -327,7 +328,7 @@ impl InstanceTree<'_> {
                 self.table.report(
                     Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here"),
                 );
-                return Err(());
+                return Err(Reported);
             }
             Known::No => {}
         }
@@ -335,17 +336,17 @@ impl InstanceTree<'_> {
         let value = self.compute(inst, span);
         self.instances[inst].known = match &value {
             Ok(value) => Known::Yes(value.clone()),
-            Err(()) => Known::Failed,
+            Err(Reported) => Known::Failed,
         };
         value
     }
 
-    fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, ()> {
+    fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
         let name = path(&self.instances, inst);
         let instance = &self.instances[inst];
         let Some(primitive) = &instance.primitive else {
             self.not_structural(span, format!("`{name}` is a component, not a value"));
-            return Err(());
+            return Err(Reported);
         };
         if instance.variability > Variability::Parameter {
             let declared = instance.span;
@@ -355,7 +356,7 @@ impl InstanceTree<'_> {
                     .at(span, "needed before the run")
                     .with(declared, "declared here"),
             );
-            return Err(());
+            return Err(Reported);
         }
         let integer = matches!(primitive.scalar, ScalarType::Integer);
         let real = matches!(primitive.scalar, ScalarType::Real);
@@ -370,22 +371,22 @@ impl InstanceTree<'_> {
             self.table.report(
                 Diagnostic::error(Code::NoValue, message).at(span, "needed here").with(declared, "declared here"),
             );
-            return Err(());
+            return Err(Reported);
         };
         let value = self.evaluate_applied(&applied)?;
         if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
             let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
             self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
-            return Err(());
+            return Err(Reported);
         }
         Ok(if real { widen(value) } else { value })
     }
 
     /// The value a modification gives, in its own scope.
-    pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, ()> {
+    pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
         match &applied.tree.binding {
             Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
-            None => Err(()),
+            None => Err(Reported),
         }
     }
 
@@ -396,7 +397,7 @@ impl InstanceTree<'_> {
         arguments: &Arguments,
         scope: Scope,
         env: &Env,
-    ) -> Result<Value, ()> {
+    ) -> Result<Value, Reported> {
         let name = function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
         let mut values = Vec::new();
         match arguments {
@@ -406,7 +407,7 @@ impl InstanceTree<'_> {
                         span,
                         format!("`{name}` with named arguments cannot be computed before the run"),
                     );
-                    return Err(());
+                    return Err(Reported);
                 }
                 if name == "size" {
                     return self.evaluate_size(span, positional, scope, env);
@@ -428,12 +429,12 @@ impl InstanceTree<'_> {
             Some(value) => Ok(value),
             None => {
                 self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
-                Err(())
+                Err(Reported)
             }
         }
     }
 
-    fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, ()> {
+    fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
         let shape = match arguments.first().map(|e| &e.kind) {
             Some(ExprKind::Ref(reference)) => match self.resolve(scope, reference)? {
                 Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{ClassBody, ComponentRef, Expr, Ident, Import, ImportKind, Name, Path, Variability};
 
 use crate::build::InstanceTree;
@@ -115,18 +115,18 @@ impl ClassTable<'_> {
     }
 
     /// The class a dotted name means from inside `from`; gives a message if there is none.
-    pub fn find_class_static(&mut self, from: ClassId, path: &Path, base: bool) -> Result<ClassId, ()> {
+    pub fn find_class_static(&mut self, from: ClassId, path: &Path, base: bool) -> Result<ClassId, Reported> {
         let first = &path.parts[0];
         let found = if path.global { self.top(&first.name) } else { self.find_first(from, &first.name, base) };
         let Some(class) = found else {
             self.unknown_class(Some(from), first);
-            return Err(());
+            return Err(Reported);
         };
         self.descend(class, &path.parts[1..])
     }
 
     /// Follows the rest of a dotted class name.
-    pub fn descend(&mut self, mut class: ClassId, parts: &[Ident]) -> Result<ClassId, ()> {
+    pub fn descend(&mut self, mut class: ClassId, parts: &[Ident]) -> Result<ClassId, Reported> {
         for part in parts {
             match self.member_class(class, &part.name) {
                 Some(next) => class = next,
@@ -137,7 +137,7 @@ impl ClassTable<'_> {
                     self.report(
                         Diagnostic::error(Code::UnknownClass, message).at(part.span, "not found").maybe_help(help),
                     );
-                    return Err(());
+                    return Err(Reported);
                 }
             }
         }
@@ -159,25 +159,24 @@ impl ClassTable<'_> {
 
 impl InstanceTree<'_> {
     /// The class a name means in a scope, redeclarations included.
-    pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, ()> {
+    pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, Reported> {
         let first = &path.parts[0];
         let shape = self.instances[scope.inst].shape.clone();
-        if let (Some(shape), false) = (&shape, path.global) {
-            if let Some(element) = shape.visible(&first.name, scope.frame).filter(|e| !e.component) {
-                let found = match self.instances[scope.inst].local_classes.get(&first.name) {
-                    Some(local) => Some(local.clone()),
-                    None => {
-                        let owner = shape.frames[element.frame as usize].class;
-                        self.table.child(owner, &first.name).map(|class| LocalClass { class, mods: Vec::new() })
-                    }
-                };
-                if let Some(mut local) = found {
-                    if path.parts.len() > 1 {
-                        local =
-                            LocalClass { class: self.table.descend(local.class, &path.parts[1..])?, mods: Vec::new() };
-                    }
-                    return Ok(local);
+        if let (Some(shape), false) = (&shape, path.global)
+            && let Some(element) = shape.visible(&first.name, scope.frame).filter(|e| !e.component)
+        {
+            let found = match self.instances[scope.inst].local_classes.get(&first.name) {
+                Some(local) => Some(local.clone()),
+                None => {
+                    let owner = shape.frames[element.frame as usize].class;
+                    self.table.child(owner, &first.name).map(|class| LocalClass { class, mods: Vec::new() })
                 }
+            };
+            if let Some(mut local) = found {
+                if path.parts.len() > 1 {
+                    local = LocalClass { class: self.table.descend(local.class, &path.parts[1..])?, mods: Vec::new() };
+                }
+                return Ok(local);
             }
         }
         let from = shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
@@ -185,14 +184,14 @@ impl InstanceTree<'_> {
             Some(class) => self.table.find_class_static(class, path, false)?,
             None => {
                 self.table.unknown_class(None, first);
-                return Err(());
+                return Err(Reported);
             }
         };
         Ok(LocalClass { class, mods: Vec::new() })
     }
 
     /// What a reference names; gives a message if nothing.
-    pub fn resolve<'e>(&mut self, scope: Scope, reference: &'e ComponentRef) -> Result<Resolved<'e>, ()> {
+    pub fn resolve<'e>(&mut self, scope: Scope, reference: &'e ComponentRef) -> Result<Resolved<'e>, Reported> {
         let first = &reference.parts[0];
         let name = &first.name.name;
         if !reference.global {
@@ -207,7 +206,7 @@ impl InstanceTree<'_> {
             return Ok(found);
         }
         self.unknown_name(scope, name, first.name.span);
-        Err(())
+        Err(Reported)
     }
 
     /// A component of the scope's instance, visible from its frame.
@@ -218,7 +217,7 @@ impl InstanceTree<'_> {
     }
 
     /// Follows the parts after `at` through the components of `inst`.
-    fn steps<'e>(&mut self, inst: InstId, reference: &'e ComponentRef, at: usize) -> Result<Resolved<'e>, ()> {
+    fn steps<'e>(&mut self, inst: InstId, reference: &'e ComponentRef, at: usize) -> Result<Resolved<'e>, Reported> {
         let mut steps = vec![(inst, reference.parts[at].subscripts.as_slice())];
         let mut current = inst;
         for part in &reference.parts[at + 1..] {
@@ -229,11 +228,11 @@ impl InstanceTree<'_> {
                     let what = &self.instances[current].name;
                     let message = format!("`{what}` does not exist here: its condition is false");
                     self.table.report(Diagnostic::error(Code::UnknownName, message).at(reference.span, ""));
-                    return Err(());
+                    return Err(Reported);
                 }
                 None => {
                     self.unknown_member(current, name, part.name.span);
-                    return Err(());
+                    return Err(Reported);
                 }
             }
             steps.push((current, part.subscripts.as_slice()));
@@ -257,12 +256,16 @@ impl InstanceTree<'_> {
     }
 
     /// References that start with a class: literals, package constants, functions.
-    fn through_classes<'e>(&mut self, scope: Scope, reference: &'e ComponentRef) -> Result<Option<Resolved<'e>>, ()> {
+    fn through_classes<'e>(
+        &mut self,
+        scope: Scope,
+        reference: &'e ComponentRef,
+    ) -> Result<Option<Resolved<'e>>, Reported> {
         let first = &reference.parts[0].name;
-        if reference.parts.len() == 2 {
-            if let Some(enumeration) = predefined_enumeration(&first.name) {
-                return self.literal(enumeration, reference, 1).map(Some);
-            }
+        if reference.parts.len() == 2
+            && let Some(enumeration) = predefined_enumeration(&first.name)
+        {
+            return self.literal(enumeration, reference, 1).map(Some);
         }
         let found = self.first_class(scope, reference);
         let Some(mut local) = found else {
@@ -284,7 +287,7 @@ impl InstanceTree<'_> {
             let help = did_you_mean(&part.name.name, names.iter().map(|n| n.as_ref()));
             self.table
                 .report(Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found").maybe_help(help));
-            return Err(());
+            return Err(Reported);
         }
         Ok(Some(Resolved::Class(local)))
     }
@@ -307,16 +310,14 @@ impl InstanceTree<'_> {
         &mut self,
         scope: Scope,
         reference: &'e ComponentRef,
-    ) -> Result<Option<Resolved<'e>>, ()> {
+    ) -> Result<Option<Resolved<'e>>, Reported> {
         let name = &reference.parts[0].name.name;
         let Some(shape) = self.instances[scope.inst].shape.clone() else { return Ok(None) };
         let mut current = Some(shape.frames[scope.frame as usize].class);
         let mut own = true;
         while let Some(class) = current {
-            if !own {
-                if let Some(inst) = self.package_constant(class, name)? {
-                    return self.steps(inst, reference, 0).map(Some);
-                }
+            if !own && let Some(inst) = self.package_constant(class, name)? {
+                return self.steps(inst, reference, 0).map(Some);
             }
             if let Some(inst) = self.imported_constant(class, name)? {
                 return self.steps(inst, reference, 0).map(Some);
@@ -327,7 +328,7 @@ impl InstanceTree<'_> {
         Ok(None)
     }
 
-    fn imported_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, ()> {
+    fn imported_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, Reported> {
         let def = self.table.class(class).def.clone();
         for import in imports(&def) {
             let parts = &import.path.parts;
@@ -342,17 +343,17 @@ impl InstanceTree<'_> {
                 ImportKind::All => (parts, name),
                 _ => continue,
             };
-            if let Some(package) = self.table.absolute(package) {
-                if let Some(inst) = self.package_constant(package, element)? {
-                    return Ok(Some(inst));
-                }
+            if let Some(package) = self.table.absolute(package)
+                && let Some(inst) = self.package_constant(package, element)?
+            {
+                return Ok(Some(inst));
             }
         }
         Ok(None)
     }
 
     /// A constant (or parameter with a value) declared in a package.
-    pub(crate) fn package_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, ()> {
+    pub(crate) fn package_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, Reported> {
         let shape = self.table.shape(class)?;
         let Some(&k) = shape.by_name.get(name) else { return Ok(None) };
         if !shape.elements[k as usize].component {
@@ -372,7 +373,7 @@ impl InstanceTree<'_> {
         enumeration: Arc<EnumType>,
         reference: &ComponentRef,
         at: usize,
-    ) -> Result<Resolved<'e>, ()> {
+    ) -> Result<Resolved<'e>, Reported> {
         let part = &reference.parts[at].name;
         match enumeration.literals.iter().position(|l| *l == part.name) {
             Some(k) if at + 1 == reference.parts.len() => Ok(Resolved::Literal(enumeration, k as u32 + 1)),
@@ -381,7 +382,7 @@ impl InstanceTree<'_> {
                 let message = format!("`{}` has no literal `{}`", enumeration.name, part.name);
                 self.table
                     .report(Diagnostic::error(Code::UnknownName, message).at(part.span, "not found").maybe_help(help));
-                Err(())
+                Err(Reported)
             }
         }
     }
@@ -402,13 +403,12 @@ impl InstanceTree<'_> {
             return known.clone();
         }
         let mut found = None;
-        if let Ok(shape) = self.table.shape(class) {
-            if let Some(frame) = shape.frames.last() {
-                if let ClassBody::Enumeration(Some(literals)) = &self.table.class(frame.class).def.body {
-                    let literals = literals.iter().map(|l| l.name.name.clone()).collect();
-                    found = Some(Arc::new(EnumType { name: self.table.full_name(frame.class).into(), literals }));
-                }
-            }
+        if let Ok(shape) = self.table.shape(class)
+            && let Some(frame) = shape.frames.last()
+            && let ClassBody::Enumeration(Some(literals)) = &self.table.class(frame.class).def.body
+        {
+            let literals = literals.iter().map(|l| l.name.name.clone()).collect();
+            found = Some(Arc::new(EnumType { name: self.table.full_name(frame.class).into(), literals }));
         }
         self.enumerations.insert(class, found.clone());
         found

@@ -6,7 +6,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Element, Modification, Name};
 use rustc_hash::FxHashMap;
 
@@ -73,7 +73,7 @@ pub fn is_builtin(name: &str) -> bool {
 
 impl ClassTable<'_> {
     /// The shape of a class.  `Err` after a message has been given.
-    pub fn shape(&mut self, class: ClassId) -> Result<Rc<Shape>, ()> {
+    pub fn shape(&mut self, class: ClassId) -> Result<Rc<Shape>, Reported> {
         if let Some(known) = &self.class(class).shape {
             return known.clone();
         }
@@ -94,7 +94,7 @@ impl ClassTable<'_> {
         outer: &[(u32, Arc<AstMod>)],
         open: &mut Vec<ClassId>,
         from: Option<Span>,
-    ) -> Result<u32, ()> {
+    ) -> Result<u32, Reported> {
         let def = self.class(class).def.clone();
         if open.contains(&class) {
             let message = format!("`{}` extends itself", self.full_name(class));
@@ -103,7 +103,7 @@ impl ClassTable<'_> {
                     .at(from.unwrap_or(def.name.span), "the circle closes here")
                     .with(def.name.span, "declared here"),
             );
-            return Err(());
+            return Err(Reported);
         }
         open.push(class);
         let frame = shape.frames.len() as u32;
@@ -138,7 +138,7 @@ impl ClassTable<'_> {
                 ),
             };
             if added.is_err() {
-                result = Err(());
+                result = Err(Reported);
             }
         }
         if let ClassBody::Short { base, modification, .. } = &def.body {
@@ -156,7 +156,7 @@ impl ClassTable<'_> {
         modification: &Modification,
         outer: &[(u32, Arc<AstMod>)],
         open: &mut Vec<ClassId>,
-    ) -> Result<(), ()> {
+    ) -> Result<(), Reported> {
         if base.parts.len() == 1 && is_builtin(&base.parts[0].name) {
             shape.builtin = Some(base.parts[0].name.clone());
             if !modification.arguments.is_empty() {
@@ -171,7 +171,7 @@ impl ClassTable<'_> {
         if kind == ClassKind::Function && self.class(class).def.kind != ClassKind::Function {
             let message = format!("`{}` is a function and cannot be a base class here", self.full_name(base_class));
             self.report(Diagnostic::error(Code::Misplaced, message).at(base.span, ""));
-            return Err(());
+            return Err(Reported);
         }
         let mut modifications = outer.to_vec();
         if !modification.arguments.is_empty() {
@@ -193,7 +193,7 @@ impl ClassTable<'_> {
         component: bool,
         modification: &Modification,
         span: Span,
-    ) -> Result<(), ()> {
+    ) -> Result<(), Reported> {
         if let Some(&known) = shape.by_name.get(&name) {
             return self.check_duplicate(shape, known, frame, position, span);
         }
@@ -217,7 +217,7 @@ impl ClassTable<'_> {
         frame: u32,
         position: usize,
         span: Span,
-    ) -> Result<(), ()> {
+    ) -> Result<(), Reported> {
         let element = &shape.elements[known as usize];
         let (here, there) = (shape.frames[frame as usize].class, shape.frames[element.frame as usize].class);
         let redeclares = |table: &Self, class: ClassId, k: usize| match &elements(&table.class(class).def)[k] {
@@ -253,6 +253,6 @@ impl ClassTable<'_> {
                 .at(span, "second declaration")
                 .with(first, "first declaration"),
         );
-        Err(())
+        Err(Reported)
     }
 }

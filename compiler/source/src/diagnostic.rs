@@ -80,6 +80,10 @@ impl Diagnostic {
     }
 }
 
+/// The error of a step whose message has been given already.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Reported;
+
 /// What a stage returns: what it could build, and what it has to say.
 #[derive(Clone, Debug)]
 pub struct Outcome<T> {

@@ -8,5 +8,5 @@ mod diagnostic;
 mod files;
 
 pub use codes::Code;
-pub use diagnostic::{Diagnostic, Label, Outcome, Severity, did_you_mean};
+pub use diagnostic::{Diagnostic, Label, Outcome, Reported, Severity, did_you_mean};
 pub use files::{FileId, Files, Location, Origin, Span};

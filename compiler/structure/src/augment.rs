@@ -38,12 +38,7 @@ impl Default for Augmenter {
 impl Augmenter {
     /// Empty work space; it grows with the incidence.
     pub fn new() -> Self {
-        Self {
-            reached_from: IndexVec::new(),
-            stamp: 0,
-            queue: Vec::new(),
-            columns: Vec::new(),
-        }
+        Self { reached_from: IndexVec::new(), stamp: 0, queue: Vec::new(), columns: Vec::new() }
     }
 
     /// Matches `row` through columns for which `admit` holds, or says what blocks it.
@@ -90,9 +85,7 @@ impl Augmenter {
         }
         let unreached = (0, Row(0));
         if self.reached_from.len() < incidence.column_count() {
-            self.reached_from
-                .raw
-                .resize(incidence.column_count(), unreached);
+            self.reached_from.raw.resize(incidence.column_count(), unreached);
         }
         self.stamp += 1;
         self.queue.clear();
@@ -155,9 +148,7 @@ mod tests {
 
     #[test]
     fn a_released_column_can_be_matched_again() {
-        let incidence: Incidence = "2 rows, 2 columns\neq0: v0\neq1: v0 v1\n"
-            .parse()
-            .expect("text");
+        let incidence: Incidence = "2 rows, 2 columns\neq0: v0\neq1: v0 v1\n".parse().expect("text");
         let mut matching = Matching::empty(&incidence);
         let mut augmenter = Augmenter::new();
         let not_v1 = |column| column != Column(1);

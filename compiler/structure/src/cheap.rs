@@ -20,8 +20,7 @@ pub(crate) struct EntryFilter<'a> {
 impl EntryFilter<'_> {
     #[inline]
     pub fn admits(&self, entry: Entry) -> bool {
-        self.classes
-            .is_none_or(|classes| classes[entry] <= self.limit)
+        self.classes.is_none_or(|classes| classes[entry] <= self.limit)
     }
 }
 
@@ -111,21 +110,18 @@ impl CheapAssignment<'_> {
     }
 
     fn rarest_column(&self, row: Row) -> Option<Column> {
-        let admitted = self.incidence.entries(row).filter(|&(entry, column)| {
-            self.filter.admits(entry) && self.matching.row_of_column[column].is_none()
-        });
-        admitted
-            .map(|(_, column)| column)
-            .min_by_key(|&column| (self.column_degree[column], column))
+        let admitted = self
+            .incidence
+            .entries(row)
+            .filter(|&(entry, column)| self.filter.admits(entry) && self.matching.row_of_column[column].is_none());
+        admitted.map(|(_, column)| column).min_by_key(|&column| (self.column_degree[column], column))
     }
 
     fn free_row(&self, column: Column) -> Option<Row> {
         let rows = self.transpose.rows(column).iter();
         let mut pairs = rows.zip(self.transpose.entries(column));
         pairs
-            .find(|&(&row, &entry)| {
-                self.filter.admits(entry) && self.matching.column_of_row[row].is_none()
-            })
+            .find(|&(&row, &entry)| self.filter.admits(entry) && self.matching.column_of_row[row].is_none())
             .map(|(&row, _)| row)
     }
 
@@ -186,10 +182,7 @@ mod tests {
         });
         let incidence = Incidence::from_rows(n as usize, rows).expect("sorted");
         let mut matching = Matching::empty(&incidence);
-        let filter = EntryFilter {
-            classes: None,
-            limit: 0,
-        };
+        let filter = EntryFilter { classes: None, limit: 0 };
         extend_cheaply(&incidence, &incidence.transpose(), filter, &mut matching);
         assert!(matching.is_perfect());
     }

@@ -27,18 +27,14 @@ impl Default for Digraph {
 impl Digraph {
     /// A graph without nodes.
     pub fn new() -> Self {
-        Self {
-            starts: vec![0],
-            targets: Vec::new(),
-        }
+        Self { starts: vec![0], targets: Vec::new() }
     }
 
     /// Appends a node with its successors, which may be added later.
     pub fn push_node(&mut self, successors: impl IntoIterator<Item = u32>) {
         self.targets.extend(successors);
         let end = u32::try_from(self.targets.len());
-        self.starts
-            .push(end.expect("invariant: an incidence has at most 2^32 - 1 entries"));
+        self.starts.push(end.expect("invariant: an incidence has at most 2^32 - 1 entries"));
     }
 
     /// Number of nodes.
@@ -91,10 +87,7 @@ pub fn strongly_connected_components(graph: &Digraph) -> Components {
         next_number: 0,
         path: Vec::new(),
         open: Vec::new(),
-        result: Components {
-            starts: vec![0],
-            nodes: Vec::with_capacity(count),
-        },
+        result: Components { starts: vec![0], nodes: Vec::with_capacity(count) },
     };
     for node in 0..count as u32 {
         if tarjan.number[node as usize] == UNSEEN {
@@ -188,19 +181,11 @@ pub fn block_order(incidence: &Incidence, matching: &Matching) -> Result<BlockPl
     }
     let Components { starts, nodes } = strongly_connected_components(&graph);
     let rows: Vec<Row> = nodes.into_iter().map(Row).collect();
-    let partner = |row: &Row| -> Column {
-        matching.column_of_row[*row].expect("invariant: every row is matched, checked above")
-    };
+    let partner =
+        |row: &Row| -> Column { matching.column_of_row[*row].expect("invariant: every row is matched, checked above") };
     let columns = rows.iter().map(partner).collect();
-    let plan = BlockPlan {
-        starts,
-        rows,
-        columns,
-    };
-    debug_assert_eq!(
-        crate::verify::check_blocks(incidence, matching, &plan),
-        Ok(())
-    );
+    let plan = BlockPlan { starts, rows, columns };
+    debug_assert_eq!(crate::verify::check_blocks(incidence, matching, &plan), Ok(()));
     Ok(plan)
 }
 
@@ -286,10 +271,7 @@ mod tests {
     fn unmatched_rows_are_refused_and_unmatched_columns_are_known() {
         let incidence: Incidence = "1 rows, 2 columns\neq0: v0 v1\n".parse().expect("text");
         let mut matching = Matching::empty(&incidence);
-        assert_eq!(
-            block_order(&incidence, &matching),
-            Err(UnmatchedRow(Row(0)))
-        );
+        assert_eq!(block_order(&incidence, &matching), Err(UnmatchedRow(Row(0))));
         matching.assign(Row(0), Column(1));
         let plan = block_order(&incidence, &matching).expect("row is matched");
         assert_eq!(plan.to_string(), "block0: eq0=v1\n");

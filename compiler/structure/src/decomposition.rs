@@ -78,10 +78,7 @@ pub struct NotMaximum {
 impl fmt::Display for NotMaximum {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { row, column } = self;
-        write!(
-            f,
-            "the matching is not maximum: it can be extended by {row} and {column}"
-        )
+        write!(f, "the matching is not maximum: it can be extended by {row} and {column}")
     }
 }
 
@@ -97,15 +94,8 @@ pub fn decompose(incidence: &Incidence, matching: &Matching) -> Result<Decomposi
         rows: complement(incidence.rows(), &over.rows, &under.rows),
         columns: complement(incidence.columns(), &over.columns, &under.columns),
     };
-    let result = Decomposition {
-        over,
-        square,
-        under,
-    };
-    debug_assert_eq!(
-        crate::verify::check_decomposition(incidence, &result),
-        Ok(())
-    );
+    let result = Decomposition { over, square, under };
+    debug_assert_eq!(crate::verify::check_decomposition(incidence, &result), Ok(()));
     Ok(result)
 }
 
@@ -113,39 +103,26 @@ pub fn decompose(incidence: &Incidence, matching: &Matching) -> Result<Decomposi
 /// without any one of its equations the rest can be matched.
 ///
 /// `row` must be unmatched; for a matched row the result is meaningless (but nothing fails).
-pub fn minimal_overdetermined(
-    incidence: &Incidence,
-    matching: &Matching,
-    row: Row,
-) -> Result<Part, NotMaximum> {
+pub fn minimal_overdetermined(incidence: &Incidence, matching: &Matching, row: Row) -> Result<Part, NotMaximum> {
     reach_from_rows(incidence, matching, &[row])
 }
 
 /// The smallest under-determined set that holds the unmatched unknown `column`: one unknown more than equations,
 /// and with any one of its unknowns given the others can be matched.
-pub fn minimal_underdetermined(
-    transpose: &Transpose,
-    matching: &Matching,
-    column: Column,
-) -> Result<Part, NotMaximum> {
+pub fn minimal_underdetermined(transpose: &Transpose, matching: &Matching, column: Column) -> Result<Part, NotMaximum> {
     reach_from_columns(transpose, matching, &[column])
 }
 
 /// Members of `all` in neither of the two ascending lists.
 fn complement<T: TypedIndex>(all: impl Iterator<Item = T>, first: &[T], second: &[T]) -> Vec<T> {
     let outside = |list: &[T], member: &T| list.binary_search(member).is_err();
-    all.filter(|member| outside(first, member) && outside(second, member))
-        .collect()
+    all.filter(|member| outside(first, member) && outside(second, member)).collect()
 }
 
 /// Everything on alternating paths: a row, any of its columns, the row matched to that column, and so on.
 ///
 /// A path that ends in an unmatched column enlarges the matching; then it was not maximum.
-fn reach_from_rows(
-    incidence: &Incidence,
-    matching: &Matching,
-    roots: &[Row],
-) -> Result<Part, NotMaximum> {
+fn reach_from_rows(incidence: &Incidence, matching: &Matching, roots: &[Row]) -> Result<Part, NotMaximum> {
     let mut seen = IndexVec::filled(false, incidence.column_count());
     let (mut rows, mut columns) = (roots.to_vec(), Vec::new());
     // The root from which each row was reached, parallel to `rows`.
@@ -173,11 +150,7 @@ fn reach_from_rows(
 }
 
 /// The same from columns: a column, any row it occurs in, the column matched to that row, and so on.
-fn reach_from_columns(
-    transpose: &Transpose,
-    matching: &Matching,
-    roots: &[Column],
-) -> Result<Part, NotMaximum> {
+fn reach_from_columns(transpose: &Transpose, matching: &Matching, roots: &[Column]) -> Result<Part, NotMaximum> {
     let mut seen = IndexVec::filled(false, matching.column_of_row.len());
     let (mut rows, mut columns) = (Vec::new(), roots.to_vec());
     let mut origin = roots.to_vec();
@@ -213,16 +186,12 @@ mod tests {
     /// The size of a maximum matching without the equation.
     fn size_without_row(incidence: &Incidence, row: Row) -> usize {
         let range = incidence.entry_range(row);
-        maximum_size(&restrict(incidence, |entry| {
-            !range.contains(&entry.index())
-        }))
+        maximum_size(&restrict(incidence, |entry| !range.contains(&entry.index())))
     }
 
     /// The size of a maximum matching without the unknown.
     fn size_without_column(incidence: &Incidence, column: Column) -> usize {
-        maximum_size(&restrict(incidence, |entry| {
-            incidence.column_of(entry) != column
-        }))
+        maximum_size(&restrict(incidence, |entry| incidence.column_of(entry) != column))
     }
 
     proptest! {
@@ -290,8 +259,7 @@ mod tests {
     /// Three equations in two unknowns, one explicit pair, one equation in two unknowns that occur nowhere else.
     #[test]
     fn all_three_parts() {
-        let text =
-            "5 rows, 5 columns\neq0: v0 v1\neq1: v0 v1\neq2: v0 v1\neq3: v0 v2\neq4: v2 v3 v4\n";
+        let text = "5 rows, 5 columns\neq0: v0 v1\neq1: v0 v1\neq2: v0 v1\neq3: v0 v2\neq4: v2 v3 v4\n";
         let incidence: Incidence = text.parse().expect("text");
         let matching = maximum_matching(&incidence, None);
         let parts = decompose(&incidence, &matching).expect("maximum");
@@ -301,20 +269,12 @@ mod tests {
 
     #[test]
     fn a_matching_that_can_be_extended_is_refused() {
-        let incidence: Incidence = "2 rows, 2 columns\neq0: v0 v1\neq1: v0\n"
-            .parse()
-            .expect("text");
+        let incidence: Incidence = "2 rows, 2 columns\neq0: v0 v1\neq1: v0\n".parse().expect("text");
         let mut matching = Matching::empty(&incidence);
         matching.assign(Row(0), Column(0));
         let (row, column) = (Row(1), Column(1));
-        assert_eq!(
-            decompose(&incidence, &matching),
-            Err(NotMaximum { row, column })
-        );
+        assert_eq!(decompose(&incidence, &matching), Err(NotMaximum { row, column }));
         let transpose = incidence.transpose();
-        assert_eq!(
-            minimal_underdetermined(&transpose, &matching, column),
-            Err(NotMaximum { row, column })
-        );
+        assert_eq!(minimal_underdetermined(&transpose, &matching, column), Err(NotMaximum { row, column }));
     }
 }

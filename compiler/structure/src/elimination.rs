@@ -21,8 +21,7 @@ struct Neighbours {
 
 impl Neighbours {
     fn of(&self, vertex: u32) -> impl Iterator<Item = (u32, bool)> + '_ {
-        let range =
-            self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize;
+        let range = self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize;
         let targets = self.targets[range.clone()].iter().copied();
         targets.zip(self.solvable[range].iter().copied())
     }
@@ -51,11 +50,7 @@ impl Neighbours {
                 *slot += 1;
             }
         }
-        Self {
-            starts,
-            targets,
-            solvable,
-        }
+        Self { starts, targets, solvable }
     }
 }
 
@@ -74,11 +69,7 @@ impl LocalBlock {
         rows: &[Row],
         column_count: usize,
     ) -> Self {
-        let mut by_row = Neighbours {
-            starts: vec![0],
-            targets: Vec::new(),
-            solvable: Vec::new(),
-        };
+        let mut by_row = Neighbours { starts: vec![0], targets: Vec::new(), solvable: Vec::new() };
         for &row in rows {
             for (entry, column) in incidence.entries(row) {
                 if position[column] != OUTSIDE {
@@ -120,9 +111,7 @@ impl Side {
         let solvable = |k| neighbours.of(k).filter(|(_, solvable)| *solvable).count() as u32;
         let mut side = Self {
             open: vec![true; count as usize],
-            degree: (0..count)
-                .map(|k| neighbours.of(k).count() as u32)
-                .collect(),
+            degree: (0..count).map(|k| neighbours.of(k).count() as u32).collect(),
             solvable: (0..count).map(solvable).collect(),
             ready: VecDeque::new(),
         };
@@ -147,10 +136,7 @@ impl Side {
 
     fn contribution(&self, row: u32) -> Contribution {
         let shortness = LONG_ROW.saturating_sub(self.degree[row as usize]);
-        Contribution {
-            weight: 1 << (WEIGHT_STEP_BITS * shortness),
-            single: self.solvable[row as usize] == 1,
-        }
+        Contribution { weight: 1 << (WEIGHT_STEP_BITS * shortness), single: self.solvable[row as usize] == 1 }
     }
 
     fn next_ready(&mut self) -> Option<u32> {
@@ -181,11 +167,7 @@ struct Contribution {
 impl Contribution {
     /// To a column in which the row can be solved (`solvable`) or not.
     fn to(self, solvable: bool) -> u64 {
-        if self.single && solvable {
-            0
-        } else {
-            self.weight
-        }
+        if self.single && solvable { 0 } else { self.weight }
     }
 }
 
@@ -216,8 +198,7 @@ impl<'a, W: Fn(u32) -> i8> Elimination<'a, W> {
         let score: Vec<u64> = (0..block.column_count() as u32)
             .map(|k| {
                 let rows = block.by_column.of(k);
-                rows.map(|(row, solvable)| row_side.contribution(row).to(solvable))
-                    .sum()
+                rows.map(|(row, solvable)| row_side.contribution(row).to(solvable)).sum()
             })
             .collect();
         let candidates = (0..).zip(&score);

@@ -83,18 +83,11 @@ pub struct Incidence {
 impl Incidence {
     /// A pattern without rows over `column_count` unknowns.
     pub fn new(column_count: usize) -> Self {
-        Self {
-            column_count,
-            starts: vec![0],
-            entries: Vec::new(),
-        }
+        Self { column_count, starts: vec![0], entries: Vec::new() }
     }
 
     /// The pattern of the given rows, each a strictly ascending list of columns below `column_count`.
-    pub fn from_rows<R>(
-        column_count: usize,
-        rows: impl IntoIterator<Item = R>,
-    ) -> Result<Self, IncidenceError>
+    pub fn from_rows<R>(column_count: usize, rows: impl IntoIterator<Item = R>) -> Result<Self, IncidenceError>
     where
         R: IntoIterator<Item = Column>,
     {
@@ -111,10 +104,7 @@ impl Incidence {
     /// Appends an equation (strictly ascending columns below the column count) and returns its number.
     ///
     /// On an error the pattern is as before.
-    pub fn push_row(
-        &mut self,
-        columns: impl IntoIterator<Item = Column>,
-    ) -> Result<Row, IncidenceError> {
+    pub fn push_row(&mut self, columns: impl IntoIterator<Item = Column>) -> Result<Row, IncidenceError> {
         let start = self.entries.len();
         if self.row_count() >= u32::MAX as usize {
             return Err(IncidenceError::TooLarge);
@@ -140,9 +130,7 @@ impl Incidence {
             return Err(IncidenceError::Unsorted { row, column });
         }
         match tail.last() {
-            Some(&column) if column.index() >= self.column_count => {
-                Err(IncidenceError::ColumnOutside { row, column })
-            }
+            Some(&column) if column.index() >= self.column_count => Err(IncidenceError::ColumnOutside { row, column }),
             _ => u32::try_from(self.entries.len()).map_err(|_| IncidenceError::TooLarge),
         }
     }
@@ -239,11 +227,7 @@ impl Incidence {
                 *slot += 1;
             }
         }
-        Transpose {
-            starts,
-            rows,
-            entries,
-        }
+        Transpose { starts, rows, entries }
     }
 }
 
@@ -294,10 +278,8 @@ impl FromStr for Incidence {
     fn from_str(text: &str) -> Result<Self, IncidenceError> {
         let mut lines = text.lines().zip(1..);
         let expected = "`<n> rows, <m> columns`";
-        let (rows, columns) = lines
-            .next()
-            .and_then(|(line, _)| parse_sizes(line))
-            .ok_or(IncidenceError::Text { line: 1, expected })?;
+        let (rows, columns) =
+            lines.next().and_then(|(line, _)| parse_sizes(line)).ok_or(IncidenceError::Text { line: 1, expected })?;
         let mut incidence = Self::from_rows::<[Column; 0]>(columns, [])?;
         let mut last = 1;
         for (text, line) in lines {
@@ -308,10 +290,7 @@ impl FromStr for Incidence {
         }
         if incidence.row_count() != rows {
             let expected = "as many rows as the first line says";
-            return Err(IncidenceError::Text {
-                line: last,
-                expected,
-            });
+            return Err(IncidenceError::Text { line: last, expected });
         }
         Ok(incidence)
     }
@@ -329,9 +308,7 @@ fn parse_row(line: &str, number: usize) -> Option<Vec<Column>> {
         return None;
     }
     let words = columns.split_whitespace();
-    words
-        .map(|word| word.strip_prefix('v')?.parse().ok().map(Column))
-        .collect()
+    words.map(|word| word.strip_prefix('v')?.parse().ok().map(Column)).collect()
 }
 
 #[cfg(test)]
@@ -352,15 +329,9 @@ mod tests {
     fn wrong_rows_are_refused_and_leave_the_pattern_unchanged() {
         let mut incidence = Incidence::new(2);
         let (row, column) = (Row(0), Column(1));
-        assert_eq!(
-            incidence.push_row([Column(1), Column(1)]),
-            Err(IncidenceError::Unsorted { row, column })
-        );
+        assert_eq!(incidence.push_row([Column(1), Column(1)]), Err(IncidenceError::Unsorted { row, column }));
         let column = Column(2);
-        assert_eq!(
-            incidence.push_row([Column(0), column]),
-            Err(IncidenceError::ColumnOutside { row, column })
-        );
+        assert_eq!(incidence.push_row([Column(0), column]), Err(IncidenceError::ColumnOutside { row, column }));
         assert_eq!(incidence, Incidence::new(2));
         incidence.add_columns(1).expect("small");
         assert_eq!(incidence.push_row([Column(0), column]), Ok(row));

@@ -70,9 +70,7 @@ mod brute_force;
 pub use augment::{Augmentation, Augmenter};
 pub use blocks::{Block, BlockPlan};
 pub use components::{UnmatchedRow, block_order};
-pub use decomposition::{
-    Decomposition, NotMaximum, Part, decompose, minimal_overdetermined, minimal_underdetermined,
-};
+pub use decomposition::{Decomposition, NotMaximum, Part, decompose, minimal_overdetermined, minimal_underdetermined};
 pub use graph::{Column, Entry, Incidence, IncidenceError, Row, Transpose};
 pub use matching::{Matching, maximum_matching};
 pub use tearing::{Tearing, TearingOptions, TearingPlan};

@@ -69,17 +69,13 @@ impl Matching {
     /// The equations without an unknown, ascending.
     pub fn unmatched_rows(&self) -> impl Iterator<Item = Row> + '_ {
         let pairs = self.column_of_row.iter_enumerated();
-        pairs
-            .filter(|(_, column)| column.is_none())
-            .map(|(row, _)| row)
+        pairs.filter(|(_, column)| column.is_none()).map(|(row, _)| row)
     }
 
     /// The unknowns without an equation, ascending.
     pub fn unmatched_columns(&self) -> impl Iterator<Item = Column> + '_ {
         let pairs = self.row_of_column.iter_enumerated();
-        pairs
-            .filter(|(_, row)| row.is_none())
-            .map(|(column, _)| column)
+        pairs.filter(|(_, row)| row.is_none()).map(|(column, _)| column)
     }
 }
 
@@ -116,10 +112,7 @@ pub fn maximum_matching(incidence: &Incidence, classes: Option<&IndexVec<Entry, 
             break;
         }
     }
-    debug_assert_eq!(
-        crate::verify::check_maximum_matching(incidence, &matching),
-        Ok(())
-    );
+    debug_assert_eq!(crate::verify::check_maximum_matching(incidence, &matching), Ok(()));
     matching
 }
 
@@ -128,17 +121,12 @@ fn class_levels(incidence: &Incidence, classes: Option<&IndexVec<Entry, u8>>) ->
     let Some(classes) = classes else {
         return vec![0];
     };
-    assert!(
-        classes.len() == incidence.entry_count(),
-        "invariant: one class per entry"
-    );
+    assert!(classes.len() == incidence.entry_count(), "invariant: one class per entry");
     let mut present = [false; 256];
     for &class in classes.iter() {
         present[class as usize] = true;
     }
-    (0..=u8::MAX)
-        .filter(|&class| present[class as usize])
-        .collect()
+    (0..=u8::MAX).filter(|&class| present[class as usize]).collect()
 }
 
 const UNREACHED: u32 = u32::MAX;
@@ -164,12 +152,7 @@ impl PathSearch {
     }
 
     /// Phases until no augmenting path of admitted entries is left.
-    fn complete(
-        &mut self,
-        incidence: &Incidence,
-        filter: EntryFilter<'_>,
-        matching: &mut Matching,
-    ) {
+    fn complete(&mut self, incidence: &Incidence, filter: EntryFilter<'_>, matching: &mut Matching) {
         let mut roots: Vec<Row> = matching.unmatched_rows().collect();
         while self.build_layers(incidence, filter, matching, &roots) {
             for &root in &roots {
@@ -222,13 +205,7 @@ impl PathSearch {
     }
 
     /// Depth-first search through the layers; flips the first path that ends in a free column.
-    fn augment_from(
-        &mut self,
-        incidence: &Incidence,
-        filter: EntryFilter<'_>,
-        matching: &mut Matching,
-        root: Row,
-    ) {
+    fn augment_from(&mut self, incidence: &Incidence, filter: EntryFilter<'_>, matching: &mut Matching, root: Row) {
         self.path.clear();
         self.path.push(root);
         while let Some(&row) = self.path.last() {
@@ -248,9 +225,7 @@ impl PathSearch {
             }
             match matching.row_of_column[incidence.column_of(entry)] {
                 None => return self.flip(incidence, matching),
-                Some(next)
-                    if self.layer[next] != UNREACHED && self.layer[next] == self.layer[row] + 1 =>
-                {
+                Some(next) if self.layer[next] != UNREACHED && self.layer[next] == self.layer[row] + 1 => {
                     self.path.push(next);
                 }
                 Some(_) => self.cursor[row] += 1,
@@ -312,9 +287,7 @@ mod tests {
 
     #[test]
     fn prints_pairs_and_leftovers() {
-        let incidence: Incidence = "2 rows, 2 columns\neq0: v0\neq1: v0\n"
-            .parse()
-            .expect("text");
+        let incidence: Incidence = "2 rows, 2 columns\neq0: v0\neq1: v0\n".parse().expect("text");
         let matching = maximum_matching(&incidence, None);
         let text = "eq0 -> v0\neq1 -> none\nnone -> v1\n";
         assert_eq!(matching.to_string(), text);
@@ -333,10 +306,7 @@ mod tests {
         for k in 0..n - 1 {
             matching.assign(Row(k), Column(k));
         }
-        let filter = EntryFilter {
-            classes: None,
-            limit: 0,
-        };
+        let filter = EntryFilter { classes: None, limit: 0 };
         PathSearch::new(&incidence).complete(&incidence, filter, &mut matching);
         assert!(matching.is_perfect());
         assert_eq!(check_maximum_matching(&incidence, &matching), Ok(()));

@@ -71,22 +71,13 @@ pub(crate) const OUTSIDE: u32 = u32::MAX;
 impl<'a> Tearing<'a> {
     /// Panics if a table of the options does not have the size of the incidence (a programming error).
     pub fn new(incidence: &'a Incidence, options: TearingOptions<'a>) -> Self {
+        assert!(options.solvable.len() == incidence.entry_count(), "invariant: one solvability per entry");
         assert!(
-            options.solvable.len() == incidence.entry_count(),
-            "invariant: one solvability per entry"
-        );
-        assert!(
-            options
-                .wish
-                .is_none_or(|wish| wish.len() == incidence.column_count()),
+            options.wish.is_none_or(|wish| wish.len() == incidence.column_count()),
             "invariant: one wish per column"
         );
         let position = IndexVec::filled(OUTSIDE, incidence.column_count());
-        Self {
-            incidence,
-            options,
-            position,
-        }
+        Self { incidence, options, position }
     }
 
     /// The plan for one block: `rows` and `columns` of the incidence, each listed once.
@@ -98,13 +89,7 @@ impl<'a> Tearing<'a> {
         for (k, &column) in (0..).zip(columns) {
             self.position[column] = k;
         }
-        let block = LocalBlock::new(
-            self.incidence,
-            self.options.solvable,
-            &self.position,
-            rows,
-            columns.len(),
-        );
+        let block = LocalBlock::new(self.incidence, self.options.solvable, &self.position, rows, columns.len());
         for &column in columns {
             self.position[column] = OUTSIDE;
         }
@@ -120,22 +105,14 @@ impl<'a> Tearing<'a> {
     }
 
     fn check(&self, rows: &[Row], columns: &[Column], plan: &TearingPlan) -> Result<(), String> {
-        let TearingOptions {
-            solvable,
-            max_depth,
-            ..
-        } = self.options;
+        let TearingOptions { solvable, max_depth, .. } = self.options;
         crate::verify::check_tearing(self.incidence, rows, columns, solvable, max_depth, plan)
     }
 }
 
 /// Drops the assignments whose chain of dependencies would be longer than allowed; their columns count as torn, so
 /// chains begin anew behind them.
-fn limit_depth(
-    block: &LocalBlock,
-    mut sequence: Vec<(u32, u32)>,
-    max_depth: Option<u32>,
-) -> Vec<(u32, u32)> {
+fn limit_depth(block: &LocalBlock, mut sequence: Vec<(u32, u32)>, max_depth: Option<u32>) -> Vec<(u32, u32)> {
     let Some(limit) = max_depth else {
         return sequence;
     };
@@ -164,10 +141,8 @@ fn global_plan(rows: &[Row], columns: &[Column], sequence: &[(u32, u32)]) -> Tea
         plan.assignments.push((rows[row], columns[column]));
     }
     let left = |left: &[bool]| -> Vec<usize> { (0..left.len()).filter(|&k| left[k]).collect() };
-    plan.residuals
-        .extend(left(&row_left).iter().map(|&k| rows[k]));
-    plan.tearing
-        .extend(left(&column_left).iter().map(|&k| columns[k]));
+    plan.residuals.extend(left(&row_left).iter().map(|&k| rows[k]));
+    plan.tearing.extend(left(&column_left).iter().map(|&k| columns[k]));
     plan.residuals.sort_unstable();
     plan.tearing.sort_unstable();
     plan
@@ -180,16 +155,8 @@ mod tests {
     use crate::verify::check_tearing;
     use proptest::prelude::*;
 
-    fn tear_all(
-        incidence: &Incidence,
-        solvable: &IndexVec<Entry, bool>,
-        max_depth: Option<u32>,
-    ) -> TearingPlan {
-        let options = TearingOptions {
-            solvable,
-            wish: None,
-            max_depth,
-        };
+    fn tear_all(incidence: &Incidence, solvable: &IndexVec<Entry, bool>, max_depth: Option<u32>) -> TearingPlan {
+        let options = TearingOptions { solvable, wish: None, max_depth };
         let rows: Vec<Row> = incidence.rows().collect();
         let columns: Vec<Column> = incidence.columns().collect();
         let plan = Tearing::new(incidence, options).tear(&rows, &columns);
@@ -245,18 +212,13 @@ mod tests {
         used: u32,
     ) -> Option<(Row, Column)> {
         let unknown = |column: Column| known >> column.0 & 1 == 0;
-        incidence
-            .rows()
-            .filter(|row| used >> row.0 & 1 == 0)
-            .find_map(|row| {
-                let mut open = incidence
-                    .entries(row)
-                    .filter(|&(_, column)| unknown(column));
-                match (open.next(), open.next()) {
-                    (Some((entry, column)), None) if solvable[entry] => Some((row, column)),
-                    _ => None,
-                }
-            })
+        incidence.rows().filter(|row| used >> row.0 & 1 == 0).find_map(|row| {
+            let mut open = incidence.entries(row).filter(|&(_, column)| unknown(column));
+            match (open.next(), open.next()) {
+                (Some((entry, column)), None) if solvable[entry] => Some((row, column)),
+                _ => None,
+            }
+        })
     }
 
     proptest! {
@@ -301,9 +263,7 @@ mod tests {
     fn random_numbers() -> impl FnMut() -> f64 {
         let mut state = 12345_u64;
         move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 33) as f64 / (1_u64 << 31) as f64
         }
     }
@@ -348,11 +308,7 @@ mod tests {
         let columns: Vec<Column> = incidence.columns().collect();
         let mut wish = IndexVec::filled(0, 9);
         wish[Column(4)] = 1;
-        let options = TearingOptions {
-            solvable: &solvable,
-            wish: Some(&wish),
-            max_depth: None,
-        };
+        let options = TearingOptions { solvable: &solvable, wish: Some(&wish), max_depth: None };
         let plan = Tearing::new(&incidence, options).tear(&rows, &columns);
         assert!(plan.tearing.contains(&Column(4)), "{plan}");
     }

@@ -18,10 +18,9 @@ fn ensure(holds: bool, sentence: impl FnOnce() -> String) -> Result<(), String> 
 /// Every pair is an entry of the incidence and both tables are inverse to each other.
 pub fn check_matching(incidence: &Incidence, matching: &Matching) -> Result<(), String> {
     let sizes = (matching.column_of_row.len(), matching.row_of_column.len());
-    ensure(
-        sizes == (incidence.row_count(), incidence.column_count()),
-        || "the tables of the matching have not the size of the incidence".to_string(),
-    )?;
+    ensure(sizes == (incidence.row_count(), incidence.column_count()), || {
+        "the tables of the matching have not the size of the incidence".to_string()
+    })?;
     for (row, &column) in matching.column_of_row.iter_enumerated() {
         let Some(column) = column else { continue };
         ensure(incidence.entry(row, column).is_some(), || {
@@ -33,10 +32,9 @@ pub fn check_matching(incidence: &Incidence, matching: &Matching) -> Result<(), 
     }
     for (column, &row) in matching.row_of_column.iter_enumerated() {
         let Some(row) = row else { continue };
-        ensure(
-            matching.column_of_row.get(row) == Some(&Some(column)),
-            || format!("{column} is matched to {row}, but {row} is not matched to {column}"),
-        )?;
+        ensure(matching.column_of_row.get(row) == Some(&Some(column)), || {
+            format!("{column} is matched to {row}, but {row} is not matched to {column}")
+        })?;
     }
     Ok(())
 }
@@ -63,22 +61,12 @@ pub fn check_maximum_matching(incidence: &Incidence, matching: &Matching) -> Res
 /// Every row is in exactly one block with its matched column, and no row needs a column of a later block.
 ///
 /// That blocks are as small as possible is not checked.
-pub fn check_blocks(
-    incidence: &Incidence,
-    matching: &Matching,
-    plan: &BlockPlan,
-) -> Result<(), String> {
-    ensure(plan.starts.first() == Some(&0), || {
-        "the first block does not start at position 0".to_string()
-    })?;
-    ensure(plan.starts.windows(2).all(|pair| pair[0] < pair[1]), || {
-        "a block is empty".to_string()
-    })?;
+pub fn check_blocks(incidence: &Incidence, matching: &Matching, plan: &BlockPlan) -> Result<(), String> {
+    ensure(plan.starts.first() == Some(&0), || "the first block does not start at position 0".to_string())?;
+    ensure(plan.starts.windows(2).all(|pair| pair[0] < pair[1]), || "a block is empty".to_string())?;
     let lengths = (plan.rows.len(), plan.columns.len());
     let end = plan.starts.last().map_or(0, |&end| end as usize);
-    ensure(lengths == (end, end), || {
-        "the last block does not end with the rows and columns".to_string()
-    })?;
+    ensure(lengths == (end, end), || "the last block does not end with the rows and columns".to_string())?;
     let mut known = IndexVec::filled(false, incidence.column_count());
     for column in matching.unmatched_columns() {
         known[column] = true;
@@ -98,9 +86,7 @@ pub fn check_blocks(
         }
         for &row in rows {
             for &column in incidence.row(row) {
-                ensure(known[column], || {
-                    format!("{row} of {block} needs {column}, which a later block determines")
-                })?;
+                ensure(known[column], || format!("{row} of {block} needs {column}, which a later block determines"))?;
             }
         }
     }
@@ -125,11 +111,7 @@ pub fn check_tearing(
     let plan_rows = assigned.clone().map(|pair| pair.0);
     check_same_members("row", rows, plan_rows.chain(plan.residuals.iter().copied()))?;
     let plan_columns = assigned.map(|pair| pair.1);
-    check_same_members(
-        "column",
-        columns,
-        plan_columns.chain(plan.tearing.iter().copied()),
-    )?;
+    check_same_members("column", columns, plan_columns.chain(plan.tearing.iter().copied()))?;
     let members = Lookup::new(columns);
     let mut depth: Vec<Option<u32>> = vec![None; columns.len()];
     for &column in &plan.tearing {
@@ -173,25 +155,14 @@ impl Lookup {
     }
 }
 
-fn check_same_members<T: TypedIndex>(
-    kind: &str,
-    expected: &[T],
-    found: impl Iterator<Item = T>,
-) -> Result<(), String> {
+fn check_same_members<T: TypedIndex>(kind: &str, expected: &[T], found: impl Iterator<Item = T>) -> Result<(), String> {
     let (mut expected, mut found) = (expected.to_vec(), found.collect::<Vec<T>>());
     expected.sort_unstable();
     found.sort_unstable();
     match expected.iter().zip(&found).find(|(a, b)| a != b) {
-        Some((a, b)) => Err(format!(
-            "not every {kind} occurs once: {:?} is missing or repeated",
-            a.min(b)
-        )),
+        Some((a, b)) => Err(format!("not every {kind} occurs once: {:?} is missing or repeated", a.min(b))),
         None => ensure(expected.len() == found.len(), || {
-            format!(
-                "there are {} {kind}s instead of {}",
-                found.len(),
-                expected.len()
-            )
+            format!("there are {} {kind}s instead of {}", found.len(), expected.len())
         }),
     }
 }
@@ -199,11 +170,7 @@ fn check_same_members<T: TypedIndex>(
 /// Every vertex is in one part; the parts have the right excess; no row of the over-determined part has a column
 /// outside it, and no column of the under-determined part a row outside it.
 pub fn check_decomposition(incidence: &Incidence, parts: &Decomposition) -> Result<(), String> {
-    let Decomposition {
-        over,
-        square,
-        under,
-    } = parts;
+    let Decomposition { over, square, under } = parts;
     let rows: Vec<Row> = incidence.rows().collect();
     let columns: Vec<Column> = incidence.columns().collect();
     let all = [over, square, under];
@@ -212,17 +179,13 @@ pub fn check_decomposition(incidence: &Incidence, parts: &Decomposition) -> Resu
     let part_columns = all.iter().flat_map(|part| part.columns.iter().copied());
     check_same_members("column", &columns, part_columns)?;
     let empty = Part::default();
-    ensure(
-        over.rows.len() > over.columns.len() || *over == empty,
-        || "the over-determined part has not more rows than columns".to_string(),
-    )?;
-    ensure(
-        under.rows.len() < under.columns.len() || *under == empty,
-        || "the under-determined part has not more columns than rows".to_string(),
-    )?;
-    ensure(square.rows.len() == square.columns.len(), || {
-        "the square part is not square".to_string()
+    ensure(over.rows.len() > over.columns.len() || *over == empty, || {
+        "the over-determined part has not more rows than columns".to_string()
     })?;
+    ensure(under.rows.len() < under.columns.len() || *under == empty, || {
+        "the under-determined part has not more columns than rows".to_string()
+    })?;
+    ensure(square.rows.len() == square.columns.len(), || "the square part is not square".to_string())?;
     check_closed(incidence, over, under)
 }
 
@@ -233,9 +196,7 @@ fn check_closed(incidence: &Incidence, over: &Part, under: &Part) -> Result<(), 
     }
     for &row in &over.rows {
         if let Some(column) = incidence.row(row).iter().find(|&&column| !in_over[column]) {
-            return Err(format!(
-                "{row} is over-determined but its {column} is outside that part"
-            ));
+            return Err(format!("{row} is over-determined but its {column} is outside that part"));
         }
     }
     let mut in_under = IndexVec::filled(false, incidence.column_count());
@@ -247,9 +208,7 @@ fn check_closed(incidence: &Incidence, over: &Part, under: &Part) -> Result<(), 
         if let Some(column) = column
             && under.rows.binary_search(&row).is_err()
         {
-            return Err(format!(
-                "{column} is under-determined but its {row} is outside that part"
-            ));
+            return Err(format!("{column} is under-determined but its {row} is outside that part"));
         }
     }
     Ok(())
@@ -296,10 +255,7 @@ mod tests {
         reversed.rows.reverse();
         reversed.columns.reverse();
         let sentence = "eq1 of block0 needs v0, which a later block determines".to_string();
-        assert_eq!(
-            check_blocks(&incidence, &matching, &reversed),
-            Err(sentence)
-        );
+        assert_eq!(check_blocks(&incidence, &matching, &reversed), Err(sentence));
         let mut short = good.clone();
         (short.starts, short.rows, short.columns) = (vec![0, 1], vec![Row(0)], vec![Column(0)]);
         let sentence = "eq1 is in no block".to_string();

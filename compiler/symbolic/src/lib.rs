@@ -71,7 +71,7 @@ pub use hyd_system::math::Function;
 pub use node::{Arena, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
 pub use occurs::{contains, contains_event, contains_initial, contains_slot, contains_time, cost, size, slots};
 pub use order::post_order;
-pub use print::{LONGEST_TEXT, format_number, print, print_template};
+pub use print::{LONGEST_TEXT, format_number, print, print_signed, print_template};
 pub use simplify::simplify;
 pub use solve::{Solution, solve_for};
 pub use substitute::{canonical, renumber, rewrite, substitute, substitute_one};

@@ -8,6 +8,7 @@
 
 use crate::node::{Arena, Node, NodeId, Relation, SlotId, Template};
 use hyd_system::math::Function;
+use rustc_hash::FxHashMap;
 
 /// Text longer than this (in bytes) is cut.
 pub const LONGEST_TEXT: usize = 1 << 20;
@@ -27,6 +28,35 @@ pub fn print(arena: &Arena, root: NodeId, name: &dyn Fn(SlotId) -> String) -> St
         }
     }
     text
+}
+
+/// The expression as text where some slots read the negative of what they name: signs are merged into the operations
+/// around them (`a - b` instead of `a + (-b)`).  With `flip`, the negative of the expression.
+pub fn print_signed(
+    arena: &Arena,
+    root: NodeId,
+    name: &dyn Fn(SlotId) -> String,
+    negated: &dyn Fn(SlotId) -> bool,
+    flip: bool,
+) -> String {
+    if !flip && !crate::slots(arena, &[root]).into_iter().any(negated) {
+        return print(arena, root, name);
+    }
+    let mut scratch = Arena::new();
+    let mut copied: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+    let mut last = scratch.constant(0.0);
+    for id in crate::post_order(arena, &[root]) {
+        last = match arena.node(id) {
+            Node::Slot(slot) if negated(slot) => {
+                let plain = scratch.slot(slot);
+                scratch.neg(plain)
+            }
+            node => scratch.build(node.map(|operand| copied[&operand])),
+        };
+        copied.insert(id, last);
+    }
+    let root = if flip { scratch.neg(last) } else { last };
+    print(&scratch, root, name)
 }
 
 /// The equation as text, `left = right`.
@@ -187,6 +217,18 @@ mod tests {
         let slots = [0, 1, 2, 3].map(|k| arena.slot(SlotId(k)));
         let root = make(&mut arena, slots);
         print(&arena, root, &|slot| ["a", "b", "c", "d"][slot.0 as usize].to_string())
+    }
+
+    #[test]
+    fn signs_of_slots_merge_into_the_operations() {
+        let mut arena = Arena::new();
+        let [a, b] = [0, 1].map(|k| arena.slot(SlotId(k)));
+        let sum = arena.intern(Node::Add(a, b));
+        let minus = arena.intern(Node::Neg(b));
+        let name = |slot: SlotId| ["a", "b"][slot.0 as usize].to_string();
+        assert_eq!(print_signed(&arena, sum, &name, &|slot| slot == SlotId(1), false), "a - b");
+        assert_eq!(print_signed(&arena, minus, &name, &|_| true, false), "b");
+        assert_eq!(print_signed(&arena, sum, &name, &|_| true, true), "a + b");
     }
 
     #[test]

@@ -198,13 +198,7 @@ pub trait DaeSystem: Send {
     fn next_time_event(&mut self, t: f64) -> f64;
 
     /// One pass of the event iteration at fixed `t`: recomputes relations and discrete equations, runs `when` and `reinit`.
-    fn event_pass(
-        &mut self,
-        phase: EventPhase,
-        t: f64,
-        y: &mut [f64],
-        yp: &[f64],
-    ) -> Result<EventChange, EvalFailure>;
+    fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure>;
 
     /// All recorded variables at a point, in the order that `Tables` says.
     fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);

@@ -12,8 +12,9 @@ pub mod math;
 mod tables;
 
 pub use dae::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError, Pattern, Structure,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError, Pattern,
+    Structure,
 };
 pub use tables::{
-    EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, VariableInfo, Variability,
+    EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability, VariableInfo,
 };

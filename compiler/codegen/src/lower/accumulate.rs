@@ -99,8 +99,11 @@ pub fn plan<'s>(
             return Ok((starts[row] + k) as u32);
         }
         let residual = (row - assignments) as u32;
-        let (base, pattern, column) =
-            if (column as usize) < unknowns { (state, patterns.0, column as usize) } else { (rate, patterns.1, column as usize - unknowns) };
+        let (base, pattern, column) = if (column as usize) < unknowns {
+            (state, patterns.0, column as usize)
+        } else {
+            (rate, patterns.1, column as usize - unknowns)
+        };
         let range = pattern.column(column);
         let k = pattern.row_indices[range.clone()].binary_search(&residual).map_err(|_| missing())?;
         Ok((base + range.start + k) as u32)

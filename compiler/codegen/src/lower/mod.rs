@@ -203,8 +203,7 @@ impl EventLowering<'_> {
             })
             .collect();
         let reinits: Vec<_> = self.sorted.reinits.iter().map(|a| (a.value, a.operands)).collect();
-        let checks: Vec<_> =
-            self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
+        let checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
         Ok(EventCode {
             truths: self.rows(program, "truths", truths)?,
             instants: self.rows(program, "instants", &instants)?,

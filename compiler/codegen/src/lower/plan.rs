@@ -9,11 +9,11 @@ use hyd_symbolic::{Arena, NodeId, size};
 use hyd_system::Pattern;
 use rustc_hash::FxHashMap;
 
+use super::Options;
 use super::accumulate::{self, Accumulation, PartialRows};
 use super::batch::{self, Item};
 use super::rows::Rows;
 use super::straight::Composer;
-use super::Options;
 use crate::layout::{Layout, Place, PlanPlaces};
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
 
@@ -76,7 +76,7 @@ impl PlanLowering<'_> {
         let rate_pattern = Pattern::from_pairs(n, n, &self.jacobian.rate_pattern);
         let mut routines = IndexVec::<RoutineId, Vec<Kernel>>::new();
         let patterns = (&state_pattern, &rate_pattern);
-        let mut jacobian_kernel = None;
+        let (mut jacobian_kernel, mut loops) = (None, None);
         if self.is_small(&program.arena, &rows) {
             let mut composer = Composer::new(&mut program.arena, self.sorted, self.layout, self.places, &rows)?;
             routines.push(vec![composer.kernel(composer.assigned(), Area::Work)]);
@@ -92,12 +92,19 @@ impl PlanLowering<'_> {
             let extra = self.row_kernels(program, &self.extra)?;
             routines.push(assign.clone());
             routines.push(assign.iter().cloned().chain(residuals).collect());
-            routines.push(if extra.is_empty() { extra } else { assign.into_iter().chain(extra).collect() });
+            routines.push(if extra.is_empty() { extra } else { assign.iter().cloned().chain(extra).collect() });
+            loops = Some(assign);
         }
         let [assign, residual, extra] = <[Vec<Kernel>; 3]>::try_from(routines.raw).unwrap_or_default();
         let jacobian = match jacobian_kernel {
             Some(kernel) => JacobianCode::Entries(push(program, names[2], vec![kernel])),
-            None => self.partials(program, &rows, patterns, names[2])?,
+            None => {
+                let assign = match loops {
+                    Some(assign) => assign,
+                    None => self.assign_kernels(program, &rows)?,
+                };
+                self.partials(program, &rows, patterns, assign, names[2])?
+            }
         };
         Ok(PlanCode {
             assign: push(program, names[0], assign),
@@ -144,7 +151,8 @@ impl PlanLowering<'_> {
         let mut entries = [vec![zero; patterns.0.entries()], vec![zero; patterns.1.entries()]];
         for (row, gradient) in gradients.iter().enumerate() {
             for &(column, node) in gradient {
-                let (which, column) = if (column as usize) < n { (0, column as usize) } else { (1, column as usize - n) };
+                let (which, column) =
+                    if (column as usize) < n { (0, column as usize) } else { (1, column as usize - n) };
                 let pattern = if which == 0 { patterns.0 } else { patterns.1 };
                 let range = pattern.column(column);
                 let found = pattern.row_indices[range.clone()].binary_search(&(row as u32));
@@ -186,11 +194,10 @@ impl PlanLowering<'_> {
         program: &mut Program,
         rows: &Rows<'_>,
         patterns: (&Pattern, &Pattern),
+        mut kernels: Vec<Kernel>,
         name: &'static str,
     ) -> Result<JacobianCode, String> {
-        let (items, accumulation, owners) =
-            accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns)?;
-        let mut kernels = self.assign_kernels(program, rows)?;
+        let (items, accumulation, owners) = accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns)?;
         kernels.extend(self.kernels(program, &items)?);
         Ok(JacobianCode::Partials(push(program, name, kernels), accumulation, owners))
     }

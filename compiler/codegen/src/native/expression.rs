@@ -177,8 +177,7 @@ impl<'a> Values<'a> {
             }
             Function::Mod | Function::Rem if inline => {
                 let quotient = fb.ins().fdiv(a, b);
-                let whole =
-                    if function == Function::Mod { fb.ins().floor(quotient) } else { fb.ins().trunc(quotient) };
+                let whole = if function == Function::Mod { fb.ins().floor(quotient) } else { fb.ins().trunc(quotient) };
                 let part = fb.ins().fmul(whole, b);
                 fb.ins().fsub(a, part)
             }

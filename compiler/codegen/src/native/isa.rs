@@ -31,6 +31,13 @@ pub fn host() -> Result<Target, String> {
         flags.set(name, value).map_err(|e| format!("code generator setting `{name}`: {e}"))?;
     }
     let isa: OwnedTargetIsa = builder.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
-    let convention = if cfg!(windows) { CallConv::WindowsFastcall } else { CallConv::SystemV };
+    // That of `extern "C"` in this process.
+    let convention = if cfg!(all(target_arch = "aarch64", target_vendor = "apple")) {
+        CallConv::AppleAarch64
+    } else if cfg!(all(target_arch = "x86_64", windows)) {
+        CallConv::WindowsFastcall
+    } else {
+        CallConv::SystemV
+    };
     Ok(Target { convention, rounds_inline: isa.has_round(), isa })
 }

@@ -68,12 +68,7 @@ impl Frame<'_> {
     }
 
     /// Values that are the same for all instances.
-    fn load_fixed(
-        &self,
-        fb: &mut FunctionBuilder<'_>,
-        kernel: &Kernel,
-        order: &[NodeId],
-    ) -> FxHashMap<NodeId, Value> {
+    fn load_fixed(&self, fb: &mut FunctionBuilder<'_>, kernel: &Kernel, order: &[NodeId]) -> FxHashMap<NodeId, Value> {
         let mut known = FxHashMap::default();
         for &id in order {
             if let Some(address @ Address::Fixed { .. }) = self.leaf(kernel, id) {

@@ -14,7 +14,9 @@ mod split;
 
 use cranelift_codegen::Context as CodeContext;
 use cranelift_codegen::control::ControlPlane;
-use cranelift_codegen::ir::{AbiParam, Function as IrFunction, InstBuilder, MemFlagsData, Signature, Type, Value, types};
+use cranelift_codegen::ir::{
+    AbiParam, Function as IrFunction, InstBuilder, MemFlagsData, Signature, Type, Value, types,
+};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use hyd_index::IndexVec;
 

@@ -219,7 +219,13 @@ impl Maker {
     }
 
     /// An unknown with its residual; they form a block.
-    pub fn solve(&mut self, v: VarId, differential: bool, text: &str, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub fn solve(
+        &mut self,
+        v: VarId,
+        differential: bool,
+        text: &str,
+        grow: impl FnOnce(&mut Expression<'_>) -> NodeId,
+    ) {
         let (value, operands, equation) = self.expression(text, grow);
         let plan = &mut self.sorted.simulation;
         let k = plan.unknowns.len() as u32;

@@ -226,3 +226,17 @@ fn derivatives_read_by_other_equations_cost_no_loop() {
     assert_eq!(sorted.simulation.unknowns.len(), 2, "{sorted}");
     assert!(sorted.simulation.unknowns.iter().all(|u| u.differential));
 }
+
+#[test]
+fn a_velocity_is_read_rather_than_the_rate_of_the_position() {
+    let model = Model::new(
+        &["real s", "real v", "real w", "real f"],
+        &["v + der(s) = 0", "der(v) = f", "w = 2*der(s)", "f = -3*s - 0.1*w"],
+    );
+    let sorted = check(&model);
+    let rates = sorted.system.equations_in(Section::Continuous).into_iter().filter(|&eq| {
+        let operands = sorted.system.operands_of(sorted.system.equations[eq].operands);
+        operands.iter().any(|o| o.target() == Target::Der(model.var("s")))
+    });
+    assert_eq!(rates.count(), 1, "{sorted}");
+}

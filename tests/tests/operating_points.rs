@@ -1,0 +1,92 @@
+//! The compiled drive against a right-hand side written by hand, at the corners of the operating range.
+//!
+//! Supply 8 and 20 MPa, 24 and 36 V, 680 and 2200 uF.  The hand-written drive (`hyd_tests::drive_equations`) is integrated by
+//! the pair of Dormand and Prince at 1e-11, and again at 1e-10 to know its own error.  Limits are those of the stored solutions
+//! up to the first contact of the spool with its stop; an impact turns 1e-8 m of position into a phase error of the bounces
+//! that follow, so that later x and y may be off five times as much, and p_R, which follows the bounces of the stiff
+//! chamber, 1e5 Pa.  The hand-written solutions must agree with each other to a fifth of the limits.
+
+use hyd_tests::drive_equations::{Experiment, NAMES, inductance};
+use hyd_tests::reference::verdict;
+use hyd_tests::runs::{Run, instance, on_grid, translated};
+use hyd_results::Trajectory;
+use hyd_runtime::simulate;
+
+const STOP: f64 = 0.04;
+const INTERVALS: usize = 800;
+
+/// Limit of each state after the first impact; before it the last three factors are 1.
+fn limits(impact: bool) -> [(&'static str, f64); 7] {
+    let later = if impact { 5.0 } else { 1.0 };
+    [
+        ("u_C", 1e-5),
+        ("lambda", 3e-7),
+        ("x", 2e-8 * later),
+        ("v", if impact { 5e-3 } else { 1e-4 }),
+        ("y", 1e-7 * later),
+        ("w", if impact { 2e-3 } else { 1e-4 }),
+        ("p_R", if impact { 1e5 } else { 1e4 }),
+    ]
+}
+
+fn column(values: &[[f64; 7]], k: usize) -> Vec<f64> {
+    values.iter().map(|row| row[k]).collect()
+}
+
+/// Report on all states over the rows before or after the first impact.
+fn report(times: &[f64], actual: &dyn Fn(usize) -> Vec<f64>, expected: &[[f64; 7]], share: f64) -> String {
+    let impact = expected.iter().position(|row| row[2] >= 0.45e-3).unwrap_or(expected.len());
+    let mut text = String::new();
+    for (k, name) in NAMES.iter().enumerate() {
+        let (actual, expected) = (actual(k), column(expected, k));
+        for (range, after) in [(0..impact, false), (impact..times.len(), true)] {
+            if range.is_empty() {
+                continue;
+            }
+            let (_, limit) = limits(after)[k];
+            text += &verdict(name, &times[range.clone()], &actual[range.clone()], &expected[range], share * limit);
+        }
+    }
+    text
+}
+
+#[test]
+fn corners_of_the_operating_range() {
+    let file = "models/single_acting_drive/drive.hyd";
+    let compilation = translated(file, &[]);
+    let options = on_grid(STOP, INTERVALS, 1e-8);
+    let mut opened = 0;
+    for p0 in [8e6, 20e6] {
+        for u0 in [24.0, 36.0] {
+            for c in [680e-6, 2200e-6] {
+                let experiment = Experiment { p0, u0, c, t_off: 10e-3 };
+                let (times, expected) = experiment.solve(STOP, INTERVALS, 1e-11);
+                let (_, coarse) = experiment.solve(STOP, INTERVALS, 1e-10);
+                let own = report(&times, &|k| column(&coarse, k), &expected, 0.2);
+                assert!(own.is_empty(), "{experiment:?}: the reference disagrees with itself\n{own}");
+                let texts = [p0, u0, c].map(|value| value.to_string());
+                let set = [("p0", &*texts[0]), ("U0", &*texts[1]), ("C", &*texts[2])];
+                let mut system = instance(&compilation, &set);
+                let mut rows = Trajectory::new();
+                let summary = simulate(&mut system, &options, &mut rows, &|| false);
+                let summary = summary.unwrap_or_else(|error| panic!("{experiment:?}: {error}"));
+                let run = Run { rows, summary };
+                assert_eq!(run.rows.len(), times.len());
+                let actual = |k: usize| states(&run, k);
+                let text = report(&times, &actual, &expected, 1.0);
+                assert!(text.is_empty(), "{experiment:?}:\n{text}");
+                opened += usize::from(expected.iter().any(|row| row[4] > 7e-3));
+            }
+        }
+    }
+    // The corners are worth something only if the valve moves in them.
+    assert!(opened >= 6, "the valve opens at {opened} of 8 corners only");
+}
+
+/// State `k` of the hand-written drive from a run of the model.
+fn states(run: &Run, k: usize) -> Vec<f64> {
+    match NAMES[k] {
+        "lambda" => run.values("i").iter().zip(run.values("x")).map(|(i, x)| i * inductance(x).0).collect(),
+        name => run.values(name),
+    }
+}
