@@ -77,7 +77,8 @@ mod tests {
 
     #[test]
     fn an_exponential_is_recovered() {
-        let data: Vec<(f64, f64)> = (0..20).map(|k| (f64::from(k) / 10.0, 3.0 * (-1.7 * f64::from(k) / 10.0).exp())).collect();
+        let data: Vec<(f64, f64)> =
+            (0..20).map(|k| (f64::from(k) / 10.0, 3.0 * (-1.7 * f64::from(k) / 10.0).exp())).collect();
         let [a, b] = fit(|p: &[f64; 2]| data.iter().map(|(t, y)| p[0] * (-p[1] * t).exp() - y).collect(), [1.0, 0.5]);
         assert!((a - 3.0).abs() < 1e-9 && (b - 1.7).abs() < 1e-9, "{a} {b}");
     }

@@ -28,7 +28,9 @@ impl Run {
     /// Value of a variable at a time (s), linear between rows.
     pub fn value(&self, name: &str, time: f64) -> f64 {
         let series = self.rows.series(name);
-        series.unwrap_or_else(|| panic!("{} has no variable `{name}`", self.rows.tables().model)).value(time, Side::After)
+        series
+            .unwrap_or_else(|| panic!("{} has no variable `{name}`", self.rows.tables().model))
+            .value(time, Side::After)
     }
 }
 

@@ -6,11 +6,11 @@
 //! that follow, so that later x and y may be off five times as much, and p_R, which follows the bounces of the stiff
 //! chamber, 1e5 Pa.  The hand-written solutions must agree with each other to a fifth of the limits.
 
+use hyd_results::Trajectory;
+use hyd_runtime::simulate;
 use hyd_tests::drive_equations::{Experiment, NAMES, inductance};
 use hyd_tests::reference::verdict;
 use hyd_tests::runs::{Run, instance, on_grid, translated};
-use hyd_results::Trajectory;
-use hyd_runtime::simulate;
 
 const STOP: f64 = 0.04;
 const INTERVALS: usize = 800;

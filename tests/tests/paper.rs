@@ -56,12 +56,11 @@ fn printed_inductances_from_constants_that_round_to_the_printed_ones() {
 #[test]
 fn constants_of_equation_10_by_least_squares() {
     let table = table(&[]);
-    let residuals = |a: f64, b: f64, l_0: f64| -> Vec<f64> {
-        table.iter().map(|&(x, l)| a / (b + 0.485 - x) + l_0 - l).collect()
-    };
+    let residuals =
+        |a: f64, b: f64, l_0: f64| -> Vec<f64> { table.iter().map(|&(x, l)| a / (b + 0.485 - x) + l_0 - l).collect() };
     let [a, b] = fit(|p: &[f64; 2]| residuals(p[0], p[1], 4.46), [2.0, 1.0]);
     assert!((a - 4.91).abs() < 1e-8 && (b - 0.39).abs() < 1e-8, "A_e {a}, B_e {b}");
-    let [a, b, l_0] = fit(|p: &[f64; 3]| residuals(p[0], p[1], p[2]), [2.0, 1.0, 2.0]);
+    let [a, b, l_0] = fit(|p: &[f64; 3]| residuals(p[0], p[1], p[2]), [4.0, 0.5, 4.0]);
     let off = (a - 4.91).abs().max((b - 0.39).abs()).max((l_0 - 4.46).abs());
     assert!(off < 1e-6, "A_e {a}, B_e {b}, L_0 {l_0}");
 }
@@ -85,11 +84,15 @@ fn gaps_and_travel_from_the_two_printed_inductances() {
     assert!((own_x_0 - 0.035).abs() < 1e-9 && (own_travel - 0.45).abs() < 1e-9, "{own_x_0}, {own_travel}");
 }
 
-/// First time at which x passes `level` (m), upwards or downwards, by cubic interpolation of x and v.
+/// Time at which x first passes `level` (m) upwards, or downwards after 8 ms when the spool has come to rest at its stop; by
+/// cubic interpolation of x and v.
 fn passes(times: &[f64], x: &[f64], v: &[f64], level: f64, up: bool) -> f64 {
     let side = |x: f64| if up { x >= level } else { x < level };
-    let begin = if up { 1 } else { (1..x.len()).find(|&k| x[k] >= level).expect("it rises first") + 1 };
-    let k = (begin..x.len()).find(|&k| side(x[k])).unwrap_or_else(|| panic!("x never passes {level} m"));
+    let begin = if up { 0.0 } else { 8e-3 };
+    let k = (1..x.len())
+        .filter(|&k| times[k] > begin)
+        .find(|&k| side(x[k]))
+        .unwrap_or_else(|| panic!("x never passes {level} m"));
     let h = times[k] - times[k - 1];
     let cubic = |s: f64| {
         let (p, q) = (1.0 - s, s);
@@ -119,9 +122,6 @@ fn instants_of_opening_and_closing() {
         assert!((is - should).abs() < 0.2e-6, "{share} of the travel, opening {up}: {is} s instead of {should} s");
         instants.push(is * 1e3);
     }
-    // "A few milliseconds": opens from 2.2 to 2.6 ms, is back on the seat at 12 ms.
-    let expected = [2.2, 2.6, 11.4, 12.0];
-    for (is, about) in instants.iter().zip(expected) {
-        assert!((is - about).abs() < 0.5, "{instants:?} ms");
-    }
+    // "A few milliseconds": open by 2.6 ms, back on the seat at 12.0 ms.
+    assert!((instants[1] - 2.6).abs() < 0.1 && (instants[3] - 12.0).abs() < 0.1, "{instants:?} ms");
 }

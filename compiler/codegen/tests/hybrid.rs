@@ -344,3 +344,27 @@ fn the_faulty_equation_is_found_with_its_reason() {
         assert_eq!(output(&mut system, "twin", &[3.0], &[0.0]), -(2.0f64.ln()));
     }
 }
+
+#[test]
+fn a_slope_without_value_is_found_in_the_jacobian() {
+    for options in forms() {
+        let mut m = Maker::new();
+        let (x, y) = (m.scalar("x", Role::State), m.scalar("y", Role::State));
+        m.solve(x, true, "der(x) = 1", |e| {
+            let (rate, one) = (e.der(x), e.c(1.0));
+            e.sub(rate, one)
+        });
+        m.solve(y, true, "der(y) = sqrt(x)", |e| {
+            let (rate, x) = (e.der(y), e.var(x));
+            let root = e.call(Function::Sqrt, x);
+            e.sub(rate, root)
+        });
+        let mut system = m.compile(&options);
+        system.bind(0.0).unwrap();
+        assert_eq!(system.diagnose(0.0, &[4.0, 0.0], &[0.0; 2]), None);
+        let failure = system.diagnose(0.0, &[0.0, 0.0], &[0.0; 2]).unwrap();
+        let text = &system.tables().equations[failure.equation.unwrap() as usize].text;
+        assert_eq!((text.as_ref(), failure.variable.as_deref()), ("der(y) = sqrt(x)", Some("y")));
+        assert_eq!(failure.reason, "in its derivative: division by zero");
+    }
+}

@@ -11,17 +11,18 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
+use rustc_hash::FxHashMap;
 
 use crate::algebra::Algebra;
 use crate::bindings::Bindings;
 use crate::discrete::discrete_start_slot;
-use crate::explain::{counted, explain_over, explain_under, list_names};
+use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::representative::block_of_variable;
 use crate::sort::wishes;
 use crate::sorted::{EqId, Plan};
-use crate::system::{Equation, EquationSystem, Role};
+use crate::system::{Equation, EquationSystem, Resolution, Role};
 
 /// The initial plan; notes say which start values were taken as initial values.
 pub(crate) fn initial_plan(
@@ -30,6 +31,7 @@ pub(crate) fn initial_plan(
     bindings: &Bindings,
     notes: &mut Vec<Diagnostic>,
 ) -> Result<Plan, Box<Diagnostic>> {
+    check_fixed_aliases(system)?;
     let unknowns = initial_unknowns(system, bindings);
     let mut rows = system.equations_in(Section::Continuous);
     rows.retain(|&eq| !bindings.used[eq]);
@@ -66,6 +68,45 @@ pub(crate) fn initial_plan(
         let Mismatch { pattern, matching } = *mismatch;
         Box::new(overdetermined(system, &pattern, &unknowns, &matching))
     })
+}
+
+/// Variables that are equal must not be fixed at different numbers.
+fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
+    let (flat, arena) = (&system.flat, &system.flat.templates.arena);
+    let mut numbers: FxHashMap<VarId, f64> = FxHashMap::default();
+    for block in flat.equations.iter().filter(|block| block.section == Section::Start) {
+        let template = flat.templates.get(block.template);
+        let Some(value) = arena.as_constant(template.right) else { continue };
+        for operand in &block.operands {
+            if let Target::Start(v) = operand.target() {
+                numbers.insert(v, if operand.negated() { -value } else { value });
+            }
+        }
+    }
+    let mut fixed: FxHashMap<VarId, (VarId, f64)> = FxHashMap::default();
+    let blocks = block_of_variable(flat);
+    for v in system.roles.indices() {
+        let block = &flat.variables.raw[blocks[v] as usize];
+        let Some(&number) = numbers.get(&v).filter(|_| block.fixed.get((v.0 - block.first.0) as usize)) else {
+            continue;
+        };
+        let (kept, number) = match system.resolution[v] {
+            Resolution::Own => (v, number),
+            Resolution::Alias { of, negated } => (of, if negated { -number } else { number }),
+            Resolution::Value(_) => continue,
+        };
+        let &mut (other, before) = fixed.entry(kept).or_insert((v, number));
+        if before != number {
+            let message = format!(
+                "`{}` and `{}` are equal or opposite, but start at different fixed values",
+                flat.var_name(other),
+                flat.var_name(v)
+            );
+            let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
+            return Err(Box::new(mark_variables(diagnostic, system, &[other, v])));
+        }
+    }
+    Ok(())
 }
 
 fn initial_unknowns(system: &EquationSystem, bindings: &Bindings) -> Unknowns {

@@ -5,23 +5,18 @@
 use std::sync::Arc;
 
 use hyd_index::TypedIndex;
-use hyd_instance::modifier::Applied;
-use hyd_instance::{InstId, InstanceTree, Known, ScalarType, Scope, Value};
+use hyd_instance::{InstId, InstanceTree, Scope};
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, canonical};
-use hyd_syntax::tree::{ClassKind, Variability as Declared};
-use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+use hyd_syntax::tree::ClassKind;
 use rustc_hash::FxHashMap;
 
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
-use crate::index::{Affine, Kind, SlotKey, Slots};
+use crate::index::{Affine, SlotKey, Slots};
 use crate::model::{
-    BlockId, ConstId, EquationBlock, FlatModel, Operand, PerElement, Section, StateSelect, VarId, VariableBlock,
+    BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId,
 };
-
-/// Most scalar variables of one model.
-const MAX_VARIABLES: usize = Operand::LIMIT;
 
 /// Work in progress.
 pub struct Flattener<'t, 's> {
@@ -88,309 +83,6 @@ impl Flattener<'_, '_> {
         let mut list: Vec<(BlockId, InstId)> = self.blocks.iter().map(|(&inst, &block)| (block, inst)).collect();
         list.sort_unstable();
         list.into_iter().map(|(_, inst)| inst).collect()
-    }
-
-    /// Makes the variables of an instance and all below it.
-    fn declare(&mut self, inst: InstId) {
-        if self.tree.instances[inst].absent {
-            return;
-        }
-        if self.tree.instances[inst].primitive.is_some() {
-            self.declare_variable(inst);
-            return;
-        }
-        for child in self.tree.instances[inst].children.clone() {
-            self.declare(child);
-        }
-    }
-
-    fn declare_variable(&mut self, inst: InstId) {
-        let instance = &self.tree.instances[inst];
-        let Some(primitive) = &instance.primitive else { return };
-        let kind = match &primitive.scalar {
-            ScalarType::Real => ValueKind::Real,
-            ScalarType::Integer => ValueKind::Integer,
-            ScalarType::Boolean => ValueKind::Boolean,
-            ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
-            ScalarType::Text => return,
-        };
-        let variability = match instance.variability {
-            Declared::Constant => Variability::Constant,
-            Declared::Parameter => Variability::Parameter,
-            Declared::Discrete => Variability::Discrete,
-            Declared::Continuous => Variability::Continuous,
-        };
-        let name = self.name_pattern(inst);
-        let count = name.count();
-        let span = instance.span;
-        if self.model.scalars as usize + count > MAX_VARIABLES {
-            let _ = self.error(Code::Limit, span, format!("the model has more than {MAX_VARIABLES} variables"));
-            return;
-        }
-        let known = variability <= Variability::Parameter;
-        let block = VariableBlock {
-            name,
-            first: VarId(self.model.scalars),
-            count: count as u32,
-            kind,
-            variability,
-            unit: None,
-            display_unit: None,
-            description: instance.description.clone(),
-            settable: Settable::No,
-            protected: instance.protected,
-            internal: false,
-            has_start: false,
-            fixed: PerElement::All(known),
-            min: PerElement::All(f64::NEG_INFINITY),
-            max: PerElement::All(f64::INFINITY),
-            nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
-            origin: Origin { path: "".into(), span },
-        };
-        let parent = instance.parent;
-        let id = self.model.variables.push(block);
-        if let Some(parent) = parent {
-            self.model.variables[id].origin.path = self.path(parent);
-        }
-        self.model.scalars += count as u32;
-        self.blocks.insert(inst, id);
-    }
-
-    /// A discrete Boolean that the translation needs (a condition of a `when`), one per element of the loops around it.
-    pub(crate) fn internal_boolean(&mut self, name: String, dims: &[usize], origin: Origin) -> VarId {
-        let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
-        let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
-        let first = VarId(self.model.scalars);
-        let count = pattern.count() as u32;
-        self.model.scalars += count;
-        self.model.variables.push(VariableBlock {
-            name: pattern,
-            first,
-            count,
-            kind: ValueKind::Boolean,
-            variability: Variability::Discrete,
-            unit: None,
-            display_unit: None,
-            description: None,
-            settable: Settable::No,
-            protected: true,
-            internal: true,
-            has_start: false,
-            fixed: PerElement::All(false),
-            min: PerElement::All(f64::NEG_INFINITY),
-            max: PerElement::All(f64::INFINITY),
-            nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
-            origin,
-        });
-        first
-    }
-
-    fn name_pattern(&self, inst: InstId) -> NamePattern {
-        let mut parts: Vec<(Arc<str>, Vec<u32>)> = Vec::new();
-        let mut text = String::new();
-        for id in hyd_instance::instance::chain(&self.tree.instances, inst) {
-            let instance = &self.tree.instances[id];
-            if instance.name.is_empty() {
-                continue;
-            }
-            if !text.is_empty() || !parts.is_empty() {
-                text.push('.');
-            }
-            text.push_str(&instance.name);
-            if !instance.dims.is_empty() {
-                parts.push((std::mem::take(&mut text).into(), instance.dims.iter().map(|&d| d as u32).collect()));
-            }
-        }
-        if !text.is_empty() || parts.is_empty() {
-            parts.push((text.into(), Vec::new()));
-        }
-        NamePattern { parts, derivative: false }
-    }
-
-    fn attribute(&self, inst: InstId, name: &str) -> Option<Applied> {
-        let primitive = self.tree.instances[inst].primitive.as_ref()?;
-        primitive.attributes.iter().find(|(n, _)| n.as_ref() == name).map(|(_, a)| a.clone())
-    }
-
-    fn attributes(&mut self, inst: InstId) {
-        let block = self.blocks[&inst];
-        self.model.variables[block].unit = self.text_attribute(inst, "unit");
-        self.model.variables[block].display_unit = self.text_attribute(inst, "displayUnit");
-        if let Some(values) = self.element_values(inst, "fixed") {
-            let flags = |v: &Value| matches!(v, Value::Boolean(true));
-            self.model.variables[block].fixed = per_element(&values, flags);
-        }
-        if let Some(values) = self.element_values(inst, "min") {
-            self.model.variables[block].min = per_element(&values, |v| v.as_stored().unwrap_or(f64::NEG_INFINITY));
-        }
-        if let Some(values) = self.element_values(inst, "max") {
-            self.model.variables[block].max = per_element(&values, |v| v.as_stored().unwrap_or(f64::INFINITY));
-        }
-        if let Some(values) = self.element_values(inst, "nominal") {
-            let positive = |v: &Value| v.as_real().map(f64::abs).filter(|x| *x > 0.0 && x.is_finite());
-            self.model.variables[block].nominal = per_element(&values, positive);
-        }
-        if let Some(values) = self.element_values(inst, "stateSelect")
-            && let Some(Value::Enumeration(_, k)) = values.first()
-        {
-            self.model.variables[block].state_select = match k {
-                1 => StateSelect::Never,
-                2 => StateSelect::Avoid,
-                4 => StateSelect::Prefer,
-                5 => StateSelect::Always,
-                _ => StateSelect::Default,
-            };
-        }
-    }
-
-    fn text_attribute(&mut self, inst: InstId, name: &str) -> Option<Arc<str>> {
-        let applied = self.attribute(inst, name)?;
-        match self.tree.evaluate_applied(&applied).ok()? {
-            Value::Array(items) => match items.first().map(Value::flatten)?.first()? {
-                Value::Text(text) => Some(text.clone()),
-                _ => None,
-            },
-            Value::Text(text) => Some(text),
-            other => {
-                let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
-                let _ = self.error(
-                    Code::TypeMismatch,
-                    span,
-                    format!("`{name}` must be a String, not {}", other.type_name()),
-                );
-                None
-            }
-        }
-    }
-
-    /// Values of an attribute known at translation, one per element of the whole block (one alone if the same for all).
-    fn element_values(&mut self, inst: InstId, name: &str) -> Option<Vec<Value>> {
-        let applied = self.attribute(inst, name)?;
-        let value = self.tree.evaluate_applied(&applied).ok()?;
-        if value.shape().is_empty() {
-            return Some(vec![value]);
-        }
-        let count = self.model.variables[self.blocks[&inst]].count as usize;
-        let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
-        if flat.len() == count {
-            return Some(flat);
-        }
-        // Spread over the inner arrays only: repeat for the outer ones.
-        if !flat.is_empty() && count.is_multiple_of(flat.len()) {
-            return Some(flat.iter().cycle().take(count).cloned().collect());
-        }
-        let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
-        let _ = self.error(Code::ArrayShape, span, format!("`{name}` has {} values for {count} elements", flat.len()));
-        None
-    }
-
-    /// Bindings and start values become equations.
-    fn bind(&mut self, inst: InstId) {
-        let block = self.blocks[&inst];
-        if let Some(applied) = self.attribute(inst, "start") {
-            self.model.variables[block].has_start = true;
-            self.applied_equation(inst, &applied, Section::Start, Kind::Start, false);
-        }
-        let Some(primitive) = &self.tree.instances[inst].primitive else { return };
-        let binding = primitive.binding.clone();
-        let variability = self.model.variables[block].variability;
-        if variability <= Variability::Parameter && self.overridden(inst) {
-            return;
-        }
-        if let Some(applied) = binding {
-            let section = match variability {
-                Variability::Constant | Variability::Parameter => Section::Binding,
-                Variability::Discrete => Section::Discrete,
-                Variability::Continuous => Section::Continuous,
-            };
-            self.applied_equation(inst, &applied, section, Kind::Var, true);
-        }
-    }
-
-    /// A parameter whose value was set from outside before translation and used there.
-    fn overridden(&mut self, inst: InstId) -> bool {
-        let path = self.path(inst);
-        let Some(found) = self.tree.overrides.iter().find(|o| o.used && *o.path == *path) else { return false };
-        let values: Vec<f64> = found.value.flatten().iter().filter_map(|v| v.as_stored()).collect();
-        let block = &self.model.variables[self.blocks[&inst]];
-        let (first, count, origin) = (block.first, block.count as usize, block.origin.clone());
-        for k in 0..count {
-            let Some(&value) = values.get(k).or(values.first()) else { return false };
-            self.slots = Slots::default();
-            let target = self.slots.slot(SlotKey::Variable(Kind::Var, first, Affine::constant(k as i64)));
-            let left = self.model.templates.arena.slot(target);
-            let right = self.model.templates.arena.constant(value);
-            self.emit(Section::Binding, left, right, &[], &origin);
-        }
-        true
-    }
-
-    /// `variable = expression` of a modification, for all elements.
-    fn applied_equation(&mut self, inst: InstId, applied: &Applied, section: Section, kind: Kind, binding: bool) {
-        let Some(expr) = applied.tree.binding.clone() else { return };
-        let block = &self.model.variables[self.blocks[&inst]];
-        let (first, origin) = (block.first, block.origin.clone());
-        let origin = Origin { span: expr.span, ..origin };
-        let scalar = self.tree.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
-        self.with_loops(Context::new(applied.scope), &mut |flat, cx| {
-            let mut offset = Affine::constant(0);
-            let mut index = Vec::new();
-            for id in hyd_instance::instance::chain(&flat.tree.instances, inst) {
-                let dims = flat.tree.instances[id].dims.clone();
-                let own: Vec<Affine> = dims.iter().map(|&d| cx.counter(d)).collect();
-                for (affine, &size) in own.iter().zip(&dims) {
-                    offset = scale(&offset, size).add_scaled(affine, 1).ok_or(Fail::NeedsExpansion)?;
-                }
-                if applied.spread.contains(&id) || (binding && id == inst) {
-                    index.extend(own.iter().cloned());
-                }
-                if !dims.is_empty() {
-                    cx.implicit.push((id, own));
-                }
-            }
-            let shape = flat.shape(&expr, cx)?;
-            if shape.is_empty() && !binding {
-                index.clear();
-            }
-            flat.check_rank(&expr, &shape, &index, &cx.counts, inst)?;
-            let value = flat.lower(&expr, cx, &index)?;
-            if let Some(scalar) = &scalar {
-                flat.check_assignable(scalar, &value, expr.span, section, inst)?;
-            }
-            let slot = flat.slots.slot(SlotKey::Variable(kind, first, offset));
-            let left = flat.model.templates.arena.slot(slot);
-            flat.emit(section, left, value.node, &cx.loop_counts(), &origin);
-            Ok(())
-        });
-    }
-
-    fn check_rank(
-        &mut self,
-        expr: &hyd_syntax::tree::Expr,
-        shape: &[usize],
-        index: &[Affine],
-        counts: &[usize],
-        inst: InstId,
-    ) -> Result<(), Fail> {
-        let sizes: Vec<usize> = index.iter().map(|a| a.terms.first().map_or(1, |(id, _)| counts[id.index()])).collect();
-        let fits = shape.len() == index.len()
-            && shape.iter().zip(index).zip(&sizes).all(|((s, a), n)| a.terms.is_empty() || s == n);
-        if fits {
-            return Ok(());
-        }
-        let name = self.path(inst);
-        let declared = hyd_instance::instance::full_dims(&self.tree.instances, inst);
-        let message =
-            format!("the value of `{name}` has the sizes {}, but {} are needed", sizes_text(shape), sizes_text(&sizes));
-        let span = self.tree.instances[inst].span;
-        self.report(
-            Diagnostic::error(Code::ArrayShape, message)
-                .at(expr.span, "")
-                .with(span, format!("declared with the sizes {}", sizes_text(&declared))),
-        );
-        Err(Fail::Reported)
     }
 
     /// Runs `body` with symbolic counters; where that fails for a subscript, once for every value of the counters.
@@ -486,20 +178,6 @@ impl Flattener<'_, '_> {
         id
     }
 
-    /// Parameters asked for at translation are structural; the others can be set, unless final.
-    fn settle(&mut self) {
-        let list: Vec<(InstId, BlockId)> = self.blocks.iter().map(|(&i, &b)| (i, b)).collect();
-        for (inst, block) in list {
-            let instance = &self.tree.instances[inst];
-            let is_final = instance.primitive.as_ref().is_some_and(|p| p.is_final);
-            let unknown = self.model.variables[block].fixed == PerElement::All(false);
-            if self.model.variables[block].variability == Variability::Parameter && !is_final && !unknown {
-                self.model.variables[block].settable =
-                    if matches!(instance.known, Known::Yes(_)) { Settable::Structural } else { Settable::Yes };
-            }
-        }
-    }
-
     fn read_experiment(&mut self) {
         let Some(class) = self.tree.instances[self.tree.root].class else { return };
         let def = self.tree.table.class(class).def.clone();
@@ -573,11 +251,4 @@ pub(crate) fn scale(affine: &Affine, size: usize) -> Affine {
 /// Sizes for messages: `[3, 4]`, `scalar`.
 pub(crate) fn sizes_text(sizes: &[usize]) -> String {
     if sizes.is_empty() { "of a scalar".into() } else { format!("{sizes:?}") }
-}
-
-fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> PerElement<T> {
-    match values {
-        [only] => PerElement::All(read(only)),
-        all => PerElement::Each(all.iter().map(read).collect()),
-    }
 }

@@ -16,6 +16,8 @@ pub mod model;
 mod print;
 mod reference;
 mod section;
+mod shape;
+mod variable;
 mod walk;
 mod when;
 

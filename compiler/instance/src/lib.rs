@@ -6,12 +6,15 @@
 //! and nothing is expanded: an array of components is one instance.
 
 mod build;
+mod builtin;
 pub mod class;
+mod component;
 mod evaluate;
 pub mod instance;
 mod lookup;
 pub mod modifier;
 pub mod shape;
+mod size;
 mod sources;
 pub mod value;
 

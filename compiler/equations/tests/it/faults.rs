@@ -96,3 +96,14 @@ fn free_parameters_without_a_condition_take_their_start() {
     assert!(outcome.value.is_some(), "{:?}", outcome.diagnostics);
     assert_eq!(outcome.diagnostics[0].code, Code::Chosen);
 }
+
+#[test]
+fn equal_variables_fixed_at_different_values_are_named() {
+    let equations = ["b = -a", "der(a) = b"];
+    let found = fault(Model::new(&["fixed a = 1", "fixed b = 2"], &equations));
+    assert_eq!(found.code, Code::InitialUnbalanced);
+    assert!(found.message.contains("`a` and `b`"), "{}", found.message);
+    assert!(sort(Model::new(&["fixed a = 1", "fixed b = -1"], &equations).flat).value.is_some());
+    // A start that is not fixed is only a guess.
+    assert!(sort(Model::new(&["fixed a = 1", "real b = 5"], &equations).flat).value.is_some());
+}

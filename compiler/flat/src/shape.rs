@@ -1,0 +1,145 @@
+//! Sizes of expressions (Modelica 3.6, chapter 10).
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::{Flattener, sizes_text};
+use crate::index::Affine;
+use hyd_instance::{InstId, Resolved};
+use hyd_source::{Code, Span};
+use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind};
+
+use crate::reference::{Range, Subscript};
+
+impl Flattener<'_, '_> {
+    /// Sizes of an expression.
+    pub(crate) fn shape(&mut self, expr: &Expr, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        match &expr.kind {
+            ExprKind::Ref(reference) => self.shape_of_ref(reference, cx),
+            ExprKind::Unary(_, a) => self.shape(a, cx),
+            ExprKind::Binary(op, a, b) => self.shape_of_binary(expr.span, *op, a, b, cx),
+            ExprKind::If(branches, otherwise) => {
+                let shape = self.shape(otherwise, cx)?;
+                for (_, value) in branches {
+                    let other = self.shape(value, cx)?;
+                    self.check_same_shape(value.span, &other, &shape)?;
+                }
+                Ok(shape)
+            }
+            ExprKind::Range(start, step, stop) => Ok(vec![self.steps_of(start, step.as_deref(), stop, cx)?.count()]),
+            ExprKind::Array(items) => {
+                let mut shape = vec![items.len()];
+                if let Some(first) = items.first() {
+                    let inner = self.shape(first, cx)?;
+                    for item in &items[1..] {
+                        let other = self.shape(item, cx)?;
+                        self.check_same_shape(item.span, &other, &inner)?;
+                    }
+                    shape.extend(inner);
+                }
+                Ok(shape)
+            }
+            ExprKind::ArrayFor(body, iterators) => {
+                let mark = cx.names.len();
+                let mut shape = Vec::new();
+                for iterator in iterators {
+                    let range = self.range(iterator, cx)?;
+                    shape.push(range.count());
+                    let local = match range {
+                        Range::Steps { start, .. } => Local::Index(start),
+                        Range::Values(values) => values
+                            .first()
+                            .map_or(Local::Index(Affine::constant(0)), |v| crate::lower::local_of(v.clone())),
+                    };
+                    cx.names.push((iterator.name.name.clone(), local));
+                }
+                let inner = self.shape(body, cx);
+                cx.names.truncate(mark);
+                shape.extend(inner?);
+                Ok(shape)
+            }
+            ExprKind::Matrix(rows) => Ok(vec![rows.len(), rows.first().map_or(0, Vec::len)]),
+            ExprKind::Call(function, arguments) => self.shape_of_call(expr.span, function, arguments, cx),
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.shape(only, cx),
+                _ => Ok(Vec::new()),
+            },
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    pub(crate) fn shape_of_ref(&mut self, reference: &ComponentRef, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        if !reference.global
+            && let Some(local) = cx.local(&reference.parts[0].name.name)
+        {
+            return Ok(match local {
+                Local::Array(_, shape) => shape.iter().skip(reference.parts[0].subscripts.len()).copied().collect(),
+                _ => Vec::new(),
+            });
+        }
+        let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
+        self.steps_shape(&steps, cx)
+    }
+
+    /// Sizes that a reference keeps.
+    pub(crate) fn steps_shape(&mut self, steps: &[(InstId, &[Expr])], cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut shape = Vec::new();
+        for &(inst, subscripts) in steps {
+            let dims = self.tree.instances[inst].dims.clone();
+            for (k, &size) in dims.iter().enumerate() {
+                match subscripts.get(k) {
+                    None => shape.push(size),
+                    Some(expr) => match self.subscript(expr, size, cx)? {
+                        Subscript::At(_) => {}
+                        Subscript::All => shape.push(size),
+                        Subscript::Slice { count, .. } => shape.push(count),
+                        Subscript::List(list) => shape.push(list.len()),
+                    },
+                }
+            }
+        }
+        Ok(shape)
+    }
+
+    pub(crate) fn shape_of_binary(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
+        let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
+        if left.is_empty() && right.is_empty() {
+            return Ok(left);
+        }
+        let mismatch = |flat: &mut Self| {
+            let message = format!(
+                "the sizes {} and {} do not go together in this operation",
+                sizes_text(&left),
+                sizes_text(&right)
+            );
+            Err(flat.error(Code::ArrayShape, span, message))
+        };
+        match op {
+            BinaryOp::Add | BinaryOp::Sub => {
+                if left == right {
+                    Ok(left)
+                } else {
+                    mismatch(self)
+                }
+            }
+            BinaryOp::Mul if !left.is_empty() && !right.is_empty() => {
+                if left.len() > 2 || right.len() > 2 || left[left.len() - 1] != right[0] {
+                    return mismatch(self);
+                }
+                let mut shape = left[..left.len() - 1].to_vec();
+                shape.extend(&right[1..]);
+                Ok(shape)
+            }
+            BinaryOp::Div if !right.is_empty() => mismatch(self),
+            BinaryOp::Pow => mismatch(self),
+            _ if left.is_empty() => Ok(right),
+            _ if right.is_empty() || left == right => Ok(left),
+            _ => mismatch(self),
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! One component: its class resolved, its instance made, variables with their attributes.
+//!
+//! `outer` components are bound to the `inner` one above them (Modelica 3.6, section 5.4).
+
+use crate::class::ClassId;
+use crate::evaluate::Env;
+use crate::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
+use crate::lookup::predefined_enumeration;
+use crate::modifier::{Applied, Mods, of_child};
+use crate::shape::{Shape, ShapeElement, is_builtin};
+use crate::value::Value;
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name, Path, Variability};
+use std::rc::Rc;
+
+use crate::build::InstanceTree;
+
+/// Deepest nesting of components.
+const MAX_DEPTH: usize = 100;
+
+impl InstanceTree<'_> {
+    pub(crate) fn make(
+        &mut self,
+        parent: InstId,
+        element: &ShapeElement,
+        declaration: &Component,
+        scope: Scope,
+        type_scope: Scope,
+        mods: Mods,
+    ) -> Result<(), Reported> {
+        let name = element.name.clone();
+        if declaration.stream {
+            let message = format!("`{name}` is a stream variable; stream connectors are outside the language profile");
+            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
+            return Err(Reported);
+        }
+        if declaration.prefixes.outer && !declaration.prefixes.inner {
+            return self.bind_outer(parent, &name, declaration.name.span);
+        }
+        let absent = match &declaration.condition {
+            Some(condition) => !self.condition(condition, scope)?,
+            None => false,
+        };
+        let inst = self.new_instance(name.clone(), Some(parent), declaration.name.span);
+        self.fill(inst, parent, declaration);
+        self.instances[inst].absent = absent;
+        self.instances[parent].children.push(inst);
+        self.instances[parent].by_name.insert(name, inst);
+        if absent {
+            return Ok(());
+        }
+        let type_of = self.type_of(type_scope, &declaration.class)?;
+        let mut dims = self.sizes(&declaration.dims, scope, &mods, &declaration.name.name)?;
+        match type_of {
+            TypeOf::Scalar(scalar) => {
+                self.instances[inst].dims = dims;
+                self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
+                self.check_size(inst)
+            }
+            TypeOf::Class(local, shape) => {
+                dims.extend(self.alias_sizes(&shape, scope)?);
+                self.instances[inst].dims = dims;
+                self.check_size(inst)?;
+                self.make_component(inst, local, shape, mods, declaration)
+            }
+        }
+    }
+
+    pub(crate) fn fill(&mut self, inst: InstId, parent: InstId, declaration: &Component) {
+        let (above, protected) = (self.instances[parent].variability, self.instances[parent].protected);
+        let instance = &mut self.instances[inst];
+        instance.variability = declaration.variability.min(above);
+        instance.protected = declaration.prefixes.protected || protected;
+        instance.flow = declaration.flow;
+        instance.direction = declaration.direction;
+        instance.inner = declaration.prefixes.inner;
+        instance.description = declaration.description.clone();
+    }
+
+    pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<(), Reported> {
+        let mut current = self.instances[parent].parent;
+        while let Some(above) = current {
+            if let Some(&found) = self.instances[above].by_name.get(name)
+                && self.instances[found].inner
+            {
+                self.instances[parent].by_name.insert(name.clone(), found);
+                return Ok(());
+            }
+            current = self.instances[above].parent;
+        }
+        // The inner component may be declared further down in the text than its user.
+        let mut current = self.instances[parent].parent;
+        while let Some(above) = current {
+            if let Some(k) = self.inner_element(above, name) {
+                self.instantiate_element(above, k, &Vec::new())?;
+                if let Some(&found) = self.instances[above].by_name.get(name) {
+                    self.instances[parent].by_name.insert(name.clone(), found);
+                    return Ok(());
+                }
+            }
+            current = self.instances[above].parent;
+        }
+        let message = format!("no enclosing model declares `inner {name}`");
+        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here"));
+        Err(Reported)
+    }
+
+    pub(crate) fn inner_element(&self, inst: InstId, name: &Name) -> Option<usize> {
+        let shape = self.instances[inst].shape.as_ref()?;
+        let k = *shape.by_name.get(name)? as usize;
+        let declaration = self.declared(shape, &shape.elements[k])?;
+        declaration.prefixes.inner.then_some(k)
+    }
+
+    pub(crate) fn condition(&mut self, condition: &Expr, scope: Scope) -> Result<bool, Reported> {
+        match self.evaluate(condition, scope, &Env::default())? {
+            Value::Boolean(value) => Ok(value),
+            other => {
+                let message = format!("the condition of a component must be Boolean, not {}", other.type_name());
+                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    pub(crate) fn type_of(&mut self, scope: Scope, path: &Path) -> Result<TypeOf, Reported> {
+        if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
+            let name = &path.parts[0].name;
+            return Ok(TypeOf::Scalar(match name.as_ref() {
+                "Real" => ScalarType::Real,
+                "Integer" => ScalarType::Integer,
+                "Boolean" => ScalarType::Boolean,
+                "String" => ScalarType::Text,
+                other => match predefined_enumeration(other) {
+                    Some(enumeration) => ScalarType::Enumeration(enumeration),
+                    None => ScalarType::Real,
+                },
+            }));
+        }
+        let local = self.find_class(scope, path)?;
+        let shape = self.table.shape(local.class)?;
+        Ok(TypeOf::Class(local, shape))
+    }
+
+    /// A component of a class, or a variable of a `type` class.
+    pub(crate) fn make_component(
+        &mut self,
+        inst: InstId,
+        local: LocalClass,
+        shape: Rc<Shape>,
+        mut mods: Mods,
+        declaration: &Component,
+    ) -> Result<(), Reported> {
+        mods.extend(local.mods.iter().cloned());
+        let enumeration = self.enumeration(local.class);
+        let scalar = match (&shape.builtin, enumeration) {
+            (_, Some(enumeration)) => Some(ScalarType::Enumeration(enumeration)),
+            (Some(name), None) => Some(match name.as_ref() {
+                "Integer" => ScalarType::Integer,
+                "Boolean" => ScalarType::Boolean,
+                "String" => ScalarType::Text,
+                _ => ScalarType::Real,
+            }),
+            (None, None) => None,
+        };
+        self.instances[inst].class = Some(local.class);
+        let def = self.table.class(local.class).def.clone();
+        if let Some(scalar) = scalar {
+            let scope = self.package_instance(local.class)?;
+            for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
+                mods.push(Applied {
+                    tree: frame.1.clone(),
+                    scope: Scope { inst: scope, frame: frame.0 },
+                    spread: Vec::new(),
+                });
+            }
+            if matches!(def.kind, ClassKind::Connector) {
+                self.instances[inst].kind = ClassKind::Connector;
+            }
+            self.short_prefixes(inst, &shape);
+            self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
+            return Ok(());
+        }
+        self.check_class(inst, local.class, declaration)?;
+        self.instances[inst].kind = def.kind;
+        self.instances[inst].shape = Some(shape);
+        self.depth += 1;
+        let result = self.instantiate_members(inst, &mods);
+        self.depth -= 1;
+        result
+    }
+
+    pub(crate) fn short_prefixes(&mut self, inst: InstId, shape: &Rc<Shape>) {
+        for frame in &shape.frames {
+            if let ClassBody::Short { direction: Some(direction), .. } = &self.table.class(frame.class).def.body {
+                self.instances[inst].direction = Some(*direction);
+            }
+        }
+    }
+
+    pub(crate) fn check_class(
+        &mut self,
+        inst: InstId,
+        class: ClassId,
+        declaration: &Component,
+    ) -> Result<(), Reported> {
+        let def = self.table.class(class).def.clone();
+        let span = declaration.class.span;
+        let full = self.table.full_name(class);
+        let fault = match def.kind {
+            ClassKind::Package | ClassKind::Function => {
+                Some((Code::Misplaced, format!("`{full}` is a {} and cannot be a component", kind_name(def.kind))))
+            }
+            ClassKind::Operator => Some((
+                Code::OutsideProfile,
+                format!("`{full}` is an operator class, which is outside the language profile"),
+            )),
+            _ if def.expandable => Some((
+                Code::OutsideProfile,
+                format!("`{full}` is an expandable connector, which is outside the language profile"),
+            )),
+            _ if def.partial => {
+                Some((Code::PartialClass, format!("`{full}` is partial and cannot be the class of a component")))
+            }
+            _ => None,
+        };
+        if let Some((code, message)) = fault {
+            self.table.report(Diagnostic::error(code, message).at(span, "").with(def.name.span, "declared here"));
+            return Err(Reported);
+        }
+        let mut current = self.instances[inst].parent;
+        while let Some(above) = current {
+            if self.instances[above].class == Some(class) {
+                let message = format!("`{full}` contains a component of its own class");
+                self.table.report(Diagnostic::error(Code::CircularClass, message).at(span, "the circle closes here"));
+                return Err(Reported);
+            }
+            current = self.instances[above].parent;
+        }
+        if self.depth >= MAX_DEPTH {
+            let message = format!("components are nested deeper than {MAX_DEPTH} levels");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
+            return Err(Reported);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn make_variable(&mut self, inst: InstId, scalar: ScalarType, mods: &Mods, is_final: bool) {
+        const ATTRIBUTES: &[&str] =
+            &["quantity", "unit", "displayUnit", "min", "max", "start", "fixed", "nominal", "unbounded", "stateSelect"];
+        let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
+        let mut attributes: Vec<(Name, Applied)> = Vec::new();
+        for applied in mods {
+            for (name, tree) in &applied.tree.children {
+                if !ATTRIBUTES.contains(&name.as_ref()) {
+                    let message = format!(
+                        "`{}` is a {} variable and has no attribute `{name}`",
+                        self.instances[inst].name,
+                        scalar.name()
+                    );
+                    let mut diagnostic = Diagnostic::error(Code::UnknownModifier, message);
+                    if let Some(span) = tree.span {
+                        diagnostic = diagnostic.at(span, "names nothing");
+                    }
+                    let help = did_you_mean(name, ATTRIBUTES.iter().copied());
+                    self.table.report(diagnostic.maybe_help(help));
+                    continue;
+                }
+                if attributes.iter().any(|(known, _)| known == name) {
+                    continue;
+                }
+                let only = vec![applied.clone()];
+                if let Some(found) = of_child(&only, name, array).into_iter().next() {
+                    attributes.push((name.clone(), found));
+                }
+            }
+        }
+        let binding = crate::modifier::binding(mods).cloned();
+        let is_final = is_final || binding.as_ref().is_some_and(|b| b.tree.is_final);
+        if !matches!(scalar, ScalarType::Real) && self.instances[inst].variability == Variability::Continuous {
+            self.instances[inst].variability = Variability::Discrete;
+        }
+        self.instances[inst].primitive = Some(Primitive { scalar, attributes, binding, is_final });
+    }
+}
+
+/// The class a declaration names, resolved.
+pub(crate) enum TypeOf {
+    Scalar(ScalarType),
+    Class(LocalClass, Rc<Shape>),
+}
+
+/// The keyword of a class kind.
+pub(crate) fn kind_name(kind: ClassKind) -> &'static str {
+    match kind {
+        ClassKind::Class => "class",
+        ClassKind::Model => "model",
+        ClassKind::Block => "block",
+        ClassKind::Connector => "connector",
+        ClassKind::Record => "record",
+        ClassKind::Type => "type",
+        ClassKind::Package => "package",
+        ClassKind::Function => "function",
+        ClassKind::Operator => "operator",
+    }
+}

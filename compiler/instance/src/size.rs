@@ -1,0 +1,101 @@
+//! Sizes of arrays: declared, taken from a value (`:`), or added by a type; bounded.
+
+use crate::evaluate::Env;
+use crate::instance::{InstId, Scope};
+use crate::modifier::Mods;
+use crate::shape::Shape;
+use crate::value::Value;
+use hyd_source::{Code, Diagnostic, Reported};
+use hyd_syntax::tree::{ClassBody, Expr};
+use std::rc::Rc;
+
+use crate::build::InstanceTree;
+
+/// Largest number of elements of one array of components or variables.
+const MAX_ELEMENTS: usize = 1 << 27;
+
+impl InstanceTree<'_> {
+    /// Evaluates declared sizes; `:` takes its size from the binding.
+    pub(crate) fn sizes(
+        &mut self,
+        dims: &[Expr],
+        scope: Scope,
+        mods: &Mods,
+        name: &str,
+    ) -> Result<Vec<usize>, Reported> {
+        let mut sizes = Vec::with_capacity(dims.len());
+        for (k, dim) in dims.iter().enumerate() {
+            sizes.push(self.size(dim, k, scope, mods, name)?);
+        }
+        Ok(sizes)
+    }
+
+    pub(crate) fn size(
+        &mut self,
+        dim: &Expr,
+        k: usize,
+        scope: Scope,
+        mods: &Mods,
+        name: &str,
+    ) -> Result<usize, Reported> {
+        if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
+            let Some(applied) = crate::modifier::binding(mods).cloned() else {
+                let message = format!("`{name}` has size `:` and no value that gives it a size");
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
+                return Err(Reported);
+            };
+            let value = self.evaluate_applied(&applied)?;
+            let skip: usize = applied.spread.iter().map(|&i| self.instances[i].dims.len()).sum();
+            return value.shape().get(skip + k).copied().ok_or_else(|| {
+                let message = format!("the value of `{name}` has too few dimensions");
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
+                Reported
+            });
+        }
+        let value = self.evaluate(dim, scope, &Env::default())?;
+        let size = match &value {
+            Value::Integer(size) => Some(*size),
+            Value::Enumeration(..) | Value::Boolean(_) | Value::Real(_) | Value::Text(_) | Value::Array(_) => None,
+        };
+        match size {
+            Some(size) if size >= 0 && (size as usize) <= MAX_ELEMENTS => Ok(size as usize),
+            Some(size) => {
+                let limit =
+                    if size < 0 { "negative".into() } else { format!("above the limit of {MAX_ELEMENTS} elements") };
+                let message = format!("the size of `{name}` is {size}, which is {limit}");
+                let code = if size < 0 { Code::ArrayShape } else { Code::Limit };
+                self.table.report(Diagnostic::error(code, message).at(dim.span, ""));
+                Err(Reported)
+            }
+            None => {
+                let message = format!("the size of `{name}` must be an Integer, not {}", value.type_name());
+                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(dim.span, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    /// Sizes that a short class definition adds (`type Vector = Real[3]`).
+    pub(crate) fn alias_sizes(&mut self, shape: &Rc<Shape>, scope: Scope) -> Result<Vec<usize>, Reported> {
+        let mut sizes = Vec::new();
+        for frame in &shape.frames {
+            let def = self.table.class(frame.class).def.clone();
+            if let ClassBody::Short { dims, .. } = &def.body {
+                sizes.extend(self.sizes(dims, scope, &Vec::new(), &def.name.name)?);
+            }
+        }
+        Ok(sizes)
+    }
+
+    pub(crate) fn check_size(&mut self, inst: InstId) -> Result<(), Reported> {
+        let dims = crate::instance::full_dims(&self.instances, inst);
+        let total = dims.iter().try_fold(1usize, |product, &d| product.checked_mul(d)).unwrap_or(usize::MAX);
+        if total > MAX_ELEMENTS {
+            let (name, span) = (self.instances[inst].name.clone(), self.instances[inst].span);
+            let message = format!("`{name}` has more than {MAX_ELEMENTS} elements");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
+            return Err(Reported);
+        }
+        Ok(())
+    }
+}
