@@ -1,0 +1,1 @@
+//! Physical units (being written).
