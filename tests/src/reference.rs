@@ -105,7 +105,6 @@ pub fn verdict(variable: &str, times: &[f64], actual: &[f64], expected: &[f64], 
     let worst = (0..times.len()).max_by(|&a, &b| difference(a).total_cmp(&difference(b)));
     let Some(worst) = worst else { return "nothing to compare\n".to_string() };
     let late = (0..times.len()).filter(|&k| difference(k) > limit).count();
-    eprintln!("MARGIN {variable} {:.3e} of {limit:.3e}", difference(worst));
     if difference(worst) > limit {
         let (time, is, should) = (times[worst], actual[worst], expected[worst]);
         writeln!(

@@ -1,53 +1,31 @@
 //! The compiled drive against a right-hand side written by hand, at the corners of the operating range.
 //!
 //! Supply 8 and 20 MPa, 24 and 36 V, 680 and 2200 uF.  The hand-written drive (`hyd_tests::drive_equations`) is integrated by
-//! the pair of Dormand and Prince at 1e-11, and again at 1e-10 to know its own error.  Limits are those of the stored solutions
-//! up to the first contact of the spool with its stop; an impact turns 1e-8 m of position into a phase error of the bounces
-//! that follow, so that later x and y may be off five times as much, and p_R, which follows the bounces of the stiff
-//! chamber, 1e5 Pa.  The hand-written solutions must agree with each other to a fifth of the limits.
+//! the pair of Dormand and Prince at 1e-11, and again at 1e-10 to know its own error: the two must agree to a fifth of the limits.
+//! Limits are those of the stored solutions, but for u_C: where the magnet barely beats the oil (20 MPa, 24 V, 680 uF) the motion, and
+//! by its voltage the circuit, answers small errors most strongly, so three times as much is allowed.  The speeds, which turn within
+//! microseconds at a contact, may be off as far as 1e-8 m of position allow.
 
 use hyd_results::Trajectory;
 use hyd_runtime::simulate;
-use hyd_tests::drive_equations::{Experiment, NAMES, inductance};
+use hyd_tests::drive_equations::{Experiment, NAMES, STATES, inductance};
 use hyd_tests::reference::verdict;
 use hyd_tests::runs::{Run, instance, on_grid, translated};
 
 const STOP: f64 = 0.04;
 const INTERVALS: usize = 800;
 
-/// Limit of each state after the first impact; before it the last three factors are 1.
-fn limits(impact: bool) -> [(&'static str, f64); 7] {
-    let later = if impact { 5.0 } else { 1.0 };
-    [
-        ("u_C", 1e-5),
-        ("lambda", 3e-7),
-        ("x", 2e-8 * later),
-        ("v", if impact { 5e-3 } else { 1e-4 }),
-        ("y", 1e-7 * later),
-        ("w", if impact { 2e-3 } else { 1e-4 }),
-        ("p_R", if impact { 1e5 } else { 1e4 }),
-    ]
-}
+/// Limit of each state, in its unit.
+const LIMITS: [f64; STATES] = [3e-5, 2e-7, 2e-8, 1e-3, 1e-7, 1e-3, 1e4];
 
-fn column(values: &[[f64; 7]], k: usize) -> Vec<f64> {
+fn column(values: &[[f64; STATES]], k: usize) -> Vec<f64> {
     values.iter().map(|row| row[k]).collect()
 }
 
-/// Report on all states over the rows before or after the first impact.
-fn report(times: &[f64], actual: &dyn Fn(usize) -> Vec<f64>, expected: &[[f64; 7]], share: f64) -> String {
-    let impact = expected.iter().position(|row| row[2] >= 0.45e-3).unwrap_or(expected.len());
-    let mut text = String::new();
-    for (k, name) in NAMES.iter().enumerate() {
-        let (actual, expected) = (actual(k), column(expected, k));
-        for (range, after) in [(0..impact, false), (impact..times.len(), true)] {
-            if range.is_empty() {
-                continue;
-            }
-            let (_, limit) = limits(after)[k];
-            text += &verdict(name, &times[range.clone()], &actual[range.clone()], &expected[range], share * limit);
-        }
-    }
-    text
+/// Report on all states that are further apart than `share` of the limits.
+fn report(times: &[f64], actual: &dyn Fn(usize) -> Vec<f64>, expected: &[[f64; STATES]], share: f64) -> String {
+    let state = |k: usize| verdict(NAMES[k], times, &actual(k), &column(expected, k), share * LIMITS[k]);
+    (0..STATES).map(state).collect()
 }
 
 #[test]

@@ -78,7 +78,7 @@ fn spool_without_pump_as_printed() {
         limit("v", "v_m_per_s", 1e-3),
         limit("L", "L_H", 6e-7),
         limit("lambda", "lambda_Wb", 4e-7),
-        limit("F_e", "F_e_N", 1.0),
+        limit("F_e", "F_e_N", 0.02),
     ];
     check("rmpaper.hyd", &[], &reference, &limits);
 }

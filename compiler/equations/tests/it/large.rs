@@ -115,3 +115,47 @@ fn long_chains_are_broken_in_large_systems_only() {
     let widest = (0..large.simulation.assignments.len()).map(|r| jacobian.support.row(r).len()).max();
     assert!(widest.expect("some") <= WIDEST_SUPPORT);
 }
+
+/// mean = (x[1] + ... + x[n])/n over states: one equation with very many slots.
+fn wide(n: u32) -> Model {
+    let mut model = Model::new(&["real mean"], &[]);
+    let block = model.block("fixed", "x", n, false);
+    model.flat.variables.push(block);
+    model.flat.scalars += n;
+    let x = |k: u32| VarId(1 + k);
+    let arena = &mut model.flat.templates.arena;
+    let mut terms: Vec<_> = (1..=n).map(|k| arena.slot(SlotId(k))).collect();
+    while terms.len() > 1 {
+        terms = terms.chunks(2).map(|p| if let [a, b] = p { arena.add(*a, *b) } else { p[0] }).collect();
+    }
+    let (left, number) = (arena.slot(SlotId(0)), arena.constant(f64::from(n)));
+    let right = arena.div(terms[0], number);
+    let (mine, mean) = (arena.slot(SlotId(1)), arena.slot(SlotId(2)));
+    let difference = arena.sub(mean, mine);
+    let sum = model.flat.templates.intern(Template { left, right, arity: n + 1 });
+    let rate = model.flat.templates.intern(Template { left, right: difference, arity: 3 });
+    let all = (0..=n).map(|k| Operand::new(Target::Var(VarId(k)))).collect();
+    let rates = (0..n).flat_map(|k| [Target::Der(x(k)), Target::Var(x(k)), Target::Var(VarId(0))].map(Operand::new));
+    for (template, count, operands) in [(sum, 1, all), (rate, n, rates.collect())] {
+        let (origin, section) = (model.origin(), Section::Continuous);
+        model.flat.equations.push(EquationBlock { section, template, count, operands, origin });
+    }
+    model
+}
+
+#[test]
+fn an_equation_over_a_whole_array_costs_no_square() {
+    let small = wide(60);
+    let sorted = sort(small.flat.clone()).value.expect("sorted");
+    assert_eq!(sorted.simulation.assignments.len(), 1);
+    check_simulation(&small.flat, &sorted, 1);
+    check_jacobian(&sorted, false, 2);
+
+    let start = Instant::now();
+    let mut sorted = sort(wide(20_000).flat).value.expect("sorted");
+    let jacobian = differentiate(&mut sorted.system, &sorted.simulation);
+    // Solving or differentiating once per slot took minutes.
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    assert_eq!(sorted.simulation.unknowns.len(), 20_001, "the mean stays an unknown");
+    assert!(jacobian.state_pattern.len() <= 3 * 20_001);
+}
