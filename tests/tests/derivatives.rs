@@ -6,9 +6,11 @@
 //! not show in the differences at all.  Models come by listing; those that need neighbours are seen in the test stands.
 
 use hyd_compiler::{CompiledSystem, Goal};
+use hyd_results::Discard;
+use hyd_runtime::simulate;
 use hyd_system::{DaeSystem, EventPhase, Pattern};
 use hyd_tests::models::{compile_file, model_files};
-use hyd_tests::runs::{Run, instance, on_grid, run};
+use hyd_tests::runs::{Run, instance, on_grid, run, translated};
 
 const POINTS: usize = 100;
 
@@ -43,6 +45,7 @@ struct Point {
 struct Tally {
     compared: usize,
     at_kinks: usize,
+    undefined: usize,
     faults: Vec<String>,
 }
 
@@ -85,58 +88,128 @@ fn residual(system: &mut CompiledSystem, t: f64, y: &[f64], yp: &[f64]) -> Vec<f
     out
 }
 
-/// Residuals with one value moved by `h`.
-fn moved(system: &mut CompiledSystem, point: &mut Point, column: usize, rate: bool, h: f64) -> Vec<f64> {
-    let place = |point: &mut Point| -> *mut f64 { std::ptr::null_mut::<f64>().wrapping_add(point.y.len() * 0) };
-    let _ = place;
-    let values = if rate { &mut point.yp } else { &mut point.y };
-    let old = values[column];
-    values[column] = old + h;
-    let out = residual(system, point.t, &point.y, &point.yp);
-    if rate { point.yp[column] = old } else { point.y[column] = old }
-    out
+/// Residuals with one unknown, or its rate, moved by `h`.
+fn moved(system: &mut CompiledSystem, point: &Point, column: usize, rate: bool, h: f64) -> Vec<f64> {
+    let (mut y, mut yp) = (point.y.clone(), point.yp.clone());
+    let values = if rate { &mut yp } else { &mut y };
+    values[column] += h;
+    residual(system, point.t, &y, &yp)
 }
 
-/// Row sizes: what the terms of a row add up to in size, as far as the Jacobian shows it.
+/// What the terms of each row add up to, as far as the Jacobian shows it: the rounding error of a residual goes with it.
 fn sizes(point: &Point, nominals: &[f64], patterns: [&Pattern; 2], values: [&[f64]; 2]) -> Vec<f64> {
     let mut sizes = vec![0.0; point.y.len()];
-    for (rate, (pattern, values)) in patterns.iter().zip(values).enumerate() {
+    for ((pattern, values), at) in patterns.iter().zip(values).zip([&point.y, &point.yp]) {
         for c in 0..point.y.len() {
-            let at = if rate == 1 { point.yp[c] } else { point.y[c] };
             for e in pattern.column(c) {
-                sizes[pattern.row_indices[e] as usize] += values[e].abs() * (at.abs() + nominals[c]);
+                sizes[pattern.row_indices[e] as usize] += (values[e] * (at[c].abs() + nominals[c])).abs();
             }
         }
     }
     sizes
 }
 
-fn compare(system: &mut CompiledSystem, point: &mut Point, nominals: &[f64], tally: &mut Tally) {
+/// Compares all entries at a point, those outside the pattern included.
+fn compare(system: &mut CompiledSystem, point: &Point, nominals: &[f64], tally: &mut Tally) {
+    let n = nominals.len();
     let structure = system.structure().clone();
     let patterns = [&structure.state_pattern, &structure.rate_pattern];
-    let mut states = vec![0.0; patterns[0].entries()];
-    let mut rates = vec![0.0; patterns[1].entries()];
+    let (mut states, mut rates) = (vec![0.0; patterns[0].entries()], vec![0.0; patterns[1].entries()]);
     system.jacobian(point.t, &point.y, &point.yp, &mut states, &mut rates);
     let sizes = sizes(point, nominals, patterns, [&states, &rates]);
     let middle = residual(system, point.t, &point.y, &point.yp);
     for (rate, values) in [(false, &states), (true, &rates)] {
-        for c in 0..nominals.len() {
+        let pattern = patterns[usize::from(rate)];
+        for c in 0..n {
             let at = if rate { point.yp[c] } else { point.y[c] };
             let h = 2e-5 * (at.abs() + nominals[c]);
-            let mut column = vec![0.0; nominals.len()];
-            for e in patterns[usize::from(rate)].column(c) {
-                column[patterns[usize::from(rate)].row_indices[e] as usize] = values[e];
-            }
-            let mut shifted = |scale: f64| moved(system, point, c, rate, scale * h);
-            let samples = [shifted(-1.0), shifted(-0.5), shifted(0.5), shifted(1.0)];
-            for r in 0..nominals.len() {
+            let mut column = vec![0.0; n];
+            pattern.column(c).for_each(|e| column[pattern.row_indices[e] as usize] = values[e]);
+            let [a, b, d, e] = [-1.0, -0.5, 0.5, 1.0].map(|scale| moved(system, point, c, rate, scale * h));
+            for r in 0..n {
                 let noise = 1e-14 * (sizes[r] + middle[r].abs()) / h;
-                let value = |k: usize| samples[k][r];
-                entry(h, [value(0), value(1), middle[r], value(2), value(3)], column[r], noise, tally, &|| {
-                    let tables = system_names(&structure, r, c, rate);
-                    format!("{tables} at {} s", point_time(point_t))
-                });
+                let samples = [a[r], b[r], middle[r], d[r], e[r]];
+                if let Some(fault) = tally.entry(column[r], samples, h, noise) {
+                    let name = system.tables().unknown_name(c);
+                    let of = if rate { format!("der({name})") } else { name };
+                    let row = system.tables().row_equation(r).map_or("?".into(), |equation| equation.text.clone());
+                    tally.faults.push(format!("`{row}` by {of} at {} s: {fault}", point.t));
+                }
             }
         }
     }
+}
+
+impl Tally {
+    /// One entry against residuals at -h, -h/2, 0, h/2, h; a text if it is wrong.
+    fn entry(&mut self, symbolic: f64, samples: [f64; 5], h: f64, noise: f64) -> Option<String> {
+        let [a, b, middle, d, e] = samples;
+        if !samples.iter().all(|sample| sample.is_finite()) {
+            self.undefined += 1;
+            return None;
+        }
+        let difference = (4.0 * (d - b) / h - (e - a) / (2.0 * h)) / 3.0;
+        let off = (symbolic - difference).abs();
+        self.compared += usize::from(symbolic != 0.0 || difference != 0.0);
+        if off <= 1e-6 * symbolic.abs() + noise {
+            return None;
+        }
+        // At a kink the two sides differ by at least as much as the mean of them is off either.
+        let sides = ((e - middle) - (middle - a)).abs() / h;
+        if sides >= off {
+            self.at_kinks += 1;
+            return None;
+        }
+        Some(format!("{symbolic:e} instead of {difference:e} (noise {noise:.1e}, sides differ by {sides:.1e})"))
+    }
+}
+
+/// Options of the trajectory on which the points lie: the time span of the model's own experiment.
+fn span(file: &str) -> f64 {
+    let flat = compile_file(file, &[], Goal::Flat);
+    flat.flat.as_ref().and_then(|flat| flat.experiment.stop).unwrap_or(1.0)
+}
+
+#[test]
+fn jacobians_of_all_models() {
+    let mut models = 0;
+    let mut report = String::new();
+    for file in model_files() {
+        let checked = compile_file(&file, &[], Goal::Run);
+        if checked.has_errors() {
+            continue;
+        }
+        let tally = check(&file);
+        if tally.compared == 0 {
+            continue;
+        }
+        models += 1;
+        if !tally.faults.is_empty() {
+            let first = tally.faults.iter().take(5).map(|fault| format!("  {fault}\n")).collect::<String>();
+            report += &format!("{file}: {} of {} entries wrong\n{first}", tally.faults.len(), tally.compared);
+        }
+        let skipped = tally.at_kinks + tally.undefined;
+        if skipped * 50 > tally.compared {
+            report += &format!("{file}: {skipped} of {} entries left out, more than 2 %\n", tally.compared);
+        }
+    }
+    assert!(report.is_empty(), "{report}");
+    // All models that can run: a model that no longer compiles must not go unseen.
+    assert!(models >= 17, "only {models} models compared");
+}
+
+fn check(file: &str) -> Tally {
+    let run = run(file, &[], &on_grid(span(file), 4 * POINTS, 1e-6));
+    let compilation = translated(file, &[]);
+    let mut system = instance(&compilation, &[]);
+    // Starts, parameters found at the start, discrete variables: as after a run.
+    simulate(&mut system, &on_grid(span(file), 1, 1e-4), &mut Discard, &|| false).expect("it has run before");
+    let mut nominals = vec![1.0; system.structure().unknowns];
+    system.nominals(&mut nominals);
+    let mut tally = Tally::default();
+    for mut point in points(&run, &system, &nominals, &mut Random(0x9e37_79b9_7f4a_7c15)) {
+        settle(&mut system, &mut point);
+        compare(&mut system, &point, &nominals, &mut tally);
+    }
+    tally
 }

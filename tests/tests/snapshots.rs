@@ -55,7 +55,10 @@ fn stages_of_all_models() {
         printed += 1;
         let checked = compile_file(&file, &[], Goal::Check);
         if OPEN.contains(&stem(&file)) {
-            assert!(checked.has_errors(), "{file} is determined although its connectors are open: take it off the list");
+            assert!(
+                checked.has_errors(),
+                "{file} is determined although its connectors are open: take it off the list"
+            );
             continue;
         }
         assert!(!checked.has_errors(), "{file}:\n{}", messages(&checked));

@@ -28,7 +28,7 @@ impl Engine {
             return Ok(Self { native: None, interpreter: OnceLock::from(Some(vm)), code_bytes: 0 });
         }
         let payload = native::compile(program)?;
-        let code_bytes = payload.bytes.len();
+        let code_bytes = payload.bytes().len();
         match NativeCode::map(payload) {
             Ok(code) => Ok(Self { native: Some(code), interpreter, code_bytes }),
             Err(_) => Self::new(program, true),

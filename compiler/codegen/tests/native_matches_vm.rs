@@ -221,7 +221,7 @@ fn a_long_kernel_is_cut_and_still_right() {
     let slots = vec![Address::Fixed { area: Area::Unknown, index: 0, negated: true }];
     program.routines.push(Routine { name: "sums", kernels: vec![Kernel { count: 1, slots, stores }] });
     let payload = native::compile(&program).unwrap();
-    assert!(payload.entries[RoutineId(0)].len() > 1, "one function of 18000 nodes");
+    assert!(payload.entries(RoutineId(0)).len() > 1, "one function of 18000 nodes");
     let code = NativeCode::map(payload).unwrap();
     let mut areas = Areas::new(&[-2.0; 4 * SIZE as usize]);
     code.call(RoutineId(0), &mut areas.memory());
@@ -254,7 +254,7 @@ fn code_of_a_loop_does_not_grow_with_the_count() {
         let to = Address::Affine { area: Area::Out, base: 0, stride: 1, negated: false };
         let kernel = Kernel { count, slots: vec![slot(0), slot(1)], stores: vec![Store { value, to }] };
         program.routines.push(Routine { name: "test", kernels: vec![kernel] });
-        native::compile(&program).unwrap().bytes.len()
+        native::compile(&program).unwrap().bytes().len()
     };
     assert_eq!(bytes(1_000), bytes(1_000_000));
 }

@@ -33,6 +33,14 @@ enum Form {
 
 /// The system after alias elimination.
 pub fn eliminate_aliases(mut system: EquationSystem) -> EquationSystem {
+    // A rate replaced by a state may leave a new alias (`w = der(s)` with `der(s) = v`), so this is repeated.
+    while eliminate_once(&mut system) {}
+    follow_chains(&mut system);
+    system
+}
+
+/// One round; true if rates were replaced, so that new aliases may have come up.
+fn eliminate_once(system: &mut EquationSystem) -> bool {
     let mut pass = Pass {
         classes: Classes::new(system.roles.len()),
         forms: Vec::new(),
@@ -42,15 +50,33 @@ pub fn eliminate_aliases(mut system: EquationSystem) -> EquationSystem {
         changes: Vec::new(),
         resolved: Vec::new(),
     };
-    pass.join(&mut system);
-    resolve(&mut system, &mut pass.classes);
-    let dropped_starts = choose_representatives(&mut system, &mut pass.classes);
+    pass.join(system);
+    resolve(system, &mut pass.classes);
+    let dropped_starts = choose_representatives(system, &mut pass.classes);
     for eq in dropped_starts {
         pass.used[eq] = true;
     }
-    pass.find_rates(&mut system);
-    pass.rewrite(&mut system);
-    system
+    pass.find_rates(system);
+    pass.rewrite(system)
+}
+
+/// Lets variables whose representative was itself eliminated later point to the last one.
+fn follow_chains(system: &mut EquationSystem) {
+    for v in system.roles.indices() {
+        let Resolution::Alias { mut of, mut negated } = system.resolution[v] else { continue };
+        while let Resolution::Alias { of: next, negated: flip } = system.resolution[of] {
+            (of, negated) = (next, negated ^ flip);
+        }
+        system.roles[v] = system.roles[of];
+        system.resolution[v] = match system.resolution[of] {
+            Resolution::Value(c) if negated => {
+                let value = 0.0 - system.flat.constants[c];
+                Resolution::Value(system.flat.constants.push(value))
+            }
+            Resolution::Value(c) => Resolution::Value(c),
+            _ => Resolution::Alias { of, negated },
+        };
+    }
 }
 
 struct Pass {
@@ -201,7 +227,9 @@ impl Pass {
     }
 
     /// Replaces the operands of all remaining equations and drops the others.
-    fn rewrite(&mut self, system: &mut EquationSystem) {
+    /// True if a rate was replaced.
+    fn rewrite(&mut self, system: &mut EquationSystem) -> bool {
+        let mut replaced = false;
         let mut operands = Vec::with_capacity(system.operands.len());
         let mut equations = IndexVec::new();
         for eq in system.equations.indices() {
@@ -214,7 +242,10 @@ impl Pass {
                 let operand = resolve_operand(system, operand)?;
                 let Target::Der(s) = operand.target() else { return Some(operand) };
                 match rates.get(&s) {
-                    Some(&(says_so, rate)) if says_so != eq => Some(rate.signed(operand.negated())),
+                    Some(&(says_so, rate)) if says_so != eq => {
+                        replaced = true;
+                        Some(rate.signed(operand.negated()))
+                    }
                     _ => Some(operand),
                 }
             };
@@ -233,6 +264,7 @@ impl Pass {
         }
         system.operands = operands;
         system.equations = equations;
+        replaced
     }
 }
 
@@ -308,8 +340,9 @@ fn resolve_operand(system: &EquationSystem, operand: Operand) -> Option<Operand>
 
 /// Enters the variables with fixed values into the table; aliases follow when representatives are chosen.
 fn resolve(system: &mut EquationSystem, classes: &mut Classes) {
+    let is_own = IndexVec::<VarId, bool>::from_vec(system.resolution.iter().map(|r| *r == Resolution::Own).collect());
     let mut pool: FxHashMap<u64, ConstId> = FxHashMap::default();
-    for v in system.roles.indices() {
+    for v in system.roles.indices().filter(|&v| is_own[v]) {
         let (root, negated) = classes.find(v);
         if let Some(value) = classes.value_of_root(root) {
             let value = if negated { -value } else { value } + 0.0;

@@ -24,6 +24,36 @@ const OUTSIDE: &[(&str, &str)] = &[
     ("subSample", "clocks are outside the language profile"),
 ];
 
+/// True for functions and operators of the language itself.
+pub(crate) fn is_predefined(name: &str) -> bool {
+    const OPERATORS: &[&str] = &[
+        "der",
+        "pre",
+        "edge",
+        "change",
+        "initial",
+        "terminal",
+        "noEvent",
+        "smooth",
+        "homotopy",
+        "semiLinear",
+        "size",
+        "ndims",
+        "zeros",
+        "ones",
+        "fill",
+        "identity",
+        "linspace",
+        "sum",
+        "product",
+        "transpose",
+        "scalar",
+        "integer",
+        "Integer",
+    ];
+    OPERATORS.contains(&name) || Function::from_name(name).is_some() || OUTSIDE.iter().any(|(n, _)| *n == name)
+}
+
 fn simple_name(function: &ComponentRef) -> Option<&str> {
     match function.parts.as_slice() {
         [only] if !function.global => Some(&only.name.name),

@@ -6,6 +6,9 @@ use hyd_syntax::tree::Name;
 
 use crate::index::{Affine, CounterId};
 use crate::lower::Typed;
+use crate::model::VarId;
+use crate::when::WhenCondition;
+use hyd_source::Span;
 
 /// Why an expression could not be lowered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,8 +34,10 @@ pub enum Local {
     Value(Value),
     /// A variable of a function that is being inlined.
     Node(Typed),
-    /// An argument of a function that is being inlined, as it stands in the caller.
+    /// An array: its elements, last subscript fastest, and its sizes.
     Array(Vec<Typed>, Vec<usize>),
+    /// A record: its fields in order.
+    Record(Vec<(Name, Local)>),
 }
 
 /// The surroundings of an expression.
@@ -54,6 +59,12 @@ pub struct Context {
     pub ends: Vec<usize>,
     /// In a `when` (where `pre` and `reinit` belong).
     pub in_when: bool,
+    /// In an algorithm section of a model: variables assigned so far and their values.
+    pub assigned: Option<Vec<(VarId, Typed)>>,
+    /// In an algorithm section of a model: all variables it assigns somewhere.
+    pub algorithm_targets: Vec<VarId>,
+    /// Conditions of the `when` statements of the section, by place in the text.
+    pub whens: Vec<(Span, Vec<WhenCondition>)>,
     /// Nesting of function calls.
     pub depth: usize,
 }
@@ -70,6 +81,9 @@ impl Context {
             no_event: false,
             ends: Vec::new(),
             in_when: false,
+            assigned: None,
+            algorithm_targets: Vec::new(),
+            whens: Vec::new(),
             depth: 0,
         }
     }
@@ -106,7 +120,7 @@ impl Context {
                     None => complete = false,
                 },
                 Local::Value(value) => env.names.push((name.clone(), value.clone())),
-                Local::Node(_) | Local::Array(..) => {}
+                Local::Node(_) | Local::Array(..) | Local::Record(_) => {}
             }
         }
         (env, complete)

@@ -14,9 +14,7 @@ use rustc_hash::FxHashMap;
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
 use crate::index::{Affine, SlotKey, Slots};
-use crate::model::{
-    BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId,
-};
+use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
 
 /// Work in progress.
 pub struct Flattener<'t, 's> {

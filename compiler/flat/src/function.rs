@@ -1,49 +1,41 @@
-//! Functions with algorithms, by running them symbolically.
+//! Calls of the user's functions, by running their algorithms symbolically (`statement`).
 //!
-//! The statements of a function are executed once over nodes instead of numbers: an assignment binds a name to a node, an
-//! `if` joins both ways by a selection, a `for` with known range is run through.  The result is an expression like any
-//! other, so it is shared by template and differentiated like the rest.  Scalar and array arguments of known size; no
-//! `while` whose condition depends on values of the run.
+//! The statements of a function are executed once over nodes instead of numbers, so that the result is an expression like
+//! any other: shared by template, simplified and differentiated like the rest.  Arguments are scalars, arrays of known
+//! size and records.
 
 use std::sync::Arc;
 
 use hyd_instance::class::elements;
-use hyd_instance::{Resolved, ScalarType, Scope};
+use hyd_instance::record::{Field, field, making_call};
+use hyd_instance::{ClassId, Resolved, ScalarType, Scope};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, Name, Statement,
-    StatementKind, Variability,
+    Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name,
+    Variability,
 };
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::reference::Range;
 
 /// Deepest nesting of function calls.
 const MAX_CALLS: usize = 64;
 
 impl Flattener<'_, '_> {
-    fn function_class(
-        &mut self,
-        function: &ComponentRef,
-        cx: &Context,
-    ) -> Result<(hyd_instance::ClassId, Arc<ClassDef>), Fail> {
+    fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(ClassId, Arc<ClassDef>), Fail> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
         match self.tree.resolve(cx.scope, function)? {
             Resolved::Class(local) => {
                 let def = self.tree.table.class(local.class).def.clone();
-                if def.kind == ClassKind::Function {
-                    return Ok((local.class, def));
-                }
-                Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name())))
+                Ok((local.class, def))
             }
             _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
         }
     }
 
-    /// A call of the user's own function: its (first) output.
+    /// A call of the user's own function: its first output.
     pub(crate) fn lower_user_call(
         &mut self,
         span: Span,
@@ -52,58 +44,115 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
-        let (class, def) = self.function_class(function, cx)?;
+        let result = self.call(span, function, arguments, cx)?;
+        self.element_of_local(span, &result, index)
+    }
+
+    /// The first output of a function, or the record that a constructor makes.
+    fn call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Local, Fail> {
+        let outputs = self.call_outputs(span, function, arguments, cx)?;
+        outputs.into_iter().next().map(|(_, local)| local).ok_or_else(|| {
+            let name = &function.parts[function.parts.len() - 1].name.name;
+            self.error(Code::BadArguments, span, format!("`{name}` gives no value"))
+        })
+    }
+
+    /// All outputs of a call in their order.
+    pub(crate) fn call_outputs(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Vec<(Name, Local)>, Fail> {
+        let (class, def) = self.called_class(function, cx)?;
         if cx.depth >= MAX_CALLS {
             let message = format!("functions call each other deeper than {MAX_CALLS} levels");
             return Err(self.error(Code::Limit, span, message));
         }
-        let ClassBody::Long { elements: _, algorithms, external, .. } = &def.body else {
-            return Err(self.error(
-                Code::OutsideProfile,
-                span,
-                "functions defined by another function are not supported",
-            ));
-        };
-        if let Some(external) = external {
-            return Err(self.error(
-                Code::OutsideProfile,
-                *external,
-                "external functions are outside the language profile",
-            ));
+        if def.kind == ClassKind::Record {
+            let expr = Expr { kind: ExprKind::Call(function.clone(), arguments.clone()), span };
+            let record = self.construct(class, &expr, cx)?;
+            return Ok(vec![(def.name.name.clone(), record)]);
         }
+        if def.kind != ClassKind::Function {
+            let message = format!("`{}` is not a function", def.name.name);
+            return Err(self.error(Code::BadArguments, function.span, message));
+        }
+        let shape = self.tree.table.shape(class)?;
         let inst = self.tree.package_of(class)?;
         let mut inner = Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
         inner.counts.clone_from(&cx.counts);
         inner.fixed.clone_from(&cx.fixed);
-        let components: Vec<&Component> = elements(&def).iter().filter_map(as_component).collect();
+        let mut components: Vec<Component> = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            if let Element::Component(component) = &elements(&owner)[element.position as usize] {
+                components.push(component.clone());
+            }
+        }
         self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
         for component in components.iter().filter(|c| c.direction != Some(Direction::Input)) {
             self.declare_local(component, &mut inner)?;
         }
-        for section in algorithms {
-            self.run(&section.statements, &mut inner)?;
+        let mut found = false;
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let owner = self.tree.table.class(part.class).def.clone();
+            let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
+            if let Some(external) = external {
+                let message = "external functions are outside the language profile";
+                return Err(self.error(Code::OutsideProfile, *external, message));
+            }
+            inner.scope.frame = frame as u32;
+            for section in algorithms {
+                found = true;
+                self.run(&section.statements, &mut inner)?;
+            }
         }
-        let Some(output) = components.iter().find(|c| c.direction == Some(Direction::Output)) else {
-            return Err(self.error(Code::BadArguments, span, format!("`{}` gives no value", def.name.name)));
-        };
-        match inner.local(&output.name.name) {
-            Some(Local::Node(typed)) if index.is_empty() => Ok(typed.clone()),
-            Some(Local::Array(items, shape)) => {
+        if !found {
+            let message = format!("the function `{}` has no algorithm", def.name.name);
+            return Err(self.error(Code::BadArguments, span, message));
+        }
+        let mut outputs = Vec::new();
+        for output in components.iter().filter(|c| c.direction == Some(Direction::Output)) {
+            let Some(local) = inner.local(&output.name.name) else {
+                let message = format!("`{}` does not set its output `{}`", def.name.name, output.name.name);
+                return Err(self.error(Code::BadArguments, span, message));
+            };
+            outputs.push((output.name.name.clone(), local.clone()));
+        }
+        Ok(outputs)
+    }
+
+    /// An element of a local value.
+    pub(crate) fn element_of_local(&mut self, span: Span, local: &Local, index: &[Affine]) -> Result<Typed, Fail> {
+        match local {
+            Local::Node(typed) if index.is_empty() => Ok(typed.clone()),
+            Local::Index(_) | Local::Value(_) if index.is_empty() => self.as_node(span, local),
+            Local::Array(items, shape) if shape.len() == index.len() => {
                 let mut position = 0;
-                for (affine, size) in index.iter().zip(shape) {
+                for (affine, &size) in index.iter().zip(shape) {
                     let k = affine.as_constant().ok_or(Fail::NeedsExpansion)?;
+                    if k < 0 || k as usize >= size {
+                        return Err(self.outside(span, k + 1, size));
+                    }
                     position = position * size + k as usize;
                 }
                 items.get(position).cloned().ok_or(Fail::Reported)
             }
-            _ => Err(self.error(
-                Code::BadArguments,
-                span,
-                format!("`{}` does not set its output `{}`", def.name.name, output.name.name),
-            )),
+            Local::Array(..) => Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
+            Local::Record(_) => Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed")),
+            _ => Err(self.error(Code::ArrayShape, span, "a scalar stands where an array is needed")),
         }
     }
 
+    /// Sizes of the first output.
     pub(crate) fn shape_of_user_call(
         &mut self,
         span: Span,
@@ -111,57 +160,66 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Vec<usize>, Fail> {
-        let (class, def) = self.function_class(function, cx)?;
-        let components: Vec<&Component> = elements(&def).iter().filter_map(as_component).collect();
-        let Some(output) = components.iter().find(|c| c.direction == Some(Direction::Output)) else {
-            return Ok(Vec::new());
-        };
-        if output.dims.is_empty() {
+        let (class, def) = self.called_class(function, cx)?;
+        if def.kind != ClassKind::Function {
             return Ok(Vec::new());
         }
-        let inst = self.tree.package_of(class)?;
-        let mut inner = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
-        self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
-        self.local_sizes(output, &mut inner)
+        let shape = self.tree.table.shape(class)?;
+        let scalar = shape.elements.iter().all(|element| {
+            let owner = &self.tree.table.class(shape.frames[element.frame as usize].class).def;
+            match &elements(owner)[element.position as usize] {
+                Element::Component(c) => c.direction != Some(Direction::Output) || c.dims.is_empty() && simple_type(c),
+                _ => true,
+            }
+        });
+        if scalar {
+            return Ok(Vec::new());
+        }
+        Ok(match self.call(span, function, arguments, cx)? {
+            Local::Array(_, shape) => shape,
+            _ => Vec::new(),
+        })
     }
 
     fn bind_inputs(
         &mut self,
         span: Span,
-        components: &[&Component],
+        components: &[Component],
         arguments: &Arguments,
         cx: &mut Context,
         inner: &mut Context,
     ) -> Result<(), Fail> {
         let Arguments::List { positional, named } = arguments else {
-            return Err(self.error(
-                Code::BadArguments,
-                span,
-                "only sum, product, min and max take `... for ... in ...`",
-            ));
+            let message = "only sum, product, min and max take `... for ... in ...`";
+            return Err(self.error(Code::BadArguments, span, message));
         };
-        let inputs: Vec<&&Component> = components.iter().filter(|c| c.direction == Some(Direction::Input)).collect();
+        let inputs: Vec<&Component> = components.iter().filter(|c| c.direction == Some(Direction::Input)).collect();
         if positional.len() > inputs.len() {
             let message = format!("too many arguments: {} are taken, {} are given", inputs.len(), positional.len());
             return Err(self.error(Code::BadArguments, span, message));
         }
         for (name, expr) in named {
             if !inputs.iter().any(|c| c.name.name == name.name) {
-                return Err(self.error(Code::BadArguments, expr.span, format!("there is no input `{}`", name.name)));
+                let message = format!("there is no input `{}`", name.name);
+                return Err(self.error(Code::BadArguments, expr.span, message));
             }
         }
         for (k, input) in inputs.iter().enumerate() {
             let given =
                 positional.get(k).or_else(|| named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e));
             let local = match (given, &input.modification.binding) {
-                (Some(expr), _) => self.local_value(expr, cx)?,
+                (Some(expr), _) => {
+                    let before = std::mem::replace(&mut cx.no_event, true);
+                    let local = self.local_value(expr, cx);
+                    cx.no_event = before;
+                    let local = local?;
+                    self.check_argument(expr, input, &local)?;
+                    local
+                }
                 (None, Some(default)) => self.local_value(&default.clone(), inner)?,
                 (None, None) => {
-                    return Err(self.error(
-                        Code::BadArguments,
-                        span,
-                        format!("the input `{}` has no value", input.name.name),
-                    ));
+                    let message = format!("the input `{}` has no value", input.name.name);
+                    return Err(self.error(Code::BadArguments, span, message));
                 }
             };
             inner.names.push((input.name.name.clone(), local));
@@ -169,14 +227,44 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// An expression as a local value: a node, or an array of nodes.
-    fn local_value(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+    /// Rank and type of an argument against the declaration of the input.
+    fn check_argument(&mut self, expr: &Expr, input: &Component, local: &Local) -> Result<(), Fail> {
+        let rank = match local {
+            Local::Array(_, shape) => shape.len(),
+            _ => 0,
+        };
+        if rank != input.dims.len() && simple_type(input) {
+            let message =
+                format!("the input `{}` has {} dimensions, but this has {rank}", input.name.name, input.dims.len());
+            return Err(self.error(Code::ArrayShape, expr.span, message));
+        }
+        let wanted = input.class.parts[0].name.as_ref();
+        let given = match local {
+            Local::Node(typed) => typed.scalar.name().to_string(),
+            Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
+            Local::Index(_) => "Integer".to_string(),
+            Local::Value(value) => value.type_name(),
+            Local::Record(_) => return Ok(()),
+        };
+        let fits = input.class.parts.len() > 1
+            || !matches!(wanted, "Real" | "Integer" | "Boolean")
+            || wanted == given
+            || wanted == "Real" && given == "Integer";
+        if fits {
+            return Ok(());
+        }
+        let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
+        Err(self.error(Code::TypeMismatch, expr.span, message))
+    }
+
+    /// An expression as a local value: a node, an array of nodes or a record.
+    pub(crate) fn local_value(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+        if let Some(record) = self.as_record(expr, cx)? {
+            return Ok(record);
+        }
         let shape = self.shape(expr, cx)?;
         if shape.is_empty() {
-            let before = std::mem::replace(&mut cx.no_event, true);
-            let value = self.lower(expr, cx, &[]);
-            cx.no_event = before;
-            let value = value?;
+            let value = self.lower(expr, cx, &[])?;
             // Whole numbers known here may serve as sizes and subscripts.
             if let (ScalarType::Integer, Some(k)) = (&value.scalar, self.model.templates.arena.as_constant(value.node))
             {
@@ -187,22 +275,146 @@ impl Flattener<'_, '_> {
         Ok(Local::Array(self.elements_of(expr, cx)?, shape))
     }
 
-    fn local_sizes(&mut self, component: &Component, inner: &mut Context) -> Result<Vec<usize>, Fail> {
-        let mut sizes = Vec::new();
-        for dim in &component.dims {
-            let k = self.affine(dim, inner)?.as_constant().ok_or(Fail::NeedsExpansion)?;
-            sizes.push(
-                usize::try_from(k)
-                    .map_err(|_| self.error(Code::ArrayShape, dim.span, format!("the size {k} is negative")))?,
-            );
+    /// A record expression as its fields; `None` if the expression is no record.
+    fn as_record(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Local>, Fail> {
+        match &expr.kind {
+            ExprKind::Ref(reference) => {
+                if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
+                    let local = self.local_of_path(reference, cx)?;
+                    return Ok(matches!(local, Local::Record(_)).then_some(local));
+                }
+                let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(None) };
+                let (last, _) = steps[steps.len() - 1];
+                if self.tree.instances[last].primitive.is_some() {
+                    return Ok(None);
+                }
+                let children = self.tree.instances[last].children.clone();
+                let names: Vec<Name> = children.iter().map(|&c| self.tree.instances[c].name.clone()).collect();
+                let mut fields = Vec::with_capacity(names.len());
+                for (position, name) in names.iter().enumerate() {
+                    if let Field::Expr(value) = field(expr, name, position, true) {
+                        fields.push((name.clone(), self.local_value(&value, cx)?));
+                    }
+                }
+                Ok(Some(Local::Record(fields)))
+            }
+            ExprKind::Call(function, arguments) if self.makes_record(function, cx)? => {
+                self.call(expr.span, function, arguments, cx).map(Some)
+            }
+            _ => Ok(None),
         }
-        Ok(sizes)
+    }
+
+    /// True for constructors of records and functions whose first output is of a class, not of a predefined type.
+    fn makes_record(&mut self, function: &ComponentRef, cx: &Context) -> Result<bool, Fail> {
+        let simple = function.parts.len() == 1 && !function.global;
+        if simple && crate::call::is_predefined(&function.parts[0].name.name) {
+            return Ok(false);
+        }
+        let (class, def) = self.called_class(function, cx)?;
+        if def.kind == ClassKind::Record {
+            return Ok(true);
+        }
+        let shape = self.tree.table.shape(class)?;
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            if let Element::Component(c) = &elements(&owner)[element.position as usize] {
+                if c.direction == Some(Direction::Output) {
+                    if simple_type(c) {
+                        return Ok(false);
+                    }
+                    let inst = self.tree.package_of(class)?;
+                    let found = self.tree.find_class(Scope { inst, frame: element.frame }, &c.class)?;
+                    return Ok(self.tree.table.class(found.class).def.kind == ClassKind::Record);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// The record of a constructor call, fields not given from the declarations.
+    fn construct(&mut self, class: ClassId, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+        let shape = self.tree.table.shape(class)?;
+        let inst = self.tree.package_of(class)?;
+        let mut fields: Vec<(Name, Local)> = Vec::new();
+        for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let Element::Component(declaration) = &elements(&owner)[element.position as usize] else { continue };
+            let value = match field(expr, &element.name, position, true) {
+                Field::Expr(value) => self.local_value(&value, cx)?,
+                _ => {
+                    let mut own = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: element.frame }) };
+                    own.names.clone_from(&fields);
+                    match &declaration.modification.binding {
+                        Some(default) => self.local_value(&default.clone(), &mut own)?,
+                        None => {
+                            let message = format!("the field `{}` has no value", element.name);
+                            return Err(self.error(Code::BadArguments, expr.span, message));
+                        }
+                    }
+                }
+            };
+            fields.push((element.name.clone(), value));
+        }
+        Ok(Local::Record(fields))
+    }
+
+    /// The fields of a record-valued expression as expressions; `None` if it is no record.
+    pub(crate) fn record_fields(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Vec<Name>>, Fail> {
+        match &expr.kind {
+            ExprKind::Ref(reference) => {
+                let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) else { return Ok(None) };
+                let last = &self.tree.instances[steps[steps.len() - 1].0];
+                if last.kind != ClassKind::Record {
+                    return Ok(None);
+                }
+                Ok(Some(last.children.iter().map(|&c| self.tree.instances[c].name.clone()).collect()))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// True if calls that make the record in `expr` are constructors.
+    pub(crate) fn by_constructor(&mut self, expr: &Expr, cx: &Context) -> Result<bool, Fail> {
+        match making_call(expr) {
+            None => Ok(true),
+            Some(function) => {
+                let function = function.clone();
+                Ok(self.called_class(&function, cx)?.1.kind != ClassKind::Function)
+            }
+        }
+    }
+
+    /// `call.field`
+    pub(crate) fn lower_field(
+        &mut self,
+        record: &Expr,
+        name: &Name,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let local = self.field_value(record, name, cx)?;
+        self.element_of_local(record.span, &local, index)
+    }
+
+    pub(crate) fn field_value(&mut self, record: &Expr, name: &Name, cx: &mut Context) -> Result<Local, Fail> {
+        let Local::Record(fields) = self.local_value(record, cx)? else {
+            return Err(self.error(Code::TypeMismatch, record.span, "a record is needed here"));
+        };
+        match fields.into_iter().find(|(n, _)| n == name) {
+            Some((_, local)) => Ok(local),
+            None => Err(self.error(Code::TypeMismatch, record.span, format!("the record has no field `{name}`"))),
+        }
     }
 
     fn declare_local(&mut self, component: &Component, inner: &mut Context) -> Result<(), Fail> {
         let local = match &component.modification.binding {
             Some(binding) => self.local_value(&binding.clone(), inner)?,
             None if component.variability <= Variability::Parameter => return Ok(()),
+            None if !simple_type(component) => match self.empty_record(component, inner)? {
+                Some(record) => record,
+                None => return Ok(()),
+            },
             None => {
                 let sizes = self.local_sizes(component, inner)?;
                 if sizes.is_empty() {
@@ -216,143 +428,48 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    fn run(&mut self, statements: &[Statement], cx: &mut Context) -> Result<(), Fail> {
-        for statement in statements {
-            self.run_statement(statement, cx)?;
+    /// A local record before its fields are set.
+    fn empty_record(&mut self, component: &Component, inner: &mut Context) -> Result<Option<Local>, Fail> {
+        let local = self.tree.find_class(inner.scope, &component.class)?;
+        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+            return Ok(None);
         }
-        Ok(())
+        let shape = self.tree.table.shape(local.class)?;
+        let zero = self.literal(0.0, ScalarType::Real);
+        let fields = shape.elements.iter().filter(|e| e.component).map(|e| (e.name.clone(), Local::Node(zero.clone())));
+        Ok(Some(Local::Record(fields.collect())))
     }
 
-    fn run_statement(&mut self, statement: &Statement, cx: &mut Context) -> Result<(), Fail> {
-        match &statement.kind {
-            StatementKind::Assign(target, value) => self.assign(target, value, cx),
-            StatementKind::If(branches) => self.run_if(branches, cx),
-            StatementKind::For(iterators, body) => self.run_for(iterators, body, cx),
-            StatementKind::Call(function, _) if function.parts[0].name.name.as_ref() == "assert" => Ok(()),
-            _ => Err(self.error(
-                Code::OutsideProfile,
-                statement.span,
-                "this statement is not supported inside functions",
-            )),
+    fn local_sizes(&mut self, component: &Component, inner: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut sizes = Vec::new();
+        for dim in &component.dims {
+            let k = self.affine(dim, inner)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+            let size = usize::try_from(k).ok().filter(|&size| size <= MAX_LOCAL);
+            sizes.push(size.ok_or_else(|| {
+                self.error(Code::ArrayShape, dim.span, format!("the size {k} is negative or above {MAX_LOCAL}"))
+            })?);
         }
+        Ok(sizes)
     }
 
-    fn assign(&mut self, target: &ComponentRef, value: &Expr, cx: &mut Context) -> Result<(), Fail> {
-        let [part] = target.parts.as_slice() else {
-            return Err(self.error(
-                Code::OutsideProfile,
-                target.span,
-                "assignments to record elements are not supported",
-            ));
-        };
-        let name: Name = part.name.name.clone();
-        if part.subscripts.is_empty() {
-            let local = self.local_value(value, cx)?;
-            cx.names.retain(|(n, _)| *n != name);
-            cx.names.push((name, local));
-            return Ok(());
-        }
-        let value = self.lower(value, cx, &[])?;
-        let mut at = Vec::new();
-        for subscript in &part.subscripts {
-            at.push(self.affine(subscript, cx)?.as_constant().ok_or(Fail::NeedsExpansion)? - 1);
-        }
-        if let Some((_, Local::Array(items, shape))) = cx.names.iter_mut().rev().find(|(n, _)| *n == name) {
-            let mut position = 0;
-            for (&k, &size) in at.iter().zip(shape.iter()) {
-                if k < 0 || k as usize >= size {
-                    let message = format!("subscript {} is outside 1..{size}", k + 1);
-                    return Err(self.error(Code::ArrayShape, target.span, message));
-                }
-                position = position * size + k as usize;
-            }
-            if let Some(item) = items.get_mut(position) {
-                *item = value;
-                return Ok(());
-            }
-        }
-        Err(self.error(Code::ArrayShape, target.span, format!("`{name}` is not an array here")))
-    }
-
-    /// Both ways are run; what they set is joined by a selection.
-    fn run_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<(), Fail> {
-        let Some(((condition, body), rest)) = branches.split_first() else { return Ok(()) };
-        let Some(condition) = condition else { return self.run(body, cx) };
-        let test = self.lower(condition, cx, &[])?;
-        self.want_boolean(condition.span, "a condition", &test)?;
-        if let Some(known) = self.model.templates.arena.as_constant(test.node) {
-            return if known != 0.0 { self.run(body, cx) } else { self.run_if(rest, cx) };
-        }
-        let mut yes = cx.clone();
-        self.run(body, &mut yes)?;
-        let mut no = cx.clone();
-        self.run_if(rest, &mut no)?;
-        let mut joined = Vec::new();
-        for (name, local) in &yes.names {
-            let Some(other) = no.local(name) else { continue };
-            joined.push((name.clone(), self.join(condition.span, test.node, local, other)?));
-        }
-        cx.names = joined;
-        Ok(())
-    }
-
-    fn join(&mut self, span: Span, test: hyd_symbolic::NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {
-        match (a, b) {
-            (Local::Index(x), Local::Index(y)) if x == y => Ok(a.clone()),
-            (Local::Array(x, shape), Local::Array(y, other)) if shape == other => {
-                let mut items = Vec::with_capacity(x.len());
-                for (p, q) in x.iter().zip(y) {
-                    items.push(self.choose(span, test, p.clone(), q.clone())?);
-                }
-                Ok(Local::Array(items, shape.clone()))
-            }
-            (Local::Value(_), _) => Ok(a.clone()),
-            _ => {
-                let (x, y) = (self.as_node(a)?, self.as_node(b)?);
-                Ok(Local::Node(self.choose(span, test, x, y)?))
-            }
-        }
-    }
-
-    fn as_node(&mut self, local: &Local) -> Result<Typed, Fail> {
+    pub(crate) fn as_node(&mut self, span: Span, local: &Local) -> Result<Typed, Fail> {
         match local {
             Local::Node(typed) => Ok(typed.clone()),
             Local::Index(affine) => {
                 let k = affine.as_constant().ok_or(Fail::NeedsExpansion)?;
                 Ok(self.literal(k as f64, ScalarType::Integer))
             }
-            _ => Err(Fail::Reported),
+            Local::Value(value) => self.constant_value(span, &value.clone()),
+            _ => Err(self.error(Code::ArrayShape, span, "an array or record stands where a scalar is needed")),
         }
-    }
-
-    fn run_for(
-        &mut self,
-        iterators: &[hyd_syntax::tree::Iterator],
-        body: &[Statement],
-        cx: &mut Context,
-    ) -> Result<(), Fail> {
-        let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx) };
-        let range = self.range(iterator, cx)?;
-        for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-            };
-            cx.names.push((iterator.name.name.clone(), local));
-            self.run_for(rest, body, cx)?;
-            if let Some(position) = cx.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
-                cx.names.remove(position);
-            }
-        }
-        Ok(())
     }
 }
 
-fn as_component(element: &Element) -> Option<&Component> {
-    match element {
-        Element::Component(component) => Some(component),
-        _ => None,
-    }
+/// Largest array inside a function.
+const MAX_LOCAL: usize = 1 << 20;
+
+/// Declared with a predefined type.
+fn simple_type(component: &Component) -> bool {
+    component.class.parts.len() == 1
+        && matches!(component.class.parts[0].name.as_ref(), "Real" | "Integer" | "Boolean" | "String")
 }

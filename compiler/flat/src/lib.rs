@@ -5,6 +5,7 @@
 //! are lowered once with symbolic counters (`index`), so equations of a loop share one template and cost a few words each.
 //! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
 
+mod algorithm;
 mod call;
 mod connect;
 mod context;
@@ -17,6 +18,7 @@ mod print;
 mod reference;
 mod section;
 mod shape;
+mod statement;
 mod variable;
 mod walk;
 mod when;

@@ -81,6 +81,7 @@ impl Flattener<'_, '_> {
                 [Some(only)] => self.lower(only, cx, index),
                 _ => Err(self.error(Code::TypeMismatch, expr.span, "a list of results is not a value")),
             },
+            ExprKind::Field(record, name) => self.lower_field(record, &name.name, cx, index),
             ExprKind::Colon => Err(self.error(Code::Misplaced, expr.span, "`:` is not a value")),
             ExprKind::End => match cx.ends.last() {
                 Some(&size) => Ok(self.literal(size as f64, ScalarType::Integer)),

@@ -60,10 +60,8 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         let first = &reference.parts[0];
-        if !reference.global
-            && let Some(local) = cx.local(&first.name.name).cloned()
-        {
-            return self.lower_local(reference, local, cx, index);
+        if !reference.global && cx.local(&first.name.name).is_some() {
+            return self.lower_local(reference, cx, index);
         }
         match self.tree.resolve(cx.scope, reference)? {
             Resolved::Time => {
@@ -79,53 +77,45 @@ impl Flattener<'_, '_> {
         }
     }
 
-    fn lower_local(
-        &mut self,
-        reference: &ComponentRef,
-        local: Local,
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
+    fn lower_local(&mut self, reference: &ComponentRef, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        let local = self.local_of_path(reference, cx)?;
+        let subscripts = &reference.parts[reference.parts.len() - 1].subscripts;
         match local {
-            Local::Index(affine) => match affine.as_constant() {
-                Some(k) => Ok(self.literal(k as f64, ScalarType::Integer)),
-                None => {
-                    let slot = self.slots.slot(SlotKey::Number(affine));
-                    Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
-                }
-            },
-            Local::Value(value) => self.constant_value(reference.span, &value),
-            Local::Node(typed) => Ok(typed),
+            Local::Index(affine) if affine.as_constant().is_none() => {
+                let slot = self.slots.slot(SlotKey::Number(affine));
+                Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
+            }
             Local::Array(items, shape) => {
                 let mut at: Vec<Affine> = Vec::new();
-                let mut rest = index;
+                let mut taken = 0;
                 for (k, &size) in shape.iter().enumerate() {
-                    match reference.parts[0].subscripts.get(k) {
-                        Some(subscript) => at.push(self.position(subscript, size, cx)?),
-                        None => {
-                            let Some((first, others)) = rest.split_first() else {
-                                return Err(self.error(
-                                    Code::ArrayShape,
-                                    reference.span,
-                                    "an array stands where a scalar is needed",
-                                ));
-                            };
-                            at.push(first.clone());
-                            rest = others;
-                        }
-                    }
+                    let subscript = match subscripts.get(k) {
+                        Some(expr) => self.subscript(expr, size, cx)?,
+                        None => Subscript::All,
+                    };
+                    at.push(self.apply_subscript(reference.span, subscript, index, &mut taken)?);
                 }
-                let mut position = 0;
-                for (affine, &size) in at.iter().zip(&shape) {
-                    let k = affine.as_constant().ok_or(Fail::NeedsExpansion)?;
-                    if k < 0 || k as usize >= size {
-                        return Err(self.outside(reference.span, k + 1, size));
-                    }
-                    position = position * size + k as usize;
-                }
-                items.get(position).cloned().ok_or(Fail::Reported)
+                self.element_of_local(reference.span, &Local::Array(items, shape), &at)
             }
+            other => self.element_of_local(reference.span, &other, index),
         }
+    }
+
+    /// The local value a reference names, its last subscripts not applied.
+    pub(crate) fn local_of_path(&mut self, reference: &ComponentRef, cx: &Context) -> Result<Local, Fail> {
+        let mut local = cx.local(&reference.parts[0].name.name).cloned().ok_or(Fail::Reported)?;
+        for part in &reference.parts[1..] {
+            let next = match local {
+                Local::Record(fields) => fields.into_iter().find(|(n, _)| *n == part.name.name).map(|(_, l)| l),
+                _ => None,
+            };
+            let Some(found) = next else {
+                let message = format!("there is no field `{}`", part.name.name);
+                return Err(self.error(Code::UnknownName, part.name.span, message));
+            };
+            local = found;
+        }
+        Ok(local)
     }
 
     /// A variable, its derivative or its value before the event.
@@ -170,6 +160,16 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::TypeMismatch, span, message));
         }
         let first = self.model.variables[self.blocks[&last]].first;
+        if kind == Kind::Var && cx.assigned.is_some() {
+            let k = offset.as_constant().ok_or(Fail::NeedsExpansion)?;
+            let v = crate::model::VarId(first.0 + k as u32);
+            if let Some((_, typed)) = cx.assigned.iter().flatten().find(|(known, _)| *known == v) {
+                return Ok(typed.clone());
+            }
+            if cx.algorithm_targets.contains(&v) {
+                return Ok(self.current(v, cx));
+            }
+        }
         let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
         Ok(Typed { node: self.model.templates.arena.slot(slot), scalar })
     }
@@ -249,7 +249,7 @@ impl Flattener<'_, '_> {
         Err(self.outside(span, if low < 0 { low + 1 } else { high + 1 }, size))
     }
 
-    fn outside(&mut self, span: Span, k: i64, size: usize) -> Fail {
+    pub(crate) fn outside(&mut self, span: Span, k: i64, size: usize) -> Fail {
         self.report(Diagnostic::error(Code::ArrayShape, format!("subscript {k} is outside 1..{size}")).at(span, ""));
         Fail::Reported
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use hyd_instance::record::{Field, field};
 use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::{Code, Diagnostic, Origin, Reported};
 use hyd_symbolic::NodeId;
@@ -29,9 +30,8 @@ impl Flattener<'_, '_> {
         if def.kind == ClassKind::Function {
             return;
         }
-        if let Some(algorithm) = algorithms.first() {
-            let message = "algorithm sections in models are not supported; write equations, or a function";
-            let _ = self.error(Code::OutsideProfile, algorithm.span, message);
+        for section in algorithms {
+            self.algorithm(section, scope);
         }
         for section in equations {
             for equation in &section.equations {
@@ -111,6 +111,15 @@ impl Flattener<'_, '_> {
         loops: &Loops<'_>,
         initial: bool,
     ) {
+        if self.equal_records(equation, left, right, scope, loops, initial) {
+            return;
+        }
+        if let ExprKind::Tuple(targets) = &left.kind
+            && targets.len() > 1
+        {
+            self.equal_outputs(equation, targets, right, scope, loops, initial);
+            return;
+        }
         let origin = self.origin(scope, equation);
         let start = self.context_of(scope);
         self.with_loops(start, &mut |flat, cx| {
@@ -128,6 +137,81 @@ impl Flattener<'_, '_> {
             flat.check_sides(equation, left, right, &a, &b)?;
             let section = flat.section_of(&a, initial);
             flat.emit(section, a.node, b.node, &cx.loop_counts(), &origin);
+            Ok(())
+        });
+    }
+
+    /// An equation between records is one between their fields; false if these are no records.
+    fn equal_records(
+        &mut self,
+        equation: &Equation,
+        left: &Expr,
+        right: &Expr,
+        scope: Scope,
+        loops: &Loops<'_>,
+        initial: bool,
+    ) -> bool {
+        let mut probe = self.context_of(scope);
+        let fields = match self.record_fields(left, &mut probe) {
+            Ok(Some(fields)) => fields,
+            _ => match self.record_fields(right, &mut probe) {
+                Ok(Some(fields)) => fields,
+                _ => return false,
+            },
+        };
+        let constructors = (self.by_constructor(left, &probe), self.by_constructor(right, &probe));
+        let (Ok(by_left), Ok(by_right)) = constructors else { return true };
+        for (position, name) in fields.iter().enumerate() {
+            match (field(left, name, position, by_left), field(right, name, position, by_right)) {
+                (Field::Expr(l), Field::Expr(r)) => self.equal(equation, &l, &r, scope, loops, initial),
+                _ => {
+                    let message = format!("the field `{name}` has no value on one side of this equation");
+                    let _ = self.error(Code::TypeMismatch, equation.span, message);
+                }
+            }
+        }
+        true
+    }
+
+    /// `(a, , b) = f(...)`: each output taken is an equation.
+    fn equal_outputs(
+        &mut self,
+        equation: &Equation,
+        targets: &[Option<Expr>],
+        right: &Expr,
+        scope: Scope,
+        loops: &Loops<'_>,
+        initial: bool,
+    ) {
+        let ExprKind::Call(function, arguments) = &right.kind else {
+            let _ = self.error(Code::TypeMismatch, right.span, "several results come only from a function");
+            return;
+        };
+        let origin = self.origin(scope, equation);
+        let start = self.context_of(scope);
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter_all(cx, loops)?;
+            let outputs = flat.call_outputs(right.span, function, arguments, cx)?;
+            if targets.len() > outputs.len() {
+                let message = format!("the function gives {} values, but {} are taken", outputs.len(), targets.len());
+                return Err(flat.error(Code::BadArguments, right.span, message));
+            }
+            for (target, (_, value)) in targets.iter().zip(&outputs) {
+                let Some(target) = target else { continue };
+                let shape = flat.shape(target, cx)?;
+                for k in 0..shape.iter().product::<usize>() {
+                    let mut rest = k;
+                    let mut at = vec![Affine::constant(0); shape.len()];
+                    for (position, &size) in shape.iter().enumerate().rev() {
+                        at[position] = Affine::constant((rest % size) as i64);
+                        rest /= size;
+                    }
+                    let (a, b) = (flat.lower(target, cx, &at)?, flat.element_of_local(right.span, value, &at)?);
+                    flat.check_sides(equation, target, right, &a, &b)?;
+                    let section = flat.section_of(&a, initial);
+                    flat.emit(section, a.node, b.node, &cx.loop_counts(), &origin);
+                }
+            }
             Ok(())
         });
     }

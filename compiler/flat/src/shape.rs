@@ -56,6 +56,10 @@ impl Flattener<'_, '_> {
                 shape.extend(inner?);
                 Ok(shape)
             }
+            ExprKind::Field(record, name) => Ok(match self.field_value(record, &name.name, cx)? {
+                Local::Array(_, shape) => shape,
+                _ => Vec::new(),
+            }),
             ExprKind::Matrix(rows) => Ok(vec![rows.len(), rows.first().map_or(0, Vec::len)]),
             ExprKind::Call(function, arguments) => self.shape_of_call(expr.span, function, arguments, cx),
             ExprKind::Tuple(items) => match items.as_slice() {
@@ -67,13 +71,22 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn shape_of_ref(&mut self, reference: &ComponentRef, cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        if !reference.global
-            && let Some(local) = cx.local(&reference.parts[0].name.name)
-        {
-            return Ok(match local {
-                Local::Array(_, shape) => shape.iter().skip(reference.parts[0].subscripts.len()).copied().collect(),
-                _ => Vec::new(),
-            });
+        if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
+            let Local::Array(_, sizes) = self.local_of_path(reference, cx)? else { return Ok(Vec::new()) };
+            let subscripts = &reference.parts[reference.parts.len() - 1].subscripts;
+            let mut shape = Vec::new();
+            for (k, &size) in sizes.iter().enumerate() {
+                match subscripts.get(k) {
+                    None => shape.push(size),
+                    Some(expr) => match self.subscript(expr, size, cx)? {
+                        Subscript::At(_) => {}
+                        Subscript::All => shape.push(size),
+                        Subscript::Slice { count, .. } => shape.push(count),
+                        Subscript::List(list) => shape.push(list.len()),
+                    },
+                }
+            }
+            return Ok(shape);
         }
         let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
         self.steps_shape(&steps, cx)

@@ -2,9 +2,7 @@
 
 use crate::context::{Context, Fail};
 use crate::index::{Affine, Kind, SlotKey, Slots};
-use crate::model::{
-    BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock,
-};
+use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, Known, ScalarType, Value};

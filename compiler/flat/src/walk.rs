@@ -14,7 +14,7 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
         ExprKind::Call(_, Arguments::Reduction(body, iterators)) | ExprKind::ArrayFor(body, iterators) => {
             any_ref(body, test) || iterators.iter().filter_map(|i| i.range.as_ref()).any(|e| any_ref(e, test))
         }
-        ExprKind::Unary(_, a) => any_ref(a, test),
+        ExprKind::Unary(_, a) | ExprKind::Field(a, _) => any_ref(a, test),
         ExprKind::Binary(_, a, b) => any_ref(a, test) || any_ref(b, test),
         ExprKind::If(branches, otherwise) => {
             branches.iter().any(|(c, v)| any_ref(c, test) || any_ref(v, test)) || any_ref(otherwise, test)
@@ -47,7 +47,7 @@ pub fn calls_any(expr: &Expr, names: &[&str]) -> bool {
                 Arguments::Reduction(body, _) => inner(body),
             }
         }
-        ExprKind::Unary(_, a) => inner(a),
+        ExprKind::Unary(_, a) | ExprKind::Field(a, _) => inner(a),
         ExprKind::Binary(_, a, b) => inner(a) || inner(b),
         ExprKind::If(branches, otherwise) => branches.iter().any(|(c, v)| inner(c) || inner(v)) || inner(otherwise),
         ExprKind::Array(items) => items.iter().any(inner),

@@ -16,7 +16,8 @@ use crate::model::{Section, VarId};
 use crate::section::Loops;
 
 /// One condition of a branch.
-enum Condition {
+#[derive(Clone, Debug)]
+pub enum WhenCondition {
     /// `initial()`
     Initial,
     /// A discrete Boolean, one per element of the loops.
@@ -41,7 +42,7 @@ impl Flattener<'_, '_> {
     ) {
         self.whens += 1;
         let number = self.whens;
-        let mut conditions: Vec<Vec<Condition>> = Vec::new();
+        let mut conditions: Vec<Vec<WhenCondition>> = Vec::new();
         for (k, (condition, _)) in branches.iter().enumerate() {
             match self.conditions(condition, number, k, scope, loops) {
                 Some(found) => conditions.push(found),
@@ -60,14 +61,14 @@ impl Flattener<'_, '_> {
     }
 
     /// The conditions of one branch as discrete Booleans (`{a, b}` gives two).
-    fn conditions(
+    pub(crate) fn conditions(
         &mut self,
         expr: &Expr,
         number: u32,
         branch: usize,
         scope: Scope,
         loops: &Loops<'_>,
-    ) -> Option<Vec<Condition>> {
+    ) -> Option<Vec<WhenCondition>> {
         let parts: Vec<&Expr> = match &expr.kind {
             ExprKind::Array(items) => items.iter().collect(),
             _ => vec![expr],
@@ -78,10 +79,10 @@ impl Flattener<'_, '_> {
                 && function.parts.len() == 1
                 && function.parts[0].name.name.as_ref() == "initial"
             {
-                result.push(Condition::Initial);
+                result.push(WhenCondition::Initial);
                 continue;
             }
-            result.push(Condition::Variable(self.condition_variable(part, number, (branch, k), scope, loops)?));
+            result.push(WhenCondition::Variable(self.condition_variable(part, number, (branch, k), scope, loops)?));
         }
         Some(result)
     }
@@ -136,15 +137,15 @@ impl Flattener<'_, '_> {
     }
 
     /// When each branch fires.
-    fn fires(&mut self, conditions: &[Vec<Condition>], cx: &Context) -> Result<Vec<NodeId>, Fail> {
+    pub(crate) fn fires(&mut self, conditions: &[Vec<WhenCondition>], cx: &Context) -> Result<Vec<NodeId>, Fail> {
         let mut result: Vec<NodeId> = Vec::new();
         let mut earlier: Option<NodeId> = None;
         for branch in conditions {
             let mut own: Option<NodeId> = None;
             for condition in branch {
                 let edge = match condition {
-                    Condition::Initial => self.model.templates.arena.intern(Node::Initial),
-                    Condition::Variable(first) => {
+                    WhenCondition::Initial => self.model.templates.arena.intern(Node::Initial),
+                    WhenCondition::Variable(first) => {
                         let now = self.condition_slot(*first, cx, Kind::Var)?;
                         let before = self.condition_slot(*first, cx, Kind::Pre)?;
                         let arena = &mut self.model.templates.arena;
@@ -178,7 +179,7 @@ impl Flattener<'_, '_> {
         &mut self,
         equation: &Equation,
         branch: usize,
-        conditions: &[Vec<Condition>],
+        conditions: &[Vec<WhenCondition>],
         scope: Scope,
         loops: &Loops<'_>,
     ) {
@@ -233,7 +234,7 @@ impl Flattener<'_, '_> {
         state: &Expr,
         value: &Expr,
         branch: usize,
-        conditions: &[Vec<Condition>],
+        conditions: &[Vec<WhenCondition>],
         scope: Scope,
         loops: &Loops<'_>,
     ) {
@@ -299,7 +300,7 @@ impl Flattener<'_, '_> {
     fn when_assignment(
         &mut self,
         target: &Target<'_>,
-        conditions: &[Vec<Condition>],
+        conditions: &[Vec<WhenCondition>],
         origin: &Origin,
         scope: Scope,
         loops: &Loops<'_>,
@@ -347,7 +348,7 @@ impl Flattener<'_, '_> {
     }
 
     /// A Real variable set inside `when` changes at events only.
-    fn make_discrete(&mut self, inst: hyd_instance::InstId) {
+    pub(crate) fn make_discrete(&mut self, inst: hyd_instance::InstId) {
         if let Some(&block) = self.blocks.get(&inst)
             && self.model.variables[block].variability == hyd_system::Variability::Continuous
         {

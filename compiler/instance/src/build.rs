@@ -41,6 +41,8 @@ pub struct InstanceTree<'s> {
     pub(crate) packages: FxHashMap<ClassId, InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     pub(crate) depth: usize,
+    /// Modifications from outside of the instances whose components are being made.
+    pub(crate) pending: FxHashMap<InstId, Mods>,
 }
 
 /// Instantiates a model.  `Err` gives the table back with its messages.
@@ -57,8 +59,19 @@ pub fn instantiate<'s>(
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         depth: 0,
+        pending: FxHashMap::default(),
     };
     let def = tree.table.class(class).def.clone();
+    if !matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) {
+        let kind = crate::component::kind_name(def.kind);
+        let message = format!("`{}` is a {kind} and cannot be simulated", tree.table.full_name(class));
+        tree.table.report(
+            Diagnostic::error(Code::Misplaced, message)
+                .at(def.name.span, "declared here")
+                .help("a model or a block can be"),
+        );
+        return Err(Box::new(tree.table));
+    }
     if def.partial {
         let message = format!("`{}` is partial and cannot be simulated by itself", tree.table.full_name(class));
         tree.table.report(Diagnostic::error(Code::PartialClass, message).at(def.name.span, "declared partial here"));
@@ -130,12 +143,17 @@ impl InstanceTree<'_> {
                 self.redeclare_class(inst, &shape, k, mods);
             }
         }
+        self.pending.insert(inst, mods.clone());
         let mut result = Ok(());
         for (k, element) in shape.elements.iter().enumerate() {
-            if element.component && self.instantiate_element(inst, k, mods).is_err() {
+            // Some were named by those before and are made already.
+            let open = element.component && !self.instances[inst].by_name.contains_key(&element.name);
+            if open && self.instantiate_element(inst, k, mods).is_err() {
                 result = Err(Reported);
             }
         }
+        self.pending.remove(&inst);
+        self.order_children(inst);
         result
     }
 
@@ -291,7 +309,11 @@ impl InstanceTree<'_> {
             }
         }
         self.check_final(&element.name, &mods, declaration.prefixes.is_final);
-        self.make(inst, element, &declaration, own_scope, type_scope, mods)
+        let made = self.make(inst, element, &declaration, own_scope, type_scope, mods);
+        if made.is_err() {
+            self.broken(inst, &element.name, declaration.name.span);
+        }
+        made
     }
 
     fn check_final(&mut self, name: &str, mods: &Mods, declared_final: bool) {

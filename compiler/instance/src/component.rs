@@ -5,13 +5,17 @@
 use crate::class::ClassId;
 use crate::evaluate::Env;
 use crate::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
+use crate::lookup::Resolved;
 use crate::lookup::predefined_enumeration;
+use crate::modifier::AstMod;
 use crate::modifier::{Applied, Mods, of_child};
+use crate::record::{Field, field, making_call};
 use crate::shape::{Shape, ShapeElement, is_builtin};
 use crate::value::Value;
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name, Path, Variability};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::build::InstanceTree;
 
@@ -92,7 +96,8 @@ impl InstanceTree<'_> {
         let mut current = self.instances[parent].parent;
         while let Some(above) = current {
             if let Some(k) = self.inner_element(above, name) {
-                self.instantiate_element(above, k, &Vec::new())?;
+                let outer = self.pending.get(&above).cloned().unwrap_or_default();
+                self.instantiate_element(above, k, &outer)?;
                 if let Some(&found) = self.instances[above].by_name.get(name) {
                     self.instances[parent].by_name.insert(name.clone(), found);
                     return Ok(());
@@ -183,11 +188,50 @@ impl InstanceTree<'_> {
         }
         self.check_class(inst, local.class, declaration)?;
         self.instances[inst].kind = def.kind;
+        self.take_apart(&mut mods, &shape)?;
         self.instances[inst].shape = Some(shape);
         self.depth += 1;
         let result = self.instantiate_members(inst, &mods);
         self.depth -= 1;
         result
+    }
+
+    /// Bindings of a component of a class (a record) become bindings of its fields.
+    fn take_apart(&mut self, mods: &mut Mods, shape: &Rc<Shape>) -> Result<(), Reported> {
+        for applied in mods.iter_mut() {
+            let Some(expr) = applied.tree.binding.clone() else { continue };
+            let constructor = match making_call(&expr).cloned() {
+                None => true,
+                Some(function) => match self.resolve(applied.scope, &function)? {
+                    Resolved::Class(local) => self.table.class(local.class).def.kind != ClassKind::Function,
+                    _ => true,
+                },
+            };
+            let mut children = applied.tree.children.clone();
+            for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
+                match field(&expr, &element.name, position, constructor) {
+                    Field::Expr(value) => {
+                        children.push((element.name.clone(), Arc::new(AstMod::of_binding(value))));
+                    }
+                    Field::Default => {}
+                    Field::Unknown => {
+                        let message =
+                            "a value of a record must be a record, its constructor, or a function that gives one";
+                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
+                        return Err(Reported);
+                    }
+                }
+            }
+            applied.tree = Arc::new(AstMod {
+                binding: None,
+                each: applied.tree.each,
+                is_final: applied.tree.is_final,
+                redeclare: None,
+                children,
+                span: applied.tree.span,
+            });
+        }
+        Ok(())
     }
 
     pub(crate) fn short_prefixes(&mut self, inst: InstId, shape: &Rc<Shape>) {

@@ -111,6 +111,10 @@ impl InstanceTree<'_> {
                     Err(Reported)
                 }
             },
+            ExprKind::Field(..) => {
+                self.not_structural(expr.span, "the result of a function cannot be computed before the run".into());
+                Err(Reported)
+            }
             ExprKind::Colon => {
                 self.no_meaning(expr.span, "`:` is not a value".into());
                 Err(Reported)
@@ -300,7 +304,6 @@ impl InstanceTree<'_> {
         let k = match index {
             Value::Integer(k) => *k,
             Value::Enumeration(_, k) => i64::from(*k),
-            Value::Boolean(b) => i64::from(*b) + 1,
             other => {
                 self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
                 return Err(Reported);
@@ -345,6 +348,9 @@ impl InstanceTree<'_> {
         let name = path(&self.instances, inst);
         let instance = &self.instances[inst];
         let Some(primitive) = &instance.primitive else {
+            if self.is_broken(inst) {
+                return Err(Reported);
+            }
             self.not_structural(span, format!("`{name}` is a component, not a value"));
             return Err(Reported);
         };
@@ -438,6 +444,9 @@ impl InstanceTree<'_> {
         let shape = match arguments.first().map(|e| &e.kind) {
             Some(ExprKind::Ref(reference)) => match self.resolve(scope, reference)? {
                 Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
+                    for (inst, _) in &steps {
+                        self.want_made(*inst, span)?;
+                    }
                     steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
                 }
                 _ => self.evaluate(&arguments[0], scope, env)?.shape(),

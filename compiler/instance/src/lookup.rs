@@ -195,7 +195,7 @@ impl InstanceTree<'_> {
         let first = &reference.parts[0];
         let name = &first.name.name;
         if !reference.global {
-            if let Some(inst) = self.component_of(scope, name) {
+            if let Some(inst) = self.component_of(scope, name)? {
                 return self.steps(inst, reference, 0);
             }
             if name.as_ref() == "time" && reference.parts.len() == 1 {
@@ -209,13 +209,6 @@ impl InstanceTree<'_> {
         Err(Reported)
     }
 
-    /// A component of the scope's instance, visible from its frame.
-    fn component_of(&self, scope: Scope, name: &str) -> Option<InstId> {
-        let instance = &self.instances[scope.inst];
-        let visible = instance.shape.as_ref()?.visible(name, scope.frame)?;
-        if visible.component { instance.by_name.get(name).copied() } else { None }
-    }
-
     /// Follows the parts after `at` through the components of `inst`.
     fn steps<'e>(&mut self, inst: InstId, reference: &'e ComponentRef, at: usize) -> Result<Resolved<'e>, Reported> {
         let mut steps = vec![(inst, reference.parts[at].subscripts.as_slice())];
@@ -225,11 +218,17 @@ impl InstanceTree<'_> {
             match self.instances[current].by_name.get(name) {
                 Some(&next) => current = next,
                 None if self.instances[current].absent => {
-                    let what = &self.instances[current].name;
-                    let message = format!("`{what}` does not exist here: its condition is false");
-                    self.table.report(Diagnostic::error(Code::UnknownName, message).at(reference.span, ""));
+                    let what = &self.instances[current];
+                    let message = format!("`{}` does not exist here: its condition is false", what.name);
+                    let declared = what.span;
+                    self.table.report(
+                        Diagnostic::error(Code::UnknownName, message)
+                            .at(reference.span, "")
+                            .with(declared, "declared with a condition here"),
+                    );
                     return Err(Reported);
                 }
+                None if self.is_broken(current) => return Err(Reported),
                 None => {
                     self.unknown_member(current, name, part.name.span);
                     return Err(Reported);

@@ -108,7 +108,8 @@ pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a st
     candidates
         .into_iter()
         .map(|c| (if c.to_lowercase() == lower { 0 } else { edit_distance(wrong, c) }, c))
-        .filter(|(distance, c)| *distance <= limit && *distance < c.chars().count().max(2))
+        // Any name is close to one of a single letter.
+        .filter(|(distance, c)| *distance <= limit && *distance < wrong.chars().count().min(c.chars().count()))
         .min()
         .map(|(_, c)| format!("did you mean `{c}`?"))
 }
@@ -142,6 +143,8 @@ mod tests {
         assert_eq!(did_you_mean("presure", names), Some("did you mean `pressure`?".into()));
         assert_eq!(did_you_mean("velocity", names), Some("did you mean `Velocity`?".into()));
         assert_eq!(did_you_mean("stiffness", names), None);
+        assert_eq!(did_you_mean("k", names), None);
+        assert_eq!(did_you_mean("P", names), Some("did you mean `p`?".into()));
         assert_eq!(edit_distance("ab", "ba"), 1);
     }
 }

@@ -154,6 +154,11 @@ fn write_primary(out: &mut String, kind: &ExprKind) {
             }
             out.push(')');
         }
+        ExprKind::Field(record, name) => {
+            write_expr(out, record, level::PRIMARY);
+            out.push('.');
+            out.push_str(&name.name);
+        }
         ExprKind::Colon => out.push(':'),
         ExprKind::End => out.push_str("end"),
         ExprKind::Unary(..) | ExprKind::Binary(..) | ExprKind::Range(..) | ExprKind::If(..) => {}

@@ -492,6 +492,8 @@ pub enum ExprKind {
     Matrix(Vec<Vec<Expr>>),
     /// `(a, b)` as a result list; one element in parentheses is just that element.
     Tuple(Vec<Option<Expr>>),
+    /// One field of a record expression; never written, made where record bindings and equations are taken apart.
+    Field(Box<Expr>, Ident),
     /// `:` as a subscript or array size.
     Colon,
     /// `end` in a subscript.

@@ -25,7 +25,7 @@ pub struct Context {
     pub functions: *const usize,
 }
 
-type Entry = extern "C" fn(*const Context);
+type Entry = unsafe extern "C" fn(*const Context);
 
 /// Executable code of a program.
 #[derive(Debug)]
@@ -75,9 +75,10 @@ impl NativeCode {
             // SAFETY: `start` is the position of a function of type `Entry` that was compiled for this machine without
             // relocations, and the pages are executable and outlive the call.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(pages.as_ptr().add(start as usize)) };
-            // The code stays inside the areas: `check` compared their lengths with the highest positions it touches,
-            // table entries included; it never writes unknowns and rates (`Extents::of` refuses that).
-            entry(&raw const context);
+            // SAFETY: the code stays inside the areas, because `check` compared their lengths with the highest positions
+            // it touches, table entries included; it never writes unknowns and rates (`Extents::of` refuses that), and the
+            // context outlives the call.
+            unsafe { entry(&raw const context) };
         }
     }
 }

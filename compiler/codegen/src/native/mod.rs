@@ -31,17 +31,37 @@ pub use mapping::NativeCode;
 /// Functions start at multiples of this (a cache line; constants behind the code need 16).
 const FUNCTION_ALIGNMENT: usize = 64;
 
-/// Machine code of a program.
+/// Machine code of a program.  Only [`compile`] makes one, so that mapping it is safe.
 #[derive(Clone, Debug)]
 pub struct Payload {
     /// Code and its constants, independent of where they are mapped (64-byte aligned).
-    pub bytes: Vec<u8>,
+    bytes: Vec<u8>,
     /// Start of each routine's functions in `bytes`, to be called in order.
-    pub entries: IndexVec<RoutineId, Vec<u32>>,
-    /// Slot tables.
-    pub tables: Vec<u32>,
-    /// Memory each routine needs.
-    pub extents: Extents,
+    entries: IndexVec<RoutineId, Vec<u32>>,
+    tables: Vec<u32>,
+    extents: Extents,
+}
+
+impl Payload {
+    /// The machine code with its constants.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Positions in the code of the functions of a routine, to be called in order.
+    pub fn entries(&self, routine: RoutineId) -> &[u32] {
+        &self.entries[routine]
+    }
+
+    /// The slot tables.
+    pub fn tables(&self) -> &[u32] {
+        &self.tables
+    }
+
+    /// The memory that each routine needs.
+    pub fn extents(&self) -> &Extents {
+        &self.extents
+    }
 }
 
 /// True if code can be made for the machine this process runs on.

@@ -230,8 +230,8 @@ fn derivatives_read_by_other_equations_cost_no_loop() {
 #[test]
 fn a_velocity_is_read_rather_than_the_rate_of_the_position() {
     let model = Model::new(
-        &["real s", "real v", "real w", "real f"],
-        &["v + der(s) = 0", "der(v) = f", "w = 2*der(s)", "f = -3*s - 0.1*w"],
+        &["real s", "real v", "real w", "real u", "real f"],
+        &["v + der(s) = 0", "der(v) = f", "w = 2*der(s)", "u = der(s)", "f = -3*s - 0.1*w + u"],
     );
     let sorted = check(&model);
     let rates = sorted.system.equations_in(Section::Continuous).into_iter().filter(|&eq| {
@@ -239,4 +239,22 @@ fn a_velocity_is_read_rather_than_the_rate_of_the_position() {
         operands.iter().any(|o| o.target() == Target::Der(model.var("s")))
     });
     assert_eq!(rates.count(), 1, "{sorted}");
+    let kept = Resolution::Alias { of: model.var("v"), negated: true };
+    assert_eq!(sorted.system.resolution[model.var("u")], kept);
+}
+
+#[test]
+fn chains_of_aliases_found_one_after_the_other_end_at_the_last() {
+    // w and x are aliases at once, w of v only when der(s) is read as v; y is -x; z is zero because der(a) is.
+    let model = Model::new(
+        &["real s", "real v", "real w", "real x", "real y", "real a", "real z", "real z2"],
+        &["der(s) = v", "der(v) = -s - x", "w = der(s)", "x = w", "y = -x", "a = 4", "z = der(a)", "z2 + z = y - y"],
+    );
+    let sorted = check(&model);
+    let v = model.var("v");
+    for (name, negated) in [("w", false), ("x", false), ("y", true)] {
+        assert_eq!(sorted.system.resolution[model.var(name)], Resolution::Alias { of: v, negated }, "{name}");
+        assert_eq!(sorted.system.roles[model.var(name)], Role::State);
+    }
+    assert!(matches!(sorted.system.resolution[model.var("z2")], Resolution::Value(_)), "{}", sorted.system);
 }

@@ -1,0 +1,224 @@
+//! Algorithm sections of models: run symbolically, then one equation per variable they set.
+//!
+//! `algorithm v := e; ...` determines every variable it assigns: `v = node` with the node found by running the
+//! statements.  A variable read before its first assignment has its value before the event (discrete) or its start value
+//! (Modelica 3.6, section 11.1.2).
+
+use hyd_instance::{Resolved, Scope};
+use hyd_source::{Code, Origin, Span};
+use hyd_syntax::tree::{AlgorithmSection, ComponentRef, Expr, ExprKind, Statement, StatementKind};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::{Affine, Kind, SlotKey};
+use crate::lower::Typed;
+use crate::model::{Section, VarId};
+use crate::section::Loops;
+use crate::when::WhenCondition;
+
+impl Flattener<'_, '_> {
+    pub(crate) fn algorithm(&mut self, section: &AlgorithmSection, scope: Scope) {
+        let mut whens = Vec::new();
+        if !self.when_conditions(&section.statements, scope, &mut whens) {
+            return;
+        }
+        let origin = Origin { path: self.path(scope.inst), span: section.span };
+        let start = self.context_of(scope);
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter(cx);
+            cx.whens.clone_from(&whens);
+            cx.assigned = Some(Vec::new());
+            let mut targets = Vec::new();
+            flat.targets(&section.statements, false, cx, &mut targets)?;
+            cx.algorithm_targets = targets;
+            flat.run(&section.statements, cx)?;
+            for (v, value) in cx.assigned.take().unwrap_or_default() {
+                let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
+                let left = flat.model.templates.arena.slot(slot);
+                let (block, _) = flat.model.locate(v);
+                let discrete = flat.model.variables[block].variability == hyd_system::Variability::Discrete;
+                let kind = match (section.initial, discrete) {
+                    (true, _) => Section::Initial,
+                    (false, true) => Section::Discrete,
+                    (false, false) => Section::Continuous,
+                };
+                flat.emit(kind, left, value.node, &cx.loop_counts(), &origin);
+            }
+            Ok(())
+        });
+    }
+
+    /// Discrete Booleans for the conditions of all `when` statements of the section.
+    fn when_conditions(
+        &mut self,
+        statements: &[Statement],
+        scope: Scope,
+        whens: &mut Vec<(Span, Vec<WhenCondition>)>,
+    ) -> bool {
+        for statement in statements {
+            if let StatementKind::When(branches) = &statement.kind {
+                self.whens += 1;
+                let number = self.whens;
+                for (k, (condition, _)) in branches.iter().enumerate() {
+                    match self.conditions(condition, number, k, scope, &Loops::default()) {
+                        Some(found) => whens.push((condition.span, found)),
+                        None => return false,
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// The scalar variables the statements assign; those set inside `when` become discrete.
+    fn targets(
+        &mut self,
+        statements: &[Statement],
+        in_when: bool,
+        cx: &mut Context,
+        targets: &mut Vec<VarId>,
+    ) -> Result<(), Fail> {
+        for statement in statements {
+            match &statement.kind {
+                StatementKind::Assign(target, _) => self.target(target, in_when, cx, targets)?,
+                StatementKind::AssignTuple(list, ..) => {
+                    for target in list.iter().flatten() {
+                        self.target(target, in_when, cx, targets)?;
+                    }
+                }
+                StatementKind::If(branches) => {
+                    for (_, body) in branches {
+                        self.targets(body, in_when, cx, targets)?;
+                    }
+                }
+                StatementKind::When(branches) => {
+                    for (_, body) in branches {
+                        self.targets(body, true, cx, targets)?;
+                    }
+                }
+                StatementKind::For(_, body) | StatementKind::While(_, body) => {
+                    self.targets(body, in_when, cx, targets)?
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// All elements of the variable named: which of them are set may depend on loops.
+    fn target(
+        &mut self,
+        target: &ComponentRef,
+        in_when: bool,
+        cx: &mut Context,
+        targets: &mut Vec<VarId>,
+    ) -> Result<(), Fail> {
+        let Resolved::Variable(steps) = self.tree.resolve(cx.scope, target)? else {
+            return Err(self.error(Code::Misplaced, target.span, "only variables can be assigned"));
+        };
+        let last = steps[steps.len() - 1].0;
+        if self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter && !in_when {
+            let message =
+                format!("`{}` is a parameter or constant and cannot be assigned", self.tree.instances[last].name);
+            return Err(self.error(Code::Misplaced, target.span, message));
+        }
+        if in_when {
+            self.make_discrete(last);
+        }
+        let leaves = self.variables_below(last);
+        for block in leaves {
+            let block = &self.model.variables[block];
+            targets.extend((0..block.count).map(|k| VarId(block.first.0 + k)));
+        }
+        Ok(())
+    }
+
+    fn variables_below(&self, inst: hyd_instance::InstId) -> Vec<crate::model::BlockId> {
+        match self.blocks.get(&inst) {
+            Some(&block) => vec![block],
+            None => self.tree.instances[inst].children.iter().flat_map(|&c| self.variables_below(c)).collect(),
+        }
+    }
+
+    /// `variable := value` in an algorithm section of a model.
+    pub(crate) fn assign_variable(
+        &mut self,
+        target: &ComponentRef,
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        if let Local::Record(fields) = value {
+            for (name, field) in fields {
+                let mut inner = target.clone();
+                let ident = hyd_syntax::tree::Ident { name, span: target.span };
+                inner.parts.push(hyd_syntax::tree::RefPart { name: ident, subscripts: Vec::new() });
+                self.assign_variable(&inner, field, cx)?;
+            }
+            return Ok(());
+        }
+        let expr = Expr { kind: ExprKind::Ref(target.clone()), span: target.span };
+        let shape = self.shape(&expr, cx)?;
+        let values: Vec<Typed> = match value {
+            Local::Array(items, _) => items,
+            single => vec![self.as_node(target.span, &single)?],
+        };
+        if values.len() != shape.iter().product::<usize>() {
+            let message = format!("{} values are given to {} elements", values.len(), shape.iter().product::<usize>());
+            return Err(self.error(Code::ArrayShape, target.span, message));
+        }
+        let Resolved::Variable(steps) = self.tree.resolve(cx.scope, target)? else { return Err(Fail::Reported) };
+        let last = steps[steps.len() - 1].0;
+        let Some(&block) = self.blocks.get(&last) else { return Err(Fail::Reported) };
+        let first = self.model.variables[block].first;
+        for (k, value) in values.into_iter().enumerate() {
+            let mut rest = k;
+            let mut at = vec![Affine::constant(0); shape.len()];
+            for (position, &size) in shape.iter().enumerate().rev() {
+                at[position] = Affine::constant((rest % size) as i64);
+                rest /= size;
+            }
+            let (offset, _) = self.position_of(target.span, &steps, cx, &at)?;
+            let v = VarId(first.0 + offset.as_constant().ok_or(Fail::NeedsExpansion)? as u32);
+            if let Some(primitive) = &self.tree.instances[last].primitive {
+                let wanted = primitive.scalar.clone();
+                self.check_assignable(&wanted, &value, target.span, Section::Continuous, last)?;
+            }
+            let assigned = cx.assigned.get_or_insert_default();
+            match assigned.iter_mut().find(|(known, _)| *known == v) {
+                Some((_, slot)) => *slot = value,
+                None => assigned.push((v, value)),
+            }
+        }
+        Ok(())
+    }
+
+    /// `when` in an algorithm: the branch that fires runs, else all stays as it was.
+    pub(crate) fn run_when(
+        &mut self,
+        span: Span,
+        branches: &[(Expr, Vec<Statement>)],
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let mut conditions = Vec::new();
+        for (condition, _) in branches {
+            match cx.whens.iter().find(|(span, _)| *span == condition.span) {
+                Some((_, found)) => conditions.push(found.clone()),
+                None => {
+                    let message = "`when` is allowed only at the top of an algorithm section of a model";
+                    return Err(self.error(Code::Misplaced, span, message));
+                }
+            }
+        }
+        let fires = self.fires(&conditions, cx)?;
+        let before = cx.in_when;
+        for (k, (condition, body)) in branches.iter().enumerate() {
+            let mut yes = cx.clone();
+            yes.in_when = true;
+            self.run(body, &mut yes)?;
+            let no = cx.clone();
+            self.join_contexts(condition.span, fires[k], yes, no, cx)?;
+        }
+        cx.in_when = before;
+        Ok(())
+    }
+}

@@ -1,0 +1,350 @@
+//! Algorithms run symbolically: statements over nodes instead of numbers.
+//!
+//! An assignment binds a name to a node, an `if` joins both ways by a selection, a `for` with known range is run through.
+//! In a function the names are its own; in an algorithm section of a model they are the model's variables, which become
+//! `variable = node` when the section ends.  There is no `while` whose condition depends on values of the run.
+
+use hyd_instance::ScalarType;
+use hyd_source::{Code, Span};
+use hyd_symbolic::NodeId;
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, Iterator, Name, Statement, StatementKind};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::Affine;
+use crate::lower::Typed;
+use crate::reference::Range;
+
+/// Most turns of a `while` that is decided at translation.
+const MAX_TURNS: usize = 100_000;
+
+/// How a list of statements ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flow {
+    /// At its end.
+    Next,
+    /// At a `break`.
+    Break,
+    /// At a `return`.
+    Return,
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn run(&mut self, statements: &[Statement], cx: &mut Context) -> Result<Flow, Fail> {
+        for statement in statements {
+            let flow = self.run_statement(statement, cx)?;
+            if flow != Flow::Next {
+                return Ok(flow);
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    fn run_statement(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
+        match &statement.kind {
+            StatementKind::Assign(target, value) => {
+                let value = self.local_value(value, cx)?;
+                self.assign(target, value, cx)?;
+            }
+            StatementKind::AssignTuple(targets, function, arguments) => {
+                self.assign_tuple(statement.span, targets, function, arguments, cx)?;
+            }
+            StatementKind::If(branches) => return self.run_if(branches, cx),
+            StatementKind::For(iterators, body) => return self.run_for(iterators, body, cx),
+            StatementKind::While(condition, body) => return self.run_while(condition, body, cx),
+            StatementKind::When(branches) => self.run_when(statement.span, branches, cx)?,
+            StatementKind::Break => return Ok(Flow::Break),
+            StatementKind::Return => return Ok(Flow::Return),
+            StatementKind::Call(function, arguments) => self.run_call(statement.span, function, arguments, cx)?,
+        }
+        Ok(Flow::Next)
+    }
+
+    fn run_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        match function.parts[0].name.name.as_ref() {
+            // An assertion in a function that is run symbolically has no instant of its own.
+            "assert" => Ok(()),
+            "reinit" | "terminate" => {
+                let message = "`reinit` and `terminate` are supported in `when` equations, not in algorithms";
+                Err(self.error(Code::OutsideProfile, span, message))
+            }
+            _ => self.call_outputs(span, function, arguments, cx).map(|_| ()),
+        }
+    }
+
+    fn assign_tuple(
+        &mut self,
+        span: Span,
+        targets: &[Option<ComponentRef>],
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let outputs = self.call_outputs(span, function, arguments, cx)?;
+        if targets.len() > outputs.len() {
+            let message = format!("the function gives {} values, but {} are taken", outputs.len(), targets.len());
+            return Err(self.error(Code::BadArguments, span, message));
+        }
+        for (target, (_, value)) in targets.iter().zip(outputs) {
+            if let Some(target) = target {
+                self.assign(target, value, cx)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn assign(&mut self, target: &ComponentRef, value: Local, cx: &mut Context) -> Result<(), Fail> {
+        let name: Name = target.parts[0].name.name.clone();
+        if cx.assigned.is_some() && cx.local(&name).is_none() {
+            return self.assign_variable(target, value, cx);
+        }
+        if target.parts.len() == 1 && target.parts[0].subscripts.is_empty() {
+            cx.names.retain(|(n, _)| *n != name);
+            cx.names.push((name, value));
+            return Ok(());
+        }
+        let Some(mut whole) = cx.local(&name).cloned() else {
+            let message = format!("`{name}` is not declared in this function");
+            return Err(self.error(Code::UnknownName, target.span, message));
+        };
+        self.set_part(&mut whole, target, 0, value, cx)?;
+        cx.names.retain(|(n, _)| *n != name);
+        cx.names.push((name, whole));
+        Ok(())
+    }
+
+    /// Sets `target` from part `at` on inside a local value.
+    fn set_part(
+        &mut self,
+        whole: &mut Local,
+        target: &ComponentRef,
+        at: usize,
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let part = &target.parts[at];
+        if !part.subscripts.is_empty() {
+            let Local::Array(items, shape) = whole else {
+                return Err(self.error(
+                    Code::ArrayShape,
+                    target.span,
+                    format!("`{}` is not an array here", part.name.name),
+                ));
+            };
+            return self.set_elements(target.span, items, shape, &part.subscripts, value, cx);
+        }
+        let Some(next) = target.parts.get(at + 1) else {
+            *whole = value;
+            return Ok(());
+        };
+        if let Local::Record(fields) = whole {
+            if let Some((_, inner)) = fields.iter_mut().find(|(n, _)| *n == next.name.name) {
+                return self.set_part(inner, target, at + 1, value, cx);
+            }
+        }
+        Err(self.error(Code::UnknownName, target.span, format!("there is no field `{}`", next.name.name)))
+    }
+
+    /// `a[i] := e`, also `a[:] := ...` and `a[2:3] := ...`.
+    fn set_elements(
+        &mut self,
+        span: Span,
+        items: &mut [Typed],
+        shape: &[usize],
+        subscripts: &[Expr],
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let mut positions: Vec<usize> = vec![0];
+        for (k, &size) in shape.iter().enumerate() {
+            let list = match subscripts.get(k) {
+                Some(expr) => self.positions(expr, size, cx)?,
+                None => (0..size).collect(),
+            };
+            positions = positions.iter().flat_map(|&p| list.iter().map(move |&q| p * size + q)).collect();
+        }
+        let values: Vec<Typed> = match value {
+            Local::Array(values, _) => values,
+            single => vec![self.as_node(span, &single)?],
+        };
+        if values.len() != positions.len() {
+            let message = format!("{} values are given to {} elements", values.len(), positions.len());
+            return Err(self.error(Code::ArrayShape, span, message));
+        }
+        for (position, value) in positions.into_iter().zip(values) {
+            items[position] = value;
+        }
+        Ok(())
+    }
+
+    /// Positions from 0 that a subscript with known value names.
+    fn positions(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        use crate::reference::Subscript;
+        let list: Vec<i64> = match self.subscript(expr, size, cx)? {
+            Subscript::At(at) => vec![at.as_constant().ok_or(Fail::NeedsExpansion)?],
+            Subscript::All => (0..size as i64).collect(),
+            Subscript::Slice { start, step, count } => {
+                let start = start.as_constant().ok_or(Fail::NeedsExpansion)?;
+                (0..count as i64).map(|k| start + step * k).collect()
+            }
+            Subscript::List(list) => list,
+        };
+        for &k in &list {
+            if k < 0 || k as usize >= size {
+                return Err(self.outside(expr.span, k + 1, size));
+            }
+        }
+        Ok(list.into_iter().map(|k| k as usize).collect())
+    }
+
+    /// Both ways are run; what they set is joined by a selection.
+    fn run_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<Flow, Fail> {
+        let Some(((condition, body), rest)) = branches.split_first() else { return Ok(Flow::Next) };
+        let Some(condition) = condition else { return self.run(body, cx) };
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        if let Some(known) = self.model.templates.arena.as_constant(test.node) {
+            return if known != 0.0 { self.run(body, cx) } else { self.run_if(rest, cx) };
+        }
+        let mut yes = cx.clone();
+        let mut no = cx.clone();
+        let flows = (self.run(body, &mut yes)?, self.run_if(rest, &mut no)?);
+        if flows != (Flow::Next, Flow::Next) {
+            let message = "`break` and `return` under a condition that depends on values of the run are not supported";
+            return Err(self.error(Code::OutsideProfile, condition.span, message));
+        }
+        self.join_contexts(condition.span, test.node, yes, no, cx)?;
+        Ok(Flow::Next)
+    }
+
+    /// What holds after either of two ways.
+    pub(crate) fn join_contexts(
+        &mut self,
+        span: Span,
+        test: NodeId,
+        yes: Context,
+        no: Context,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let mut joined = Vec::new();
+        for (name, local) in &yes.names {
+            let Some(other) = no.local(name) else { continue };
+            joined.push((name.clone(), self.join(span, test, local, other)?));
+        }
+        cx.names = joined;
+        if let (Some(mine), Some(other)) = (&yes.assigned, &no.assigned) {
+            let mut all = Vec::new();
+            let keys = mine.iter().chain(other).map(|(v, _)| *v);
+            for v in keys {
+                if all.iter().any(|(known, _)| *known == v) {
+                    continue;
+                }
+                let (a, b) = (self.current(v, &yes), self.current(v, &no));
+                all.push((v, self.choose(span, test, a, b)?));
+            }
+            cx.assigned = Some(all);
+        }
+        Ok(())
+    }
+
+    fn join(&mut self, span: Span, test: NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {
+        match (a, b) {
+            (Local::Index(x), Local::Index(y)) if x == y => Ok(a.clone()),
+            (Local::Array(x, shape), Local::Array(y, other)) if shape == other => {
+                let mut items = Vec::with_capacity(x.len());
+                for (p, q) in x.iter().zip(y) {
+                    items.push(self.choose(span, test, p.clone(), q.clone())?);
+                }
+                Ok(Local::Array(items, shape.clone()))
+            }
+            (Local::Record(x), Local::Record(y)) => {
+                let mut fields = Vec::with_capacity(x.len());
+                for ((name, p), (_, q)) in x.iter().zip(y) {
+                    fields.push((name.clone(), self.join(span, test, p, q)?));
+                }
+                Ok(Local::Record(fields))
+            }
+            (Local::Value(_), _) => Ok(a.clone()),
+            _ => {
+                let (x, y) = (self.as_node(span, a)?, self.as_node(span, b)?);
+                Ok(Local::Node(self.choose(span, test, x, y)?))
+            }
+        }
+    }
+
+    fn run_for(&mut self, iterators: &[Iterator], body: &[Statement], cx: &mut Context) -> Result<Flow, Fail> {
+        let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx) };
+        let range = self.range(iterator, cx)?;
+        for k in 0..range.count() {
+            let local = match &range {
+                Range::Steps { start, step, .. } => {
+                    Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
+                }
+                Range::Values(values) => crate::lower::local_of(values[k].clone()),
+            };
+            cx.names.push((iterator.name.name.clone(), local));
+            let flow = self.run_for(rest, body, cx)?;
+            if let Some(position) = cx.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
+                cx.names.remove(position);
+            }
+            match flow {
+                Flow::Next => {}
+                Flow::Break => break,
+                Flow::Return => return Ok(Flow::Return),
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    fn run_while(&mut self, condition: &Expr, body: &[Statement], cx: &mut Context) -> Result<Flow, Fail> {
+        for _ in 0..MAX_TURNS {
+            let test = self.lower(condition, cx, &[])?;
+            self.want_boolean(condition.span, "a condition", &test)?;
+            match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => return Ok(Flow::Next),
+                Some(_) => {}
+                None => {
+                    let message = "a `while` whose condition depends on values of the run is not supported; use a `for` with a fixed number of turns";
+                    return Err(self.error(Code::OutsideProfile, condition.span, message));
+                }
+            }
+            match self.run(body, cx)? {
+                Flow::Next => {}
+                Flow::Break => return Ok(Flow::Next),
+                Flow::Return => return Ok(Flow::Return),
+            }
+        }
+        Err(self.error(Code::Limit, condition.span, format!("this `while` takes more than {MAX_TURNS} turns")))
+    }
+
+    /// The value a variable of the model has at this point of an algorithm.
+    pub(crate) fn current(&mut self, v: crate::model::VarId, cx: &Context) -> Typed {
+        let assigned = cx.assigned.iter().flatten().find(|(known, _)| *known == v);
+        if let Some((_, typed)) = assigned {
+            return typed.clone();
+        }
+        self.before_algorithm(v)
+    }
+
+    /// Before its first assignment a discrete variable has its value before the event, another its start value.
+    fn before_algorithm(&mut self, v: crate::model::VarId) -> Typed {
+        use crate::index::{Kind, SlotKey};
+        let (block, _) = self.model.locate(v);
+        let block = &self.model.variables[block];
+        let discrete = block.variability == hyd_system::Variability::Discrete;
+        let scalar = match &block.kind {
+            hyd_system::ValueKind::Integer => ScalarType::Integer,
+            hyd_system::ValueKind::Boolean => ScalarType::Boolean,
+            _ => ScalarType::Real,
+        };
+        let kind = if discrete { Kind::Pre } else { Kind::Start };
+        let slot = self.slots.slot(SlotKey::Variable(kind, v, Affine::constant(0)));
+        Typed { node: self.model.templates.arena.slot(slot), scalar }
+    }
+}
