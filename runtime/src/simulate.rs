@@ -168,6 +168,10 @@ impl Simulator {
         let mut start = Start { t, time_scale, weights: &self.weights, consistency: &mut self.consistency };
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
+        // What `initial()` kept from firing, such as the first sample at the start, happens now.
+        let at = (t, time_scale);
+        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+        run.terminated = run.terminated.take().or(outcome.terminated);
         let begun = run.sink.begin(run.problem.system.tables(), run.problem.system.parameters());
         begun.map_err(|error| SolveError::Sink { time: t, error })?;
         self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal)?;

@@ -170,6 +170,19 @@ fn span(file: &str) -> f64 {
     flat.flat.as_ref().and_then(|flat| flat.experiment.stop).unwrap_or(1.0)
 }
 
+/// The comparison itself: it accepts a right entry, refuses one that is off by 1e-5, and knows a kink.
+#[test]
+fn entries_are_judged() {
+    let h = 1e-5;
+    let around = |f: fn(f64) -> f64, x: f64| [-h, -h / 2.0, 0.0, h / 2.0, h].map(|d| f(x + d));
+    let mut tally = Tally::default();
+    assert_eq!(tally.entry(12.0, around(|x| x * x * x, 2.0), h, 1e-9), None);
+    assert!(tally.entry(12.0 * (1.0 + 1e-5), around(|x| x * x * x, 2.0), h, 1e-9).is_some());
+    assert!(tally.entry(0.0, around(|x| x, 1.0), h, 1e-9).is_some());
+    assert_eq!(tally.entry(0.0, around(|x| x.max(1.0), 1.0), h, 1e-9), None);
+    assert_eq!((tally.compared, tally.at_kinks), (4, 1));
+}
+
 #[test]
 fn jacobians_of_all_models() {
     let mut models = 0;
@@ -180,6 +193,7 @@ fn jacobians_of_all_models() {
             continue;
         }
         let tally = check(&file);
+        println!("{file}: {} entries, {} at kinks, {} undefined", tally.compared, tally.at_kinks, tally.undefined);
         if tally.compared == 0 {
             continue;
         }
@@ -189,8 +203,8 @@ fn jacobians_of_all_models() {
             report += &format!("{file}: {} of {} entries wrong\n{first}", tally.faults.len(), tally.compared);
         }
         let skipped = tally.at_kinks + tally.undefined;
-        if skipped * 50 > tally.compared {
-            report += &format!("{file}: {skipped} of {} entries left out, more than 2 %\n", tally.compared);
+        if skipped * 20 > tally.compared {
+            report += &format!("{file}: {skipped} of {} entries left out, more than 5 %\n", tally.compared);
         }
     }
     assert!(report.is_empty(), "{report}");

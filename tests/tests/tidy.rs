@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 15] = [
+const ALLOWED: [(&str, &[&str]); 16] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source", "hyd-index"]),
@@ -22,6 +22,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
     // Expressions stay syntax trees until they are flattened.
     ("hyd-flat", &["hyd-source", "hyd-index", "hyd-syntax", "hyd-instance", "hyd-symbolic", "hyd-system"]),
     ("hyd-equations", &["hyd-source", "hyd-index", "hyd-flat", "hyd-structure", "hyd-symbolic", "hyd-system"]),
+    ("hyd-units", &["hyd-source", "hyd-index", "hyd-flat", "hyd-symbolic", "hyd-system"]),
     // Variables keep the indices that they have in the flat model.
     ("hyd-codegen", &["hyd-source", "hyd-index", "hyd-flat", "hyd-equations", "hyd-symbolic", "hyd-system"]),
     (
@@ -32,6 +33,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
             "hyd-syntax",
             "hyd-instance",
             "hyd-flat",
+            "hyd-units",
             "hyd-symbolic",
             "hyd-structure",
             "hyd-equations",

@@ -14,7 +14,6 @@ use crate::reference::Range;
 /// Operators and functions of Modelica that this profile does not read yet or not at all.
 const OUTSIDE: &[(&str, &str)] = &[
     ("delay", "`delay` is not supported"),
-    ("sample", "`sample` is not supported; use a `when` with a condition on `time`"),
     ("spatialDistribution", "`spatialDistribution` is outside the language profile"),
     ("inStream", "stream connectors are outside the language profile"),
     ("actualStream", "stream connectors are outside the language profile"),
@@ -31,6 +30,7 @@ pub(crate) fn is_predefined(name: &str) -> bool {
         "pre",
         "edge",
         "change",
+        "sample",
         "initial",
         "terminal",
         "noEvent",
@@ -125,6 +125,7 @@ impl Flattener<'_, '_> {
                 None => Err(self.error(Code::BadArguments, span, "`homotopy` takes 2 arguments, not 0")),
             },
             "semiLinear" => self.lower_semi_linear(span, list, cx),
+            "sample" => self.lower_sample(span, list, cx),
             "size" | "ndims" | "zeros" | "ones" | "fill" | "identity" | "linspace" => {
                 self.lower_constructor(span, name, list, cx, index)
             }

@@ -25,6 +25,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) slots: Slots,
     pub(crate) connections: Connections,
     pub(crate) whens: u32,
+    /// Samples made so far: the variable that says when they are due.
+    pub(crate) samples: FxHashMap<(InstId, Span), VarId>,
     numbers: FxHashMap<u64, ConstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
@@ -41,6 +43,7 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
         slots: Slots::default(),
         connections: Connections::default(),
         whens: 0,
+        samples: FxHashMap::default(),
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
     };

@@ -16,6 +16,7 @@ mod lower;
 pub mod model;
 mod print;
 mod reference;
+mod sample;
 mod section;
 mod shape;
 mod statement;
