@@ -123,10 +123,10 @@ pub struct Simulate {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub stop: Option<f64>,
     /// Relative tolerance [default: the model's experiment annotation, else 1e-6]
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
     /// Number of equal output intervals [default: the model's experiment annotation, else 500]
-    #[arg(long, value_name = "N", conflicts_with = "every_step")]
+    #[arg(long, value_name = "N", conflicts_with = "every_step", allow_negative_numbers = true)]
     pub intervals: Option<usize>,
     /// Output at every step of the solver
     #[arg(long)]

@@ -6,7 +6,7 @@
 
 mod arguments;
 mod check;
-mod clock;
+pub mod clock;
 mod equations;
 mod explain;
 mod interrupt;

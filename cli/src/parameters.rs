@@ -30,8 +30,18 @@ pub(crate) fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &
 fn unknown(flat: &FlatModel, name: &str) -> Diagnostic {
     let settable = flat.variables.raw.iter().filter(|block| block.settable == Settable::Yes && block.count > 0);
     let names: Vec<String> = settable.map(|block| block.name.element(0)).collect();
-    // Any other letter is close to a name of one letter.
-    let hint = if name.len() > 1 { did_you_mean(name, names.iter().map(String::as_str)) } else { None };
+    let whole = name.split('[').next().unwrap_or(name);
+    let array = flat.variables.raw.iter().find(|block| elements(&block.name, whole) == Some(Elements::All));
+    if let Some(block) = array.filter(|_| name.ends_with(']')) {
+        let sizes: Vec<&u32> = block.name.parts.iter().flat_map(|(_, sizes)| sizes).collect();
+        let message = format!("`{name}` is outside of `{whole}`, which has the sizes {sizes:?}");
+        return Diagnostic::error(Code::NoSuchParameter, message).with(block.origin.span, "declared here");
+    }
+    let hint = did_you_mean(name, names.iter().map(String::as_str)).or_else(|| {
+        // Perhaps only the component before the name is missing.
+        let inside = names.iter().find(|full| full.rsplit('.').next() == Some(name));
+        inside.map(|full| format!("did you mean `{full}`?"))
+    });
     Diagnostic::error(Code::NoSuchParameter, format!("the model has no parameter `{name}`")).maybe_help(hint)
 }
 

@@ -34,6 +34,12 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
 }
 
 fn read(file: &Path) -> Result<Table, Failure> {
+    if file.is_dir() {
+        return Err(Failure::Fault(format!("`{}` is a folder, not a file", file.display())));
+    }
+    if !file.exists() {
+        return Err(Failure::Fault(format!("there is no file `{}`", file.display())));
+    }
     Table::read(file).map_err(|error| Failure::Fault(format!("`{}`: {error}", file.display())))
 }
 

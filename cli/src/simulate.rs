@@ -93,6 +93,10 @@ fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
     }
     if let Some(path) = &arguments.result {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if matches!(extension.as_str(), "hyd" | "mo" | "toml") || same_file(path, &arguments.model.file) {
+            let path = path.display();
+            return Err(Failure::Usage(format!("--result `{path}` would replace a source text; results end in .csv")));
+        }
         if matches!(extension.as_str(), "mat" | "parquet") {
             let path = path.display();
             return Err(Failure::Usage(format!("`{path}`: this version writes results as .csv only")));
@@ -102,6 +106,13 @@ fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
         picture_format(path)?;
     }
     Selection::new(arguments.variables.as_deref())
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
 }
 
 fn options(arguments: &Simulate, experiment: &Experiment) -> Result<Options, Failure> {

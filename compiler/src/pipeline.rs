@@ -152,7 +152,7 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
     let classes = table.add_main(name, text);
     let parsed = (options.clock)();
     let broken = table.diagnostics.iter().any(|d| d.severity == Severity::Error);
-    let chosen = if broken { None } else { choose(&mut table, &classes, options.model.as_deref()) };
+    let chosen = if broken { None } else { choose(&mut table, name, &classes, options.model.as_deref()) };
     let overrides = read_overrides(&mut table, &options.set);
     let (Some(class), Some(overrides)) = (chosen, overrides) else {
         return Compilation::new(table.files, table.diagnostics);
@@ -219,9 +219,10 @@ fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Optio
         match read_value(text) {
             Some(value) => overrides.push(Override { path: path.clone(), value, used: false }),
             None => {
-                let message =
-                    format!("`{text}` is not a value for `{path}`: a number, true, false or a list in braces is");
-                table.report(Diagnostic::error(Code::Value, message));
+                let message = format!("`{text}` is not a value for `{path}`");
+                let help =
+                    "a value is a number such as `1.5e-3`, `true`, `false`, or a list in braces such as `{1, 2}`";
+                table.report(Diagnostic::error(Code::Value, message).help(help));
                 complete = false;
             }
         }
@@ -230,14 +231,20 @@ fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Optio
 }
 
 /// The class to instantiate: the one named, else the last complete model of the text.
-fn choose(table: &mut ClassTable<'_>, classes: &[ClassId], wanted: Option<&str>) -> Option<ClassId> {
+fn choose(table: &mut ClassTable<'_>, file: &str, classes: &[ClassId], wanted: Option<&str>) -> Option<ClassId> {
     match wanted {
         Some(name) => find(table, classes, name),
         None => {
             let found = classes.iter().rev().find_map(|&class| last_model(table, class));
             if found.is_none() {
-                let message = "the text holds no complete model to work on; name one with `--model`";
-                table.report(Diagnostic::error(Code::UnknownClass, message));
+                let (message, help) = match classes {
+                    [] => (format!("`{file}` holds no model: it is empty"), None),
+                    _ => (
+                        format!("`{file}` holds no complete model, only packages, functions or partial classes"),
+                        Some("`--model` takes a model from a library".to_string()),
+                    ),
+                };
+                table.report(Diagnostic::error(Code::UnknownClass, message).maybe_help(help));
             }
             found
         }
@@ -282,8 +289,19 @@ fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<C
             names.extend(table.child_names(class).iter().map(|child| format!("{own}.{child}")));
             names.push(own);
         }
+        let mut help = did_you_mean(name, names.iter().map(String::as_str));
+        if help.is_none() {
+            // Perhaps only the package before the name is missing.
+            let last = |full: &'_ String| full.rsplit('.').next().unwrap_or_default().to_string();
+            let ends: Vec<String> = names.iter().map(last).collect();
+            let close = did_you_mean(name, ends.iter().map(String::as_str));
+            let full = names
+                .iter()
+                .zip(&ends)
+                .find(|(_, end)| close.as_ref().is_some_and(|c| c.contains(&format!("`{end}`"))));
+            help = full.map(|(full, _)| format!("did you mean `{full}`?"));
+        }
         let message = format!("there is no class `{name}` in the text or the libraries");
-        let help = did_you_mean(name, names.iter().map(String::as_str));
         table.report(Diagnostic::error(Code::UnknownClass, message).maybe_help(help));
     }
     current

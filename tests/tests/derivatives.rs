@@ -120,9 +120,9 @@ fn compare(system: &mut CompiledSystem, point: &Point, nominals: &[f64], tally: 
     let middle = residual(system, point.t, &point.y, &point.yp);
     for (rate, values) in [(false, &states), (true, &rates)] {
         let pattern = patterns[usize::from(rate)];
-        for c in 0..n {
+        for (c, nominal) in nominals.iter().enumerate() {
             let at = if rate { point.yp[c] } else { point.y[c] };
-            let h = 2e-5 * (at.abs() + nominals[c]);
+            let h = 2e-5 * (at.abs() + nominal);
             let mut column = vec![0.0; n];
             pattern.column(c).for_each(|e| column[pattern.row_indices[e] as usize] = values[e]);
             let [a, b, d, e] = [-1.0, -0.5, 0.5, 1.0].map(|scale| moved(system, point, c, rate, scale * h));
@@ -134,6 +134,43 @@ fn compare(system: &mut CompiledSystem, point: &Point, nominals: &[f64], tally: 
                     let of = if rate { format!("der({name})") } else { name };
                     let row = system.tables().row_equation(r).map_or("?".into(), |equation| equation.text.clone());
                     tally.faults.push(format!("`{row}` by {of} at {} s: {fault}", point.t));
+                }
+            }
+        }
+    }
+}
+
+/// The same for the initial system, around its first guess.
+fn compare_initial(file: &str, system: &mut CompiledSystem, tally: &mut Tally) {
+    let initial = system.structure().initial.clone();
+    let n = initial.unknowns;
+    let (mut guess, mut nominals) = (vec![0.0; n], vec![1.0; n]);
+    system.initial_guess(0.0, &mut guess).unwrap_or_else(|failure| panic!("{file}: {failure:?}"));
+    system.initial_nominals(&mut nominals);
+    let residual = |system: &mut CompiledSystem, z: &[f64]| {
+        let mut out = vec![0.0; n];
+        system.initial_residual(0.0, z, &mut out).unwrap_or_else(|failure| panic!("{file}: {failure:?}"));
+        out
+    };
+    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    for _ in 0..if n == 0 { 0 } else { POINTS } {
+        let z: Vec<f64> = guess.iter().zip(&nominals).map(|(z, n)| z + random.spread() * (z.abs() + n)).collect();
+        let mut values = vec![0.0; initial.pattern.entries()];
+        system.initial_jacobian(0.0, &z, &mut values).unwrap_or_else(|failure| panic!("{file}: {failure:?}"));
+        let middle = residual(system, &z);
+        for c in 0..n {
+            let h = 2e-5 * (z[c].abs() + nominals[c]);
+            let mut column = vec![0.0; n];
+            initial.pattern.column(c).for_each(|e| column[initial.pattern.row_indices[e] as usize] = values[e]);
+            let [a, b, d, e] = [-1.0, -0.5, 0.5, 1.0].map(|scale| {
+                let mut moved = z.clone();
+                moved[c] += scale * h;
+                residual(system, &moved)
+            });
+            for r in 0..n {
+                let noise = 1e-13 * (middle[r].abs() + (column[r] * z[c]).abs()) / h;
+                if let Some(fault) = tally.entry(column[r], [a[r], b[r], middle[r], d[r], e[r]], h, noise) {
+                    tally.faults.push(format!("initial row {r} by unknown {c}: {fault}"));
                 }
             }
         }
@@ -164,7 +201,7 @@ impl Tally {
     }
 }
 
-/// Options of the trajectory on which the points lie: the time span of the model's own experiment.
+/// Last time of the model's own experiment (s).
 fn span(file: &str) -> f64 {
     let flat = compile_file(file, &[], Goal::Flat);
     flat.flat.as_ref().and_then(|flat| flat.experiment.stop).unwrap_or(1.0)
@@ -221,6 +258,7 @@ fn check(file: &str) -> Tally {
     let mut nominals = vec![1.0; system.structure().unknowns];
     system.nominals(&mut nominals);
     let mut tally = Tally::default();
+    compare_initial(file, &mut system, &mut tally);
     for mut point in points(&run, &system, &nominals, &mut Random(0x9e37_79b9_7f4a_7c15)) {
         settle(&mut system, &mut point);
         compare(&mut system, &point, &nominals, &mut tally);

@@ -60,7 +60,7 @@ fn spool_without_pump() {
         limit("u_C", "u_C_V", 1e-5),
         limit("i", "i_A", 2e-5),
         limit("x", "x_m", 2e-8),
-        limit("v", "v_m_per_s", 1e-3),
+        limit("v", "v_m_per_s", 3e-4),
         limit("L", "L_H", 6e-7),
         limit("lambda", "lambda_Wb", 4e-7),
         limit("F_e", "F_e_N", 5e-3),
@@ -75,7 +75,7 @@ fn spool_without_pump_as_printed() {
         limit("u_C", "u_C_V", 1e-5),
         limit("i", "i_A", 2e-5),
         limit("x", "x_m", 2e-8),
-        limit("v", "v_m_per_s", 1e-3),
+        limit("v", "v_m_per_s", 3e-4),
         limit("L", "L_H", 6e-7),
         limit("lambda", "lambda_Wb", 4e-7),
         limit("F_e", "F_e_N", 0.02),
@@ -152,8 +152,8 @@ fn drive_limits(speeds: bool) -> Vec<Limit> {
         limit("p_0", "p0_Pa", 0.0),
     ];
     if speeds {
-        // At a contact the speed turns within microseconds: 1e-8 m of position are up to 1e-3 m/s.
-        limits.extend([limit("v", "v_m_per_s", 1e-3), limit("w", "w_m_per_s", 1e-3)]);
+        // At a contact the speed turns within microseconds: a few 1e-9 m of position are up to 3e-4 m/s.
+        limits.extend([limit("v", "v_m_per_s", 3e-4), limit("w", "w_m_per_s", 3e-4)]);
     }
     limits
 }

@@ -21,6 +21,9 @@ const OUTSIDE: &[(&str, &str)] = &[
     ("hold", "clocks are outside the language profile"),
     ("previous", "clocks are outside the language profile"),
     ("subSample", "clocks are outside the language profile"),
+    ("superSample", "clocks are outside the language profile"),
+    ("shiftSample", "clocks are outside the language profile"),
+    ("Clock", "clocks are outside the language profile"),
 ];
 
 /// True for functions and operators of the language itself.
@@ -87,6 +90,18 @@ impl Flattener<'_, '_> {
         self.lower_user_call(span, function, arguments, cx, index)
     }
 
+    /// Operators that this profile leaves out are refused by name.
+    fn check_profile(&mut self, span: Span, name: &str) -> Result<(), Fail> {
+        if name == "reinit" {
+            let message = "`reinit` is an equation of its own inside `when`, not a value";
+            return Err(self.error(Code::Misplaced, span, message));
+        }
+        match OUTSIDE.iter().find(|(n, _)| *n == name) {
+            Some((_, sentence)) => Err(self.error(Code::OutsideProfile, span, *sentence)),
+            None => Ok(()),
+        }
+    }
+
     fn expect_arguments(&mut self, span: Span, name: &str, list: &[Expr], count: usize) -> Result<(), Fail> {
         if list.len() == count {
             return Ok(());
@@ -105,8 +120,8 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Option<Result<Typed, Fail>> {
-        if let Some((_, sentence)) = OUTSIDE.iter().find(|(n, _)| *n == name) {
-            return Some(Err(self.error(Code::OutsideProfile, span, *sentence)));
+        if let Err(fail) = self.check_profile(span, name) {
+            return Some(Err(fail));
         }
         Some(match name {
             "der" => self.lower_der(span, list, cx, index),
@@ -156,6 +171,9 @@ impl Flattener<'_, '_> {
 
     fn lower_der(&mut self, span: Span, list: &[Expr], cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
         self.expect_arguments(span, "der", list, 1)?;
+        if cx.depth > 0 {
+            return Err(self.error(Code::Misplaced, span, "`der` is not allowed inside a function"));
+        }
         let ExprKind::Ref(reference) = &list[0].kind else {
             return self.lower_der_of_expression(&list[0], cx, index);
         };
@@ -398,6 +416,10 @@ impl Flattener<'_, '_> {
             return Ok(());
         };
         let range = self.range(iterator, cx)?;
+        if range.count() > crate::lower::MAX_TERMS {
+            let message = format!("more than {} terms", crate::lower::MAX_TERMS);
+            return Err(self.error(Code::Limit, body.span, message));
+        }
         for k in 0..range.count() {
             let local = match &range {
                 Range::Steps { start, step, .. } => {
@@ -455,6 +477,7 @@ impl Flattener<'_, '_> {
     ) -> Result<Vec<usize>, Fail> {
         let Arguments::List { positional: list, .. } = arguments else { return Ok(Vec::new()) };
         let Some(name) = simple_name(function) else { return self.shape_of_user_call(span, function, arguments, cx) };
+        self.check_profile(span, name)?;
         let sizes = |flat: &mut Self, cx: &mut Context, list: &[Expr]| {
             list.iter()
                 .map(|e| {
@@ -475,8 +498,8 @@ impl Flattener<'_, '_> {
                 list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))
             }
             "smooth" => list.get(1).map_or(Ok(Vec::new()), |e| self.shape(e, cx)),
-            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "semiLinear" | "scalar" | "integer"
-            | "Integer" => Ok(Vec::new()),
+            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "sample" | "semiLinear" | "scalar"
+            | "integer" | "Integer" => Ok(Vec::new()),
             "min" | "max" if list.len() == 1 => Ok(Vec::new()),
             _ if Function::from_name(name).is_some() => {
                 for argument in list {

@@ -181,14 +181,21 @@ impl Flattener<'_, '_> {
             return Ok(None);
         }
         let Resolved::Variable(steps) = self.tree.resolve(scope, reference)? else {
-            return Err(self.error(Code::ConnectorMismatch, reference.span, "this is not a connector"));
+            return Err(self.error(
+                Code::ConnectorMismatch,
+                reference.span,
+                format!("`{}` is not a connector", self.tree.table.files.snippet(reference.span)),
+            ));
         };
         let (last, _) = steps[steps.len() - 1];
         if self.tree.instances[last].absent {
             return Ok(None);
         }
         if self.tree.instances[last].kind != ClassKind::Connector {
-            let name = self.tree.instances[last].name.clone();
+            if self.tree.is_broken(last) {
+                return Err(Fail::Reported);
+            }
+            let name = self.tree.table.files.snippet(reference.span).to_string();
             let declared = self.tree.instances[last].span;
             self.report(
                 Diagnostic::error(Code::ConnectorMismatch, format!("`{name}` is not a connector"))
@@ -275,8 +282,12 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let names = |leaves: &[Leaf]| {
-            let texts: Vec<String> =
-                leaves.iter().map(|l| format!("{}`{}`", if l.flow { "flow " } else { "" }, l.path)).collect();
+            let dims = |l: &Leaf| self.tree.instances[l.inst].dims.clone();
+            let sizes = |l: &Leaf| if dims(l).is_empty() { String::new() } else { format!("{:?}", dims(l)) };
+            let texts: Vec<String> = leaves
+                .iter()
+                .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))
+                .collect();
             texts.join(", ")
         };
         let (p, q) = (names(&x), names(&y));

@@ -25,6 +25,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) slots: Slots,
     pub(crate) connections: Connections,
     pub(crate) whens: u32,
+    /// Where a `when` sets a whole variable.
+    pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
     pub(crate) samples: FxHashMap<(InstId, Span), VarId>,
     numbers: FxHashMap<u64, ConstId>,
@@ -43,6 +45,7 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
         slots: Slots::default(),
         connections: Connections::default(),
         whens: 0,
+        set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
@@ -251,5 +254,5 @@ pub(crate) fn scale(affine: &Affine, size: usize) -> Affine {
 
 /// Sizes for messages: `[3, 4]`, `scalar`.
 pub(crate) fn sizes_text(sizes: &[usize]) -> String {
-    if sizes.is_empty() { "of a scalar".into() } else { format!("{sizes:?}") }
+    if sizes.is_empty() { "scalar".into() } else { format!("{sizes:?}") }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use hyd_instance::class::elements;
 use hyd_instance::record::{Field, field, making_call};
 use hyd_instance::{ClassId, Resolved, ScalarType, Scope};
-use hyd_source::{Code, Span};
+use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name,
     Variability,
@@ -26,12 +26,28 @@ const MAX_CALLS: usize = 64;
 impl Flattener<'_, '_> {
     fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(ClassId, Arc<ClassDef>), Fail> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
-        match self.tree.resolve(cx.scope, function)? {
+        let before = self.tree.table.diagnostics.len();
+        let resolved = self.tree.resolve(cx.scope, function);
+        if resolved.is_err() && function.parts.len() == 1 {
+            self.suggest_function(before, &function.parts[0].name.name);
+        }
+        match resolved? {
             Resolved::Class(local) => {
                 let def = self.tree.table.class(local.class).def.clone();
                 Ok((local.class, def))
             }
             _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
+        }
+    }
+
+    /// The message for an unknown name in place of a function speaks of functions.
+    fn suggest_function(&mut self, before: usize, name: &str) {
+        let builtin = hyd_symbolic::Function::ALL.iter().map(|f| f.name());
+        let help =
+            did_you_mean(name, builtin.chain(["der", "pre", "edge", "change", "sum", "product", "size", "fill"]));
+        for message in self.tree.table.diagnostics.iter_mut().skip(before).filter(|d| d.code == Code::UnknownName) {
+            message.message = format!("there is no function `{name}` here");
+            message.notes = help.iter().cloned().collect();
         }
     }
 
@@ -104,7 +120,11 @@ impl Flattener<'_, '_> {
         let mut found = false;
         for (frame, part) in shape.frames.iter().enumerate() {
             let owner = self.tree.table.class(part.class).def.clone();
-            let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
+            let ClassBody::Long { algorithms, external, equations, .. } = &owner.body else { continue };
+            if let Some(equation) = equations.iter().find_map(|section| section.equations.first()) {
+                let message = "a function cannot hold equations; its values are assigned in an `algorithm` section";
+                return Err(self.error(Code::Misplaced, equation.span, message));
+            }
             if let Some(external) = external {
                 let message = "external functions are outside the language profile";
                 return Err(self.error(Code::OutsideProfile, *external, message));
@@ -140,7 +160,7 @@ impl Flattener<'_, '_> {
                 for (affine, &size) in index.iter().zip(shape) {
                     let k = affine.as_constant().ok_or(Fail::NeedsExpansion)?;
                     if k < 0 || k as usize >= size {
-                        return Err(self.outside(span, k + 1, size));
+                        return Err(self.outside(span, "", k + 1, size));
                     }
                     position = position * size + k as usize;
                 }
@@ -199,9 +219,15 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::BadArguments, span, message));
         }
         for (name, expr) in named {
-            if !inputs.iter().any(|c| c.name.name == name.name) {
+            let Some(k) = inputs.iter().position(|c| c.name.name == name.name) else {
+                let help = did_you_mean(&name.name, inputs.iter().map(|c| c.name.name.as_ref()));
                 let message = format!("there is no input `{}`", name.name);
-                return Err(self.error(Code::BadArguments, expr.span, message));
+                self.report(Diagnostic::error(Code::BadArguments, message).at(name.span, "").maybe_help(help));
+                return Err(Fail::Reported);
+            };
+            if k < positional.len() {
+                let message = format!("the input `{}` has a value already, by its position", name.name);
+                return Err(self.error(Code::BadArguments, name.span.to(expr.span), message));
             }
         }
         for (k, input) in inputs.iter().enumerate() {
@@ -234,8 +260,13 @@ impl Flattener<'_, '_> {
             _ => 0,
         };
         if rank != input.dims.len() && simple_type(input) {
-            let message =
-                format!("the input `{}` has {} dimensions, but this has {rank}", input.name.name, input.dims.len());
+            let rank_text = |rank: usize| match rank {
+                0 => "a scalar".to_string(),
+                1 => "an array".to_string(),
+                _ => format!("an array with {rank} dimensions"),
+            };
+            let (wanted, given) = (rank_text(input.dims.len()), rank_text(rank));
+            let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
             return Err(self.error(Code::ArrayShape, expr.span, message));
         }
         let wanted = input.class.parts[0].name.as_ref();
@@ -363,6 +394,9 @@ impl Flattener<'_, '_> {
     pub(crate) fn record_fields(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Vec<Name>>, Fail> {
         match &expr.kind {
             ExprKind::Ref(reference) => {
+                if cx.local(&reference.parts[0].name.name).is_some() {
+                    return Ok(None);
+                }
                 let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) else { return Ok(None) };
                 let last = &self.tree.instances[steps[steps.len() - 1].0];
                 if last.kind != ClassKind::Record {

@@ -40,7 +40,7 @@ impl Typed {
 }
 
 /// Most terms of a sum that is written out.
-const MAX_TERMS: usize = 1 << 20;
+pub(crate) const MAX_TERMS: usize = 1 << 20;
 
 impl Flattener<'_, '_> {
     /// The element of an expression.
@@ -412,7 +412,7 @@ impl Flattener<'_, '_> {
     /// Sum, product, smallest or largest over the elements of an expression or the values of iterators.
     pub(crate) fn elements_of(&mut self, expr: &Expr, cx: &mut Context) -> Result<Vec<Typed>, Fail> {
         let shape = self.shape(expr, cx)?;
-        let total: usize = shape.iter().product();
+        let total = shape.iter().fold(1usize, |product, &size| product.saturating_mul(size));
         if total > MAX_TERMS {
             return Err(self.error(Code::Limit, expr.span, format!("more than {MAX_TERMS} terms")));
         }
@@ -456,11 +456,21 @@ impl Flattener<'_, '_> {
 
     /// Checks that both sides of an equation have the same sizes.
     pub(crate) fn check_same_shape(&mut self, span: Span, left: &[usize], right: &[usize]) -> Result<(), Fail> {
+        self.check_same_sizes("the sides of this equation", span, left, right)
+    }
+
+    /// Checks that `what` have the same sizes.
+    pub(crate) fn check_same_sizes(
+        &mut self,
+        what: &str,
+        span: Span,
+        left: &[usize],
+        right: &[usize],
+    ) -> Result<(), Fail> {
         if left == right {
             return Ok(());
         }
-        let message =
-            format!("the sides of this equation have different sizes: {} and {}", sizes_text(left), sizes_text(right));
+        let message = format!("{what} have different sizes: {} and {}", sizes_text(left), sizes_text(right));
         Err(self.error(Code::ArrayShape, span, message))
     }
 }

@@ -37,6 +37,9 @@ impl Range {
     }
 }
 
+/// Most values of a range.
+const MAX_STEPS: i128 = 1 << 27;
+
 /// One subscript: a position, or a list of positions that keeps the dimension.
 pub(crate) enum Subscript {
     At(Affine),
@@ -131,10 +134,18 @@ impl Flattener<'_, '_> {
         let instance = &self.tree.instances[last];
         let name = instance.name.clone();
         if instance.absent {
-            let message = format!("`{name}` does not exist here: its condition is false");
-            return Err(self.error(Code::UnknownName, span, message));
+            let declared = instance.span;
+            self.report(
+                Diagnostic::error(Code::UnknownName, format!("`{name}` does not exist here: its condition is false"))
+                    .at(span, "")
+                    .with(declared, "declared with a condition here"),
+            );
+            return Err(Fail::Reported);
         }
         let Some(primitive) = &instance.primitive else {
+            if self.tree.is_broken(last) {
+                return Err(Fail::Reported);
+            }
             return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
         };
         let scalar = primitive.scalar.clone();
@@ -191,8 +202,16 @@ impl Flattener<'_, '_> {
             let in_steps = steps.iter().any(|(i, _)| *i == id);
             if subscripts.len() > dims.len() {
                 let name = self.path(id);
-                let message =
-                    format!("`{name}` has {} dimensions, but {} subscripts are written", dims.len(), subscripts.len());
+                let plural = |n: usize| if n == 1 { "" } else { "s" };
+                let (has, written) = (dims.len(), subscripts.len());
+                let message = match has {
+                    0 => format!("`{name}` is a scalar and takes no subscripts"),
+                    _ => format!(
+                        "`{name}` has {has} dimension{}, but {written} subscript{} are written",
+                        plural(has),
+                        plural(written)
+                    ),
+                };
                 return Err(self.error(Code::ArrayShape, span, message));
             }
             for (k, &size) in dims.iter().enumerate() {
@@ -209,7 +228,7 @@ impl Flattener<'_, '_> {
                     };
                     self.apply_subscript(span, subscript, index, &mut taken)?
                 };
-                self.check_inside(span, &at, size, cx)?;
+                self.check_inside(id, span, &at, size, cx)?;
                 offset = scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
             }
         }
@@ -241,16 +260,18 @@ impl Flattener<'_, '_> {
         }
     }
 
-    fn check_inside(&mut self, span: Span, at: &Affine, size: usize, cx: &Context) -> Result<(), Fail> {
+    fn check_inside(&mut self, inst: InstId, span: Span, at: &Affine, size: usize, cx: &Context) -> Result<(), Fail> {
         let (low, high) = at.bounds(&cx.counts);
         if cx.counts.contains(&0) || (low >= 0 && (high as usize) < size) {
             return Ok(());
         }
-        Err(self.outside(span, if low < 0 { low + 1 } else { high + 1 }, size))
+        let (k, name) = (if low < 0 { low + 1 } else { high + 1 }, self.path(inst));
+        Err(self.outside(span, &format!(" of `{name}`"), k, size))
     }
 
-    pub(crate) fn outside(&mut self, span: Span, k: i64, size: usize) -> Fail {
-        self.report(Diagnostic::error(Code::ArrayShape, format!("subscript {k} is outside 1..{size}")).at(span, ""));
+    pub(crate) fn outside(&mut self, span: Span, of: &str, k: i64, size: usize) -> Fail {
+        let message = format!("subscript {k}{of} is outside 1..{size}");
+        self.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
         Fail::Reported
     }
 
@@ -333,9 +354,8 @@ impl Flattener<'_, '_> {
         match self.tree.evaluate(expr, cx.scope, &env)? {
             Value::Integer(k) => Ok(Affine::constant(k)),
             Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),
-            Value::Boolean(b) => Ok(Affine::constant(i64::from(b) + 1)),
             other => {
-                let message = format!("a subscript must be an Integer, not {}", other.type_name());
+                let message = format!("an Integer is needed here, not {}", other.type_name());
                 Err(self.error(Code::TypeMismatch, expr.span, message))
             }
         }
@@ -398,8 +418,13 @@ impl Flattener<'_, '_> {
             None => 1,
         };
         let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
-        let count = (distance.div_euclid(step) + 1).max(0) as usize;
+        let count = (i128::from(distance).div_euclid(i128::from(step)) + 1).max(0);
         let count = if distance != 0 && (distance > 0) != (step > 0) { 0 } else { count };
+        if count > MAX_STEPS {
+            let message = format!("this range has {count} values; at most {MAX_STEPS} are possible");
+            return Err(self.error(Code::Limit, start.span.to(stop.span), message));
+        }
+        let count = count as usize;
         Ok(Range::Steps { start: first, step, count })
     }
 }

@@ -152,6 +152,9 @@ impl Flattener<'_, '_> {
         initial: bool,
     ) -> bool {
         let mut probe = self.context_of(scope);
+        // Loop variables are no records, and hide components of their name.
+        let hidden = |i: &&Iterator| (i.name.name.clone(), Local::Index(Affine::constant(0)));
+        probe.names.extend(loops.iterators.iter().map(hidden));
         let fields = match self.record_fields(left, &mut probe) {
             Ok(Some(fields)) => fields,
             _ => match self.record_fields(right, &mut probe) {
@@ -274,12 +277,16 @@ impl Flattener<'_, '_> {
     }
 
     /// True if an expression is made of constants and parameters with values only.
-    fn known_before_run(&mut self, expr: &Expr, scope: Scope) -> bool {
+    pub(crate) fn known_before_run(&mut self, expr: &Expr, scope: Scope) -> bool {
         if crate::walk::calls_any(expr, &["initial", "terminal", "sample", "edge", "change", "pre", "der"]) {
             return false;
         }
         let mut known = true;
+        let iterators = crate::walk::iterator_names(expr);
         crate::walk::any_ref(expr, &mut |reference| {
+            if iterators.contains(&reference.parts[0].name.name) {
+                return false;
+            }
             if reference.parts[0].name.name.as_ref() == "time" {
                 known = false;
             } else if let Ok(hyd_instance::Resolved::Variable(steps)) = self.tree.resolve(scope, reference) {
@@ -335,6 +342,13 @@ impl Flattener<'_, '_> {
         loops: &Loops<'_>,
         initial: bool,
     ) {
+        let connection =
+            branches.iter().flat_map(|(_, body)| body).find(|e| matches!(e.kind, EquationKind::Connect(..)));
+        if let Some(connect) = connection {
+            let message = "a connection cannot depend on a condition that changes during the run";
+            let _ = self.error(Code::Misplaced, connect.span, message);
+            return;
+        }
         let counts: Vec<usize> = branches.iter().map(|(_, body)| body.len()).collect();
         let complete = branches.last().is_some_and(|(c, _)| c.is_none());
         if !complete || counts.windows(2).any(|w| w[0] != w[1]) {

@@ -4,7 +4,7 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::{Flattener, sizes_text};
 use crate::index::Affine;
 use hyd_instance::{InstId, Resolved};
-use hyd_source::{Code, Span};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind};
 
 use crate::reference::{Range, Subscript};
@@ -20,7 +20,7 @@ impl Flattener<'_, '_> {
                 let shape = self.shape(otherwise, cx)?;
                 for (_, value) in branches {
                     let other = self.shape(value, cx)?;
-                    self.check_same_shape(value.span, &other, &shape)?;
+                    self.check_same_sizes("the branches", value.span, &other, &shape)?;
                 }
                 Ok(shape)
             }
@@ -31,7 +31,7 @@ impl Flattener<'_, '_> {
                     let inner = self.shape(first, cx)?;
                     for item in &items[1..] {
                         let other = self.shape(item, cx)?;
-                        self.check_same_shape(item.span, &other, &inner)?;
+                        self.check_same_sizes("the elements of this array", item.span, &other, &inner)?;
                     }
                     shape.extend(inner);
                 }
@@ -126,11 +126,23 @@ impl Flattener<'_, '_> {
         }
         let mismatch = |flat: &mut Self| {
             let message = format!(
-                "the sizes {} and {} do not go together in this operation",
+                "the operands have sizes that do not go together: {} and {}",
                 sizes_text(&left),
                 sizes_text(&right)
             );
-            Err(flat.error(Code::ArrayShape, span, message))
+            let one_scalar = left.is_empty() != right.is_empty();
+            let element = match op {
+                BinaryOp::Add => Some(".+"),
+                BinaryOp::Sub => Some(".-"),
+                BinaryOp::Div => Some("./"),
+                BinaryOp::Pow => Some(".^"),
+                _ => None,
+            };
+            let help = element
+                .filter(|_| one_scalar || left == right)
+                .map(|sign| format!("`{sign}` works element by element"));
+            flat.report(Diagnostic::error(Code::ArrayShape, message).at(span, "").maybe_help(help));
+            Err(Fail::Reported)
         };
         match op {
             BinaryOp::Add | BinaryOp::Sub => {

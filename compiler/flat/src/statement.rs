@@ -197,7 +197,7 @@ impl Flattener<'_, '_> {
         };
         for &k in &list {
             if k < 0 || k as usize >= size {
-                return Err(self.outside(expr.span, k + 1, size));
+                return Err(self.outside(expr.span, "", k + 1, size));
             }
         }
         Ok(list.into_iter().map(|k| k as usize).collect())

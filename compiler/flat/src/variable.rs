@@ -145,6 +145,7 @@ impl Flattener<'_, '_> {
         let block = self.blocks[&inst];
         self.model.variables[block].unit = self.text_attribute(inst, "unit");
         self.model.variables[block].display_unit = self.text_attribute(inst, "displayUnit");
+        self.check_attributes(inst);
         if let Some(values) = self.element_values(inst, "fixed") {
             let flags = |v: &Value| matches!(v, Value::Boolean(true));
             self.model.variables[block].fixed = per_element(&values, flags);
@@ -169,6 +170,43 @@ impl Flattener<'_, '_> {
                 5 => StateSelect::Always,
                 _ => StateSelect::Default,
             };
+        }
+    }
+
+    /// `fixed` is a truth value, limits and `nominal` are numbers, `nominal` is positive, `min` is not above `max`.
+    fn check_attributes(&mut self, inst: InstId) {
+        let mut numbers = [None, None];
+        for name in ["fixed", "min", "max", "nominal"] {
+            let Some(applied) = self.attribute(inst, name) else { continue };
+            let Ok(value) = self.tree.evaluate_applied(&applied) else { continue };
+            let span = applied.tree.binding.as_ref().map_or(self.tree.instances[inst].span, |e| e.span);
+            for element in value.flatten() {
+                let number = element.as_real();
+                let limit = name == "min" || name == "max";
+                let fits = match name {
+                    "fixed" => matches!(element, Value::Boolean(_)),
+                    _ => number.is_some() || limit && matches!(element, Value::Enumeration(..)),
+                };
+                if !fits {
+                    let wanted = if name == "fixed" { "a Boolean" } else { "a number" };
+                    let message = format!("`{name}` must be {wanted}, not {}", element.type_name());
+                    let _ = self.error(Code::TypeMismatch, span, message);
+                    return;
+                }
+                if name == "nominal" && number.is_some_and(|x| x <= 0.0) {
+                    let _ =
+                        self.error(Code::Value, span, "`nominal` must be positive: it says how large the variable is");
+                }
+            }
+            if value.shape().is_empty() && (name == "min" || name == "max") {
+                numbers[usize::from(name == "max")] = value.as_real();
+            }
+            if let ("max", [Some(low), Some(high)]) = (name, numbers)
+                && low > high
+            {
+                let path = self.path(inst);
+                let _ = self.error(Code::Value, span, format!("`{path}` has `min` {low} above `max` {high}"));
+            }
         }
     }
 
@@ -218,6 +256,9 @@ impl Flattener<'_, '_> {
         let block = self.blocks[&inst];
         if let Some(applied) = self.attribute(inst, "start") {
             self.model.variables[block].has_start = true;
+            if !self.known_value(inst, &applied, "start value") {
+                return;
+            }
             self.applied_equation(inst, &applied, Section::Start, Kind::Start, false);
         }
         let Some(primitive) = &self.tree.instances[inst].primitive else { return };
@@ -226,7 +267,13 @@ impl Flattener<'_, '_> {
         if variability <= Variability::Parameter && self.overridden(inst) {
             return;
         }
+        if binding.is_none() && variability == Variability::Parameter {
+            self.warn_without_value(inst);
+        }
         if let Some(applied) = binding {
+            if variability <= Variability::Parameter && !self.known_value(inst, &applied, "value") {
+                return;
+            }
             let section = match variability {
                 Variability::Constant | Variability::Parameter => Section::Binding,
                 Variability::Discrete => Section::Discrete,
@@ -234,6 +281,39 @@ impl Flattener<'_, '_> {
             };
             self.applied_equation(inst, &applied, section, Kind::Var, true);
         }
+    }
+
+    /// The value of a parameter and every start value must be known before the run.
+    fn known_value(&mut self, inst: InstId, applied: &Applied, what: &str) -> bool {
+        let Some(expr) = applied.tree.binding.clone() else { return true };
+        if self.known_before_run(&expr, applied.scope) {
+            return true;
+        }
+        let name = self.path(inst);
+        let declared = self.tree.instances[inst].span;
+        let constant = self.tree.instances[inst].variability <= Declared::Parameter;
+        let kind = if constant { "the parameter " } else { "" };
+        let message = format!("the {what} of {kind}`{name}` changes during the run");
+        self.report(Diagnostic::error(Code::NotStructural, message).at(expr.span, "").with(declared, "declared here"));
+        false
+    }
+
+    /// A parameter that nothing gives a value, not even the command line, is likely forgotten.
+    fn warn_without_value(&mut self, inst: InstId) {
+        let name = self.path(inst);
+        let set = |path: &str| path.split('[').next().is_some_and(|bare| *bare == *name);
+        let computed = self.model.variables[self.blocks[&inst]].fixed == PerElement::All(false);
+        if self.attribute(inst, "start").is_some() || computed || self.tree.overrides.iter().any(|o| set(&o.path)) {
+            return;
+        }
+        let span = self.tree.instances[inst].span;
+        let taken = match self.model.variables[self.blocks[&inst]].kind {
+            ValueKind::Boolean => "false",
+            ValueKind::Enumeration(_) => "the first literal",
+            ValueKind::Real | ValueKind::Integer => "0",
+        };
+        let message = format!("the parameter `{name}` has no value; {taken} is taken");
+        self.report(Diagnostic::warning(Code::NoValue, message).at(span, "declared here"));
     }
 
     /// A parameter whose value was set from outside before translation and used there.
@@ -315,14 +395,16 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let name = self.path(inst);
-        let declared = hyd_instance::instance::full_dims(&self.tree.instances, inst);
-        let message =
-            format!("the value of `{name}` has the sizes {}, but {} are needed", sizes_text(shape), sizes_text(&sizes));
+        let message = format!(
+            "the value of `{name}` has the wrong size: {} instead of {}",
+            sizes_text(shape),
+            sizes_text(&sizes)
+        );
+        let in_array = self.tree.instances[inst].dims.len() < sizes.len();
+        let help = (shape.is_empty() && in_array).then(|| "`each` gives the same value to all elements".to_string());
         let span = self.tree.instances[inst].span;
         self.report(
-            Diagnostic::error(Code::ArrayShape, message)
-                .at(expr.span, "")
-                .with(span, format!("declared with the sizes {}", sizes_text(&declared))),
+            Diagnostic::error(Code::ArrayShape, message).at(expr.span, "").with(span, "declared here").maybe_help(help),
         );
         Err(Fail::Reported)
     }

@@ -1,12 +1,16 @@
 //! Looking through syntax expressions without changing them.
 
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name};
 
 /// True if `test` holds for a reference (not for the names of called functions) anywhere in the expression.
 pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool {
     match &expr.kind {
         ExprKind::Ref(reference) => {
             test(reference) || reference.parts.iter().flat_map(|p| &p.subscripts).any(|e| any_ref(e, test))
+        }
+        // Sizes are known whatever the values are.
+        ExprKind::Call(function, Arguments::List { positional, .. }) if asks_for_sizes(function) => {
+            positional.iter().skip(1).any(|e| any_ref(e, test))
         }
         ExprKind::Call(_, Arguments::List { positional, named }) => {
             positional.iter().any(|e| any_ref(e, test)) || named.iter().any(|(_, e)| any_ref(e, test))
@@ -31,6 +35,43 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
         | ExprKind::Boolean(_)
         | ExprKind::Colon
         | ExprKind::End => false,
+    }
+}
+
+fn asks_for_sizes(function: &ComponentRef) -> bool {
+    function.parts.len() == 1 && matches!(function.parts[0].name.name.as_ref(), "size" | "ndims")
+}
+
+/// Names of all loop variables of an expression.
+pub fn iterator_names(expr: &Expr) -> Vec<Name> {
+    let mut names = Vec::new();
+    let mut note = |iterators: &[Iterator]| names.extend(iterators.iter().map(|i| i.name.name.clone()));
+    gather_iterators(expr, &mut note);
+    names
+}
+
+fn gather_iterators(expr: &Expr, note: &mut dyn FnMut(&[Iterator])) {
+    match &expr.kind {
+        ExprKind::Call(_, Arguments::List { positional, named }) => {
+            positional.iter().chain(named.iter().map(|(_, e)| e)).for_each(|e| gather_iterators(e, note));
+        }
+        ExprKind::Call(_, Arguments::Reduction(body, iterators)) | ExprKind::ArrayFor(body, iterators) => {
+            note(iterators);
+            gather_iterators(body, note);
+            iterators.iter().filter_map(|i| i.range.as_ref()).for_each(|e| gather_iterators(e, note));
+        }
+        ExprKind::Unary(_, a) => gather_iterators(a, note),
+        ExprKind::Binary(_, a, b) => {
+            gather_iterators(a, note);
+            gather_iterators(b, note);
+        }
+        ExprKind::If(branches, otherwise) => {
+            branches.iter().flat_map(|(c, v)| [c, v]).chain([&**otherwise]).for_each(|e| gather_iterators(e, note));
+        }
+        ExprKind::Array(items) => items.iter().for_each(|e| gather_iterators(e, note)),
+        ExprKind::Matrix(rows) => rows.iter().flatten().for_each(|e| gather_iterators(e, note)),
+        ExprKind::Tuple(items) => items.iter().flatten().for_each(|e| gather_iterators(e, note)),
+        _ => {}
     }
 }
 

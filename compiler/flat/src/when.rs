@@ -5,7 +5,7 @@
 //! `initial()` fire.
 
 use hyd_instance::{Resolved, Scope};
-use hyd_source::{Code, Origin, Span};
+use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{Node, NodeId};
 use hyd_syntax::tree::{Arguments, ComponentRef, Equation, EquationKind, Expr, ExprKind, Variability};
 
@@ -242,6 +242,19 @@ impl Flattener<'_, '_> {
             let _ = self.error(Code::BadArguments, state.span, "`reinit` needs a variable");
             return;
         };
+        if let Ok(Resolved::Variable(steps)) = self.tree.resolve(scope, reference) {
+            let instance = &self.tree.instances[steps[steps.len() - 1].0];
+            let (variability, declared) = (instance.variability, instance.span);
+            if variability != Variability::Continuous {
+                let parameter = variability <= Variability::Parameter;
+                let why = if parameter { "is constant" } else { "has no derivative" };
+                let message = format!("`reinit` needs a state, and `{}` {why}", print_ref(reference));
+                self.report(
+                    Diagnostic::error(Code::Misplaced, message).at(state.span, "").with(declared, "declared here"),
+                );
+                return;
+            }
+        }
         let origin = Origin { path: self.path(scope.inst), span: equation.span };
         let start = Context { in_when: true, ..self.context_of(scope) };
         self.with_loops(start, &mut |flat, cx| {
@@ -306,6 +319,10 @@ impl Flattener<'_, '_> {
         loops: &Loops<'_>,
     ) {
         if let Ok(Resolved::Variable(steps)) = self.tree.resolve(scope, target.reference) {
+            let whole = steps.iter().all(|(_, subscripts)| subscripts.is_empty());
+            if whole && self.set_before(steps[steps.len() - 1].0, target) {
+                return;
+            }
             self.make_discrete(steps[steps.len() - 1].0);
         }
         let origin = Origin { span: target.span, ..origin.clone() };
@@ -345,6 +362,19 @@ impl Flattener<'_, '_> {
             flat.emit(Section::Discrete, left.node, right, &cx.loop_counts(), &origin);
             Ok(())
         });
+    }
+
+    /// Only one `when` may set a variable: reports the second.
+    fn set_before(&mut self, inst: hyd_instance::InstId, target: &Target<'_>) -> bool {
+        let Some(first) = self.set_in_when.insert(inst, target.span) else { return false };
+        let message = format!("`{}` is set by two `when` equations", print_ref(target.reference));
+        self.report(
+            Diagnostic::error(Code::Unbalanced, message)
+                .at(target.span, "second time")
+                .with(first, "first time")
+                .help("one `when` with `elsewhen` says which comes first"),
+        );
+        true
     }
 
     /// A Real variable set inside `when` changes at events only.

@@ -162,6 +162,7 @@ impl InstanceTree<'_> {
         let frames = shape.frames.iter().flat_map(|f| f.modifications.iter().map(|(_, tree)| tree));
         let all: Vec<_> = mods.iter().map(|m| &m.tree).chain(frames).cloned().collect();
         for tree in all {
+            self.check_said_twice(&tree);
             for (name, child) in &tree.children {
                 if shape.by_name.contains_key(name) || shape.builtin.is_some() {
                     continue;
@@ -175,6 +176,16 @@ impl InstanceTree<'_> {
                 }
                 self.table.report(diagnostic.maybe_help(help));
             }
+        }
+    }
+
+    /// One modification may speak of an element once.
+    pub(crate) fn check_said_twice(&mut self, tree: &crate::modifier::AstMod) {
+        if let Some((name, first, second)) = tree.said_twice() {
+            let message = format!("`{name}` is modified twice");
+            self.table.report(
+                Diagnostic::error(Code::Redefinition, message).at(second, "second time").with(first, "first time"),
+            );
         }
     }
 

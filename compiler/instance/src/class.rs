@@ -146,7 +146,21 @@ impl<'s> ClassTable<'s> {
                 self.add_empty_package(path, parent, ident.span)
             }));
         }
-        stored.classes.into_iter().map(|def| self.add(def, parent, true)).collect()
+        let mut seen: FxHashMap<Name, Span> = FxHashMap::default();
+        let mut classes = Vec::new();
+        for def in stored.classes {
+            if let Some(&first) = seen.get(&def.name.name) {
+                let message = format!("`{}` is declared twice", def.name.name);
+                self.report(
+                    Diagnostic::error(Code::Redefinition, message)
+                        .at(def.name.span, "second declaration")
+                        .with(first, "first declaration"),
+                );
+            }
+            seen.insert(def.name.name.clone(), def.name.span);
+            classes.push(self.add(def, parent, true));
+        }
+        classes
     }
 
     fn add_empty_package(&mut self, path: Vec<Name>, parent: Option<ClassId>, span: Span) -> ClassId {
@@ -242,6 +256,13 @@ impl<'s> ClassTable<'s> {
             self.report(Diagnostic::error(Code::UnknownClass, message).at(Span::new(file, 0, 0), ""));
         }
         found
+    }
+
+    /// Names of the classes at the top that have been read, sorted, for suggestions.
+    pub(crate) fn top_names(&self) -> Vec<Name> {
+        let mut names: Vec<Name> = self.top.iter().filter(|(_, id)| id.is_some()).map(|(n, _)| n.clone()).collect();
+        names.sort_unstable();
+        names
     }
 
     /// Names of all classes that `child` could find in the text of `parent`, for suggestions.

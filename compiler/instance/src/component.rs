@@ -263,6 +263,9 @@ impl InstanceTree<'_> {
                 Code::OutsideProfile,
                 format!("`{full}` is an expandable connector, which is outside the language profile"),
             )),
+            _ if matches!(def.body, ClassBody::DerivativeOf(..) | ClassBody::Enumeration(None)) => {
+                Some((Code::OutsideProfile, format!("the form of class `{full}` is outside the language profile")))
+            }
             _ if def.partial => {
                 Some((Code::PartialClass, format!("`{full}` is partial and cannot be the class of a component")))
             }
@@ -295,6 +298,7 @@ impl InstanceTree<'_> {
         let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
         let mut attributes: Vec<(Name, Applied)> = Vec::new();
         for applied in mods {
+            self.check_said_twice(&applied.tree);
             for (name, tree) in &applied.tree.children {
                 if !ATTRIBUTES.contains(&name.as_ref()) {
                     let message = format!(

@@ -65,6 +65,11 @@ impl InstanceTree<'_> {
             ExprKind::Binary(op, a, b) => {
                 let (x, y) = (self.evaluate(a, scope, env)?, self.evaluate(b, scope, env)?);
                 binary(*op, &x, &y).ok_or_else(|| {
+                    if let (Value::Integer(_), Value::Integer(_)) = (&x, &y) {
+                        let message = "the result is not an Integer that can be represented";
+                        self.table.report(Diagnostic::error(Code::Value, message).at(expr.span, ""));
+                        return Reported;
+                    }
                     let message = format!("the operator has no meaning for {} and {}", x.type_name(), y.type_name());
                     self.no_meaning(expr.span, message)
                 })
@@ -146,7 +151,8 @@ impl InstanceTree<'_> {
         };
         let items: Option<Vec<Value>> = match (&first, &by, &last) {
             (Value::Integer(a), Value::Integer(s), Value::Integer(b)) if *s != 0 => {
-                let count = ((b - a) / s + 1).max(0) as usize;
+                let count = (i128::from(*b) - i128::from(*a)) / i128::from(*s) + 1;
+                let count = count.clamp(0, MAX_VALUES as i128 + 1) as usize;
                 (count <= MAX_VALUES).then(|| (0..count as i64).map(|k| Value::Integer(a + k * s)).collect())
             }
             (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
@@ -366,8 +372,15 @@ impl InstanceTree<'_> {
         }
         let integer = matches!(primitive.scalar, ScalarType::Integer);
         let real = matches!(primitive.scalar, ScalarType::Real);
-        if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name) {
+        let settable = instance.variability == Variability::Parameter && !primitive.is_final;
+        if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name).filter(|_| settable) {
             known.used = true;
+            if integer && known.value.flatten().iter().any(|v| v.as_integer().is_none()) {
+                let (text, declared) = (print_value(&known.value), instance.span);
+                let message = format!("`{name}` cannot be set to `{text}`: it is an Integer and needs a whole number");
+                self.table.report(Diagnostic::error(Code::NoSuchParameter, message).with(declared, "declared here"));
+                return Err(Reported);
+            }
             return Ok(if real { widen(known.value.clone()) } else { known.value.clone() });
         }
         let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
@@ -434,6 +447,11 @@ impl InstanceTree<'_> {
         match builtin(&name, &values) {
             Some(value) => Ok(value),
             None => {
+                if matches!(name.as_str(), "div" | "mod" | "rem") && values.get(1).and_then(Value::as_real) == Some(0.0)
+                {
+                    self.table.report(Diagnostic::error(Code::Value, "division by zero").at(span, ""));
+                    return Err(Reported);
+                }
                 self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
                 Err(Reported)
             }
@@ -462,6 +480,18 @@ impl InstanceTree<'_> {
                 self.pick(span, &sizes, &k)
             }
         }
+    }
+}
+
+/// A value as it is written on the command line.
+fn print_value(value: &Value) -> String {
+    match value {
+        Value::Real(x) => x.to_string(),
+        Value::Integer(k) => k.to_string(),
+        Value::Boolean(b) => b.to_string(),
+        Value::Text(text) => format!("\"{text}\""),
+        Value::Enumeration(e, k) => e.literals.get(*k as usize - 1).map(|l| l.to_string()).unwrap_or_default(),
+        Value::Array(items) => format!("{{{}}}", items.iter().map(print_value).collect::<Vec<_>>().join(",")),
     }
 }
 

@@ -97,6 +97,62 @@ impl ClassTable<'_> {
         Some(class)
     }
 
+    /// True if an import clause around `from` should provide the name; then [`Self::check_imports`] has said why it does not.
+    fn import_failed(&self, from: ClassId, name: &Name) -> bool {
+        let mut current = Some(from);
+        while let Some(class) = current {
+            let provides = |import: &Import| match &import.what {
+                ImportKind::Qualified => import.path.parts.last().is_some_and(|p| p.name == *name),
+                ImportKind::Renamed(alias) => alias.name == *name,
+                ImportKind::Several(names) => names.iter().any(|n| n.name == *name),
+                ImportKind::All => false,
+            };
+            if imports(&self.class(class).def).any(provides) {
+                return true;
+            }
+            current = self.class(class).parent;
+        }
+        false
+    }
+
+    /// Every import clause of a class must lead somewhere.
+    pub(crate) fn check_imports(&mut self, class: ClassId) {
+        let def = self.class(class).def.clone();
+        for import in imports(&def) {
+            let parts = &import.path.parts;
+            let (package, names): (&[Ident], Vec<&Ident>) = match &import.what {
+                ImportKind::All => (parts, Vec::new()),
+                ImportKind::Several(names) => (parts, names.iter().collect()),
+                _ => (&parts[..parts.len() - 1], parts.last().into_iter().collect()),
+            };
+            let Some((first, rest)) = package.split_first() else {
+                for name in names.iter().filter(|n| self.top(&n.name).is_none()).copied().cloned().collect::<Vec<_>>() {
+                    self.unknown_class(None, &name, true);
+                }
+                continue;
+            };
+            let Some(found) = self.top(&first.name) else {
+                self.unknown_class(None, first, true);
+                continue;
+            };
+            let Ok(found) = self.descend(found, rest) else { continue };
+            for name in names {
+                if self.member_class(found, &name.name).is_some() {
+                    continue;
+                }
+                let Ok(shape) = self.shape(found) else { continue };
+                if !shape.by_name.contains_key(&name.name) {
+                    let candidates = shape.elements.iter().map(|e| e.name.as_ref());
+                    let help = did_you_mean(&name.name, candidates);
+                    let message = format!("`{}` has no element `{}` to import", self.full_name(found), name.name);
+                    self.report(
+                        Diagnostic::error(Code::UnknownClass, message).at(name.span, "not found").maybe_help(help),
+                    );
+                }
+            }
+        }
+    }
+
     /// The class an identifier names from inside `from`, looking outwards.  `base`: for an `extends` clause of `from`
     /// itself, which cannot name an inherited class.
     pub fn find_first(&mut self, from: ClassId, name: &Name, base: bool) -> Option<ClassId> {
@@ -119,7 +175,9 @@ impl ClassTable<'_> {
         let first = &path.parts[0];
         let found = if path.global { self.top(&first.name) } else { self.find_first(from, &first.name, base) };
         let Some(class) = found else {
-            self.unknown_class(Some(from), first);
+            if !self.import_failed(from, &first.name) {
+                self.unknown_class(Some(from), first, path.parts.len() > 1);
+            }
             return Err(Reported);
         };
         self.descend(class, &path.parts[1..])
@@ -144,14 +202,25 @@ impl ClassTable<'_> {
         Ok(class)
     }
 
-    fn unknown_class(&mut self, from: Option<ClassId>, ident: &Ident) {
-        let mut names: Vec<Name> = ["Real", "Integer", "Boolean", "String"].map(Name::from).to_vec();
+    fn unknown_class(&mut self, from: Option<ClassId>, ident: &Ident, dotted: bool) {
+        if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
+            let message = format!("`{}` is outside the language profile", ident.name);
+            self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
+            return;
+        }
+        // A misspelt keyword looks like a class.
+        let words =
+            ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
+        let mut names: Vec<Name> = words.map(Name::from).to_vec();
+        names.extend(self.top_names());
         let mut current = from;
         while let Some(class) = current {
             names.extend(self.child_names(class));
             current = self.class(class).parent;
         }
         let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref()));
+        let library = "other libraries are named with `--library FOLDER`";
+        let help = help.or_else(|| dotted.then(|| library.to_string()));
         let message = format!("there is no class `{}` here", ident.name);
         self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
     }
@@ -183,7 +252,7 @@ impl InstanceTree<'_> {
         let class = match from {
             Some(class) => self.table.find_class_static(class, path, false)?,
             None => {
-                self.table.unknown_class(None, first);
+                self.table.unknown_class(None, first, false);
                 return Err(Reported);
             }
         };
@@ -216,7 +285,16 @@ impl InstanceTree<'_> {
         for part in &reference.parts[at + 1..] {
             let name = &part.name.name;
             match self.instances[current].by_name.get(name) {
-                Some(&next) => current = next,
+                Some(&next) => {
+                    if self.instances[next].protected
+                        && !self.instances[current].protected
+                        && self.instances[next].parent == Some(current)
+                    {
+                        self.protected(next, current, part.name.span);
+                        return Err(Reported);
+                    }
+                    current = next;
+                }
                 None if self.instances[current].absent => {
                     let what = &self.instances[current];
                     let message = format!("`{}` does not exist here: its condition is false", what.name);
@@ -237,6 +315,13 @@ impl InstanceTree<'_> {
             steps.push((current, part.subscripts.as_slice()));
         }
         Ok(Resolved::Variable(steps))
+    }
+
+    fn protected(&mut self, inst: InstId, parent: InstId, span: Span) {
+        let (name, what) = (&self.instances[inst].name, &self.instances[parent].name);
+        let message = format!("`{name}` is protected in `{what}` and cannot be used from outside");
+        let declared = self.instances[inst].span;
+        self.table.report(Diagnostic::error(Code::Misplaced, message).at(span, "").with(declared, "declared here"));
     }
 
     fn unknown_member(&mut self, inst: InstId, name: &str, span: Span) {
@@ -281,8 +366,18 @@ impl InstanceTree<'_> {
             if let Some(inst) = self.package_constant(local.class, &part.name.name)? {
                 return self.steps(inst, reference, k).map(Some);
             }
+            let class = self.table.full_name(local.class);
+            if self.table.shape(local.class)?.by_name.contains_key(&part.name.name) {
+                let message = format!("`{class}` is a class: `{}` exists only in components of it", part.name.name);
+                self.table.report(
+                    Diagnostic::error(Code::UnknownName, message)
+                        .at(part.name.span, "")
+                        .help(format!("declare a component, such as `{class} part;`, and use its element")),
+                );
+                return Err(Reported);
+            }
             let names = self.table.child_names(local.class);
-            let message = format!("`{}` has no element `{}`", self.table.full_name(local.class), part.name.name);
+            let message = format!("`{class}` has no element `{}`", part.name.name);
             let help = did_you_mean(&part.name.name, names.iter().map(|n| n.as_ref()));
             self.table
                 .report(Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found").maybe_help(help));

@@ -49,6 +49,15 @@ impl AstMod {
         }
     }
 
+    /// An element that two arguments give a value or a class.
+    pub fn said_twice(&self) -> Option<(&Name, Span, Span)> {
+        let says = |tree: &AstMod| tree.binding.is_some() || tree.redeclare.is_some();
+        self.children.iter().enumerate().find_map(|(k, (name, tree))| {
+            let (_, first) = self.children[..k].iter().find(|(other, first)| other == name && says(first))?;
+            says(tree).then_some((name, first.span?, tree.span?))
+        })
+    }
+
     /// A bare `= expression`.
     pub fn of_binding(expr: Expr) -> AstMod {
         AstMod { span: Some(expr.span), binding: Some(Arc::new(expr)), ..AstMod::default() }

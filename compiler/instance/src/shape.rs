@@ -84,6 +84,7 @@ impl ClassTable<'_> {
         let result = self.collect(class, &mut shape, &[], &mut open, None).map(|_| Rc::new(shape));
         self.close_shape();
         self.class_mut(class).shape = Some(result.clone());
+        self.check_imports(class);
         result
     }
 

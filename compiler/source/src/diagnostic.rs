@@ -108,8 +108,8 @@ pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a st
     candidates
         .into_iter()
         .map(|c| (if c.to_lowercase() == lower { 0 } else { edit_distance(wrong, c) }, c))
-        // Any name is close to one of a single letter.
-        .filter(|(distance, c)| *distance <= limit && *distance < wrong.chars().count().min(c.chars().count()))
+        // Any other letter is close to a name of one letter.
+        .filter(|(distance, c)| *distance <= limit && *distance < wrong.chars().count().max(c.chars().count()))
         .min()
         .map(|(_, c)| format!("did you mean `{c}`?"))
 }

@@ -4,7 +4,7 @@
 //! rule fails, and what it would have accepted there, becomes the message.  Frequent slips get a hint.  A missing `;` is
 //! found without a second parse: the item is complete and a word follows.
 
-use hyd_source::{Diagnostic, Span};
+use hyd_source::{Diagnostic, Span, did_you_mean};
 
 use crate::build::Builder;
 use crate::build_code::BlockKind;
@@ -166,6 +166,10 @@ impl<'t> Builder<'t> {
         if same_line && after_number && !found.is_empty() && !is_keyword(found) {
             diagnostic = diagnostic.help("multiplication is written with `*`");
         }
+        // `parametr Real k` reads as a type, a name, and something new.
+        let first = self.token(node.as_span().start());
+        let words = PREFIX_WORDS.into_iter().chain(CLASS_WORDS).chain(["extends", "import", "equation", "algorithm"]);
+        diagnostic = diagnostic.maybe_help(did_you_mean(first, words).filter(|_| same_line && !is_keyword(first)));
         self.report(diagnostic);
         self.recovered = same_line || found.is_empty();
         true
@@ -361,6 +365,11 @@ impl<'t> Builder<'t> {
             "=" if condition => Some("values are compared with `==`"),
             "=" if self.text[start..at].contains('\n') => Some("a `;` may be missing at the end of a line before"),
             "if" => Some("an `if` expression inside an expression needs parentheses: `(if c then a else b)`"),
+            _ if found.starts_with(|c: char| c.is_ascii_digit())
+                && before.strip_suffix(',').is_some_and(|b| b.ends_with(|c: char| c.is_ascii_digit())) =>
+            {
+                Some("decimals are written with a point: `1.5`")
+            }
             _ if found.starts_with(|c: char| c.is_ascii_digit())
                 && found.ends_with(|c: char| c.is_ascii_alphabetic()) =>
             {

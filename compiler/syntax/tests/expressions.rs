@@ -48,6 +48,7 @@ fn shape(expr: &Expr) -> String {
             let slots: Vec<String> = slots.iter().map(|s| s.as_ref().map_or("_".into(), shape)).collect();
             format!("tuple({})", slots.join(","))
         }
+        ExprKind::Field(value, name) => format!("{}.{}", shape(value), name.name),
         ExprKind::Colon => ":".into(),
         ExprKind::End => "end".into(),
     }

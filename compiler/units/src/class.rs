@@ -1,0 +1,197 @@
+//! The unit of each scalar variable: declared, unknown, or none needed.
+//!
+//! All elements of an array share an unknown unit until that leads to a contradiction; then each element gets its own
+//! (an array of states or of sensors may mix units).  Blocks with the same unit share a class, so equations of equal
+//! units are looked at once.
+
+use std::sync::Arc;
+
+use hyd_flat::{BlockId, FlatModel, Operand, Target, VarId, VariableBlock};
+use hyd_index::TypedIndex;
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_system::ValueKind;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::form::{Form, Product, UnknownId};
+use crate::parse::parse_unit;
+use crate::print::UnitNames;
+use crate::unit::{Unit, same_factor};
+
+/// The declared units of a model.
+pub struct Declared {
+    /// Unit of each variable block, if readable.
+    pub of_block: Vec<Option<Unit>>,
+    /// Texts for units.
+    pub names: UnitNames,
+    /// Some unit has a factor other than 1.
+    pub scaled: bool,
+    /// Unit strings that cannot be read or do not fit.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads the unit strings of all variables, each string once.
+pub fn read_declared(flat: &FlatModel) -> Declared {
+    let mut known: FxHashMap<Arc<str>, Option<Unit>> = FxHashMap::default();
+    let mut reported: FxHashSet<(Span, Arc<str>)> = FxHashSet::default();
+    let mut result = Declared { of_block: Vec::new(), names: UnitNames::default(), scaled: false, diagnostics: Vec::new() };
+    for block in flat.variables.raw.iter() {
+        let mut read = |text: &Option<Arc<str>>, display: bool| -> Option<Unit> {
+            let text = text.as_ref().filter(|t| !t.is_empty())?;
+            let unit = *known.entry(text.clone()).or_insert_with(|| parse_unit(text).ok());
+            if unit.is_none() && reported.insert((block.origin.span, text.clone())) {
+                result.diagnostics.push(unreadable(block, text, display));
+            }
+            unit
+        };
+        let unit = read(&block.unit, false);
+        let display = read(&block.display_unit, true);
+        if let (Some(unit), Some(shown), Some(text), Some(display)) = (unit, display, &block.unit, &block.display_unit)
+            && unit.dimension != shown.dimension
+            && reported.insert((block.origin.span, display.clone()))
+        {
+            let message = format!("`{}` has the unit {text}, but shall be shown in {display}", block.name.element(0));
+            let fault = Diagnostic::warning(Code::UnitMismatch, message).at(block.origin.span, "declared here");
+            result.diagnostics.push(fault);
+        }
+        if let (Some(unit), Some(text)) = (unit, &block.unit) {
+            result.names.declare(unit, text);
+            result.scaled |= !same_factor(unit.factor, 1.0);
+        }
+        result.of_block.push(unit);
+    }
+    result
+}
+
+fn unreadable(block: &VariableBlock, text: &str, display: bool) -> Diagnostic {
+    let (reason, help) = match parse_unit(text) {
+        Err(error) => (error.reason, error.help),
+        Ok(_) => (String::new(), None),
+    };
+    let what = if display { "displayUnit" } else { "unit" };
+    let message = format!("the {what} \"{text}\" of `{}` {reason}", block.name.element(0));
+    let diagnostic = if display {
+        Diagnostic::warning(Code::UnitSyntax, message)
+    } else {
+        Diagnostic::error(Code::UnitSyntax, message)
+    };
+    diagnostic.at(block.origin.span, "declared here").maybe_help(help)
+}
+
+const TAG_SHIFT: u32 = 30;
+const INDEX: u32 = (1 << TAG_SHIFT) - 1;
+const KNOWN: u32 = 0;
+const UNKNOWN: u32 = 1;
+const COUNT: u32 = 2;
+
+/// A slot as far as units go; equal codes mean equal forms.
+pub type SlotClass = u64;
+
+const DER: u64 = 1 << 32;
+const NEGATED: u64 = 1 << 33;
+const NUMBER: u64 = 1 << 34;
+
+/// The class of every scalar.
+pub struct Classes {
+    of_scalar: Vec<u32>,
+    units: Vec<Unit>,
+    offsets: bool,
+    /// First scalar that each unknown unit stands for.
+    pub unknowns: Vec<VarId>,
+    /// Unknown arrays have one unit per element.
+    pub split: bool,
+}
+
+impl Classes {
+    /// Numbers the units; with `split`, each element of an array without unit has its own.
+    pub fn new(flat: &FlatModel, declared: &Declared, split: bool) -> Self {
+        let mut numbers: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
+        let mut result =
+            Self { of_scalar: Vec::with_capacity(flat.scalars as usize), units: Vec::new(), offsets: false, unknowns: Vec::new(), split };
+        for (block, unit) in flat.variables.raw.iter().zip(&declared.of_block) {
+            let count = block.count as usize;
+            let undeclared = unit.is_none() && block.unit.as_ref().is_none_or(|t| t.is_empty());
+            match unit {
+                Some(unit) => {
+                    let key = (unit.dimension, unit.factor.to_bits(), unit.offset.to_bits());
+                    let next = result.units.len() as u32;
+                    let number = *numbers.entry(key).or_insert(next);
+                    if number == next {
+                        result.units.push(*unit);
+                        result.offsets |= unit.offset != 0.0;
+                    }
+                    result.extend(KNOWN << TAG_SHIFT | number, count);
+                }
+                None if block.kind != ValueKind::Real && undeclared => result.extend(COUNT << TAG_SHIFT, count),
+                None => {
+                    for k in 0..count {
+                        if k == 0 || split {
+                            result.unknowns.push(VarId(block.first.0 + k as u32));
+                        }
+                        let number = result.unknowns.len() as u32 - 1;
+                        result.of_scalar.push(UNKNOWN << TAG_SHIFT | number & INDEX);
+                    }
+                }
+            }
+        }
+        result
+    }
+
+    fn extend(&mut self, class: u32, count: usize) {
+        self.of_scalar.resize(self.of_scalar.len() + count, class);
+    }
+
+    /// The class of an operand; numbers keep their identity with `exact`.
+    pub fn of(&self, operand: Operand, exact: bool) -> SlotClass {
+        let sign = if self.offsets && operand.negated() { NEGATED } else { 0 };
+        match operand.target() {
+            Target::Var(v) | Target::Pre(v) | Target::Start(v) => u64::from(self.of_scalar[v.index()]) | sign,
+            Target::Der(v) => u64::from(self.of_scalar[v.index()]) | DER,
+            Target::Const(c) if exact => NUMBER | c.0 as u64 | if operand.negated() { NEGATED } else { 0 },
+            Target::Const(_) | Target::Held(_) => u64::from(COUNT << TAG_SHIFT),
+        }
+    }
+
+    /// What a class means.
+    pub fn form(&self, class: SlotClass) -> Form {
+        let code = class as u32;
+        if class & NUMBER != 0 {
+            return Form::COUNT;
+        }
+        let mut product = match code >> TAG_SHIFT {
+            KNOWN => Product::known(&self.units[(code & INDEX) as usize]),
+            UNKNOWN => Product::unknown(code & INDEX),
+            _ => return Form::COUNT,
+        };
+        if class & NEGATED != 0 {
+            product.offset = product.offset.map(|o| -o);
+        }
+        if class & DER != 0 {
+            product.offset = Some(0.0);
+            let rate = product.times(&Product::rule(&Unit::SECOND), crate::rational::Rational::whole(-1));
+            return rate.map_or(Form::Free, Form::Quantity);
+        }
+        Form::Quantity(product)
+    }
+
+    /// The unknown unit a class stands for.
+    pub fn unknown(&self, class: SlotClass) -> Option<UnknownId> {
+        let code = class as u32;
+        (class & NUMBER == 0 && code >> TAG_SHIFT == UNKNOWN).then_some(code & INDEX)
+    }
+
+    /// The unknown unit of a scalar.
+    pub fn unknown_of(&self, v: VarId) -> Option<UnknownId> {
+        self.unknown(u64::from(self.of_scalar[v.index()]))
+    }
+
+    /// True if an array without unit exists whose elements share one.
+    pub fn could_split(&self, flat: &FlatModel) -> bool {
+        let shared = |v: &VarId| flat.variables[flat.locate(*v).0].count > 1;
+        !self.split && self.unknowns.iter().any(shared)
+    }
+
+    /// The block of an unknown unit.
+    pub fn block(&self, flat: &FlatModel, id: UnknownId) -> BlockId {
+        flat.locate(self.unknowns[id as usize]).0
+    }
+}

@@ -1,0 +1,117 @@
+//! Translation and simulation of the models in the repository, with counters: prints the tables of `docs/performance.md`.
+//!
+//! Run with `cargo bench -p hyd-tests --bench speed`.  Times are CPU seconds of the process, medians over repeated runs.
+//! The error of the drive is the largest difference from the stored reference solution over all samples.
+
+use std::path::Path;
+
+use hyd::LibraryPath;
+use hyd::clock::cpu_seconds;
+use hyd_compiler::{Compilation, Goal, Options, compile};
+use hyd_results::Trajectory;
+use hyd_runtime::{Summary, simulate};
+use hyd_tests::models::{root, text_of};
+use hyd_tests::reference::Reference;
+use hyd_tests::runs::on_grid;
+
+const DRIVE: &str = "models/single_acting_drive/drive.hyd";
+const LINE: &str = "models/hydraulic_line/line.hyd";
+
+fn main() {
+    drive_translation();
+    drive_simulation();
+    line();
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn translate(file: &str, set: &[(&str, &str)]) -> Compilation {
+    let text = text_of(file);
+    let mut library = LibraryPath::new();
+    library.add_main_file(&root().join(Path::new(file)), &text);
+    let set = set.iter().map(|&(name, value)| (name.to_string(), value.to_string())).collect();
+    compile(&mut library, file, &text, &Options { model: None, set, goal: Goal::Run, clock: cpu_seconds })
+}
+
+/// Seconds per stage, in order.
+fn drive_translation() {
+    let runs: Vec<Compilation> = (0..21).map(|_| translate(DRIVE, &[])).collect();
+    println!("\n## Translation of the drive\n\n| stage | ms |\n|---|---:|");
+    let mut total = 0.0;
+    for (k, stage) in runs[0].times.iter().enumerate() {
+        let seconds = median(runs.iter().map(|run| run.times[k].seconds).collect());
+        total += seconds;
+        println!("| {} | {:.2} |", stage.name, 1e3 * seconds);
+    }
+    println!("| **all** | **{:.1}** |", 1e3 * total);
+}
+
+fn drive_simulation() {
+    println!("\n## Simulation of the drive\n");
+    println!(
+        "| tolerance | steps | rejected | residuals | Jacobians | factorisations | CPU ms | error y [m] | error p_R [Pa] |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let reference = Reference::read("drive_nominal_10MPa");
+    let compilation = translate(DRIVE, &[]);
+    let mut system = compilation.model.as_ref().expect("translated").instantiate();
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let options = on_grid(reference.stop(), reference.intervals(), tolerance);
+        let mut times = Vec::new();
+        let mut last = None;
+        for _ in 0..21 {
+            let mut rows = Trajectory::new();
+            let start = cpu_seconds();
+            let summary = simulate(&mut system, &options, &mut rows, &|| false).expect("the drive runs");
+            times.push(cpu_seconds() - start);
+            last = Some((rows, summary));
+        }
+        let (rows, summary): (Trajectory, Summary) = last.expect("ran");
+        let error = |variable: &str, column: &str| {
+            let values = rows.series(variable).expect("recorded").values();
+            let pairs = values.iter().zip(reference.column(column));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let s = summary.statistics;
+        println!(
+            "| {tolerance:.0e} | {} | {} | {} | {} | {} | {:.2} | {:.1e} | {:.1e} |",
+            s.steps,
+            s.error_rejections,
+            s.residuals,
+            s.jacobians,
+            s.factorisations,
+            1e3 * median(times),
+            error("y", "y_m"),
+            error("p_R", "pR_Pa"),
+        );
+    }
+}
+
+/// A line of N cells: what grows with N and what does not.
+fn line() {
+    println!("\n## A line of N cells\n");
+    println!("| N | states | templates | bytes of code | translation s | 1 ms simulated, CPU s | steps |");
+    println!("|---:|---:|---:|---:|---:|---:|---:|");
+    for cells in [1_000, 10_000, 100_000] {
+        let start = cpu_seconds();
+        let compilation = translate(LINE, &[("N", &cells.to_string())]);
+        let translation = cpu_seconds() - start;
+        let model = compilation.model.as_ref().expect("translated");
+        let statistics = model.statistics();
+        let mut system = model.instantiate();
+        let mut rows = Trajectory::new();
+        let start = cpu_seconds();
+        let summary = simulate(&mut system, &on_grid(1e-3, 10, 1e-6), &mut rows, &|| false).expect("the line runs");
+        println!(
+            "| {cells} | {} | {} | {} | {translation:.2} | {:.2} | {} |",
+            2 * cells,
+            statistics.templates,
+            statistics.code_bytes,
+            cpu_seconds() - start,
+            summary.statistics.steps,
+        );
+    }
+}

@@ -1,0 +1,135 @@
+//! Results that cannot be written, readers that go away, and Ctrl-C: never half a file under a whole one's name.
+
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use crate::process::{Scratch, assert_no_panic, command, run, wait};
+
+const DECAY: &str = "model Decay\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -x;\nend Decay;\n";
+/// Takes as long as one likes: 160 periods in a second.
+const OSCILLATOR: &str = "model Oscillator\n  Real x(start = 1, fixed = true);\n  Real y(start = 0, fixed = true);\n\
+                          equation\n  der(x) = 1e3*y;\n  der(y) = -1e3*x;\nend Oscillator;\n";
+
+fn decay() -> Scratch {
+    let folder = Scratch::new();
+    folder.write("decay.hyd", DECAY);
+    folder
+}
+
+/// Simulates with `option` and expects the exit code, and a message that names the place; nothing may be left behind.
+#[track_caller]
+fn refused(option: &str, place: &str, code: i32) {
+    let folder = decay();
+    let outcome = run(folder.path(), &["simulate", "decay.hyd", option, place]);
+    assert_no_panic(&outcome);
+    assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains(&format!("`{place}`")), "{}", outcome.stderr);
+    assert_eq!(folder.names(), ["decay.hyd"]);
+    assert_eq!(folder.read("decay.hyd"), DECAY);
+}
+
+#[test]
+fn places_that_cannot_be_written_are_named() {
+    refused("--result", "none/r.csv", 1);
+    refused("--result", "decay.hyd/r.csv", 1);
+    refused("--result", ".", 1);
+    refused("--plot", "none/p.svg", 1);
+    refused("--plot", "decay.hyd/p.png", 1);
+    refused("--plot", "p.jpg", 2);
+}
+
+#[test]
+fn a_result_never_replaces_the_model() {
+    refused("--result", "decay.hyd", 2);
+    refused("--result", "./decay.hyd", 2);
+    refused("--result", "other.mo", 2);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error() {
+    refused("--result", "/dev/full", 1);
+    let folder = decay();
+    for arguments in [&["simulate", "decay.hyd"][..], &["equations", "decay.hyd", "--stage", "flat"], &["explain"]] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = command(folder.path(), arguments).stdout(full).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(said.contains("cannot write to standard output"), "{said}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let folder = decay();
+    for arguments in [&["simulate", "decay.hyd"][..], &["equations", "decay.hyd", "--stage", "flat"], &["explain"]] {
+        let mut child =
+            command(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let status = wait(&mut child, arguments);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(status.code(), Some(0), "{arguments:?}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_run_that_fails_keeps_what_it_computed_under_another_name() {
+    let folder = Scratch::new();
+    folder.write("r.csv", "older results\n");
+    folder.write(
+        "escape.hyd",
+        "model Escape\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = x^2;\nend Escape;\n",
+    );
+    let outcome = run(folder.path(), &["simulate", "escape.hyd", "--stop", "2", "--result", "r.csv"]);
+    assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);
+    assert_eq!(folder.names(), ["escape.hyd", "r.csv", "r.partial.csv"]);
+    assert_eq!(folder.read("r.csv"), "older results\n");
+    let rows = rows(&folder.read("r.partial.csv"));
+    // x = 1/(1 - t)
+    for (t, x) in rows.iter().filter(|(t, _)| *t < 0.9) {
+        assert!((x * (1.0 - t) - 1.0).abs() < 1e-3, "{t} {x}");
+    }
+    assert!(rows.last().unwrap().0 > 0.9);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_whole_file() {
+    let folder = Scratch::new();
+    folder.write("oscillator.hyd", OSCILLATOR);
+    let arguments = ["simulate", "oscillator.hyd", "--stop", "1e7", "--intervals", "100000000", "--result", "r.csv"];
+    let mut child = command(folder.path(), &arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_until(|| folder.names().iter().any(|name| name.ends_with(".part")));
+    std::thread::sleep(Duration::from_millis(500));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(wait(&mut child, &arguments).code(), Some(3));
+    assert_eq!(folder.names(), ["oscillator.hyd", "r.csv"]);
+    let text = folder.read("r.csv");
+    assert!(text.ends_with('\n'));
+    let rows = rows(&text);
+    assert!(rows.len() > 2 && rows.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    assert!(rows[0] == (0.0, 1.0), "{:?}", rows[0]);
+    let said = String::from_utf8(child.wait_with_output().unwrap().stderr).unwrap();
+    assert!(said.contains("interrupted"), "{said}");
+}
+
+fn wait_until(mut done: impl FnMut() -> bool) {
+    let begin = Instant::now();
+    while !done() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "nothing happens");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Time and first variable of every row; every row must be complete.
+fn rows(text: &str) -> Vec<(f64, f64)> {
+    let columns = text.lines().next().unwrap().split(',').count();
+    let row = |line: &str| {
+        let values: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(values.len(), columns, "{line}");
+        (values[0], values[1])
+    };
+    text.lines().skip(1).map(row).collect()
+}
