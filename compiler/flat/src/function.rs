@@ -349,15 +349,15 @@ impl Flattener<'_, '_> {
         let shape = self.tree.table.shape(class)?;
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            if let Element::Component(c) = &elements(&owner)[element.position as usize] {
-                if c.direction == Some(Direction::Output) {
-                    if simple_type(c) {
-                        return Ok(false);
-                    }
-                    let inst = self.tree.package_of(class)?;
-                    let found = self.tree.find_class(Scope { inst, frame: element.frame }, &c.class)?;
-                    return Ok(self.tree.table.class(found.class).def.kind == ClassKind::Record);
+            if let Element::Component(c) = &elements(&owner)[element.position as usize]
+                && c.direction == Some(Direction::Output)
+            {
+                if simple_type(c) {
+                    return Ok(false);
                 }
+                let inst = self.tree.package_of(class)?;
+                let found = self.tree.find_class(Scope { inst, frame: element.frame }, &c.class)?;
+                return Ok(self.tree.table.class(found.class).def.kind == ClassKind::Record);
             }
         }
         Ok(false)

@@ -143,10 +143,10 @@ impl Flattener<'_, '_> {
             *whole = value;
             return Ok(());
         };
-        if let Local::Record(fields) = whole {
-            if let Some((_, inner)) = fields.iter_mut().find(|(n, _)| *n == next.name.name) {
-                return self.set_part(inner, target, at + 1, value, cx);
-            }
+        if let Local::Record(fields) = whole
+            && let Some((_, inner)) = fields.iter_mut().find(|(n, _)| *n == next.name.name)
+        {
+            return self.set_part(inner, target, at + 1, value, cx);
         }
         Err(self.error(Code::UnknownName, target.span, format!("there is no field `{}`", next.name.name)))
     }

@@ -376,7 +376,7 @@ impl InstanceTree<'_> {
         if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name).filter(|_| settable) {
             known.used = true;
             if integer && known.value.flatten().iter().any(|v| v.as_integer().is_none()) {
-                let (text, declared) = (print_value(&known.value), instance.span);
+                let (text, declared) = (known.value.text(), instance.span);
                 let message = format!("`{name}` cannot be set to `{text}`: it is an Integer and needs a whole number");
                 self.table.report(Diagnostic::error(Code::NoSuchParameter, message).with(declared, "declared here"));
                 return Err(Reported);
@@ -480,18 +480,6 @@ impl InstanceTree<'_> {
                 self.pick(span, &sizes, &k)
             }
         }
-    }
-}
-
-/// A value as it is written on the command line.
-fn print_value(value: &Value) -> String {
-    match value {
-        Value::Real(x) => x.to_string(),
-        Value::Integer(k) => k.to_string(),
-        Value::Boolean(b) => b.to_string(),
-        Value::Text(text) => format!("\"{text}\""),
-        Value::Enumeration(e, k) => e.literals.get(*k as usize - 1).map(|l| l.to_string()).unwrap_or_default(),
-        Value::Array(items) => format!("{{{}}}", items.iter().map(print_value).collect::<Vec<_>>().join(",")),
     }
 }
 

@@ -11,6 +11,7 @@ pub mod class;
 mod component;
 mod demand;
 mod evaluate;
+mod import;
 pub mod instance;
 mod lookup;
 pub mod modifier;

@@ -103,6 +103,20 @@ impl Value {
         }
     }
 
+    /// The value as it is written.
+    pub fn text(&self) -> String {
+        match self {
+            Value::Real(x) => x.to_string(),
+            Value::Integer(k) => k.to_string(),
+            Value::Boolean(b) => b.to_string(),
+            Value::Text(text) => format!("\"{text}\""),
+            Value::Enumeration(e, k) => {
+                e.literals.get((*k as usize).saturating_sub(1)).map(|l| l.to_string()).unwrap_or_default()
+            }
+            Value::Array(items) => format!("{{{}}}", items.iter().map(Value::text).collect::<Vec<_>>().join(",")),
+        }
+    }
+
     /// `-a`
     pub fn negate(&self) -> Option<Value> {
         match self {
