@@ -4,10 +4,10 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, Structure};
+use hyd_system::{AssertionReport, EvalFailure, Place, Source, Structure};
 
 use crate::bdf::Bdf;
-use crate::error::SolveError;
+use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::problem::Problem;
 use crate::weights::Weights;
@@ -58,7 +58,22 @@ impl Output {
         kind: RowKind,
     ) -> Result<(), SolveError> {
         problem.system.outputs(t, y, yp, &mut self.row);
+        if self.row.iter().any(|value| !value.is_finite()) {
+            let failure = problem.system.diagnose(t, y, yp).unwrap_or_else(|| self.not_finite(problem));
+            return Err(SolveError::evaluation(Stage::Step, t, failure, problem));
+        }
         sink.row(t, &self.row, kind).map_err(|error| SolveError::Sink { time: t, error })
+    }
+
+    /// The first recorded variable that is not finite.
+    fn not_finite(&self, problem: &Problem<'_>) -> EvalFailure {
+        let bad = self.row.iter().position(|value| !value.is_finite());
+        let tables = problem.system.tables();
+        let variable = tables.variables.iter().find_map(|info| {
+            let recorded = |source: &Source| matches!(source.place, Place::Output(k) if Some(k as usize) == bad);
+            info.sources.iter().position(recorded).map(|element| info.name.element(element))
+        });
+        EvalFailure { equation: None, variable, reason: "not a number".into() }
     }
 
     /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are

@@ -4,7 +4,7 @@
 //! options come with each run.  The loop does no I/O itself and reads no clock.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, DaeSystem, Structure};
+use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
 use crate::bdf::Bdf;
 use crate::error::SolveError;
@@ -169,7 +169,7 @@ impl Simulator {
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
         // What `initial()` kept from firing, such as the first sample at the start, happens now.
-        let at = (t, time_scale);
+        let at = (EventPhase::Started, t, time_scale);
         let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
         run.terminated = run.terminated.take().or(outcome.terminated);
         let begun = run.sink.begin(run.problem.system.tables(), run.problem.system.parameters());
@@ -275,7 +275,7 @@ impl Simulator {
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent)?;
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        let at = (t, self.bdf.step_size());
+        let at = (EventPhase::First, t, self.bdf.step_size());
         let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
         run.terminated = outcome.terminated.or(run.terminated.take());
         if rows {

@@ -32,12 +32,12 @@ pub(crate) fn settle(
     problem: &mut Problem<'_>,
     consistency: &mut Consistency,
     weights: &Weights,
-    (t, time_scale): (f64, f64),
+    (first, t, time_scale): (EventPhase, f64, f64),
     y: &mut [f64],
     yp: &mut [f64],
 ) -> Result<EventOutcome, SolveError> {
     let mut outcome = EventOutcome::default();
-    let mut phase = EventPhase::First;
+    let mut phase = first;
     let mut before = Vec::new();
     for pass in 0..MOST_PASSES {
         if pass + 1 == MOST_PASSES {

@@ -122,6 +122,9 @@ pub enum ParameterError {
 pub enum EventPhase {
     /// At the start: `initial()` is true; `pre` of discrete variables are their start values in the first pass.
     Initial,
+    /// Once the start has settled: `initial()` is false now, and what it held back may happen; `pre(v)` is the value at
+    /// the start.
+    Started,
     /// First pass at an event: `pre(v)` becomes the value just before the event, for all variables.
     First,
     /// A further pass at the same instant: `pre(v)` becomes the value of the last pass.
