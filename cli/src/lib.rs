@@ -16,6 +16,7 @@ mod parameters;
 mod picture;
 mod plot;
 mod progress;
+mod run_failure;
 mod run_summary;
 mod selection;
 mod simulate;
@@ -43,6 +44,8 @@ pub enum Failure {
     Usage(String),
     /// The solver gave up or was stopped: a sentence to print.
     Solver(String),
+    /// The solver gave up, and the messages are out.
+    SolverReported,
     /// The reader of our output has gone; nothing is left to do.
     OutputClosed,
 }
@@ -54,7 +57,7 @@ impl Failure {
             Failure::OutputClosed => 0,
             Failure::Reported | Failure::Fault(_) => 1,
             Failure::Usage(_) => 2,
-            Failure::Solver(_) => 3,
+            Failure::Solver(_) | Failure::SolverReported => 3,
         }
     }
 }

@@ -6,7 +6,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use hyd_compiler::Goal;
+use hyd_compiler::{Compilation, Goal};
 use hyd_flat::Experiment;
 use hyd_results::CsvStream;
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
@@ -16,9 +16,9 @@ use crate::arguments::{Simulate, Solver};
 use crate::picture::{picture_format, write_picture};
 use crate::run_summary::{Counters, FinalValues, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
-use crate::translate::translate;
+use crate::translate::{self, translate};
 use crate::whole_file::WholeFile;
-use crate::{Failure, clock, interrupt, output, parameters};
+use crate::{Failure, clock, interrupt, output, parameters, run_failure};
 
 mod recorder;
 
@@ -81,7 +81,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         plot: picture.map(|path| path.display().to_string()),
         final_values: FinalValues(recorder.last_values()),
     };
-    finish(arguments, &summary, outcome)
+    finish(arguments, &compilation, &summary, outcome)
 }
 
 /// What can be refused before any work; gives the choice of variables.
@@ -213,7 +213,12 @@ fn warning_text(warning: &hyd_runtime::Warning) -> String {
 }
 
 /// Prints the summary and the reason of an early end.
-fn finish(arguments: &Simulate, summary: &RunSummary, outcome: Result<Summary, SolveError>) -> Result<(), Failure> {
+fn finish(
+    arguments: &Simulate,
+    compilation: &Compilation,
+    summary: &RunSummary,
+    outcome: Result<Summary, SolveError>,
+) -> Result<(), Failure> {
     for warning in &summary.warnings {
         output::sentence("warning", warning, arguments.model.message_format);
     }
@@ -226,14 +231,20 @@ fn finish(arguments: &Simulate, summary: &RunSummary, outcome: Result<Summary, S
     };
     let Err(error) = outcome else { return printed };
     let kept = match (&summary.result, summary.status) {
-        (Some(path), Status::Failed) => format!("\nresults up to there are in {path}"),
-        _ => String::new(),
+        (Some(path), Status::Failed) => Some(format!("results up to there are in {path}")),
+        _ => None,
     };
-    let sentence = format!("{error}{kept}");
+    match error {
+        SolveError::Option(_) => return Err(Failure::Usage(error.to_string())),
+        SolveError::Interrupted { .. } => return Err(Failure::Solver(error.to_string())),
+        SolveError::Sink { .. } => return Err(Failure::Fault(error.to_string())),
+        _ => {}
+    }
+    let diagnostic = run_failure::diagnostic(&error, &compilation.files, compilation.flat.as_deref(), kept);
+    translate::report(&compilation.files, &[diagnostic], arguments.model.message_format);
     Err(match error {
-        SolveError::Assertion { .. } | SolveError::Sink { .. } => Failure::Fault(sentence),
-        SolveError::Option(_) => Failure::Usage(sentence),
-        _ => Failure::Solver(sentence),
+        SolveError::Assertion { .. } => Failure::Reported,
+        _ => Failure::SolverReported,
     })
 }
 

@@ -158,6 +158,10 @@ pub enum SolveError {
     },
 }
 
+fn of_equation(equation: Option<&EquationInfo>) -> Vec<(&str, u32)> {
+    equation.map(|e| (e.file.as_ref(), e.line)).into_iter().collect()
+}
+
 impl SolveError {
     /// Time reached (s), if the run had begun.
     pub fn time(&self) -> Option<f64> {
@@ -176,6 +180,41 @@ impl SolveError {
             | SolveError::NoConvergence(report)
             | SolveError::NotFinite(report)
             | SolveError::Singular(report) => Some(report.time),
+        }
+    }
+
+    /// File names and lines of the equation, relations or assertion at fault, as far as they are known.
+    pub fn places(&self) -> Vec<(&str, u32)> {
+        match self {
+            SolveError::Evaluation { equation, .. } => of_equation(equation.as_deref()),
+            SolveError::Initial { place, .. } | SolveError::Inconsistent { place, .. } => {
+                of_equation(place.equation.as_ref())
+            }
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => of_equation(report.place.equation.as_ref()),
+            SolveError::EventLoop { relations, .. } | SolveError::Chattering { relations, .. } => {
+                relations.iter().map(|r| (r.file.as_ref(), r.line)).collect()
+            }
+            SolveError::Assertion { report, .. } => vec![(report.file.as_ref(), report.line)],
+            SolveError::Option(_)
+            | SolveError::TooManySteps { .. }
+            | SolveError::Interrupted { .. }
+            | SolveError::Sink { .. } => Vec::new(),
+        }
+    }
+
+    /// Name of the variable at fault, if it is known.
+    pub fn variable(&self) -> Option<&str> {
+        match self {
+            SolveError::Evaluation { failure, .. } => failure.variable.as_deref(),
+            SolveError::Initial { place, .. } | SolveError::Inconsistent { place, .. } => place.variable.as_deref(),
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => report.place.variable.as_deref(),
+            _ => None,
         }
     }
 

@@ -13,6 +13,7 @@ impl Display for SolveError {
         match self {
             SolveError::Option(error) => write!(f, "{error}"),
             SolveError::Evaluation { stage, time, failure, equation } => {
+                let time = shown(*time);
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), failure.reason)?;
                 if let Some(variable) = &failure.variable {
                     write!(f, " in the computation of {variable}")?;
@@ -20,17 +21,19 @@ impl Display for SolveError {
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
             }
             SolveError::Initial { time, cause, place } => {
+                let time = shown(*time);
                 write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
                 hint(f, "give start values closer to the solution, or check the initial equations")
             }
             SolveError::Inconsistent { stage, time, cause, place } => {
+                let time = shown(*time);
                 write!(f, "{} at t = {time} s: no consistent values found: {}", stage.words(), cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
                 hint(f, "the algebraic equations may have no solution for these states")
             }
             SolveError::StepTooSmall(report) => {
-                write!(f, "the step size collapsed at t = {} s", report.time)?;
+                write!(f, "the step size collapsed at t = {} s", shown(report.time))?;
                 if let Some(variable) = &report.place.variable {
                     write!(f, ": the error of {variable} stays above the tolerance")?;
                 }
@@ -38,17 +41,26 @@ impl Display for SolveError {
                 hint(f, "the solution may grow without bound or jump here; a discontinuity should cause an event")
             }
             SolveError::NoConvergence(report) => {
-                write!(f, "the equations could not be solved beyond t = {} s: Newton's method diverges", report.time)?;
+                write!(
+                    f,
+                    "the equations could not be solved beyond t = {} s: Newton's method diverges",
+                    shown(report.time)
+                )?;
                 step_lines(f, report)?;
                 hint(f, "look for a discontinuity without event, or for an equation without solution")
             }
             SolveError::NotFinite(report) => {
-                write!(f, "no finite value beyond t = {} s: {}", report.time, Cause::NotFinite.words(&report.place))?;
+                write!(
+                    f,
+                    "no finite value beyond t = {} s: {}",
+                    shown(report.time),
+                    Cause::NotFinite.words(&report.place)
+                )?;
                 step_lines(f, report)?;
                 hint(f, "keep arguments of division, sqrt and log inside their range")
             }
             SolveError::Singular(report) => {
-                write!(f, "the equations are singular at t = {} s", report.time)?;
+                write!(f, "the equations are singular at t = {} s", shown(report.time))?;
                 if let Some(variable) = &report.place.variable {
                     write!(f, ": {variable} is not determined")?;
                 }
@@ -59,16 +71,19 @@ impl Display for SolveError {
                 )
             }
             SolveError::EventLoop { time, passes, relations } => {
+                let time = shown(*time);
                 write!(f, "the event at t = {time} s does not settle: relations still change after {passes} passes")?;
                 relation_lines(f, relations)?;
                 hint(f, "two conditions may switch each other; `pre` breaks such a loop")
             }
             SolveError::Chattering { time, events, relations } => {
+                let time = shown(*time);
                 write!(f, "chattering at t = {time} s: {events} events without time going on")?;
                 relation_lines(f, relations)?;
                 hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
             }
             SolveError::Assertion { time, report } => {
+                let time = shown(*time);
                 write!(f, "assertion failed at t = {time} s: {}\n  at {}:{}", report.message, report.file, report.line)
             }
             SolveError::TooManySteps { time, steps, step } => {
@@ -128,7 +143,8 @@ fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result
     for (k, (name, value, unit)) in place.values.iter().enumerate() {
         let comma = if k == 0 { "" } else { ", " };
         let space = if unit.is_empty() { "" } else { " " };
-        write!(f, "{comma}{name} = {value:.6e}{space}{unit}")?;
+        let value = shown(*value);
+        write!(f, "{comma}{name} = {value}{space}{unit}")?;
     }
     Ok(())
 }
@@ -148,6 +164,33 @@ fn relation_lines(f: &mut Formatter<'_>, relations: &[RootInfo]) -> fmt::Result 
     Ok(())
 }
 
+/// A number for people: seven digits, powers of ten where there would be many zeros.
+fn shown(value: f64) -> String {
+    let exponent = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    if (-4..7).contains(&exponent) {
+        let digits = (6 - exponent).max(0) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+    } else {
+        let text = format!("{value:.6e}");
+        match text.split_once('e') {
+            Some((mantissa, power)) => format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.')),
+            None => text,
+        }
+    }
+}
+
 fn hint(f: &mut Formatter<'_>, text: &str) -> fmt::Result {
     write!(f, "\n  hint: {text}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shown;
+
+    #[test]
+    fn numbers_are_short() {
+        let shorts = [0.0, 0.334, -29.27933, 1e-17, 123456789.0, f64::NAN].map(shown);
+        assert_eq!(shorts, ["0", "0.334", "-29.27933", "1e-17", "1.234568e8", "NaN"]);
+    }
 }

@@ -96,6 +96,8 @@ codes! {
         "The values of discrete variables are computed in the order of their dependence at an event; a circle without `pre` has no such order.";
     Codegen = "E0501", "code could not be made",
         "The translated model could not be turned into code for this machine.";
+    Run = "E0601", "the run failed",
+        "The model was translated, but the solver could not go on: an equation has no finite value, the equations have no solution or do not determine all unknowns, the step size collapsed, or an assertion does not hold. The message names time, equation and variable, and the last good values. The exit code is 3 (1 for an assertion of the model's own).";
     Unused = "W0201", "unused",
         "Something is declared and never used.";
     Chosen = "N0401", "a choice was made",

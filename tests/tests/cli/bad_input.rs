@@ -57,17 +57,22 @@ fn said(name: &str, arguments: &str, code: &str) -> String {
 
 /// `0.9999849210676519` and `3.394e-15` to `#`: numbers with more digits than people write come from the solver.
 fn blank_numbers(line: &str) -> String {
-    let quoted = line.trim_start().starts_with(|c: char| c.is_ascii_digit() || "│┌·^=".contains(c));
+    let quoted = line.trim_start().starts_with(|c: char| c.is_ascii_digit() || "│┌·^".contains(c));
     if quoted {
         return line.to_string();
     }
     let mut result = String::new();
     let mut rest = line;
+    // What the solver says of itself: every number in it is computed.
+    let of_solver = ["last step tried", "last good values", "values where the search ended", "[E0601]"]
+        .iter()
+        .any(|words| line.contains(words));
     while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
         let number = |c: char| c.is_ascii_digit() || ".e-".contains(c);
         let end = rest[start..].find(|c| !number(c)).map_or(rest.len(), |n| start + n);
         let text = rest[start..end].trim_end_matches(['.', '-', 'e']);
-        let computed = text.contains('.') && (text.len() > 8 || text.contains('e'));
+        let computed = text.contains('.') && (of_solver || text.len() > 8 || text.contains('e'))
+            || of_solver && text.contains("e-");
         result += &rest[..start];
         result += if computed { "#" } else { text };
         rest = &rest[start + text.len()..];

@@ -129,13 +129,13 @@ pub fn check(path: &Path, text: &str, expected: &Expected) -> Vec<String> {
     }
     let mut library = LibraryPath::new();
     library.add_main_file(path, text);
-    let options =
-        Options { model: expected.model.clone(), set: expected.set.clone(), goal: Goal::Run, clock: || 0.0 };
+    let options = Options { model: expected.model.clone(), set: expected.set.clone(), goal: Goal::Run, clock: || 0.0 };
     let compilation = compile(&mut library, &name_of(path), text, &options);
     let mut report = expected.compare_messages(&compilation);
     let wants_run = asks || !expected.values.is_empty() || !expected.absent.is_empty();
     if report.is_empty() && wants_run {
-        report = if compilation.has_errors() { vec!["nothing to run".into()] } else { expected.compare_run(&compilation) };
+        report =
+            if compilation.has_errors() { vec!["nothing to run".into()] } else { expected.compare_run(&compilation) };
     }
     report
 }
@@ -309,7 +309,10 @@ fn comment(line: &str) -> Option<usize> {
 #[test]
 fn comments_are_read() {
     let mut expected = Expected::default();
-    expected.read("a.hyd", "// stop: 2\n// error E0201: one\n// error E0202: two\nReal x = y; // error E0203: three\n// ok");
+    expected.read(
+        "a.hyd",
+        "// stop: 2\n// error E0201: one\n// error E0202: two\nReal x = y; // error E0203: three\n// ok",
+    );
     let of = |line, text: &str| ("a.hyd".to_string(), line, text.to_string());
     assert_eq!(expected.said, [of(4, "error E0201: one"), of(4, "error E0202: two"), of(4, "error E0203: three")]);
     assert!(expected.ok && expected.stop == Some(2.0));

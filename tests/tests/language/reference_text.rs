@@ -60,11 +60,8 @@ fn wrong_errors(text: &str, code: &str) -> Vec<String> {
     let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
     let compilation = compile(&mut LibraryPath::new(), "example.hyd", text, &options);
     let errors: Vec<_> = compilation.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
-    let mut report: Vec<String> = errors
-        .iter()
-        .filter(|d| d.code.number() != code)
-        .map(|d| format!("{}: {}", d.code, d.message))
-        .collect();
+    let mut report: Vec<String> =
+        errors.iter().filter(|d| d.code.number() != code).map(|d| format!("{}: {}", d.code, d.message)).collect();
     if errors.is_empty() {
         report.push(format!("no error, {code} is expected"));
     }

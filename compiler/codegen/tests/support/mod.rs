@@ -96,6 +96,7 @@ impl Maker {
             resolution: IndexVec::new(),
             operands: Vec::new(),
             equations: IndexVec::new(),
+            reduction: hyd_equations::Reduction::default(),
         };
         let sorted = SortedSystem {
             system,
@@ -178,7 +179,7 @@ impl Maker {
             operands,
             origin: Origin { path: "part".into(), span },
         });
-        let equation = system.equations.push(Equation { template, operands: range, block, element: 0 });
+        let equation = system.equations.push(Equation { template, operands: range, block, element: 0, order: 0 });
         (value, range, equation)
     }
 

@@ -1,0 +1,82 @@
+//! A run that failed, as a message with the line at fault marked.
+//!
+//! The solver knows names, file and line; the texts are still at hand here, so its sentences become a diagnostic like
+//! those of the translation.
+
+use hyd_compiler::{Code, Diagnostic, Files, FlatModel};
+use hyd_runtime::SolveError;
+use hyd_source::Span;
+
+/// The diagnostic of a failed run: its first sentence, the equation marked, everything else below.
+pub(crate) fn diagnostic(
+    error: &SolveError,
+    files: &Files,
+    flat: Option<&FlatModel>,
+    kept: Option<String>,
+) -> Diagnostic {
+    let text = error.to_string();
+    let mut lines = text.lines();
+    let mut diagnostic = Diagnostic::error(Code::Run, lines.next().unwrap_or("the run failed"));
+    let spans: Vec<Span> = error.places().iter().filter_map(|(file, line)| span_of(files, file, *line)).collect();
+    for span in &spans {
+        diagnostic = diagnostic.at(*span, "");
+    }
+    if spans.is_empty() {
+        let block = error.variable().and_then(|name| flat.and_then(|flat| declaration(flat, name)));
+        if let Some((span, name)) = block {
+            diagnostic = diagnostic.at(span, format!("`{name}` is declared here"));
+        }
+    }
+    for line in lines.map(str::trim) {
+        // Where the line is shown, saying it again helps nobody.
+        let shown = !spans.is_empty() && (line.starts_with("equation: ") || line.starts_with("at "));
+        if let (true, Some((_, component))) = (shown && line.starts_with("at "), line.split_once(" in ")) {
+            diagnostic = diagnostic.help(format!("in the component {component}"));
+        }
+        if !shown {
+            diagnostic = diagnostic.help(line.trim_start_matches("hint: "));
+        }
+    }
+    diagnostic.maybe_help(kept)
+}
+
+/// Where the variable of this name (or its start value or derivative) is declared.
+fn declaration<'a>(flat: &FlatModel, name: &'a str) -> Option<(Span, &'a str)> {
+    let name = name.trim_start_matches("der(").trim_end_matches(')').trim_end_matches(".start");
+    let block = flat.variables.iter().find(|block| {
+        let starts = block.name.parts.first().is_some_and(|(text, _)| name.starts_with(text.as_ref()));
+        starts && (0..block.count as usize).any(|k| block.name.element(k) == name)
+    })?;
+    Some((block.origin.span, name))
+}
+
+/// The text of a line without the space around it.
+fn span_of(files: &Files, name: &str, line: u32) -> Option<Span> {
+    let file = files.ids().find(|&file| files.name(file).as_ref() == name)?;
+    let text = files.text(file);
+    let mut start = 0;
+    for (k, content) in text.split_inclusive('\n').enumerate() {
+        if k as u32 + 1 == line {
+            let indent = content.len() - content.trim_start().len();
+            let end = start + content.trim_end().len();
+            return (start + indent < end).then(|| Span::new(file, start + indent, end));
+        }
+        start += content.len();
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_marked_without_its_indent() {
+        let mut files = Files::new();
+        let file = files.add("a.hyd", "model A\n  x = 1;\n\nend A;\n");
+        assert_eq!(span_of(&files, "a.hyd", 2), Some(Span::new(file, 10, 16)));
+        assert_eq!(span_of(&files, "a.hyd", 3), None);
+        assert_eq!(span_of(&files, "a.hyd", 9), None);
+        assert_eq!(span_of(&files, "b.hyd", 1), None);
+    }
+}

@@ -1,0 +1,3 @@
+within;
+package folder_package_mo
+end folder_package_mo;
