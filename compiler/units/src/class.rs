@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use hyd_flat::{BlockId, FlatModel, Operand, Target, VarId, VariableBlock};
+use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_system::ValueKind;
@@ -33,7 +33,8 @@ pub struct Declared {
 pub fn read_declared(flat: &FlatModel) -> Declared {
     let mut known: FxHashMap<Arc<str>, Option<Unit>> = FxHashMap::default();
     let mut reported: FxHashSet<(Span, Arc<str>)> = FxHashSet::default();
-    let mut result = Declared { of_block: Vec::new(), names: UnitNames::default(), scaled: false, diagnostics: Vec::new() };
+    let mut result =
+        Declared { of_block: Vec::new(), names: UnitNames::default(), scaled: false, diagnostics: Vec::new() };
     for block in flat.variables.raw.iter() {
         let mut read = |text: &Option<Arc<str>>, display: bool| -> Option<Unit> {
             let text = text.as_ref().filter(|t| !t.is_empty())?;
@@ -105,8 +106,13 @@ impl Classes {
     /// Numbers the units; with `split`, each element of an array without unit has its own.
     pub fn new(flat: &FlatModel, declared: &Declared, split: bool) -> Self {
         let mut numbers: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
-        let mut result =
-            Self { of_scalar: Vec::with_capacity(flat.scalars as usize), units: Vec::new(), offsets: false, unknowns: Vec::new(), split };
+        let mut result = Self {
+            of_scalar: Vec::with_capacity(flat.scalars as usize),
+            units: Vec::new(),
+            offsets: false,
+            unknowns: Vec::new(),
+            split,
+        };
         for (block, unit) in flat.variables.raw.iter().zip(&declared.of_block) {
             let count = block.count as usize;
             let undeclared = unit.is_none() && block.unit.as_ref().is_none_or(|t| t.is_empty());
@@ -188,10 +194,5 @@ impl Classes {
     pub fn could_split(&self, flat: &FlatModel) -> bool {
         let shared = |v: &VarId| flat.variables[flat.locate(*v).0].count > 1;
         !self.split && self.unknowns.iter().any(shared)
-    }
-
-    /// The block of an unknown unit.
-    pub fn block(&self, flat: &FlatModel, id: UnknownId) -> BlockId {
-        flat.locate(self.unknowns[id as usize]).0
     }
 }

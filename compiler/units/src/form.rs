@@ -79,9 +79,9 @@ impl Product {
             }
         }
         for &(id, e) in &other.unknowns {
-            let e = e.mul(exponent)?;
+            let e = e.by(exponent)?;
             match result.unknowns.binary_search_by_key(&id, |u| u.0) {
-                Ok(at) => result.unknowns[at].1 = result.unknowns[at].1.add(e)?,
+                Ok(at) => result.unknowns[at].1 = result.unknowns[at].1.plus(e)?,
                 Err(at) => result.unknowns.insert(at, (id, e)),
             }
         }
@@ -97,7 +97,7 @@ impl Product {
     /// Multiplied by a number of the text; with `conversions`, the number may also change the unit.
     pub fn scaled(mut self, value: Option<f64>, conversions: bool) -> Self {
         self.offset = match (self.offset, value) {
-            (Some(offset), _) if offset == 0.0 => Some(0.0),
+            (Some(0.0), _) => Some(0.0),
             (Some(offset), Some(value)) => Some(offset * value),
             _ => None,
         };
@@ -220,12 +220,13 @@ impl Form {
     }
 }
 
-/// True for numbers that have no unit as a factor: whole numbers, simple fractions, these with a power of pi, and square
-/// roots of the former.
+/// True for numbers that have no unit as a factor: whole numbers, fractions with powers of 2 and 3 below, these with a
+/// power of pi, and square roots of the former.  Decimals such as 0.1 are widths and measured values as often as numbers.
 pub fn is_plain(value: f64) -> bool {
     use std::f64::consts::PI;
     let near = |x: f64| x.round() != 0.0 && (x - x.round()).abs() <= 4.0 * f64::EPSILON * x.abs();
-    let simple = |x: f64| (1..=12).chain([16, 32, 64, 128]).any(|q| near(x * f64::from(q)));
+    let simple =
+        |x: f64| [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 9.0, 12.0, 16.0, 32.0, 64.0, 128.0].iter().any(|q| near(x * q));
     let square = value * value;
     value == 0.0
         || simple(value)

@@ -5,7 +5,7 @@
 //! demand between two quantities is a [`Row`] of a system that is linear in the exponents of the unknown units (Kennedy
 //! 1994; Wand and O'Keefe, "Automatic dimensional inference", 1991).  Rows that hold already are dropped.
 
-use hyd_symbolic::{Arena, Function, Node, NodeId, Relation, SlotId, Template, post_order, slots};
+use hyd_symbolic::{Arena, Function, Node, NodeId, SlotId, Template, post_order, slots};
 use rustc_hash::FxHashMap;
 
 use crate::form::{Fit, Form, Product, is_plain};
@@ -111,7 +111,10 @@ impl Pass<'_, '_> {
             Node::Sub(a, b) => self.sum(a, b, -1.0),
             Node::Mul(a, b) => self.of(a).product(&self.of(b), one, conversions),
             Node::Div(a, b) => self.of(a).product(&self.of(b), Rational::whole(-1), conversions),
-            Node::Compare(relation, a, b) | Node::Event(relation, a, b) => self.relation(relation, a, b),
+            Node::Compare(_, a, b) | Node::Event(_, a, b) => {
+                self.agree(a, b, Rule::Relation);
+                Form::COUNT
+            }
             Node::If(_, a, b) => self.agree(a, b, Rule::Branches),
             Node::Call1(function, a) => self.call1(function, a),
             Node::Call2(function, a, b) => self.call2(function, a, b),
@@ -121,11 +124,6 @@ impl Pass<'_, '_> {
     fn literal(&self, value: f64) -> Form {
         let hidden = !self.case.visible && value.abs() > SMALL && value.fract() == 0.0;
         Form::Number { plain: is_plain(value) && !hidden, value: Some(value) }
-    }
-
-    fn relation(&mut self, _: Relation, a: NodeId, b: NodeId) -> Form {
-        self.agree(a, b, Rule::Relation);
-        Form::COUNT
     }
 
     fn sum(&mut self, a: NodeId, b: NodeId, sign: f64) -> Form {
@@ -226,9 +224,9 @@ impl Pass<'_, '_> {
         match (self.of(base), self.of(exponent)) {
             // A whole number known to the run only: any base will do, and the unit is its power.
             (Form::Quantity(p), Form::Number { .. }) if !(p.is_known() && p.dimension.is_none()) => Form::Free,
-            (form @ Form::Quantity(_), _) => {
+            (Form::Quantity(_), _) => {
                 self.number(base, Rule::Base);
-                if form == Form::Free { form } else { number_one() }
+                number_one()
             }
             (form, _) => form,
         }

@@ -1,1 +1,29 @@
-//! Physical units (being written).
+//! Unit checking: a flat model in, mistakes in units and the units of undeclared variables out.
+//!
+//! [`parse_unit`] reads unit strings; [`check_units`] gives every expression a unit, asks for agreement in sums, relations,
+//! equations, branches and arguments, solves for the units of variables that declare none, and reports what does not
+//! fit in the user's names.  In sums and equations a literal adopts the unit of the other side; as a factor whole numbers,
+//! simple fractions and multiples of pi have no unit, other literals may have any.  A variable without `unit` is
+//! unknown, not dimensionless; what stays unknown is listed.  A contradiction that rests only on the seconds of `der` and
+//! `time`, without any declared unit, is no mistake: such a model says nothing about units.
+//! Equations are looked at once per template and tuple of units.  Declared units of function arguments are not seen
+//! here, because the flat model holds functions already put in.
+
+mod check;
+mod class;
+mod form;
+mod infer;
+mod parse;
+mod place;
+mod print;
+mod rational;
+mod report;
+mod solve;
+mod symbols;
+mod unit;
+
+pub use check::{Inferred, Undecided, UnitReport, check_units};
+pub use parse::{UnitError, parse_unit};
+pub use print::to_text;
+pub use rational::Rational;
+pub use unit::{BASE_SYMBOLS, Dimension, Unit};

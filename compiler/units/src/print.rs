@@ -11,8 +11,9 @@ use crate::unit::{BASE_SYMBOLS, Dimension, Unit, same_factor};
 
 /// Familiar names of coherent units, tried in this order.
 const FAMILIAR: &[&str] = &[
-    "1", "kg", "m", "s", "A", "K", "mol", "cd", "N", "Pa", "J", "W", "V", "C", "F", "Ohm", "S", "Wb", "T", "H", "m2", "m3",
-    "m/s", "m/s2", "m3/s", "1/s", "kg/s", "kg/m3", "N/m", "N.s/m", "Pa.s", "J/(kg.K)", "W/(m.K)", "V/m", "A/m", "H/m",
+    "1", "kg", "m", "s", "A", "K", "mol", "cd", "N", "Pa", "J", "W", "V", "C", "F", "Ohm", "S", "Wb", "T", "H", "m2",
+    "m3", "m/s", "m/s2", "m3/s", "1/s", "kg/s", "kg/m3", "N/m", "N.s/m", "Pa.s", "J/(kg.K)", "W/(m.K)", "V/m", "A/m",
+    "H/m",
 ];
 
 /// Finds texts for units; prefers those of the model.
@@ -47,9 +48,8 @@ fn same_unit(a: &Unit, b: &Unit) -> bool {
 
 /// The unit as text without a model: special name or base units, a factor other than 1 in front.
 pub fn to_text(unit: &Unit) -> String {
-    let familiar = FAMILIAR.iter().find(|text| {
-        crate::parse_unit(text).is_ok_and(|known| known.dimension == unit.dimension)
-    });
+    let familiar =
+        FAMILIAR.iter().find(|text| crate::parse_unit(text).is_ok_and(|known| known.dimension == unit.dimension));
     let text = familiar.map_or_else(|| base_units(&unit.dimension), |text| (*text).to_string());
     if same_factor(unit.factor, 1.0) { text } else { format!("{} {text}", number(unit.factor)) }
 }

@@ -65,21 +65,21 @@ impl Rational {
     }
 
     /// Sum.
-    pub fn add(self, other: Self) -> Option<Self> {
+    pub fn plus(self, other: Self) -> Option<Self> {
         let (a, b) = (i64::from(self.numerator), i64::from(self.denominator));
         let (c, d) = (i64::from(other.numerator), i64::from(other.denominator));
         Self::new((a * d).checked_add(c * b)?, b * d)
     }
 
     /// Product.
-    pub fn mul(self, other: Self) -> Option<Self> {
+    pub fn by(self, other: Self) -> Option<Self> {
         let (a, b) = (i64::from(self.numerator), i64::from(self.denominator));
         let (c, d) = (i64::from(other.numerator), i64::from(other.denominator));
         Self::new(a * c, b * d)
     }
 
     /// Negative.
-    pub fn neg(self) -> Option<Self> {
+    pub fn negative(self) -> Option<Self> {
         Self::new(-i64::from(self.numerator), i64::from(self.denominator))
     }
 
@@ -104,12 +104,12 @@ mod tests {
     fn fractions_are_exact_and_overflow_is_seen() {
         let third = Rational::new(-2, -6).expect("1/3");
         assert_eq!(third.parts(), (1, 3));
-        assert_eq!(third.add(Rational::new(1, 6).expect("1/6")), Rational::new(1, 2));
-        assert_eq!(third.mul(Rational::whole(3)), Some(Rational::ONE));
+        assert_eq!(third.plus(Rational::new(1, 6).expect("1/6")), Rational::new(1, 2));
+        assert_eq!(third.by(Rational::whole(3)), Some(Rational::ONE));
         assert_eq!(Rational::near(-1.25, 12), Rational::new(-5, 4));
         assert_eq!(Rational::near(std::f64::consts::PI, 1000), None);
         let large = Rational::whole(i32::MAX);
-        assert_eq!(large.add(Rational::ONE), None);
+        assert_eq!(large.plus(Rational::ONE), None);
         assert_eq!(Rational::ZERO.recip(), None);
     }
 }

@@ -38,7 +38,9 @@ impl Solution {
             && product.offset == Some(0.0);
         for &(id, exponent) in &product.unknowns {
             let factor = match &self.units[id as usize] {
-                Some(found) if plain => return Some(Product { declared: product.declared || found.declared, ..found.clone() }),
+                Some(found) if plain => {
+                    return Some(Product { declared: product.declared || found.declared, ..found.clone() });
+                }
                 Some(found) => found.clone(),
                 None => Product::unknown(id),
             };
@@ -81,12 +83,7 @@ fn uses(rows: &[Row], count: usize) -> Vec<Vec<u32>> {
     uses
 }
 
-fn propagate(
-    rows: &[Row],
-    uses: &[Vec<u32>],
-    queue: &mut std::collections::VecDeque<u32>,
-    solution: &mut Solution,
-) {
+fn propagate(rows: &[Row], uses: &[Vec<u32>], queue: &mut std::collections::VecDeque<u32>, solution: &mut Solution) {
     while let Some(k) = queue.pop_front() {
         let row = &rows[k as usize];
         if row.left.is_known() && row.right.is_known() {
@@ -105,14 +102,13 @@ fn propagate(
 /// The unknown of `known * unknown^exponent = 1`.
 fn isolate(ratio: &Product, exponent: Rational) -> Option<Product> {
     let known = Product { unknowns: Vec::new(), ..ratio.clone() };
-    Product::rule(&Unit::ONE).times(&known, exponent.recip()?.neg()?)
+    Product::rule(&Unit::ONE).times(&known, exponent.recip()?.negative()?)
 }
 
 /// The zero point of an unknown that alone makes a side: that of the other side.
 fn zero_point(row: &Row, id: UnknownId, solution: &Solution) -> Option<f64> {
-    let alone = |p: &Product| {
-        p.unknowns == [(id, Rational::ONE)] && p.dimension == Dimension::NONE && p.offset == Some(0.0)
-    };
+    let alone =
+        |p: &Product| p.unknowns == [(id, Rational::ONE)] && p.dimension == Dimension::NONE && p.offset == Some(0.0);
     let other = match (alone(&row.left), alone(&row.right)) {
         (true, false) => &row.right,
         (false, true) => &row.left,
@@ -152,7 +148,7 @@ fn eliminate(rows: &[Row], solution: &mut Solution) {
         }
         match ratio.unknowns.first().copied() {
             Some((id, exponent)) if complete => {
-                let Some(inverse) = exponent.recip().and_then(Rational::neg) else { continue };
+                let Some(inverse) = exponent.recip().and_then(Rational::negative) else { continue };
                 let rest = Product { unknowns: ratio.unknowns[1..].to_vec(), ..ratio };
                 let Some(value) = Product::rule(&Unit::ONE).times(&rest, inverse) else { continue };
                 pivot_of.insert(id, pivots.len());

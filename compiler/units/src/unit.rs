@@ -37,7 +37,7 @@ impl Dimension {
     pub fn times(&self, other: &Self, exponent: Rational) -> Option<Self> {
         let mut result = self.0;
         for (mine, theirs) in result.iter_mut().zip(other.0) {
-            *mine = mine.add(theirs.mul(exponent)?)?;
+            *mine = mine.plus(theirs.by(exponent)?)?;
         }
         Some(Self(result))
     }
