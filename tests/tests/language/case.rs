@@ -249,7 +249,7 @@ impl Expected {
         }
         let mut report = Vec::new();
         let end = rows.times().last().copied().unwrap_or(f64::NAN);
-        if let Some(time) = self.stopped_at.filter(|time| !((end - time).abs() < 1e-6)) {
+        if let Some(time) = self.stopped_at.filter(|time| (end - time).abs() >= 1e-6 || time.is_nan()) {
             report.push(format!("ends at {end} instead of {time}"));
         }
         report.extend(self.values.iter().filter_map(|expected| expected.difference(&rows)));

@@ -72,7 +72,8 @@ fn values(sidecar: &Json, compilation: &Compilation) -> Vec<String> {
             continue;
         };
         let actual = series.value(time, Side::After);
-        if !((actual - value).abs() <= number("reltol") * value.abs() + number("abstol")) {
+        let near = (actual - value).abs() <= number("reltol") * value.abs() + number("abstol");
+        if !near {
             report.push(format!("{name} at {time} s: {actual} instead of {value}"));
         }
     }
