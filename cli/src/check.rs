@@ -28,6 +28,7 @@ fn counts(compilation: &Compilation) -> String {
         line("discrete equations", flat.count(Section::Discrete));
         line("initial equations", flat.count(Section::Initial));
         line("equation templates", flat.templates.len());
+        line("variables of unknown unit", compilation.undecided_units);
     }
     if let Some(sorted) = &compilation.sorted {
         let plan = &sorted.simulation;

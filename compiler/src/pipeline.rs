@@ -82,6 +82,8 @@ pub struct Compilation {
     pub model: Option<Arc<CompiledModel>>,
     /// Paths of `set` that were used at translation (structural parameters); the others are run-time data.
     pub set_at_translation: Vec<String>,
+    /// Scalar variables whose unit is neither declared nor follows from others.
+    pub undecided_units: usize,
     /// Timings.
     pub times: Vec<StageTime>,
 }
@@ -118,6 +120,7 @@ impl Compilation {
             jacobian: None,
             model: None,
             set_at_translation: Vec::new(),
+            undecided_units: 0,
             times: Vec::new(),
         }
     }
@@ -138,6 +141,9 @@ pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Opti
         return result;
     }
     let Some(flat) = result.flat.clone() else { return result };
+    let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
+    result.undecided_units = units.undecided_scalars();
+    result.diagnostics.extend(units.diagnostics);
     sort(&mut result, &flat, options);
     if options.goal == Goal::Run && !result.has_errors() {
         generate(&mut result, options);

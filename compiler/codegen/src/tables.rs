@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, EventRelation, Plan, Resolution, Role, SortedSystem};
+use hyd_equations::{Assignment, EventRelation, Plan, Resolution, Role, SortedSystem, rate_unit};
 use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_source::{Files, Span};
@@ -277,19 +277,6 @@ pub fn row_equations(sorted: &SortedSystem, plan: &Plan) -> Vec<u32> {
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// Unit of a time derivative: `m` to `m/s`, `m/s` to `m/s2`, `kg/m3` to `kg/(m3.s)`; unknown stays unknown.
-fn rate_unit(unit: &str) -> String {
-    match unit.split_once('/') {
-        _ if unit.is_empty() => String::new(),
-        None => format!("{unit}/s"),
-        Some((above, "s")) => format!("{above}/s2"),
-        Some((above, below)) => match below.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
-            Some(inner) => format!("{above}/({inner}.s)"),
-            None => format!("{above}/({below}.s)"),
-        },
-    }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use crate::discrete::discrete_start_slot;
 use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
+use crate::redundant::redundant_starts;
 use crate::representative::block_of_variable;
 use crate::sort::wishes;
 use crate::sorted::{EqId, Plan};
@@ -41,7 +42,12 @@ pub(crate) fn initial_plan(
         }
     }
     rows.extend(&bindings.late_equations);
-    let fixed = fixed_variables(system, &unknowns);
+    let mut fixed = fixed_variables(system, &unknowns);
+    if !system.reduction.demoted.is_empty() {
+        let others = pattern(system, algebra, rows.clone(), &unknowns);
+        let redundant = redundant_starts(system, algebra, &others, &unknowns, &fixed)?;
+        fixed.retain(|v| !redundant.contains(v));
+    }
     rows.extend(add_start_equations(system, &fixed));
     let pattern = pattern(system, algebra, rows, &unknowns);
     let mut matching = first_matching(system, &pattern, &unknowns);
@@ -152,7 +158,7 @@ fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<
         for element in 0..group.len() as u32 {
             let own = &operands[2 * element as usize..2 * element as usize + 2];
             let operands = crate::relations::append(system, own);
-            added.push(system.equations.push(Equation { template, operands, block, element }));
+            added.push(system.equations.push(Equation { template, operands, block, element, order: 0 }));
         }
         let (section, count) = (Section::Initial, group.len() as u32);
         system.flat.equations.push(EquationBlock { section, template, count, operands, origin });
@@ -161,7 +167,7 @@ fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<
 }
 
 /// A matching that leaves states open rather than derivatives and algebraic variables, free parameters used last.
-fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
+pub(crate) fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
     let class = |column: Column| match unknowns.targets[column] {
         Target::Var(v) if system.roles[v] == Role::Parameter => 2,
         Target::Var(v) if system.roles[v] == Role::State => 1,

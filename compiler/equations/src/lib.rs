@@ -1,7 +1,7 @@
 //! Flat model to sorted system: what is computed in which order, and what is left for the solver.
 //!
 //! One pass per file, each a function from one representation to the next: [`assign_roles`] gives every scalar variable
-//! and equation its place, [`eliminate_aliases`] removes what merely renames, [`reduce_index`] checks the structure,
+//! and equation its place, [`eliminate_aliases`] removes what merely renames, [`reduce_index`] differentiates constraints,
 //! [`sort_system`] orders everything computed into plans ([`Plan`]), [`differentiate`] makes the Jacobian of a plan.
 //! [`sort`] runs them all.  Symbolic work is done once per template, structural work on integers, so that the cost grows
 //! about linearly with the number of equations.  Nothing is evaluated here, and no code is made.
@@ -13,6 +13,7 @@ mod bindings;
 mod classes;
 mod discrete;
 mod explain;
+mod higher;
 mod incidence;
 mod initial;
 pub mod jacobian;
@@ -20,6 +21,7 @@ mod plan;
 mod print;
 mod print_plan;
 mod reduce_index;
+mod redundant;
 mod relations;
 mod representative;
 mod reverse;
@@ -27,11 +29,15 @@ mod roles;
 mod sort;
 pub mod sorted;
 mod specialize;
+mod start_point;
+mod structure;
 mod support;
 pub mod system;
+mod time_derivative;
 mod verify;
 
 pub use alias::eliminate_aliases;
+pub use higher::rate_unit;
 pub use jacobian::{Lists, Places, PlanJacobian, PlanPlace, differentiate};
 pub use plan::{LARGE, LONGEST_CHAIN, WIDEST_SUPPORT};
 pub use print::print_system;
@@ -43,7 +49,7 @@ pub use sort::sort_system;
 pub use sorted::{
     Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Residual, SortedSystem, Trigger, Unknown,
 };
-pub use system::{Equation, EquationSystem, Resolution, Role};
+pub use system::{Equation, EquationSystem, Reduction, Resolution, Role};
 pub use verify::verify;
 
 use hyd_flat::FlatModel;

@@ -15,16 +15,20 @@ use crate::system::{EquationSystem, Resolution, Role};
 /// Longer runs of one template show the first two and the last.
 const LONGEST_RUN: usize = 8;
 
+const DIFFERENTIATED: &str = "differentiated equations";
+
 type Belongs = fn(Section) -> bool;
 
 /// The system as text.
 pub fn print_system(system: &EquationSystem) -> String {
     let mut text = String::new();
     list_variables(system, &mut text);
-    let sections: [(&str, Belongs); 8] = [
+    list_reduction(system, &mut text);
+    let sections: [(&str, Belongs); 9] = [
         ("bindings", |s| s == Section::Binding),
         ("starts", |s| s == Section::Start),
         ("equations", |s| s == Section::Continuous),
+        (DIFFERENTIATED, |s| s == Section::Continuous),
         ("initial equations", |s| s == Section::Initial),
         ("discrete equations", |s| s == Section::Discrete),
         ("reinit", |s| s == Section::Reinit),
@@ -32,7 +36,9 @@ pub fn print_system(system: &EquationSystem) -> String {
         ("terminations", |s| matches!(s, Section::Terminate(_))),
     ];
     for (title, belongs) in sections {
-        let rows: Vec<EqId> = system.equations.indices().filter(|&eq| belongs(system.section(eq))).collect();
+        let derived = |eq: EqId| (system.equations[eq].order > 0) == (title == DIFFERENTIATED);
+        let all = system.equations.indices();
+        let rows: Vec<EqId> = all.filter(|&eq| belongs(system.section(eq)) && derived(eq)).collect();
         let template = |eq: &EqId| system.equations[*eq].template;
         let left_only = matches!(title, "assertions" | "terminations");
         section(&mut text, title, &rows, template, |&eq| match left_only {
@@ -118,6 +124,14 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
             Resolution::Own => name(&v),
         },
     );
+}
+
+/// What index reduction made of former states.
+fn list_reduction(system: &EquationSystem, text: &mut String) {
+    let block = crate::representative::block_of_variable(&system.flat);
+    let name = |v: &VarId| system.flat.var_name(*v);
+    names(text, "no longer states", &system.reduction.demoted, |v| block[*v], name);
+    names(text, "dummy derivatives", &system.reduction.dummies, |v| block[*v], name);
 }
 
 /// A title and names in lines; the elements of a long array are shortened.

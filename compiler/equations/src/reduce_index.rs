@@ -1,25 +1,101 @@
-//! Equation system to reduced system: the place of index reduction.
+//! Equation system to reduced system: constraints between states are differentiated until the index is 1.
 //!
-//! Detects equations that constrain states (Pantelides 1988, "The consistent initialization of differential-algebraic
-//! systems") and reports them.  Systems of index 1 and below pass through unchanged.  Differentiating the constraints and
-//! choosing dummy derivatives is not done here yet.
+//! Pantelides 1988 says which equations, Mattsson and Söderlind 1993 which derivatives become algebraic unknowns (`structure`).
+//! Constraints and all their derivatives stay in the system, so that every solution of it satisfies them; drift cannot
+//! arise.  Dummy derivatives are variables of their own; many of them rename what the user has declared (`der(y) = vy`),
+//! so aliases are eliminated again.  The choice of states is made once, at the start values.
+//!
+//! Where no choice holds for a whole run (a pendulum that turns over), the choice must change.  The place for it is here and in
+//! the runtime: a system reduced for a second choice differs only in which of `y`, `der(y)`, `x`, `der(x)` are called
+//! states, not in its equations.  So the rows `der(s) - z` of the candidate states, `z` being the algebraic variable for
+//! the derivative, can be kept for all candidates, one of each pair being switched off by a discrete variable that is set at an
+//! event when the pivot of the current choice falls below a fraction of the best; values carry over since they are
+//! consistent.  That is data, not a recompilation.  It is not built yet.
 
-use hyd_source::Outcome;
+use hyd_flat::{EquationBlock, Operand, Section, Target, VarId};
+use hyd_source::{Code, Diagnostic, Outcome};
+use hyd_symbolic::{SlotId, Template};
 
 use crate::algebra::Algebra;
+use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
-use crate::system::EquationSystem;
+use crate::explain::{counted, mark_equations};
+use crate::higher::Derivatives;
+use crate::sorted::EqId;
+use crate::structure::{ReductionPlan, plan_reduction};
+use crate::system::{Equation, EquationSystem};
+use crate::time_derivative::{append_derivatives, replace_rates};
+
+/// Alias elimination between rounds may uncover further constraints; more rounds than this mean a fault.
+const MOST_ROUNDS: usize = 8;
 
 /// The system with index 1 or less; none if it is structurally at fault.
 pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem>> {
-    let mut algebra = Algebra::default();
-    let fault = match check_balance(&mut system, &mut algebra) {
-        Err(fault) => Some(fault),
-        Ok(constraints) if !constraints.equations.is_empty() => Some(high_index(&system, &constraints)),
-        Ok(_) => None,
+    let mut diagnostics = Vec::new();
+    let value = match reduce(&mut system, &mut diagnostics) {
+        Ok(()) => Some(system),
+        Err(fault) => {
+            diagnostics.push(fault);
+            None
+        }
     };
-    match fault {
-        Some(fault) => Outcome { value: None, diagnostics: vec![fault] },
-        None => Outcome { value: Some(system), diagnostics: Vec::new() },
+    Outcome { value, diagnostics }
+}
+
+fn reduce(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<(), Diagnostic> {
+    for _ in 0..MOST_ROUNDS {
+        let mut algebra = Algebra::default();
+        let constraints = check_balance(system, &mut algebra)?;
+        if constraints.equations.is_empty() {
+            return Ok(());
+        }
+        let plan = plan_reduction(system, &mut algebra)?;
+        notes.extend(doubt(system, &plan.uncertain));
+        apply(system, &plan);
+        *system = eliminate_aliases(std::mem::take(system));
+    }
+    let constraints = check_balance(system, &mut Algebra::default())?;
+    if constraints.equations.is_empty() { Ok(()) } else { Err(high_index(system, &constraints)) }
+}
+
+/// The start values are singular for some constraints; their states are chosen by structure.
+fn doubt(system: &EquationSystem, equations: &[EqId]) -> Option<Diagnostic> {
+    let message = format!(
+        "the choice of states is uncertain: at the start values {} between states are singular",
+        counted(equations.len(), "constraint")
+    );
+    let note = Diagnostic::note(Code::Chosen, message)
+        .help("better start values, or `stateSelect` on the variables that should be states, decide it");
+    (!equations.is_empty()).then(|| mark_equations(note, system, equations))
+}
+
+fn apply(system: &mut EquationSystem, plan: &ReductionPlan) {
+    let variables: Vec<(VarId, u32, u32)> = plan.variables.iter().copied().filter(|entry| entry.1 > 0).collect();
+    let derivatives = Derivatives::make(system, &variables);
+    let written = system.operands.len();
+    append_derivatives(system, &plan.equations, &derivatives);
+    replace_rates(system, written, &derivatives);
+    append_chains(system, &derivatives.chains);
+    system.reduction.demoted.sort_unstable();
+}
+
+/// The equations `der(x) = v` of states that are derivatives themselves.
+fn append_chains(system: &mut EquationSystem, chains: &[(VarId, VarId)]) {
+    let arena = &mut system.flat.templates.arena;
+    let (left, right) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
+    let template = system.flat.templates.intern(Template { left, right, arity: 2 });
+    for &(state, rate) in chains {
+        let operands = vec![Operand::new(Target::Der(state)), Operand::new(Target::Var(rate))];
+        let origin = system.flat.variables[system.flat.locate(state).0].origin.clone();
+        let block = system.flat.equations.len() as u32;
+        let range = crate::relations::append(system, &operands);
+        system.equations.push(Equation { template, operands: range, block, element: 0, order: 0 });
+        system.flat.equations.push(EquationBlock {
+            section: Section::Continuous,
+            template,
+            count: 1,
+            operands,
+            origin,
+        });
     }
 }

@@ -11,7 +11,7 @@ use hyd_symbolic::{Node, SlotId, alias};
 use hyd_system::{ValueKind, Variability};
 
 use crate::sorted::{EqId, OperandRange};
-use crate::system::{Equation, EquationSystem, Resolution, Role};
+use crate::system::{Equation, EquationSystem, Reduction, Resolution, Role};
 
 /// The equation system of a flat model, all variables standing for themselves.
 ///
@@ -30,12 +30,12 @@ pub fn assign_roles(mut flat: FlatModel) -> EquationSystem {
         for element in 0..block.count {
             let first = operands.len() as u32 + element * arity;
             let operands = OperandRange { first, len: arity };
-            equations.push(Equation { template: block.template, operands, block: number as u32, element });
+            equations.push(Equation { template: block.template, operands, block: number as u32, element, order: 0 });
         }
         operands.extend_from_slice(&block.operands);
     }
     let resolution = IndexVec::filled(Resolution::Own, roles.len());
-    EquationSystem { flat, roles, resolution, operands, equations }
+    EquationSystem { flat, roles, resolution, operands, equations, reduction: Reduction::default() }
 }
 
 fn roles(flat: &FlatModel) -> IndexVec<VarId, Role> {

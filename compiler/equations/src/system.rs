@@ -48,10 +48,21 @@ pub struct Equation {
     pub block: u32,
     /// Number within that block.
     pub element: u32,
+    /// How often it was differentiated by index reduction (0: as it was written).
+    pub order: u32,
+}
+
+/// What index reduction did, for printing and for the start.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Reduction {
+    /// Variables whose derivative occurs but that are no states, because equations determine them.
+    pub demoted: Vec<VarId>,
+    /// The dummy derivatives: algebraic variables made for the derivatives of those.
+    pub dummies: Vec<VarId>,
 }
 
 /// The flat model after alias elimination.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EquationSystem {
     /// Variables, constants, templates, messages (its equations keep the original operands for printing).
     pub flat: FlatModel,
@@ -63,6 +74,8 @@ pub struct EquationSystem {
     pub operands: Vec<Operand>,
     /// Equations of all sections but the alias equations that were used up.
     pub equations: IndexVec<EqId, Equation>,
+    /// What index reduction did.
+    pub reduction: Reduction,
 }
 
 impl EquationSystem {

@@ -8,6 +8,8 @@
 //!    [`minimal_overdetermined`] and [`minimal_underdetermined`] name the smallest set to report.
 //! 3. [`block_order`]: which equations must be solved together, and in which order (BLT form).
 //! 4. [`Tearing`]: inside a block, explicit assignments around a few iteration variables.
+//! 5. [`pantelides`]: which equations to differentiate, so that all highest derivatives are determined;
+//!    [`choose_dummies`]: which derivatives become algebraic unknowns then.
 //!
 //! [`verify`] checks each plan against its definition.  All algorithms are near linear in the number of entries (the
 //! matching in the worst case times the square root of the rows), use explicit stacks, and give the same result for
@@ -49,28 +51,32 @@
 //! - *tearing column*: an iteration variable of a torn block; *residual row*: an equation the iteration makes zero;
 //!   *assignment*: an equation of a torn block solved explicitly.
 //! - *solvable* entry: the equation can be solved explicitly for the unknown; decided by the caller.
-//!
-//! Index reduction belongs here as modules of its own: `pantelides` (which equations to differentiate, on top of
-//! [`Augmenter`]) and `dummy_derivatives` (which derivatives become algebraic).
 
 pub mod augment;
 pub mod blocks;
 mod cheap;
 pub mod components;
 pub mod decomposition;
+pub mod dummy_derivatives;
 mod elimination;
 pub mod graph;
+mod independent;
 pub mod matching;
+pub mod pantelides;
 pub mod tearing;
 pub mod verify;
 
 #[cfg(test)]
 mod brute_force;
+#[cfg(test)]
+mod signature;
 
 pub use augment::{Augmentation, Augmenter};
 pub use blocks::{Block, BlockPlan};
 pub use components::{UnmatchedRow, block_order};
 pub use decomposition::{Decomposition, NotMaximum, Part, decompose, minimal_overdetermined, minimal_underdetermined};
+pub use dummy_derivatives::{DummyPlan, DummyProblem, NoChoice, choose_dummies};
 pub use graph::{Column, Entry, Incidence, IncidenceError, Row, Transpose};
 pub use matching::{Matching, maximum_matching};
+pub use pantelides::{DifferentiationPlan, NotReducible, pantelides};
 pub use tearing::{Tearing, TearingOptions, TearingPlan};

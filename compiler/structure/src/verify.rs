@@ -8,6 +8,7 @@ use crate::blocks::BlockPlan;
 use crate::decomposition::{Decomposition, Part};
 use crate::graph::{Column, Entry, Incidence, Row};
 use crate::matching::Matching;
+use crate::pantelides::DifferentiationPlan;
 use crate::tearing::TearingPlan;
 use hyd_index::{IndexVec, TypedIndex};
 
@@ -209,6 +210,39 @@ fn check_closed(incidence: &Incidence, over: &Part, under: &Part) -> Result<(), 
             && under.rows.binary_search(&row).is_err()
         {
             return Err(format!("{column} is under-determined but its {row} is outside that part"));
+        }
+    }
+    Ok(())
+}
+
+/// Checks a plan of differentiations against its definition: the given part is unchanged, every differentiated row holds
+/// the derivatives of what the row before holds, and the rows and columns without derivative are matched.
+pub fn check_differentiation(
+    incidence: &Incidence,
+    derivative: &IndexVec<Column, Option<Column>>,
+    plan: &DifferentiationPlan,
+) -> Result<(), String> {
+    check_matching(&plan.incidence, &plan.matching)?;
+    if incidence.rows().any(|row| incidence.row(row) != plan.incidence.row(row)) {
+        return Err("a given row has changed".into());
+    }
+    for (column, next) in derivative.iter_enumerated() {
+        if next.is_some() && plan.column_derivative[column] != *next {
+            return Err(format!("the derivative of {column} has changed"));
+        }
+    }
+    for row in plan.incidence.rows() {
+        let Some(after) = plan.row_derivative[row] else {
+            match plan.matching.column_of_row[row] {
+                Some(column) if plan.column_derivative[column].is_none() => continue,
+                _ => return Err(format!("{row} is not matched to a highest derivative")),
+            }
+        };
+        let derivatives = plan.incidence.row(row).iter().map(|&column| plan.column_derivative[column]);
+        let mut expected = derivatives.collect::<Option<Vec<Column>>>().ok_or(format!("{row} lacks a derivative"))?;
+        expected.sort_unstable();
+        if expected != plan.incidence.row(after) {
+            return Err(format!("{after} is not the derivative of {row}"));
         }
     }
     Ok(())

@@ -228,7 +228,7 @@ mod tests {
         let name = |slot: SlotId| ["a", "b"][slot.0 as usize].to_string();
         assert_eq!(print_signed(&arena, sum, &name, &|slot| slot == SlotId(1), false), "a - b");
         assert_eq!(print_signed(&arena, minus, &name, &|_| true, false), "b");
-        assert_eq!(print_signed(&arena, sum, &name, &|_| true, true), "a + b");
+        assert_eq!(print_signed(&arena, sum, &name, &|slot| slot == SlotId(1), true), "b - a");
     }
 
     #[test]

@@ -55,23 +55,6 @@ fn redundant_aliases_and_second_values_are_singular() {
 }
 
 #[test]
-fn constraints_between_states_are_high_index() {
-    // Two capacitors in parallel, written without aliases.
-    let model = Model::new(
-        &["real v1", "real v2", "real i1", "real i2"],
-        &["der(v1) = i1", "2*der(v2) = i2", "v1 = 3*v2", "i1 + i2 = sin(time)"],
-    );
-    let found = fault(model);
-    assert_eq!(found.code, Code::HighIndex);
-    let text = text(&found);
-    assert!(text.contains("`v1`, `v2`") && text.contains("v1 = 3*v2"), "{text}");
-    // A state held at a value that changes in time.
-    let held = fault(Model::new(&["real x", "real f"], &["der(x) = f", "x = sin(time)"]));
-    assert_eq!(held.code, Code::HighIndex);
-    assert!(held.message.contains("`x`"), "{}", held.message);
-}
-
-#[test]
 fn circles_of_parameters_are_named() {
     let model = Model::new(&["param a = 1", "param b = c + a", "param c = 2*d", "param d = b", "param e = b"], &[]);
     let fault = fault(model);

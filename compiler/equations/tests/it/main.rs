@@ -13,3 +13,4 @@ mod large;
 mod plans;
 mod prints;
 mod random;
+mod reduction;

@@ -1,0 +1,143 @@
+//! What stands for each derivative after index reduction.
+//!
+//! A variable with highest derivative `d`, of which the last `k` are dummies, keeps `m = d - k` states: itself and its
+//! derivatives below `m`; derivative `m` is the rate of the last state, and the derivatives above are algebraic
+//! variables named `der(x)`, `der(der(x))`.  New variables are appended in blocks, whole arrays in one, so that they share
+//! templates and code as the declared ones do.
+
+use hyd_flat::{PerElement, StateSelect, Target, VarId, VariableBlock};
+use hyd_index::IndexVec;
+use hyd_system::{NamePattern, Settable};
+
+use crate::system::{EquationSystem, Resolution, Role};
+
+/// The derivatives of the variables.
+pub(crate) struct Derivatives {
+    /// Number of states of each variable.
+    states: IndexVec<VarId, u32>,
+    /// Variables made for derivatives: `(variable, order)`, `order` from 1.
+    made: rustc_hash::FxHashMap<(VarId, u32), VarId>,
+    /// `der(left) = right` for states that are derivatives themselves.
+    pub chains: Vec<(VarId, VarId)>,
+}
+
+impl Derivatives {
+    /// Makes the variables that the choice `(variable, highest, dummies)` needs, and sets the roles.
+    pub fn make(system: &mut EquationSystem, variables: &[(VarId, u32, u32)]) -> Self {
+        let mut states = IndexVec::filled(0, system.roles.len());
+        for v in system.roles.indices() {
+            states[v] = u32::from(system.roles[v] == Role::State);
+        }
+        let mut made = Self { states, made: Default::default(), chains: Vec::new() };
+        for &(v, highest, dummies) in variables {
+            let before = system.roles[v];
+            made.states[v] = highest - dummies;
+            system.roles[v] = if highest > dummies { Role::State } else { Role::Algebraic };
+            if before == Role::State && system.roles[v] == Role::Algebraic {
+                system.reduction.demoted.push(v);
+            }
+        }
+        let most = variables.iter().map(|entry| entry.1).max().unwrap_or(0);
+        for order in 1..=most {
+            let wanted: Vec<VarId> = variables
+                .iter()
+                .filter(|&&(_, highest, dummies)| order <= highest && order != highest - dummies)
+                .map(|entry| entry.0)
+                .collect();
+            made.append(system, &wanted, order);
+        }
+        for &(v, highest, dummies) in variables {
+            for order in 1..highest - dummies {
+                made.chains.push((made.variable(v, order - 1), made.variable(v, order)));
+            }
+        }
+        made
+    }
+
+    /// What a slot reads for the derivative of a variable of the given order.
+    pub fn target(&self, v: VarId, order: u32) -> Target {
+        match self.states.get(v) {
+            Some(&states) if order > 0 && order == states => Target::Der(self.variable(v, order - 1)),
+            _ => Target::Var(self.variable(v, order)),
+        }
+    }
+
+    fn variable(&self, v: VarId, order: u32) -> VarId {
+        match order {
+            0 => v,
+            _ => *self.made.get(&(v, order)).expect("invariant: made for every order that is no rate"),
+        }
+    }
+
+    /// Appends the derivatives of the given order; whole blocks keep their form.
+    fn append(&mut self, system: &mut EquationSystem, variables: &[VarId], order: u32) {
+        let mut rest = variables;
+        while let Some(&v) = rest.first() {
+            let (id, element) = system.flat.locate(v);
+            let block = &system.flat.variables[id];
+            let count = block.count as usize;
+            let whole = element == 0 && rest.len() >= count && rest[count - 1].0 == v.0 + count as u32 - 1;
+            let taken = if whole { count } else { 1 };
+            let name = if whole { block.name.clone() } else { NamePattern::scalar(block.name.element(element)) };
+            let first = VarId(system.flat.scalars);
+            let new = derivative_block(block, wrap(name, order), order, first, taken as u32);
+            system.flat.variables.push(new);
+            system.flat.scalars += taken as u32;
+            for (k, &v) in rest[..taken].iter().enumerate() {
+                let made = VarId(first.0 + k as u32);
+                self.made.insert((v, order), made);
+                system.roles.push(if order < self.states[v] { Role::State } else { Role::Algebraic });
+                system.resolution.push(Resolution::Own);
+                if order > self.states[v] {
+                    system.reduction.dummies.push(made);
+                }
+            }
+            rest = &rest[taken..];
+        }
+    }
+}
+
+/// `der(...)` around a name, `order` times.
+fn wrap(name: NamePattern, order: u32) -> NamePattern {
+    let mut parts = name.parts;
+    let open = "der(".repeat(order as usize);
+    match parts.first_mut() {
+        Some((text, _)) => *text = format!("{open}{text}").into(),
+        None => parts.push((open.into(), Vec::new())),
+    }
+    parts.push((")".repeat(order as usize).into(), Vec::new()));
+    NamePattern { parts, derivative: name.derivative }
+}
+
+fn derivative_block(of: &VariableBlock, name: NamePattern, order: u32, first: VarId, count: u32) -> VariableBlock {
+    VariableBlock {
+        name,
+        first,
+        count,
+        unit: (0..order).fold(of.unit.clone(), |unit, _| unit.map(|unit| rate_unit(&unit).into())),
+        display_unit: None,
+        description: None,
+        settable: Settable::No,
+        internal: true,
+        has_start: false,
+        fixed: PerElement::All(false),
+        min: PerElement::All(f64::NEG_INFINITY),
+        max: PerElement::All(f64::INFINITY),
+        nominal: PerElement::All(None),
+        state_select: StateSelect::Default,
+        ..of.clone()
+    }
+}
+
+/// Unit of a time derivative: `m` to `m/s`, `m/s` to `m/s2`, `kg/m3` to `kg/(m3.s)`; unknown stays unknown.
+pub fn rate_unit(unit: &str) -> String {
+    match unit.split_once('/') {
+        _ if unit.is_empty() => String::new(),
+        None => format!("{unit}/s"),
+        Some((above, "s")) => format!("{above}/s2"),
+        Some((above, below)) => match below.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
+            Some(inner) => format!("{above}/({inner}.s)"),
+            None => format!("{above}/({below}.s)"),
+        },
+    }
+}

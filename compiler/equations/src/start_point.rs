@@ -1,0 +1,75 @@
+//! Numbers at which the choice of states is judged: parameters and start values as far as they are known before the run.
+//!
+//! Bindings are evaluated in order, then start attributes.  What has no start value gets a made-up number near 1, the same
+//! in every translation, so that an expression that depends on it is neither zero nor singular by accident.
+
+use hyd_flat::{Operand, Section, Target, VarId};
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_source::Diagnostic;
+use hyd_symbolic::{NodeId, SlotId, eval};
+
+use crate::algebra::Algebra;
+use crate::bindings::{assignment, sort_bindings};
+use crate::sorted::{Assignment, OperandRange};
+use crate::system::EquationSystem;
+
+/// Values of variables and their derivatives at the start.
+pub(crate) struct StartPoint {
+    value: IndexVec<VarId, Option<f64>>,
+    start: IndexVec<VarId, Option<f64>>,
+    time: f64,
+}
+
+impl StartPoint {
+    /// The start point of a system; a circle among its parameters is an error.
+    pub fn new(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Self, Diagnostic> {
+        let bindings = sort_bindings(system, algebra)?;
+        let count = system.roles.len();
+        let time = system.flat.experiment.start.unwrap_or(0.0);
+        let mut point = Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time };
+        for a in &bindings.assignments {
+            point.execute(system, a);
+        }
+        for eq in system.equations_in(Section::Start) {
+            if let Some(a) = assignment(system, eq, 0) {
+                point.execute(system, &a);
+            }
+        }
+        for v in system.roles.indices() {
+            point.value[v] = point.value[v].or(point.start[v]);
+        }
+        Ok(point)
+    }
+
+    fn execute(&mut self, system: &EquationSystem, a: &Assignment) {
+        let value = Some(self.evaluate(system, a.value, a.operands)).filter(|value| value.is_finite());
+        match a.target {
+            Target::Var(v) => self.value[v] = value,
+            Target::Start(v) => self.start[v] = value,
+            _ => {}
+        }
+    }
+
+    /// The value of an expression.
+    pub fn evaluate(&self, system: &EquationSystem, root: NodeId, operands: OperandRange) -> f64 {
+        let operands = system.operands_of(operands);
+        let read = |slot: SlotId| self.read(system, operands[slot.index()]);
+        eval(&system.flat.templates.arena, root, read, self.time, true)
+    }
+
+    fn read(&self, system: &EquationSystem, operand: Operand) -> f64 {
+        let value = match operand.target() {
+            Target::Var(v) => self.value[v].unwrap_or_else(|| typical(v.0)),
+            Target::Start(v) | Target::Pre(v) => self.start[v].unwrap_or(0.0),
+            Target::Der(v) => typical(v.0 ^ 0x5555),
+            Target::Const(c) => system.flat.constants[c],
+            Target::Held(_) => 0.0,
+        };
+        if operand.negated() { -value } else { value }
+    }
+}
+
+/// A number between 0.5 and 1.5 (multiplicative hashing, Knuth 1998, section 6.4).
+pub(crate) fn typical(seed: u32) -> f64 {
+    0.5 + f64::from(seed.wrapping_add(1).wrapping_mul(2_654_435_769) >> 8) / f64::from(1_u32 << 24)
+}

@@ -1,0 +1,107 @@
+//! Equations differentiated with respect to time, once per template.
+//!
+//! The derivative of a template is a template whose slots are those of the original and, for each slot that varies
+//! continuously, one for its derivative; parameters, discrete values and `pre` are constant, `time` has derivative 1, and
+//! piecewise expressions are differentiated branch by branch.  Equations of one template whose slots vary alike share the
+//! result, so that loops keep sharing code.
+
+use hyd_flat::{Operand, Target, VarId};
+use hyd_index::TypedIndex;
+use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, tangent};
+use rustc_hash::FxHashMap;
+
+use crate::higher::Derivatives;
+use crate::sorted::EqId;
+use crate::system::{Equation, EquationSystem, Role};
+
+/// What a slot reads while orders are still counted.
+#[derive(Clone, Copy)]
+enum Read {
+    /// The derivative of a variable of some order, possibly negated.
+    Varying { v: VarId, order: u32, negated: bool },
+    /// Something without derivative.
+    Fixed(Operand),
+}
+
+type Known = FxHashMap<(TemplateId, Vec<bool>), (TemplateId, Vec<SlotId>)>;
+
+/// Appends the derivatives of the given equations up to the given orders.
+pub(crate) fn append_derivatives(system: &mut EquationSystem, equations: &[(EqId, u32)], derivatives: &Derivatives) {
+    let mut known = Known::default();
+    for &(eq, order) in equations {
+        let mut equation = system.equations[eq];
+        let operands = system.operands_of(equation.operands);
+        let mut reads: Vec<Read> = operands.iter().map(|&operand| read(system, operand)).collect();
+        for _ in 0..order {
+            let varying: Vec<bool> = reads.iter().map(|read| matches!(read, Read::Varying { .. })).collect();
+            let templates = &mut system.flat.templates;
+            let key = (equation.template, varying);
+            if !known.contains_key(&key) {
+                let new = differentiate(templates, equation.template, &key.1);
+                known.insert(key.clone(), new);
+            }
+            let (template, slots) = &known[&key];
+            reads = slots.iter().map(|&slot| raise(&reads, slot)).collect();
+            let operands: Vec<Operand> = reads.iter().map(|&read| operand(read, derivatives)).collect();
+            let operands = crate::relations::append(system, &operands);
+            let order = equation.order + 1;
+            equation = Equation { template: *template, operands, order, ..equation };
+            system.equations.push(equation);
+        }
+    }
+}
+
+/// Lets the first `count` operands read what stands for a derivative now.
+pub(crate) fn replace_rates(system: &mut EquationSystem, count: usize, derivatives: &Derivatives) {
+    for operand in &mut system.operands[..count] {
+        if let Target::Der(v) = operand.target() {
+            *operand = Operand::new(derivatives.target(v, 1)).signed(operand.negated());
+        }
+    }
+}
+
+/// The template of `d(left)/dt = d(right)/dt`.  Its list of slots counts the slots of the original first and then,
+/// beginning at its arity, the derivatives of each.
+fn differentiate(templates: &mut Templates, id: TemplateId, varying: &[bool]) -> (TemplateId, Vec<SlotId>) {
+    let template = templates.get(id);
+    let arena = &mut templates.arena;
+    let one = arena.constant(1.0);
+    let rates: Vec<_> = (0..varying.len()).map(|k| arena.slot(SlotId::new(varying.len() + k))).collect();
+    let seed = |leaf: Node| match leaf {
+        Node::Slot(slot) if varying[slot.index()] => Some(rates[slot.index()]),
+        Node::Time => Some(one),
+        _ => None,
+    };
+    let left = tangent(arena, template.left, seed);
+    let right = tangent(arena, template.right, seed);
+    let (new, slots) = canonical(arena, left, right);
+    (templates.intern(new), slots)
+}
+
+/// What a slot of the derivative reads.
+fn raise(reads: &[Read], slot: SlotId) -> Read {
+    match (reads.get(slot.index()), slot.index().checked_sub(reads.len()).map(|k| reads[k])) {
+        (Some(&read), _) => read,
+        (None, Some(Read::Varying { v, order, negated })) => Read::Varying { v, order: order + 1, negated },
+        (None, Some(fixed)) => fixed,
+        (None, None) => unreachable!("invariant: a slot is below the arity or one of the derivatives above"),
+    }
+}
+
+fn read(system: &EquationSystem, operand: Operand) -> Read {
+    let negated = operand.negated();
+    match operand.target() {
+        Target::Var(v) if matches!(system.roles[v], Role::State | Role::Algebraic) => {
+            Read::Varying { v, order: 0, negated }
+        }
+        Target::Der(v) => Read::Varying { v, order: 1, negated },
+        _ => Read::Fixed(operand),
+    }
+}
+
+fn operand(read: Read, derivatives: &Derivatives) -> Operand {
+    match read {
+        Read::Varying { v, order, negated } => Operand::new(derivatives.target(v, order)).signed(negated),
+        Read::Fixed(operand) => operand,
+    }
+}

@@ -1,0 +1,212 @@
+//! Which derivatives become algebraic unknowns once the constraints are differentiated.
+//!
+//! Mattsson and Söderlind 1993, *Index reduction in differential-algebraic equations using dummy derivatives*, SIAM J. Sci.
+//! Comput. 14(3): among the highest derivatives as many are chosen as there are differentiated equations, so that
+//! these determine them; one order lower again among the chosen for the equations differentiated more often, and so on.  All
+//! levels of a constraint stay in the system.  The matrix of a level is that of the undifferentiated equations, because
+//! the highest derivatives enter a differentiated equation as they entered the equation itself.  Columns are chosen by
+//! wish and numerical independence at given values; where these leave gaps, by structure.
+
+use crate::augment::{Augmentation, Augmenter};
+use crate::graph::{Column, Entry, Incidence, Row};
+use crate::independent::{Columns, independent_columns};
+use crate::matching::Matching;
+use hyd_index::{IndexVec, TypedIndex};
+
+/// What is chosen from.
+#[derive(Clone, Copy, Debug)]
+pub struct DummyProblem<'a> {
+    /// Equations and unknowns (each unknown one column, whatever the order); an entry says that the fully
+    /// differentiated equation contains the highest derivative of the unknown.
+    pub incidence: &'a Incidence,
+    /// How often each equation is differentiated.
+    pub row_orders: &'a IndexVec<Row, u32>,
+    /// Highest derivative of each unknown.
+    pub column_orders: &'a IndexVec<Column, u32>,
+    /// Partial derivative of the equation with respect to the highest derivative, at some typical point.
+    pub values: &'a IndexVec<Entry, f64>,
+}
+
+/// The choice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DummyPlan {
+    /// How many of the highest derivatives of each unknown are dummies.
+    pub dummies: IndexVec<Column, u32>,
+    /// Equations whose dummy was chosen by structure alone, because the values are singular.
+    pub uncertain: Vec<Row>,
+}
+
+/// Fewer unknowns than equations at some level: the orders are none that index reduction gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoChoice;
+
+/// Chooses dummy derivatives.
+///
+/// `wish(column, order)` says how much the derivative of that order (0: the unknown itself) is wanted as a state;
+/// the least wanted become dummies first, on equal wishes the later columns.
+///
+/// # Errors
+/// [`NoChoice`], if a level cannot be matched structurally.
+pub fn choose_dummies<W: Ord>(
+    problem: DummyProblem<'_>,
+    wish: impl Fn(Column, u32) -> W,
+) -> Result<DummyPlan, NoChoice> {
+    let mut dummies = IndexVec::filled(0_u32, problem.incidence.column_count());
+    let mut uncertain = Vec::new();
+    let most = problem.row_orders.iter().copied().max().unwrap_or(0);
+    for level in 1..=most {
+        let candidate = |&column: &Column| dummies[column] == level - 1 && problem.column_orders[column] >= level;
+        let mut candidates: Vec<Column> = problem.incidence.columns().filter(candidate).collect();
+        candidates.sort_by_key(|&c| (wish(c, problem.column_orders[c] - level), std::cmp::Reverse(c)));
+        let rows: Vec<Row> = problem.incidence.rows().filter(|&row| problem.row_orders[row] >= level).collect();
+        for column in choose_level(problem, &rows, &candidates, &mut uncertain)? {
+            dummies[column] = level;
+        }
+    }
+    uncertain.sort_unstable();
+    uncertain.dedup();
+    Ok(DummyPlan { dummies, uncertain })
+}
+
+/// As many of the candidates as rows, numerically independent as far as possible.
+fn choose_level(
+    problem: DummyProblem<'_>,
+    rows: &[Row],
+    candidates: &[Column],
+    uncertain: &mut Vec<Row>,
+) -> Result<Vec<Column>, NoChoice> {
+    let mut place: IndexVec<Column, Option<usize>> = IndexVec::filled(None, problem.incidence.column_count());
+    for (k, &column) in candidates.iter().enumerate() {
+        place[column] = Some(k);
+    }
+    let mut matrix = Columns { rows: rows.len(), columns: vec![Vec::new(); candidates.len()] };
+    let mut pattern = Incidence::new(problem.incidence.column_count());
+    for (position, &row) in rows.iter().enumerate() {
+        let entries = problem.incidence.entries(row).filter(|&(_, column)| place[column].is_some());
+        let entries: Vec<(Entry, Column)> = entries.collect();
+        for &(entry, column) in &entries {
+            if let Some(k) = place[column] {
+                matrix.columns[k].push((position as u32, problem.values[entry]));
+            }
+        }
+        let pushed = pattern.push_row(entries.iter().map(|&(_, column)| column));
+        pushed.expect("invariant: a part of a row that ascends");
+    }
+    let mut matching = Matching::empty(&pattern);
+    for (k, row) in independent_columns(&matrix) {
+        matching.assign(Row(row), candidates[k]);
+    }
+    complete(&pattern, rows, &mut matching, uncertain)?;
+    Ok(matching.column_of_row.iter().flatten().copied().collect())
+}
+
+/// Matches the rows that are left.  The numerical choice need not be a matching by pattern (elimination fills in), so
+/// its pairs are first put into place.
+fn complete(
+    pattern: &Incidence,
+    rows: &[Row],
+    matching: &mut Matching,
+    uncertain: &mut Vec<Row>,
+) -> Result<(), NoChoice> {
+    let chosen: Vec<Column> = matching.column_of_row.iter().flatten().copied().collect();
+    if chosen.len() == rows.len() {
+        return Ok(());
+    }
+    let mut is_chosen = IndexVec::filled(false, pattern.column_count());
+    for &column in &chosen {
+        is_chosen[column] = true;
+    }
+    uncertain.extend(pattern.rows().filter(|&row| matching.column_of_row[row].is_none()).map(|row| rows[row.index()]));
+    *matching = Matching::empty(pattern);
+    let mut augmenter = Augmenter::new();
+    for row in pattern.rows() {
+        // Chosen columns are independent, hence matchable together; a matched column stays matched later.
+        augmenter.augment(pattern, matching, row, |column| is_chosen[column]);
+    }
+    for row in pattern.rows() {
+        if augmenter.augment(pattern, matching, row, |_| true) != Augmentation::Matched {
+            return Err(NoChoice);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signature::any_signature;
+    use proptest::prelude::*;
+
+    /// Pendulum as first-order equations with multiplier: x, y, vx, vy, F; the equations x' = vx, y' = vy and the
+    /// length are differentiated.
+    #[test]
+    fn the_pendulum_keeps_one_coordinate_and_its_velocity() {
+        let text = "3 rows, 5 columns\neq0: v0 v2\neq1: v1 v3\neq2: v0 v1\n";
+        let incidence: Incidence = text.parse().expect("text");
+        let (row_orders, column_orders) = (IndexVec::from_vec(vec![1, 1, 2]), IndexVec::from_vec(vec![2, 2, 1, 1, 0]));
+        let choose = |x: f64, y: f64, wish: fn(Column) -> u32| {
+            let values = IndexVec::from_vec(vec![1.0, -1.0, 1.0, -1.0, 2.0 * x, 2.0 * y]);
+            let problem = DummyProblem {
+                incidence: &incidence,
+                row_orders: &row_orders,
+                column_orders: &column_orders,
+                values: &values,
+            };
+            let plan = choose_dummies(problem, |column, order| (order == 0, wish(column))).expect("regular");
+            (plan.dummies.raw, plan.uncertain)
+        };
+        assert_eq!(choose(0.6, -0.8, |_| 0), (vec![1, 2, 0, 1, 0], vec![]));
+        assert_eq!(choose(0.6, -0.8, |c| c.0 % 2), (vec![2, 1, 1, 0, 0], vec![]));
+        // Hanging straight down, x follows from nothing: y must stay dependent whatever is wished.
+        assert_eq!(choose(0.0, -1.0, |c| c.0 % 2), (vec![1, 2, 0, 1, 0], vec![]));
+        // At the origin nothing is regular; the structure decides.
+        assert_eq!(choose(0.0, 0.0, |_| 0).1, vec![Row(2)]);
+    }
+
+    proptest! {
+        /// With generic values every level is non-singular: checked by the definition, a determinant of the chosen
+        /// columns that does not vanish; the states left over are as many as the sums of the offsets differ.
+        #[test]
+        fn chosen_columns_are_regular_on_every_level(signature in any_signature(5, 2), seed in 0_u64..1000) {
+            let Some((rows, columns)) = signature.offsets() else { return Ok(()) };
+            let n = signature.size();
+            let leading = |i: usize, j: usize| signature.order(i, j).is_some_and(|order| order + rows[i] == columns[j]);
+            let lists = (0..n).map(|i| (0..n).filter(|&j| leading(i, j)).map(Column::new).collect::<Vec<_>>());
+            let incidence = Incidence::from_rows(n, lists).expect("ascending");
+            let mut state = seed * 2 + 1;
+            let values = incidence.entry_table(|_, _| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                0.5 + (state >> 33) as f64 / (1_u64 << 31) as f64
+            });
+            let (row_orders, column_orders) = (IndexVec::from_vec(rows.clone()), IndexVec::from_vec(columns.clone()));
+            let problem = DummyProblem {
+                incidence: &incidence,
+                row_orders: &row_orders,
+                column_orders: &column_orders,
+                values: &values,
+            };
+            let plan = choose_dummies(problem, |column, order| (order == 0, column)).expect("offsets are canonical");
+            prop_assert_eq!(plan.dummies.iter().sum::<u32>(), rows.iter().sum::<u32>());
+            for level in 1..=rows.iter().copied().max().unwrap_or(0) {
+                let chosen: Vec<usize> = (0..n).filter(|&j| plan.dummies.raw[j] >= level).collect();
+                let used: Vec<usize> = (0..n).filter(|&i| rows[i] >= level).collect();
+                prop_assert_eq!(chosen.len(), used.len());
+                prop_assert!(chosen.iter().all(|&j| columns[j] >= level));
+                let at = |i: usize, j: usize| incidence.entry(Row::new(i), Column::new(j)).map_or(0.0, |e| values[e]);
+                let matrix: Vec<Vec<f64>> = used.iter().map(|&i| chosen.iter().map(|&j| at(i, j)).collect()).collect();
+                prop_assert!(determinant(&matrix).abs() > 1e-12, "level {level}: {matrix:?}");
+            }
+        }
+    }
+
+    /// By expansion along the first row.
+    fn determinant(matrix: &[Vec<f64>]) -> f64 {
+        let Some((first, rest)) = matrix.split_first() else { return 1.0 };
+        let minor = |j: usize| {
+            let rows = rest.iter().map(|row| [&row[..j], &row[j + 1..]].concat());
+            determinant(&rows.collect::<Vec<_>>())
+        };
+        let sign = |j: usize| if j.is_multiple_of(2) { 1.0 } else { -1.0 };
+        first.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(j, value)| sign(j) * value * minor(j)).sum()
+    }
+}
