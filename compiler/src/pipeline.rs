@@ -168,7 +168,9 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
         Err(table) => Compilation::new(table.files, table.diagnostics),
         Ok(mut tree) => {
             let instantiated = (options.clock)();
+            debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
             let flat = hyd_flat::flatten(&mut tree);
+            debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
             result.set_at_translation = used;

@@ -21,6 +21,7 @@ mod section;
 mod shape;
 mod statement;
 mod variable;
+mod verify;
 mod walk;
 mod when;
 
@@ -29,3 +30,4 @@ pub use model::{
     BlockId, ConstId, EquationBlock, Experiment, FlatModel, Message, Operand, PerElement, Section, StateSelect, Target,
     VarId, VariableBlock,
 };
+pub use verify::verify;

@@ -15,6 +15,7 @@ mod import;
 pub mod instance;
 mod lookup;
 pub mod modifier;
+mod print;
 pub mod record;
 pub mod shape;
 mod size;
