@@ -48,7 +48,6 @@ impl CompiledSystem {
         let changed = self.differs();
         let terminated = self.termination(Point { unknown: y, rate: yp });
         let reinitialised = self.reinitialise(y, yp);
-        self.memory.fresh = false;
         let layout = &self.shared.lowered.layout;
         let discrete = &self.memory.data[layout.discrete.start as usize..layout.discrete.end as usize];
         if discrete.iter().chain(y.iter()).all(|value| value.is_finite()) {
@@ -67,8 +66,8 @@ impl CompiledSystem {
     fn save_pre(&mut self, phase: EventPhase, point: Point<'_>) {
         let shared = self.shared.clone();
         let layout = &shared.lowered.layout;
-        // At the very start `pre` of discrete variables are their start values, as `bind` left them.
-        if phase != EventPhase::Initial || !self.memory.fresh {
+        // During the start `pre` of discrete variables are their start values, as `bind` left them (Modelica 3.6, 8.6).
+        if phase != EventPhase::Initial {
             let discrete = layout.discrete.start as usize..layout.discrete.end as usize;
             self.memory.data.copy_within(discrete, layout.pre.start as usize);
         }

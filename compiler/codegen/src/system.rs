@@ -34,8 +34,6 @@ pub(crate) struct Own {
     pub before: Vec<f64>,
     /// Discrete values before a round of a pass.
     pub last: Vec<f64>,
-    /// No pass of the event iteration has run since `bind`.
-    pub fresh: bool,
     scratch: Vec<f64>,
     registers: Registers,
 }
@@ -63,7 +61,6 @@ impl CompiledSystem {
             out: vec![0.0; 3 * sizes.into_iter().max().unwrap_or(0)],
             before: vec![0.0; layout.discrete.len() + layout.held.len()],
             last: vec![0.0; layout.discrete.len()],
-            fresh: true,
             scratch: vec![0.0; scratch_length(&shared)],
             registers: shared.engine.registers(),
         };
@@ -148,7 +145,6 @@ impl CompiledSystem {
         for &(index, given) in &self.shared.parameters.unbound {
             self.memory.data[index as usize] = self.memory.data[given.value as usize];
         }
-        self.memory.fresh = true;
     }
 
     /// Discrete variables and their `pre` start at their start values.

@@ -110,7 +110,16 @@ impl Flattener<'_, '_> {
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
             if let Element::Component(component) = &elements(&owner)[element.position as usize] {
-                components.push(component.clone());
+                let mut component = component.clone();
+                // What a short definition or an `extends` clause says of an input is its default.
+                let modified = shape.frames[element.frame as usize].modifications.iter().find_map(|(_, tree)| {
+                    let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
+                    inner.binding.clone()
+                });
+                if let Some(value) = modified {
+                    component.modification.binding = Some((*value).clone());
+                }
+                components.push(component);
             }
         }
         self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
@@ -135,7 +144,9 @@ impl Flattener<'_, '_> {
                 self.run(&section.statements, &mut inner)?;
             }
         }
-        if !found {
+        // Declarations alone may give the outputs their values.
+        let given = |c: &Component| c.direction != Some(Direction::Output) || c.modification.binding.is_some();
+        if !found && !components.iter().all(given) {
             let message = format!("the function `{}` has no algorithm", def.name.name);
             return Err(self.error(Code::BadArguments, span, message));
         }
@@ -235,10 +246,7 @@ impl Flattener<'_, '_> {
                 positional.get(k).or_else(|| named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e));
             let local = match (given, &input.modification.binding) {
                 (Some(expr), _) => {
-                    let before = std::mem::replace(&mut cx.no_event, true);
-                    let local = self.local_value(expr, cx);
-                    cx.no_event = before;
-                    let local = local?;
+                    let local = self.local_value(expr, cx)?;
                     self.check_argument(expr, input, &local)?;
                     local
                 }

@@ -351,6 +351,18 @@ impl Flattener<'_, '_> {
         if !complete && self.mentions_counter(expr, cx) {
             return Err(Fail::NeedsExpansion);
         }
+        if cx.depth > 0 {
+            // Inside a function the names are its own: what is known of them is known as nodes.
+            let value = self.lower(expr, cx, &[])?;
+            let known = self.model.templates.arena.as_constant(value.node);
+            return match known.filter(|x| x.fract() == 0.0 && x.abs() < 1e15) {
+                Some(x) => Ok(Affine::constant(x as i64)),
+                None => {
+                    let message = "a whole number that is known before the run is needed here";
+                    Err(self.error(Code::NotStructural, expr.span, message))
+                }
+            };
+        }
         match self.tree.evaluate(expr, cx.scope, &env)? {
             Value::Integer(k) => Ok(Affine::constant(k)),
             Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),

@@ -7,11 +7,12 @@
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ComponentRef, Expr, Ident, Import, ImportKind, Name, Path, Variability};
+use hyd_syntax::tree::{ClassBody, ComponentRef, Element, Expr, Ident, Import, ImportKind, Name, Path, Variability};
 
 use crate::build::InstanceTree;
-use crate::class::{ClassId, ClassTable, imports};
+use crate::class::{ClassId, ClassTable, elements, imports};
 use crate::instance::{InstId, LocalClass, Scope};
+use crate::shape::{Shape, ShapeElement};
 use crate::value::EnumType;
 
 /// What a reference names.
@@ -178,6 +179,9 @@ impl InstanceTree<'_> {
         if let (Some(shape), false) = (&shape, path.global)
             && let Some(element) = shape.visible(&first.name, scope.frame).filter(|e| !e.component)
         {
+            if let Some(inner) = self.inner_class(scope.inst, shape, element) {
+                return self.find_class(inner, path);
+            }
             let found = match self.instances[scope.inst].local_classes.get(&first.name) {
                 Some(local) => Some(local.clone()),
                 None => {
@@ -201,6 +205,32 @@ impl InstanceTree<'_> {
             }
         };
         Ok(LocalClass { class, mods: Vec::new() })
+    }
+
+    /// For an `outer` class: where the `inner` class of that name is declared.
+    fn inner_class(&self, inst: InstId, shape: &Shape, element: &ShapeElement) -> Option<Scope> {
+        let prefixes = |shape: &Shape, element: &ShapeElement| {
+            let owner = self.table.class(shape.frames[element.frame as usize].class);
+            match elements(&owner.def).get(element.position as usize) {
+                Some(Element::Class(nested)) => Some(nested.prefixes.clone()),
+                _ => None,
+            }
+        };
+        let own = prefixes(shape, element)?;
+        if !own.outer || own.inner {
+            return None;
+        }
+        let mut current = self.instances[inst].parent;
+        while let Some(above) = current {
+            if let Some(shape) = &self.instances[above].shape
+                && let Some(&k) = shape.by_name.get(&element.name)
+                && prefixes(shape, &shape.elements[k as usize]).is_some_and(|p| p.inner)
+            {
+                return Some(Scope { inst: above, frame: shape.elements[k as usize].frame });
+            }
+            current = self.instances[above].parent;
+        }
+        None
     }
 
     /// What a reference names; gives a message if nothing.

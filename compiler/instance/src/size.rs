@@ -55,6 +55,10 @@ impl InstanceTree<'_> {
         let value = self.evaluate(dim, scope, &Env::default())?;
         let size = match &value {
             Value::Integer(size) => Some(*size),
+            // An enumeration as a size: one element per literal.
+            Value::Array(items) if items.iter().all(|v| matches!(v, Value::Enumeration(..))) => {
+                Some(items.len() as i64)
+            }
             Value::Enumeration(..) | Value::Boolean(_) | Value::Real(_) | Value::Text(_) | Value::Array(_) => None,
         };
         match size {

@@ -88,7 +88,7 @@ codes! {
         "A model can be solved only if it has as many equations as unknowns. The message names the smallest part that is over- or under-determined.";
     Singular = "E0402", "structurally singular",
         "The numbers of equations and unknowns agree, but some equations determine the same unknowns more than once while others are left open.";
-    HighIndex = "E0403", "constraints between states",
+    HighIndex = "E0403", "constraints between states remain",
         "Some states depend on each other through constraints, so that the constraints must be differentiated before the system can be solved.";
     InitialUnbalanced = "E0404", "initial conditions do not fit",
         "Start values and initial equations determine the start more than once, or not at all.";

@@ -120,7 +120,7 @@ pub enum ParameterError {
 /// Which pass of the event iteration is asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum EventPhase {
-    /// At the start: `initial()` is true; `pre` of discrete variables are their start values in the first pass.
+    /// At the start: `initial()` is true; `pre` of discrete variables are their start values.
     Initial,
     /// Once the start has settled: `initial()` is false now, and what it held back may happen; `pre(v)` is the value at
     /// the start.
