@@ -64,6 +64,18 @@ fn simple_name(function: &ComponentRef) -> Option<&str> {
     }
 }
 
+/// `homotopy(actual = a, simplified = s)` by position.
+fn homotopy_arguments(name: &str, arguments: &Arguments) -> Option<Vec<Expr>> {
+    let Arguments::List { positional, named } = arguments else { return None };
+    if name != "homotopy" || named.is_empty() {
+        return None;
+    }
+    let given = |k: usize, name: &str| {
+        positional.get(k).or_else(|| named.iter().find(|(n, _)| n.name.as_ref() == name).map(|(_, e)| e)).cloned()
+    };
+    Some(vec![given(0, "actual")?, given(1, "simplified")?])
+}
+
 impl Flattener<'_, '_> {
     pub(crate) fn lower_call(
         &mut self,
@@ -80,6 +92,8 @@ impl Flattener<'_, '_> {
             }
         };
         if let Some(name) = simple_name(function) {
+            let ordered = homotopy_arguments(name, arguments);
+            let list = ordered.as_deref().unwrap_or(list);
             if let Some(result) = self.lower_operator(span, name, list, cx, index) {
                 return result;
             }
@@ -135,10 +149,7 @@ impl Flattener<'_, '_> {
             "smooth" => {
                 self.expect_arguments(span, name, list, 2).and_then(|()| self.without_events(&list[1], cx, index))
             }
-            "homotopy" => match list.first() {
-                Some(actual) => self.lower(actual, cx, index),
-                None => Err(self.error(Code::BadArguments, span, "`homotopy` takes 2 arguments, not 0")),
-            },
+            "homotopy" => self.expect_arguments(span, name, list, 2).and_then(|()| self.lower(&list[0], cx, index)),
             "semiLinear" => self.lower_semi_linear(span, list, cx),
             "sample" => self.lower_sample(span, list, cx),
             "size" | "ndims" | "zeros" | "ones" | "fill" | "identity" | "linspace" => {
@@ -321,6 +332,10 @@ impl Flattener<'_, '_> {
                     return Err(self.error(Code::ArrayShape, span, format!("there is no dimension {}", k + 1)));
                 };
                 return Ok(self.literal(size as f64, ScalarType::Integer));
+            }
+            ("ndims", [array]) => {
+                let dimensions = self.shape(array, cx)?.len();
+                return Ok(self.literal(dimensions as f64, ScalarType::Integer));
             }
             _ => {}
         }

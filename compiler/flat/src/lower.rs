@@ -376,7 +376,8 @@ impl Flattener<'_, '_> {
     ) -> Result<Typed, Fail> {
         let mark = cx.names.len();
         let mut rest = index;
-        for iterator in iterators {
+        // The last iterator is the outermost (10.4.1).
+        for iterator in iterators.iter().rev() {
             let Some((first, others)) = rest.split_first() else {
                 return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
             };

@@ -40,7 +40,8 @@ impl Flattener<'_, '_> {
             ExprKind::ArrayFor(body, iterators) => {
                 let mark = cx.names.len();
                 let mut shape = Vec::new();
-                for iterator in iterators {
+                // The last iterator is the outermost (10.4.1).
+                for iterator in iterators.iter().rev() {
                     let range = self.range(iterator, cx)?;
                     shape.push(range.count());
                     let local = match range {

@@ -301,6 +301,10 @@ impl InstanceTree<'_> {
                 None => element.modification.clone(),
             };
             let tree = Arc::new(crate::modifier::AstMod::from_syntax(&new.modification));
+            if let Some(first) = mods[position + 1..].iter().find(|m| m.tree.redeclare.is_some() && m.tree.is_final) {
+                let declared = first.tree.span;
+                self.final_modified(&element.name, applied.tree.span, declared);
+            }
             mods.truncate(position);
             mods.push(Applied { tree, scope: applied.scope, spread: applied.spread.clone() });
             mods.push(Applied { tree: kept, scope: own_scope, spread: Vec::new() });
@@ -336,17 +340,21 @@ impl InstanceTree<'_> {
                 continue;
             };
             if is_final {
-                let message = format!("`{name}` is final and cannot be modified");
-                let mut diagnostic = Diagnostic::error(Code::FinalModified, message);
-                if let Some(span) = outer.tree.span {
-                    diagnostic = diagnostic.at(span, "modified here");
-                }
-                if let Some(span) = applied.tree.span {
-                    diagnostic = diagnostic.with(span, "declared final here");
-                }
-                self.table.report(diagnostic);
+                self.final_modified(name, outer.tree.span, applied.tree.span);
                 return;
             }
         }
+    }
+
+    pub(crate) fn final_modified(&mut self, name: &str, at: Option<Span>, declared: Option<Span>) {
+        let message = format!("`{name}` is final and cannot be modified");
+        let mut diagnostic = Diagnostic::error(Code::FinalModified, message);
+        if let Some(span) = at {
+            diagnostic = diagnostic.at(span, "modified here");
+        }
+        if let Some(span) = declared {
+            diagnostic = diagnostic.with(span, "declared final here");
+        }
+        self.table.report(diagnostic);
     }
 }

@@ -39,6 +39,7 @@ impl InstanceTree<'_> {
             return Err(Reported);
         }
         if declaration.prefixes.outer && !declaration.prefixes.inner {
+            self.outer_says_nothing(declaration);
             return self.bind_outer(parent, &name, declaration.name.span);
         }
         let absent = match &declaration.condition {
@@ -79,6 +80,18 @@ impl InstanceTree<'_> {
         instance.direction = declaration.direction;
         instance.inner = declaration.prefixes.inner;
         instance.description = declaration.description.clone();
+    }
+
+    /// An `outer` declaration only names the `inner` one: it cannot say anything of it (5.4).
+    fn outer_says_nothing(&mut self, declaration: &Component) {
+        let modification = &declaration.modification;
+        if modification.binding.is_none() && modification.arguments.is_empty() {
+            return;
+        }
+        let message = format!("the `outer` element `{}` cannot have a value or modifiers", declaration.name.name);
+        let span = modification.span.unwrap_or(declaration.name.span);
+        let diagnostic = Diagnostic::error(Code::Misplaced, message).at(span, "");
+        self.table.report(diagnostic.help("they belong to the `inner` declaration"));
     }
 
     pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<(), Reported> {
@@ -314,7 +327,11 @@ impl InstanceTree<'_> {
                     self.table.report(diagnostic.maybe_help(help));
                     continue;
                 }
-                if attributes.iter().any(|(known, _)| known == name) {
+                if let Some((_, outer)) = attributes.iter().find(|(known, _)| known == name) {
+                    if tree.is_final {
+                        let outer = outer.tree.span;
+                        self.final_modified(name, outer, tree.span);
+                    }
                     continue;
                 }
                 let only = vec![applied.clone()];

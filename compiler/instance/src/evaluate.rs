@@ -96,14 +96,7 @@ impl InstanceTree<'_> {
             ExprKind::Array(items) => {
                 items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array)
             }
-            ExprKind::ArrayFor(body, iterators) => {
-                let mut items = Vec::new();
-                self.for_each(iterators, scope, env, &mut |tree, inner| {
-                    items.push(tree.evaluate(body, scope, inner)?);
-                    Ok(())
-                })?;
-                Ok(Value::Array(items))
-            }
+            ExprKind::ArrayFor(body, iterators) => self.comprehension(body, iterators, scope, env),
             ExprKind::Matrix(rows) => rows
                 .iter()
                 .map(|row| row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array))
@@ -199,6 +192,23 @@ impl InstanceTree<'_> {
             self.for_each(rest, scope, &inner, body)?;
         }
         Ok(())
+    }
+
+    /// `{e for i in A, j in B}` is `{{e for i in A} for j in B}`: the last iterator is the outermost (10.4.1).
+    fn comprehension(
+        &mut self,
+        body: &Expr,
+        iterators: &[Iterator],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let Some((last, inner)) = iterators.split_last() else { return self.evaluate(body, scope, env) };
+        let mut items = Vec::new();
+        self.for_each(std::slice::from_ref(last), scope, env, &mut |tree, env| {
+            items.push(tree.comprehension(body, inner, scope, env)?);
+            Ok(())
+        })?;
+        Ok(Value::Array(items))
     }
 
     fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, Reported> {

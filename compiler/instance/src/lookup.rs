@@ -390,6 +390,9 @@ impl InstanceTree<'_> {
             if let Some(inst) = self.imported_constant(class, name)? {
                 return self.steps(inst, reference, 0).map(Some);
             }
+            if self.table.class(class).def.encapsulated {
+                break;
+            }
             own = false;
             current = self.table.class(class).parent;
         }

@@ -138,8 +138,11 @@ pub fn of_child(mods: &Mods, name: &str, array: Option<InstId>) -> Mods {
         for (child, tree) in &applied.tree.children {
             if child.as_ref() == name {
                 let mut spread = applied.spread.clone();
-                if let (Some(array), false) = (array, tree.each) {
-                    spread.push(array);
+                match (array, tree.each) {
+                    (Some(array), false) => spread.push(array),
+                    // `each` with no array beside it speaks of the nearest one outside.
+                    (None, true) => drop(spread.pop()),
+                    _ => {}
                 }
                 result.push(Applied { tree: tree.clone(), scope: applied.scope, spread });
             }

@@ -106,6 +106,7 @@ impl ClassTable<'_> {
             );
             return Err(Reported);
         }
+        self.check_body(&def)?;
         open.push(class);
         let frame = shape.frames.len() as u32;
         shape.frames.push(Frame { class, visible: vec![frame], modifications: outer.to_vec() });
@@ -118,15 +119,19 @@ impl ClassTable<'_> {
                 }
                 Element::Class(nested) => {
                     let name = nested.class.name.name.clone();
-                    self.add_element(
-                        shape,
-                        frame,
-                        name,
-                        position,
-                        false,
-                        &Modification::default(),
-                        nested.class.name.span,
-                    )
+                    if matches!(nested.class.body, ClassBody::Long { extends_from: Some(_), .. }) {
+                        self.check_body(&nested.class)
+                    } else {
+                        self.add_element(
+                            shape,
+                            frame,
+                            name,
+                            position,
+                            false,
+                            &Modification::default(),
+                            nested.class.name.span,
+                        )
+                    }
                 }
                 Element::Component(component) => self.add_element(
                     shape,
@@ -147,6 +152,31 @@ impl ClassTable<'_> {
         }
         open.pop();
         result
+    }
+
+    /// Forms of classes that are outside the profile, and literals of an enumeration that are said twice.
+    fn check_body(&mut self, def: &ClassDef) -> Result<(), Reported> {
+        let outside = match &def.body {
+            ClassBody::Long { extends_from: Some(_), .. } => "extending a redeclared class (`redeclare model extends`)",
+            ClassBody::DerivativeOf(..) => "a function as a derivative of another (`der(f, x)`)",
+            ClassBody::Enumeration(Some(literals)) => {
+                for (k, literal) in literals.iter().enumerate() {
+                    let Some(first) = literals[..k].iter().find(|l| l.name.name == literal.name.name) else { continue };
+                    let message = format!("the literal `{}` is declared twice", literal.name.name);
+                    self.report(
+                        Diagnostic::error(Code::Redefinition, message)
+                            .at(literal.name.span, "second declaration")
+                            .with(first.name.span, "first declaration"),
+                    );
+                    return Err(Reported);
+                }
+                return Ok(());
+            }
+            _ => return Ok(()),
+        };
+        let message = format!("{outside} is outside the language profile");
+        self.report(Diagnostic::error(Code::OutsideProfile, message).at(def.name.span, ""));
+        Err(Reported)
     }
 
     fn inherit(
