@@ -26,6 +26,8 @@ const KNOWN_OPEN: &[Known] = &[
     ("arrays/boolean_index", "`Boolean` is not read as an array size"),
     ("arrays/diagonal_and_cat", "`diagonal` and `cat` are not there"),
     ("arrays/matrix_of_vectors", "`[a, b]` takes scalars only; the size message rejects vectors"),
+    ("arrays/vector_and_scalar", "`vector` is there only before the run"),
+    ("equations_for_if_when/when_several_results", "several results inside `when` are not read"),
     ("functions/assigns_input", "an assignment to an input is accepted"),
     ("inheritance/protected_extends", "elements of a protected `extends` stay public"),
     ("inheritance/same_declaration_again", "an own declaration equal to an inherited one is taken as a second one"),
