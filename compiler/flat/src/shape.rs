@@ -75,22 +75,27 @@ impl Flattener<'_, '_> {
         if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
             let Local::Array(_, sizes) = self.local_of_path(reference, cx)? else { return Ok(Vec::new()) };
             let subscripts = &reference.parts[reference.parts.len() - 1].subscripts;
-            let mut shape = Vec::new();
-            for (k, &size) in sizes.iter().enumerate() {
-                match subscripts.get(k) {
-                    None => shape.push(size),
-                    Some(expr) => match self.subscript(expr, size, cx)? {
-                        Subscript::At(_) => {}
-                        Subscript::All => shape.push(size),
-                        Subscript::Slice { count, .. } => shape.push(count),
-                        Subscript::List(list) => shape.push(list.len()),
-                    },
-                }
-            }
-            return Ok(shape);
+            return self.kept_sizes(&sizes, subscripts, cx);
         }
         let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
         self.steps_shape(&steps, cx)
+    }
+
+    /// The sizes of one array that its subscripts keep.
+    fn kept_sizes(&mut self, sizes: &[usize], subscripts: &[Expr], cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut kept = Vec::new();
+        for (k, &size) in sizes.iter().enumerate() {
+            match subscripts.get(k) {
+                None => kept.push(size),
+                Some(expr) => match self.subscript(expr, size, cx)? {
+                    Subscript::At(_) => {}
+                    Subscript::All => kept.push(size),
+                    Subscript::Slice { count, .. } => kept.push(count),
+                    Subscript::List(list) => kept.push(list.len()),
+                },
+            }
+        }
+        Ok(kept)
     }
 
     /// Sizes that a reference keeps.
@@ -98,17 +103,7 @@ impl Flattener<'_, '_> {
         let mut shape = Vec::new();
         for &(inst, subscripts) in steps {
             let dims = self.tree.instances[inst].dims.clone();
-            for (k, &size) in dims.iter().enumerate() {
-                match subscripts.get(k) {
-                    None => shape.push(size),
-                    Some(expr) => match self.subscript(expr, size, cx)? {
-                        Subscript::At(_) => {}
-                        Subscript::All => shape.push(size),
-                        Subscript::Slice { count, .. } => shape.push(count),
-                        Subscript::List(list) => shape.push(list.len()),
-                    },
-                }
-            }
+            shape.extend(self.kept_sizes(&dims, subscripts, cx)?);
         }
         Ok(shape)
     }
