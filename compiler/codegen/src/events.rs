@@ -214,9 +214,10 @@ impl CompiledSystem {
         self.run(shared.lowered.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
         self.run_own(shared.lowered.events.reinits, Point { unknown: y, rate: yp });
         let mut changed = false;
-        for (&unknown, &value) in unknowns.iter().zip(&self.memory.out) {
-            // A `reinit` that did not fire returns the state itself.
-            if value.to_bits() != y[unknown as usize].to_bits() {
+        // A state may have several, of which those that did not fire return what it was before all of them.
+        let before: Vec<f64> = unknowns.iter().map(|&unknown| y[unknown as usize]).collect();
+        for ((&unknown, &value), before) in unknowns.iter().zip(&self.memory.out).zip(before) {
+            if value.to_bits() != before.to_bits() {
                 y[unknown as usize] = value;
                 changed = true;
             }

@@ -44,26 +44,26 @@ pub struct Expected {
     ok: bool,
 }
 
-/// The folder of the cases.
-pub fn folder() -> PathBuf {
-    root().join("tests/language")
+/// The folder of the cases of this name (`language`, `stdlib`).
+pub fn folder(name: &str) -> PathBuf {
+    root().join("tests").join(name)
 }
 
 /// Every folder of cases is a known topic, and every case known to be open exists.
-pub fn check_topics(known: &[String], open: &[Known]) {
-    let unknown: Vec<String> = entries(&folder()).iter().map(|p| name_of(p)).filter(|n| !known.contains(n)).collect();
+pub fn check_topics(folder: &Path, known: &[String], open: &[Known]) {
+    let unknown: Vec<String> = entries(folder).iter().map(|p| name_of(p)).filter(|n| !known.contains(n)).collect();
     assert!(unknown.is_empty(), "no test for {unknown:?}");
     for (name, reason) in open {
-        let path = folder().join(name);
+        let path = folder.join(name);
         let exists = [path.clone(), path.with_extension("hyd"), path.with_extension("mo")].iter().any(|p| p.exists());
         assert!(exists && !reason.is_empty(), "{name} is listed as open and does not exist");
     }
 }
 
 /// Runs all cases of a topic and panics with all differences.
-pub fn run_topic(topic: &str, open: &[Known]) {
+pub fn run_topic(folder: &Path, topic: &str, open: &[Known]) {
     let mut report = String::new();
-    let cases = entries(&folder().join(topic));
+    let cases = entries(&folder.join(topic));
     assert!(!cases.is_empty(), "no cases of {topic}");
     for path in cases {
         let name = format!("{topic}/{}", path.file_stem().unwrap_or_default().to_string_lossy());

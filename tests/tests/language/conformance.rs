@@ -19,7 +19,7 @@ const OPEN: &[Known] = &[];
 #[test]
 fn conformance_cases() {
     let mut report = String::new();
-    let list = std::fs::read_dir(folder().join("conformance")).expect("the folder exists");
+    let list = std::fs::read_dir(folder("language").join("conformance")).expect("the folder exists");
     let mut paths: Vec<_> = list.map(|entry| entry.expect("listed").path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "json"));
     paths.sort();

@@ -1,0 +1,117 @@
+//! The components of the library: small models with the values that a closed form or a conservation law gives.
+//!
+//! A case is a file `tests/stdlib/<domain>/<name>.hyd` in the form of the language cases (see `tests/tests/language/main.rs`):
+//! `// expect: VARIABLE @ TIME = VALUE`.  A test of its own looks whether each component is used by at least one case, and
+//! whether each public element of a component says what it is.
+
+#[path = "language/case.rs"]
+mod case;
+#[path = "language/closed_form.rs"]
+mod closed_form;
+
+use std::path::{Path, PathBuf};
+
+use case::{check_topics, folder, run_topic};
+use hyd_tests::models::root;
+
+macro_rules! domains {
+    ($($name:ident)*) => {
+        $(
+            #[test]
+            fn $name() {
+                run_topic(&folder("stdlib"), stringify!($name), &[]);
+            }
+        )*
+
+        /// Every folder has a test.
+        #[test]
+        fn no_domain_is_left_out() {
+            check_topics(&folder("stdlib"), &[$(stringify!($name).to_string()),*], &[]);
+        }
+    };
+}
+
+domains! {
+    electrical magnetic translational hydraulic thermal signals
+}
+
+/// Texts below a folder.
+fn texts(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+        let path = entry.expect("listed").path();
+        if path.is_dir() {
+            found.extend(texts(&path));
+        } else if path.extension().is_some_and(|extension| extension == "hyd") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Whether `word` stands in `text` by itself.
+fn stands_in(text: &str, word: &str) -> bool {
+    let inside = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(word).any(|(at, _)| {
+        let before = text[..at].chars().next_back().is_some_and(inside);
+        let after = text[at + word.len()..].chars().next().is_some_and(inside);
+        !before && !after
+    })
+}
+
+#[test]
+fn every_component_is_tested() {
+    let mut used = String::new();
+    for file in texts(&folder("stdlib")).iter().chain(&texts(&root().join("models"))) {
+        used += &read(file);
+    }
+    let mut checked = 0;
+    let mut missing = Vec::new();
+    for file in texts(&root().join("stdlib/Hyd")) {
+        let text = read(&file);
+        let parts: Vec<String> =
+            file.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        let tested = ["Components", "Sources", "Sensors", "Drivers", "Blocks", "Fluids", "Functions"];
+        if stem(&file) == "package" || !parts.iter().any(|part| tested.contains(part)) || text.contains("\npartial ") {
+            continue;
+        }
+        checked += 1;
+        if !stands_in(&used, &stem(&file)) {
+            missing.push(stem(&file));
+        }
+    }
+    assert!(checked > 80, "only {checked} components found");
+    assert!(missing.is_empty(), "no case uses {missing:?}");
+}
+
+#[test]
+fn every_class_and_parameter_is_described() {
+    let mut missing = Vec::new();
+    for file in texts(&root().join("stdlib/Hyd")) {
+        let text = read(&file);
+        let mut statement = String::new();
+        for (number, line) in text.lines().enumerate().skip(1) {
+            statement += line.trim();
+            let open = statement.starts_with("parameter") && !statement.ends_with(';');
+            if number == 1 && !line.contains('"')
+                || statement.starts_with("parameter") && !open && !statement.contains('"')
+            {
+                missing.push(format!("{}:{}", stem(&file), number + 1));
+            }
+            if !open {
+                statement.clear();
+            }
+        }
+    }
+    assert!(missing.is_empty(), "without description: {missing:?}");
+}
