@@ -12,9 +12,16 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
-use crate::model::{Section, VarId};
+use crate::model::{PerElement, Section, VarId};
 use crate::section::Loops;
 use crate::when::WhenCondition;
+
+/// Where a statement stands.
+#[derive(Clone, Copy)]
+struct Place {
+    in_when: bool,
+    initial: bool,
+}
 
 impl Flattener<'_, '_> {
     pub(crate) fn algorithm(&mut self, section: &AlgorithmSection, scope: Scope) {
@@ -29,7 +36,7 @@ impl Flattener<'_, '_> {
             cx.whens.clone_from(&whens);
             cx.assigned = Some(Vec::new());
             let mut targets = Vec::new();
-            flat.targets(&section.statements, false, cx, &mut targets)?;
+            flat.targets(&section.statements, Place { in_when: false, initial: section.initial }, cx, &mut targets)?;
             cx.algorithm_targets = targets;
             flat.run(&section.statements, cx)?;
             for (v, value) in cx.assigned.take().unwrap_or_default() {
@@ -74,30 +81,30 @@ impl Flattener<'_, '_> {
     fn targets(
         &mut self,
         statements: &[Statement],
-        in_when: bool,
+        place: Place,
         cx: &mut Context,
         targets: &mut Vec<VarId>,
     ) -> Result<(), Fail> {
         for statement in statements {
             match &statement.kind {
-                StatementKind::Assign(target, _) => self.target(target, in_when, cx, targets)?,
+                StatementKind::Assign(target, _) => self.target(target, place, cx, targets)?,
                 StatementKind::AssignTuple(list, ..) => {
                     for target in list.iter().flatten() {
-                        self.target(target, in_when, cx, targets)?;
+                        self.target(target, place, cx, targets)?;
                     }
                 }
                 StatementKind::If(branches) => {
                     for (_, body) in branches {
-                        self.targets(body, in_when, cx, targets)?;
+                        self.targets(body, place, cx, targets)?;
                     }
                 }
                 StatementKind::When(branches) => {
                     for (_, body) in branches {
-                        self.targets(body, true, cx, targets)?;
+                        self.targets(body, Place { in_when: true, ..place }, cx, targets)?;
                     }
                 }
                 StatementKind::For(_, body) | StatementKind::While(_, body) => {
-                    self.targets(body, in_when, cx, targets)?
+                    self.targets(body, place, cx, targets)?
                 }
                 _ => {}
             }
@@ -109,7 +116,7 @@ impl Flattener<'_, '_> {
     fn target(
         &mut self,
         target: &ComponentRef,
-        in_when: bool,
+        place: Place,
         cx: &mut Context,
         targets: &mut Vec<VarId>,
     ) -> Result<(), Fail> {
@@ -117,15 +124,19 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Misplaced, target.span, "only variables can be assigned"));
         };
         let last = steps[steps.len() - 1].0;
-        if self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter && !in_when {
+        let known = self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter;
+        let leaves = self.variables_below(last);
+        let computed = place.initial
+            && self.tree.instances[last].variability == hyd_syntax::tree::Variability::Parameter
+            && leaves.iter().all(|&block| self.model.variables[block].fixed == PerElement::All(false));
+        if known && !computed {
             let message =
                 format!("`{}` is a parameter or constant and cannot be assigned", self.tree.instances[last].name);
             return Err(self.error(Code::Misplaced, target.span, message));
         }
-        if in_when {
+        if place.in_when {
             self.make_discrete(last);
         }
-        let leaves = self.variables_below(last);
         for block in leaves {
             let block = &self.model.variables[block];
             targets.extend((0..block.count).map(|k| VarId(block.first.0 + k)));

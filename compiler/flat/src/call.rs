@@ -5,6 +5,7 @@ use hyd_source::{Code, Span};
 use hyd_symbolic::{Function, Node, Relation};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator};
 
+use crate::array::ARRAY_FUNCTIONS;
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind};
@@ -49,12 +50,14 @@ pub(crate) fn is_predefined(name: &str) -> bool {
         "linspace",
         "sum",
         "product",
-        "transpose",
-        "scalar",
         "integer",
         "Integer",
+        "String",
     ];
-    OPERATORS.contains(&name) || Function::from_name(name).is_some() || OUTSIDE.iter().any(|(n, _)| *n == name)
+    OPERATORS.contains(&name)
+        || ARRAY_FUNCTIONS.contains(&name)
+        || Function::from_name(name).is_some()
+        || OUTSIDE.iter().any(|(n, _)| *n == name)
 }
 
 fn simple_name(function: &ComponentRef) -> Option<&str> {
@@ -116,7 +119,7 @@ impl Flattener<'_, '_> {
         }
     }
 
-    fn expect_arguments(&mut self, span: Span, name: &str, list: &[Expr], count: usize) -> Result<(), Fail> {
+    pub(crate) fn expect_arguments(&mut self, span: Span, name: &str, list: &[Expr], count: usize) -> Result<(), Fail> {
         if list.len() == count {
             return Ok(());
         }
@@ -143,6 +146,7 @@ impl Flattener<'_, '_> {
             "edge" | "change" => self.lower_edge(span, name, list, cx, index),
             "initial" => Ok(Typed::boolean(self.model.templates.arena.intern(Node::Initial))),
             "terminal" => Ok(self.literal(0.0, ScalarType::Boolean)),
+            "String" => Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation")),
             "noEvent" => {
                 self.expect_arguments(span, name, list, 1).and_then(|()| self.without_events(&list[0], cx, index))
             }
@@ -159,11 +163,7 @@ impl Flattener<'_, '_> {
                 self.expect_arguments(span, name, list, 1).and_then(|()| self.lower_fold(name, &list[0], cx))
             }
             "min" | "max" if list.len() == 1 => self.lower_fold(name, &list[0], cx),
-            "transpose" => self.lower_transpose(span, list, cx, index),
-            "scalar" => self.expect_arguments(span, name, list, 1).and_then(|()| {
-                let all = self.elements_of(&list[0], cx)?;
-                all.into_iter().next().ok_or(Fail::Reported)
-            }),
+            _ if ARRAY_FUNCTIONS.contains(&name) => self.lower_array_function(span, name, list, cx, index),
             "integer" | "Integer" => self.expect_arguments(span, name, list, 1).and_then(|()| {
                 let value = self.lower(&list[0], cx, index)?;
                 let node = self.model.templates.arena.call1(Function::Floor, value.node);
@@ -302,7 +302,7 @@ impl Flattener<'_, '_> {
         match (name, list) {
             ("zeros", _) => return Ok(self.literal(0.0, ScalarType::Integer)),
             ("ones", _) => return Ok(self.literal(1.0, ScalarType::Integer)),
-            ("fill", [value, ..]) => return self.lower(value, cx, &[]),
+            ("fill", [value, sizes @ ..]) => return self.lower(value, cx, index.get(sizes.len()..).unwrap_or(&[])),
             ("linspace", [a, b, n]) => {
                 let (a, b) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
                 let count = self.affine(n, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
@@ -343,24 +343,6 @@ impl Flattener<'_, '_> {
         let whole = call_expr(span, name, list);
         let value = self.tree.evaluate(&whole, cx.scope, &env)?;
         self.element_of_value(span, &value, index)
-    }
-
-    fn lower_transpose(
-        &mut self,
-        span: Span,
-        list: &[Expr],
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
-        self.expect_arguments(span, "transpose", list, 1)?;
-        match index {
-            [i, j, rest @ ..] => {
-                let mut at = vec![j.clone(), i.clone()];
-                at.extend_from_slice(rest);
-                self.lower(&list[0], cx, &at)
-            }
-            _ => Err(self.error(Code::ArrayShape, span, "`transpose` gives a matrix")),
-        }
     }
 
     fn lower_fold(&mut self, name: &str, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
@@ -504,17 +486,21 @@ impl Flattener<'_, '_> {
         };
         match name {
             "zeros" | "ones" => sizes(self, cx, list),
-            "fill" => sizes(self, cx, list.get(1..).unwrap_or(&[])),
+            "fill" => {
+                let mut shape = sizes(self, cx, list.get(1..).unwrap_or(&[]))?;
+                shape.extend(list.first().map_or(Ok(Vec::new()), |value| self.shape(value, cx))?);
+                Ok(shape)
+            }
             "identity" => Ok(sizes(self, cx, list)?.iter().flat_map(|&n| [n, n]).collect()),
             "linspace" => sizes(self, cx, list.get(2..3).unwrap_or(&[])),
             "size" if list.len() == 1 => Ok(vec![self.shape(&list[0], cx)?.len()]),
-            "transpose" => Ok(list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))?.into_iter().rev().collect()),
-            "der" | "pre" | "noEvent" | "edge" | "change" | "homotopy" => {
+            _ if ARRAY_FUNCTIONS.contains(&name) => self.shape_of_array_function(span, name, list, cx),
+            "der" | "pre" | "noEvent" | "edge" | "change" | "homotopy" | "integer" => {
                 list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))
             }
             "smooth" => list.get(1).map_or(Ok(Vec::new()), |e| self.shape(e, cx)),
-            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "sample" | "semiLinear" | "scalar"
-            | "integer" | "Integer" => Ok(Vec::new()),
+            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "sample" | "semiLinear" | "Integer"
+            | "String" => Ok(Vec::new()),
             "min" | "max" if list.len() == 1 => Ok(Vec::new()),
             _ if Function::from_name(name).is_some() => {
                 for argument in list {

@@ -111,7 +111,7 @@ impl Context {
 
     /// The loop variables with fixed values, for evaluation at translation; `Err` if some are symbolic.
     pub fn env(&self) -> (hyd_instance::Env, bool) {
-        let mut env = hyd_instance::Env { names: Vec::new(), ends: self.ends.clone() };
+        let mut env = hyd_instance::Env { ends: self.ends.clone(), ..hyd_instance::Env::default() };
         let mut complete = true;
         for (name, local) in &self.names {
             match local {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_instance::class::elements;
 use hyd_instance::record::{Field, field, making_call};
-use hyd_instance::{ClassId, Resolved, ScalarType, Scope};
+use hyd_instance::{ClassId, Resolved, ScalarType, Scope, Value};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name,
@@ -300,6 +300,9 @@ impl Flattener<'_, '_> {
     pub(crate) fn local_value(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
         if let Some(record) = self.as_record(expr, cx)? {
             return Ok(record);
+        }
+        if self.is_text(expr, cx) {
+            return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
         }
         let shape = self.shape(expr, cx)?;
         if shape.is_empty() {

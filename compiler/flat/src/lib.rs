@@ -6,6 +6,7 @@
 //! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
 
 mod algorithm;
+mod array;
 mod call;
 mod connect;
 mod context;
@@ -20,6 +21,7 @@ mod sample;
 mod section;
 mod shape;
 mod statement;
+mod text;
 mod variable;
 mod verify;
 mod walk;

@@ -71,12 +71,7 @@ impl Flattener<'_, '_> {
                 self.lower(item, cx, rest)
             }
             ExprKind::ArrayFor(body, iterators) => self.lower_comprehension(expr.span, body, iterators, cx, index),
-            ExprKind::Matrix(rows) => {
-                let (&i, rest) = self.first_constant(expr.span, index)?;
-                let (&j, _) = self.first_constant(expr.span, rest)?;
-                let item = rows.get(i as usize).and_then(|row| row.get(j as usize)).ok_or(Fail::Reported)?;
-                self.lower(item, cx, &[])
-            }
+            ExprKind::Matrix(rows) => self.lower_matrix(expr.span, rows, cx, index),
             ExprKind::Tuple(items) => match items.as_slice() {
                 [Some(only)] => self.lower(only, cx, index),
                 _ => Err(self.error(Code::TypeMismatch, expr.span, "a list of results is not a value")),
@@ -224,6 +219,9 @@ impl Flattener<'_, '_> {
         b: &Expr,
         cx: &mut Context,
     ) -> Result<Typed, Fail> {
+        if let Some(decided) = self.relate_texts(relation, a, b, cx)? {
+            return Ok(decided);
+        }
         let (x, y) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
         let fits = x.is_number() && y.is_number() || x.scalar == y.scalar;
         if !fits {
@@ -268,7 +266,7 @@ impl Flattener<'_, '_> {
         self.combine(span, op, x, y)
     }
 
-    fn combine(&mut self, span: Span, op: BinaryOp, x: Typed, y: Typed) -> Result<Typed, Fail> {
+    pub(crate) fn combine(&mut self, span: Span, op: BinaryOp, x: Typed, y: Typed) -> Result<Typed, Fail> {
         use BinaryOp as Op;
         self.want_number(span, "this operator", &x)?;
         self.want_number(span, "this operator", &y)?;

@@ -356,7 +356,10 @@ impl Flattener<'_, '_> {
             let value = self.lower(expr, cx, &[])?;
             let known = self.model.templates.arena.as_constant(value.node);
             return match known.filter(|x| x.fract() == 0.0 && x.abs() < 1e15) {
-                Some(x) => Ok(Affine::constant(x as i64)),
+                Some(x) => {
+                    let shift = i64::from(matches!(value.scalar, ScalarType::Boolean));
+                    Ok(Affine::constant(x as i64 + shift))
+                }
                 None => {
                     let message = "a whole number that is known before the run is needed here";
                     Err(self.error(Code::NotStructural, expr.span, message))
@@ -366,6 +369,8 @@ impl Flattener<'_, '_> {
         match self.tree.evaluate(expr, cx.scope, &env)? {
             Value::Integer(k) => Ok(Affine::constant(k)),
             Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),
+            // `false` is the first element of an array over `Boolean`, `true` the second.
+            Value::Boolean(b) if cx.ends.last() == Some(&2) => Ok(Affine::constant(i64::from(b) + 1)),
             other => {
                 let message = format!("an Integer is needed here, not {}", other.type_name());
                 Err(self.error(Code::TypeMismatch, expr.span, message))

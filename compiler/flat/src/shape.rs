@@ -61,7 +61,7 @@ impl Flattener<'_, '_> {
                 Local::Array(_, shape) => shape,
                 _ => Vec::new(),
             }),
-            ExprKind::Matrix(rows) => Ok(vec![rows.len(), rows.first().map_or(0, Vec::len)]),
+            ExprKind::Matrix(rows) => self.shape_of_matrix(rows, cx),
             ExprKind::Call(function, arguments) => self.shape_of_call(expr.span, function, arguments, cx),
             ExprKind::Tuple(items) => match items.as_slice() {
                 [Some(only)] => self.shape(only, cx),

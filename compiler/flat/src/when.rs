@@ -12,6 +12,7 @@ use hyd_syntax::tree::{Arguments, ComponentRef, Equation, EquationKind, Expr, Ex
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
+use crate::lower::Typed;
 use crate::model::{Section, VarId};
 use crate::section::Loops;
 
@@ -27,8 +28,8 @@ pub enum WhenCondition {
 /// A variable set in one or several branches.
 struct Target<'e> {
     reference: &'e ComponentRef,
-    /// Per branch: the expression, if the branch sets the variable.
-    values: Vec<Option<&'e Expr>>,
+    /// Per branch: the expression, if the branch sets the variable, and which output of a call it takes.
+    values: Vec<Option<(&'e Expr, Option<usize>)>>,
     span: Span,
 }
 
@@ -282,20 +283,17 @@ impl Flattener<'_, '_> {
             for equation in body {
                 match &equation.kind {
                     EquationKind::Equal(left, right) => {
-                        let ExprKind::Ref(reference) = &left.kind else {
-                            let message = "inside `when` the left side must be a variable";
-                            let _ = self.error(Code::Misplaced, left.span, message);
-                            continue;
-                        };
-                        let text = hyd_syntax::print_expr(left);
-                        let known = targets.iter_mut().find(|t| print_ref(t.reference) == text);
-                        match known {
-                            Some(target) => target.values[k] = Some(right),
-                            None => {
-                                let mut values = vec![None; branches.len()];
-                                values[k] = Some(right);
-                                targets.push(Target { reference, values, span: equation.span });
+                        let parts: Vec<(&Expr, Option<usize>)> = match &left.kind {
+                            ExprKind::Tuple(items) => {
+                                let several = items.len() > 1;
+                                let part =
+                                    |(n, e): (usize, &'e Option<Expr>)| Some((e.as_ref()?, several.then_some(n)));
+                                items.iter().enumerate().filter_map(part).collect()
                             }
+                            _ => vec![(left, None)],
+                        };
+                        for (part, output) in parts {
+                            self.when_target(part, (right, output), (k, branches.len()), equation.span, &mut targets);
                         }
                     }
                     EquationKind::Call(..) => {}
@@ -308,6 +306,55 @@ impl Flattener<'_, '_> {
             }
         }
         targets
+    }
+
+    /// Notes that branch `k` of `count` sets `left`.
+    fn when_target<'e>(
+        &mut self,
+        left: &'e Expr,
+        value: (&'e Expr, Option<usize>),
+        (k, count): (usize, usize),
+        span: Span,
+        targets: &mut Vec<Target<'e>>,
+    ) {
+        let ExprKind::Ref(reference) = &left.kind else {
+            let message = "inside `when` the left side must be a variable";
+            let _ = self.error(Code::Misplaced, left.span, message);
+            return;
+        };
+        let text = hyd_syntax::print_expr(left);
+        match targets.iter_mut().find(|t| print_ref(t.reference) == text) {
+            Some(target) => target.values[k] = Some(value),
+            None => {
+                let mut values = vec![None; count];
+                values[k] = Some(value);
+                targets.push(Target { reference, values, span });
+            }
+        }
+    }
+
+    /// The value a branch gives: an expression or one of several outputs of a call.
+    fn when_value(
+        &mut self,
+        (expr, output): (&Expr, Option<usize>),
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let Some(n) = output else {
+            let rank = self.shape(expr, cx)?.len();
+            return self.lower(expr, cx, if rank == 0 { &[] } else { index });
+        };
+        let ExprKind::Call(function, arguments) = &expr.kind else {
+            return Err(self.error(Code::TypeMismatch, expr.span, "several results come only from a function"));
+        };
+        let outputs = self.call_outputs(expr.span, function, arguments, cx)?;
+        match outputs.get(n) {
+            Some((_, value)) => self.element_of_local(expr.span, value, index),
+            None => {
+                let message = format!("the function gives {} values, but {} are taken", outputs.len(), n + 1);
+                Err(self.error(Code::BadArguments, expr.span, message))
+            }
+        }
     }
 
     fn when_assignment(
@@ -343,9 +390,8 @@ impl Flattener<'_, '_> {
             let pre = flat.slots.slot(SlotKey::Variable(Kind::Pre, first, offset));
             let mut right = flat.model.templates.arena.slot(pre);
             for (k, value) in target.values.iter().enumerate().rev() {
-                let Some(expr) = value else { continue };
-                let rank = flat.shape(expr, cx)?.len();
-                let value = flat.lower(expr, cx, if rank == 0 { &[] } else { &index })?;
+                let Some((expr, output)) = *value else { continue };
+                let value = flat.when_value((expr, output), cx, &index)?;
                 let fits = value.scalar == left.scalar
                     || value.is_number() && matches!(left.scalar, hyd_instance::ScalarType::Real);
                 if !fits {

@@ -41,6 +41,8 @@ pub struct InstanceTree<'s> {
     pub(crate) packages: FxHashMap<ClassId, InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     pub(crate) depth: usize,
+    /// Statements of functions computed so far.
+    pub(crate) statements: u64,
     /// Modifications from outside of the instances whose components are being made.
     pub(crate) pending: FxHashMap<InstId, Mods>,
 }
@@ -59,6 +61,7 @@ pub fn instantiate<'s>(
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         depth: 0,
+        statements: 0,
         pending: FxHashMap::default(),
     };
     let def = tree.table.class(class).def.clone();

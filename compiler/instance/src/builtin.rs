@@ -1,5 +1,6 @@
 //! Functions of the language on values known at translation (Modelica 3.6, sections 3.7 and 10.3).
 
+use crate::array::array_function;
 use crate::evaluate::MAX_VALUES;
 use crate::value::{Value, binary};
 use hyd_syntax::tree::BinaryOp;
@@ -31,9 +32,10 @@ pub(crate) fn builtin(name: &str, values: &[Value]) -> Option<Value> {
             return Some(Value::Array((0..count).map(|k| Value::Real(a + step * k as f64)).collect()));
         }
         "ndims" => return Some(Value::Integer(values.first()?.shape().len() as i64)),
-        "scalar" => return values.first()?.flatten().first().map(|v| (*v).clone()),
-        "vector" => return Some(Value::Array(values.first()?.flatten().into_iter().cloned().collect())),
-        "noEvent" => return values.first().cloned(),
+        "diagonal" | "cat" | "vector" | "matrix" | "scalar" | "transpose" | "symmetric" | "outerProduct" | "cross"
+        | "skew" => return array_function(name, values),
+        "noEvent" | "homotopy" => return values.first().cloned(),
+        "smooth" => return values.get(1).cloned(),
         "integer" => return Some(Value::Integer(real(0)?.floor() as i64)),
         "Integer" => {
             return match values.first()? {
@@ -78,4 +80,38 @@ pub(crate) fn builtin(name: &str, values: &[Value]) -> Option<Value> {
         return None;
     }
     Some(Value::Real(function.apply(real(0)?, if function.arity() == 2 { real(1)? } else { 0.0 })))
+}
+
+/// True for functions of the language that have a value at translation.
+pub(crate) fn is_known(name: &str) -> bool {
+    const NAMES: &[&str] = &[
+        "zeros",
+        "ones",
+        "fill",
+        "identity",
+        "linspace",
+        "ndims",
+        "size",
+        "diagonal",
+        "cat",
+        "vector",
+        "matrix",
+        "scalar",
+        "transpose",
+        "symmetric",
+        "outerProduct",
+        "cross",
+        "skew",
+        "noEvent",
+        "homotopy",
+        "smooth",
+        "integer",
+        "Integer",
+        "sum",
+        "product",
+        "min",
+        "max",
+        "String",
+    ];
+    NAMES.contains(&name) || Function::from_name(name).is_some()
 }

@@ -7,7 +7,7 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp, Variability};
 
 use crate::build::InstanceTree;
-use crate::builtin::builtin;
+use crate::builtin::{builtin, is_known};
 use crate::instance::{InstId, Known, ScalarType, Scope, path};
 use crate::lookup::Resolved;
 use crate::modifier::Applied;
@@ -20,6 +20,8 @@ pub struct Env {
     pub names: Vec<(Name, Value)>,
     /// Sizes that `end` means, innermost last.
     pub ends: Vec<usize>,
+    /// Nesting of function calls.
+    pub calls: usize,
 }
 
 impl Env {
@@ -97,11 +99,19 @@ impl InstanceTree<'_> {
                 items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array)
             }
             ExprKind::ArrayFor(body, iterators) => self.comprehension(body, iterators, scope, env),
-            ExprKind::Matrix(rows) => rows
-                .iter()
-                .map(|row| row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array))
-                .collect::<Result<_, _>>()
-                .map(Value::Array),
+            ExprKind::Matrix(rows) => {
+                let mut values = Vec::with_capacity(rows.len());
+                for row in rows {
+                    let items: Vec<Value> =
+                        row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>()?;
+                    values.push(items);
+                }
+                crate::array::matrix(&values).ok_or_else(|| {
+                    let message = "the parts of this matrix have sizes that do not go together";
+                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(expr.span, ""));
+                    Reported
+                })
+            }
             ExprKind::Tuple(items) => match items.as_slice() {
                 [Some(only)] => self.evaluate(only, scope, env),
                 _ => {
@@ -215,7 +225,11 @@ impl InstanceTree<'_> {
         if !reference.global
             && let Some(value) = env.get(&reference.parts[0].name.name)
         {
-            return Ok(value.clone());
+            let value = value.clone();
+            return self.subscript(reference.span, value, &reference.parts[0].subscripts, scope, env);
+        }
+        if crate::size::names_boolean(reference) {
+            return Ok(Value::Array(vec![Value::Boolean(false), Value::Boolean(true)]));
         }
         match self.resolve(scope, reference)? {
             Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
@@ -320,6 +334,7 @@ impl InstanceTree<'_> {
         let k = match index {
             Value::Integer(k) => *k,
             Value::Enumeration(_, k) => i64::from(*k),
+            Value::Boolean(b) if items.len() == 2 => i64::from(*b) + 1,
             other => {
                 self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
                 return Err(Reported);
@@ -431,12 +446,17 @@ impl InstanceTree<'_> {
         let mut values = Vec::new();
         match arguments {
             Arguments::List { positional, named } => {
-                if !named.is_empty() {
-                    self.not_structural(
-                        span,
-                        format!("`{name}` with named arguments cannot be computed before the run"),
-                    );
-                    return Err(Reported);
+                if !is_known(&name) {
+                    return match self.call_function(span, function, positional, named, scope, env)? {
+                        Some(outputs) => outputs.into_iter().next().ok_or(Reported),
+                        None => {
+                            self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
+                            Err(Reported)
+                        }
+                    };
+                }
+                if name == "String" {
+                    return self.evaluate_text(span, positional, named, scope, env);
                 }
                 if name == "size" {
                     return self.evaluate_size(span, positional, scope, env);
@@ -470,15 +490,17 @@ impl InstanceTree<'_> {
 
     fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
         let shape = match arguments.first().map(|e| &e.kind) {
-            Some(ExprKind::Ref(reference)) => match self.resolve(scope, reference)? {
-                Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
-                    for (inst, _) in &steps {
-                        self.want_made(*inst, span)?;
+            Some(ExprKind::Ref(reference)) if env.get(&reference.parts[0].name.name).is_none() => {
+                match self.resolve(scope, reference)? {
+                    Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
+                        for (inst, _) in &steps {
+                            self.want_made(*inst, span)?;
+                        }
+                        steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
                     }
-                    steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
+                    _ => self.evaluate(&arguments[0], scope, env)?.shape(),
                 }
-                _ => self.evaluate(&arguments[0], scope, env)?.shape(),
-            },
+            }
             Some(_) => self.evaluate(&arguments[0], scope, env)?.shape(),
             None => Vec::new(),
         };
@@ -494,7 +516,7 @@ impl InstanceTree<'_> {
 }
 
 /// Integers as reals, in arrays too.
-fn widen(value: Value) -> Value {
+pub(crate) fn widen(value: Value) -> Value {
     match value {
         Value::Integer(k) => Value::Real(k as f64),
         Value::Array(items) => Value::Array(items.into_iter().map(widen).collect()),

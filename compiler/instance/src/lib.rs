@@ -5,6 +5,7 @@
 //! translation.  Rules are those of the Modelica specification 3.6, chapters 4, 5 and 7.  Connections are not looked at here
 //! and nothing is expanded: an array of components is one instance.
 
+mod array;
 mod build;
 mod builtin;
 pub mod class;
@@ -13,6 +14,7 @@ mod demand;
 mod evaluate;
 mod import;
 pub mod instance;
+mod interpret;
 mod lookup;
 pub mod modifier;
 mod print;
@@ -20,6 +22,7 @@ pub mod record;
 pub mod shape;
 mod size;
 mod sources;
+mod text;
 pub mod value;
 
 pub use build::{InstanceTree, Override, instantiate};

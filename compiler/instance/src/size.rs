@@ -6,7 +6,7 @@ use crate::modifier::Mods;
 use crate::shape::Shape;
 use crate::value::Value;
 use hyd_source::{Code, Diagnostic, Reported};
-use hyd_syntax::tree::{ClassBody, Expr};
+use hyd_syntax::tree::{ClassBody, ComponentRef, Expr};
 use std::rc::Rc;
 
 use crate::build::InstanceTree;
@@ -51,6 +51,9 @@ impl InstanceTree<'_> {
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
                 Reported
             });
+        }
+        if matches!(&dim.kind, hyd_syntax::tree::ExprKind::Ref(r) if names_boolean(r)) {
+            return Ok(2);
         }
         let value = self.evaluate(dim, scope, &Env::default())?;
         let size = match &value {
@@ -102,4 +105,9 @@ impl InstanceTree<'_> {
         }
         Ok(())
     }
+}
+
+/// `Boolean` as a size or range: `false`, then `true` (Modelica 3.6, section 10.5).
+pub(crate) fn names_boolean(reference: &ComponentRef) -> bool {
+    matches!(reference.parts.as_slice(), [only] if only.name.name.as_ref() == "Boolean" && only.subscripts.is_empty())
 }

@@ -10,6 +10,7 @@
 mod dae;
 pub mod math;
 mod tables;
+mod text;
 
 pub use dae::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError, Pattern,
@@ -18,3 +19,4 @@ pub use dae::{
 pub use tables::{
     EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability, VariableInfo,
 };
+pub use text::TextFormat;

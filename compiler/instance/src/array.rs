@@ -1,0 +1,144 @@
+//! Constructors of arrays on values known at translation (Modelica 3.6, sections 10.3 and 10.4).
+
+use hyd_syntax::tree::BinaryOp;
+
+use crate::value::{Value, binary};
+
+/// `name(values)` for functions that make or change arrays; `None` if it is none or the arguments do not fit.
+pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
+    match (name, values) {
+        ("diagonal", [Value::Array(v)]) => {
+            let row = |i: usize| {
+                Value::Array((0..v.len()).map(|j| if i == j { v[i].clone() } else { Value::Integer(0) }).collect())
+            };
+            Some(Value::Array((0..v.len()).map(row).collect()))
+        }
+        ("cat", [k, rest @ ..]) => {
+            let k = usize::try_from(k.as_integer()? - 1).ok()?;
+            concatenate(k, rest)
+        }
+        ("vector", [value]) => {
+            let long = value.shape().iter().filter(|&&size| size > 1).count();
+            (long <= 1).then(|| Value::Array(value.flatten().into_iter().cloned().collect()))
+        }
+        ("matrix", [value]) => promoted(value, 2),
+        ("scalar", [value]) => match value.flatten().as_slice() {
+            [only] => Some((*only).clone()),
+            _ => None,
+        },
+        ("transpose", [Value::Array(rows)]) => {
+            let columns = value_row(rows.first()?)?.len();
+            let column = |j: usize| rows.iter().map(|r| value_row(r)?.get(j).cloned()).collect::<Option<_>>();
+            (0..columns).map(|j| column(j).map(Value::Array)).collect::<Option<_>>().map(Value::Array)
+        }
+        ("symmetric", [Value::Array(rows)]) => {
+            let at = |i: usize, j: usize| value_row(rows.get(i.min(j))?)?.get(i.max(j)).cloned();
+            let n = rows.len();
+            let row = |i: usize| (0..n).map(|j| at(i, j)).collect::<Option<_>>().map(Value::Array);
+            (0..n).map(row).collect::<Option<_>>().map(Value::Array)
+        }
+        ("outerProduct", [Value::Array(a), b @ Value::Array(_)]) => {
+            a.iter().map(|x| binary(BinaryOp::Mul, x, b)).collect::<Option<_>>().map(Value::Array)
+        }
+        ("cross", [Value::Array(x), Value::Array(y)]) if x.len() == 3 && y.len() == 3 => {
+            let minor = |i: usize, j: usize| {
+                binary(BinaryOp::Sub, &binary(BinaryOp::Mul, &x[i], &y[j])?, &binary(BinaryOp::Mul, &x[j], &y[i])?)
+            };
+            Some(Value::Array(vec![minor(1, 2)?, minor(2, 0)?, minor(0, 1)?]))
+        }
+        ("skew", [Value::Array(x)]) if x.len() == 3 => {
+            let (zero, minus) = (Value::Integer(0), |k: usize| x[k].negate());
+            let rows = [
+                vec![zero.clone(), minus(2)?, x[1].clone()],
+                vec![x[2].clone(), zero.clone(), minus(0)?],
+                vec![minus(1)?, x[0].clone(), zero],
+            ];
+            Some(Value::Array(rows.map(Value::Array).to_vec()))
+        }
+        _ => None,
+    }
+}
+
+fn value_row(value: &Value) -> Option<&Vec<Value>> {
+    match value {
+        Value::Array(items) => Some(items),
+        _ => None,
+    }
+}
+
+/// A value with sizes of 1 added at the end up to `rank`; `None` if it has more dimensions.
+fn promoted(value: &Value, rank: usize) -> Option<Value> {
+    let missing = rank.checked_sub(value.shape().len())?;
+    fn deepen(value: &Value, missing: usize) -> Value {
+        match value {
+            Value::Array(items) => Value::Array(items.iter().map(|v| deepen(v, missing)).collect()),
+            scalar => (0..missing).fold(scalar.clone(), |inner, _| Value::Array(vec![inner])),
+        }
+    }
+    Some(deepen(value, missing))
+}
+
+/// Arrays put together along dimension `k` (from 0); the other sizes must agree.
+fn concatenate(k: usize, parts: &[Value]) -> Option<Value> {
+    if k == 0 {
+        let mut items = Vec::new();
+        let inner = parts.iter().find_map(|p| value_row(p)?.first().map(Value::shape));
+        for part in parts {
+            let row = value_row(part)?;
+            if row.first().map(Value::shape).is_some_and(|shape| Some(shape) != inner) {
+                return None;
+            }
+            items.extend(row.iter().cloned());
+        }
+        return Some(Value::Array(items));
+    }
+    let rows = value_row(parts.first()?)?.len();
+    let mut result = Vec::with_capacity(rows);
+    for i in 0..rows {
+        let slices: Option<Vec<Value>> =
+            parts.iter().map(|part| value_row(part).filter(|r| r.len() == rows)?.get(i).cloned()).collect();
+        result.push(concatenate(k - 1, &slices?)?);
+    }
+    Some(Value::Array(result))
+}
+
+/// `[a, b; c, d]`: parts side by side in rows, rows below each other; a vector is a column (10.4.2).
+pub(crate) fn matrix(rows: &[Vec<Value>]) -> Option<Value> {
+    let mut done = Vec::with_capacity(rows.len());
+    for row in rows {
+        let parts: Option<Vec<Value>> = row.iter().map(|value| promoted(value, 2)).collect();
+        done.push(concatenate(1, &parts?)?);
+    }
+    concatenate(0, &done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(values: &[i64]) -> Value {
+        Value::Array(values.iter().map(|&k| Value::Integer(k)).collect())
+    }
+
+    fn rows(values: &[&[i64]]) -> Value {
+        Value::Array(values.iter().map(|r| row(r)).collect())
+    }
+
+    /// Values worked out by hand from the definitions of section 10.3.5.
+    #[test]
+    fn constructors_follow_their_definitions() {
+        let of = |name: &str, values: &[Value]| array_function(name, values);
+        assert_eq!(of("diagonal", &[row(&[1, 2])]), Some(rows(&[&[1, 0], &[0, 2]])));
+        assert_eq!(of("cross", &[row(&[1, 2, 3]), row(&[4, 5, 6])]), Some(row(&[-3, 6, -3])));
+        assert_eq!(of("skew", &[row(&[1, 2, 3])]), Some(rows(&[&[0, -3, 2], &[3, 0, -1], &[-2, 1, 0]])));
+        assert_eq!(of("symmetric", &[rows(&[&[1, 2], &[9, 3]])]), Some(rows(&[&[1, 2], &[2, 3]])));
+        assert_eq!(of("outerProduct", &[row(&[1, 2]), row(&[3, 4])]), Some(rows(&[&[3, 4], &[6, 8]])));
+        let two = Value::Integer(2);
+        assert_eq!(
+            of("cat", &[two, rows(&[&[1], &[2]]), rows(&[&[3, 4], &[5, 6]])]),
+            Some(rows(&[&[1, 3, 4], &[2, 5, 6]]))
+        );
+        assert_eq!(of("cat", &[Value::Integer(1), row(&[1]), rows(&[&[2]])]), None);
+        assert_eq!(matrix(&[vec![row(&[1, 2]), row(&[3, 4])]]), Some(rows(&[&[1, 3], &[2, 4]])));
+    }
+}

@@ -1,0 +1,387 @@
+//! Functions of the user computed at translation: their algorithms run over values.
+//!
+//! A call with known arguments in a size, a condition, an attribute or a constant is computed here (Modelica 3.6, chapter 12).
+//! The run is bounded in statements and in depth of calls, so that a mistake ends in a message.  Arguments and locals are
+//! scalars, arrays and strings; records have no value at translation.
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{
+    Arguments, ClassBody, ClassKind, Component, ComponentRef, Direction, Element, Expr, Name, Statement, StatementKind,
+};
+
+use crate::build::InstanceTree;
+use crate::class::elements;
+use crate::evaluate::{Env, widen};
+use crate::instance::Scope;
+use crate::lookup::Resolved;
+use crate::value::Value;
+
+/// Most statements that all calls at translation may take together.
+const MAX_STATEMENTS: u64 = 20_000_000;
+
+/// Deepest nesting of calls at translation.
+const MAX_CALLS: usize = 128;
+
+/// How a list of statements ended.
+#[derive(PartialEq, Eq)]
+enum Flow {
+    Next,
+    Break,
+    Return,
+}
+
+impl InstanceTree<'_> {
+    /// The outputs of a call of a user's function; `None` if the name is no function that has an algorithm.
+    pub(crate) fn call_function(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        positional: &[Expr],
+        named: &[(hyd_syntax::tree::Ident, Expr)],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Option<Vec<Value>>, Reported> {
+        let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
+        let def = self.table.class(local.class).def.clone();
+        if def.kind != ClassKind::Function {
+            return Ok(None);
+        }
+        if env.calls >= MAX_CALLS {
+            let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
+            return Err(Reported);
+        }
+        let shape = self.table.shape(local.class)?;
+        let inst = self.package_of(local.class)?;
+        let mut components: Vec<(u32, Component)> = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.table.class(shape.frames[element.frame as usize].class).def.clone();
+            if let Element::Component(component) = &elements(&owner)[element.position as usize] {
+                components.push((element.frame, component.clone()));
+            }
+        }
+        let mut inner = Env { calls: env.calls + 1, ..Env::default() };
+        let mut position = 0;
+        for (frame, component) in &components {
+            let own = Scope { inst, frame: *frame };
+            let name = component.name.name.clone();
+            let given = if component.direction == Some(Direction::Input) {
+                position += 1;
+                let by_name = || named.iter().find(|(n, _)| n.name == name).map(|(_, e)| e);
+                positional.get(position - 1).or_else(by_name)
+            } else {
+                None
+            };
+            let value = match (given, &component.modification.binding) {
+                (Some(expr), _) => self.evaluate(expr, scope, env)?,
+                (None, Some(default)) => self.evaluate(&default.clone(), own, &inner)?,
+                (None, None) if component.direction == Some(Direction::Input) => {
+                    let message = format!("the input `{name}` has no value");
+                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
+                    return Err(Reported);
+                }
+                (None, None) => match self.unset(component, own, &inner)? {
+                    Some(value) => value,
+                    None => continue,
+                },
+            };
+            inner.names.push((name, fitted(component, value)));
+        }
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let owner = self.table.class(part.class).def.clone();
+            let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
+            if external.is_some() {
+                return Ok(None);
+            }
+            for section in algorithms {
+                let own = Scope { inst, frame: frame as u32 };
+                if self.run_statements(&section.statements, own, &mut inner)? == Flow::Return {
+                    break;
+                }
+            }
+        }
+        let mut outputs = Vec::new();
+        for (_, output) in components.iter().filter(|(_, c)| c.direction == Some(Direction::Output)) {
+            let Some((_, value)) = inner.names.iter().find(|(n, _)| *n == output.name.name) else {
+                let message = format!("`{}` does not set its output `{}`", def.name.name, output.name.name);
+                self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
+                return Err(Reported);
+            };
+            outputs.push(fitted(output, value.clone()));
+        }
+        Ok(Some(outputs))
+    }
+
+    /// An array before its elements are set; nothing for a scalar, which must be set before it is read.
+    fn unset(&mut self, component: &Component, scope: Scope, env: &Env) -> Result<Option<Value>, Reported> {
+        if component.dims.is_empty() {
+            return Ok(None);
+        }
+        let zero = match component.class.parts[0].name.as_ref() {
+            "Integer" => Value::Integer(0),
+            "Boolean" => Value::Boolean(false),
+            "String" => Value::Text("".into()),
+            _ => Value::Real(0.0),
+        };
+        let mut value = zero;
+        for dim in component.dims.iter().rev() {
+            if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
+                return Ok(None);
+            }
+            let size = self.evaluate(dim, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok());
+            let Some(size) = size.filter(|&k| k <= crate::evaluate::MAX_VALUES) else {
+                let message = format!("the size of `{}` is not a whole number in range", component.name.name);
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
+                return Err(Reported);
+            };
+            value = Value::Array(vec![value; size]);
+        }
+        Ok(Some(value))
+    }
+
+    fn run_statements(&mut self, statements: &[Statement], scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
+        for statement in statements {
+            self.count_statement(statement.span)?;
+            let flow = self.run_statement(statement, scope, env)?;
+            if flow != Flow::Next {
+                return Ok(flow);
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    fn count_statement(&mut self, span: Span) -> Result<(), Reported> {
+        self.statements += 1;
+        if self.statements == MAX_STATEMENTS {
+            let message = format!("functions computed before the run take more than {MAX_STATEMENTS} statements");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(span, "still running here"));
+        }
+        if self.statements >= MAX_STATEMENTS { Err(Reported) } else { Ok(()) }
+    }
+
+    fn run_statement(&mut self, statement: &Statement, scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
+        match &statement.kind {
+            StatementKind::Assign(target, value) => {
+                let value = self.evaluate(value, scope, env)?;
+                self.set_local(target, value, scope, env)?;
+            }
+            StatementKind::AssignTuple(targets, function, arguments) => {
+                let outputs = self.call_of(statement.span, function, arguments, scope, env)?;
+                for (target, value) in targets.iter().zip(outputs) {
+                    if let Some(target) = target {
+                        self.set_local(target, value, scope, env)?;
+                    }
+                }
+            }
+            StatementKind::If(branches) => {
+                for (condition, body) in branches {
+                    let taken = match condition {
+                        Some(condition) => self.holds(condition, scope, env)?,
+                        None => true,
+                    };
+                    if taken {
+                        return self.run_statements(body, scope, env);
+                    }
+                }
+            }
+            StatementKind::For(iterators, body) => {
+                let flow = self.run_loop(iterators, body, scope, env)?;
+                return Ok(if flow == Flow::Return { flow } else { Flow::Next });
+            }
+            StatementKind::While(condition, body) => {
+                while self.holds(condition, scope, env)? {
+                    self.count_statement(statement.span)?;
+                    match self.run_statements(body, scope, env)? {
+                        Flow::Next => {}
+                        Flow::Break => break,
+                        Flow::Return => return Ok(Flow::Return),
+                    }
+                }
+            }
+            StatementKind::Break => return Ok(Flow::Break),
+            StatementKind::Return => return Ok(Flow::Return),
+            StatementKind::Call(function, arguments) => {
+                self.run_call(statement.span, function, arguments, scope, env)?
+            }
+            StatementKind::When(_) => {
+                let message = "`when` is not allowed in a function";
+                self.table.report(Diagnostic::error(Code::Misplaced, message).at(statement.span, ""));
+                return Err(Reported);
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    fn run_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<(), Reported> {
+        if function.parts[0].name.name.as_ref() != "assert" {
+            return self.call_of(span, function, arguments, scope, env).map(|_| ());
+        }
+        let Arguments::List { positional, .. } = arguments else { return Ok(()) };
+        let [condition, text, ..] = positional.as_slice() else { return Ok(()) };
+        if self.holds(condition, scope, env)? {
+            return Ok(());
+        }
+        let text = match self.evaluate(text, scope, env)? {
+            Value::Text(text) => text.to_string(),
+            other => other.text(),
+        };
+        self.table.report(Diagnostic::error(Code::Value, text).at(span, "this assertion fails before the run"));
+        Err(Reported)
+    }
+
+    fn call_of(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Vec<Value>, Reported> {
+        if let Arguments::List { positional, named } = arguments
+            && let Some(outputs) = self.call_function(span, function, positional, named, scope, env)?
+        {
+            return Ok(outputs);
+        }
+        self.table.report(Diagnostic::error(Code::BadArguments, "a function is needed here").at(span, ""));
+        Err(Reported)
+    }
+
+    fn holds(&mut self, condition: &Expr, scope: Scope, env: &Env) -> Result<bool, Reported> {
+        match self.evaluate(condition, scope, env)? {
+            Value::Boolean(holds) => Ok(holds),
+            other => {
+                let message = format!("a condition must be Boolean, not {}", other.type_name());
+                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    fn run_loop(
+        &mut self,
+        iterators: &[hyd_syntax::tree::Iterator],
+        body: &[Statement],
+        scope: Scope,
+        env: &mut Env,
+    ) -> Result<Flow, Reported> {
+        let Some((iterator, rest)) = iterators.split_first() else { return self.run_statements(body, scope, env) };
+        let Some(range) = &iterator.range else {
+            let message = format!("the range of `{}` must be written", iterator.name.name);
+            self.table.report(Diagnostic::error(Code::NotStructural, message).at(iterator.name.span, ""));
+            return Err(Reported);
+        };
+        let values = match self.evaluate(range, scope, env)? {
+            Value::Array(values) => values,
+            single => vec![single],
+        };
+        for value in values {
+            env.names.push((iterator.name.name.clone(), value));
+            let flow = self.run_loop(rest, body, scope, env);
+            if let Some(at) = env.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
+                env.names.remove(at);
+            }
+            match flow? {
+                Flow::Next => {}
+                other => return Ok(other),
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    /// `a := v`, `a[i] := v`, `a[1:2, :] := v`.
+    fn set_local(&mut self, target: &ComponentRef, value: Value, scope: Scope, env: &mut Env) -> Result<(), Reported> {
+        let name: &Name = &target.parts[0].name.name;
+        if target.parts.len() > 1 {
+            let message = "records cannot be computed before the run";
+            self.table.report(Diagnostic::error(Code::NotStructural, message).at(target.span, ""));
+            return Err(Reported);
+        }
+        let at = env.names.iter().rposition(|(n, _)| n == name);
+        let subscripts = &target.parts[0].subscripts;
+        let Some(at) = at.filter(|_| !subscripts.is_empty()) else {
+            match at {
+                // A Real stays a Real when it is set to a whole number.
+                Some(at) => {
+                    let real = matches!(env.names[at].1.flatten().first(), Some(Value::Real(_)));
+                    env.names[at].1 = if real { widen(value) } else { value };
+                }
+                None => env.names.push((name.clone(), value)),
+            }
+            return Ok(());
+        };
+        let mut whole = std::mem::replace(&mut env.names[at].1, Value::Array(Vec::new()));
+        let result = self.set_elements(target.span, &mut whole, subscripts, value, scope, env);
+        env.names[at].1 = whole;
+        result
+    }
+
+    fn set_elements(
+        &mut self,
+        span: Span,
+        whole: &mut Value,
+        subscripts: &[Expr],
+        value: Value,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<(), Reported> {
+        let Some((first, rest)) = subscripts.split_first() else {
+            let real = matches!(whole, Value::Real(_));
+            *whole = if real { widen(value) } else { value };
+            return Ok(());
+        };
+        let Value::Array(items) = whole else {
+            self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(span, ""));
+            return Err(Reported);
+        };
+        let mut inner = env.clone();
+        inner.ends.push(items.len());
+        let positions = match &first.kind {
+            hyd_syntax::tree::ExprKind::Colon => {
+                Value::Array((1..=items.len() as i64).map(Value::Integer).collect::<Vec<_>>())
+            }
+            _ => self.evaluate(first, scope, &inner)?,
+        };
+        let count = items.len();
+        let mut place = |tree: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
+            let position = match k {
+                Value::Integer(k) => *k,
+                Value::Enumeration(_, k) => i64::from(*k),
+                Value::Boolean(b) => i64::from(*b) + 1,
+                _ => 0,
+            };
+            match usize::try_from(position - 1).ok().and_then(|k| items.get_mut(k)) {
+                Some(item) => tree.set_elements(span, item, rest, value, scope, env),
+                None => {
+                    let message = format!("subscript {position} is outside 1..{count}");
+                    tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(first.span, ""));
+                    Err(Reported)
+                }
+            }
+        };
+        match (positions, value) {
+            (Value::Array(list), Value::Array(values)) if list.len() == values.len() => {
+                list.iter().zip(values).try_for_each(|(k, v)| place(self, k, v))
+            }
+            (Value::Array(list), value) => {
+                let given = value.shape().first().copied().unwrap_or(1);
+                let message = format!("{given} values are given to {} elements", list.len());
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+                Err(Reported)
+            }
+            (single, value) => place(self, &single, value),
+        }
+    }
+}
+
+/// A value as the declaration's type holds it: whole numbers become Real where it says so.
+fn fitted(component: &Component, value: Value) -> Value {
+    let class = component.class.parts[component.class.parts.len() - 1].name.as_ref();
+    if class == "Real" { widen(value) } else { value }
+}
