@@ -87,7 +87,7 @@ impl Output {
         (end, inclusive): (f64, bool),
     ) -> Result<(), SolveError> {
         if options.every_step {
-            return if inclusive { self.row(problem, sink, end, (bdf.y(), bdf.yp()), RowKind::Normal) } else { Ok(()) };
+            return if inclusive { self.point(problem, sink, (bdf, consistency, weights), end) } else { Ok(()) };
         }
         let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
         while self.next <= options.intervals {
@@ -96,14 +96,25 @@ impl Output {
                 break;
             }
             self.next += 1;
-            let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
-            bdf.interpolate(t, &mut y, &mut yp);
-            consistency.refine(problem, (t, bdf.step_size()), weights, &mut y, &mut yp);
-            let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal);
-            (self.y, self.yp) = (y, yp);
-            result?;
+            self.point(problem, sink, (bdf, consistency, weights), t)?;
         }
         Ok(())
+    }
+
+    /// A row at a point that the last step passed: states interpolated, everything else made consistent with them.
+    fn point(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        (bdf, consistency, weights): (&Bdf, &mut Consistency, &Weights),
+        t: f64,
+    ) -> Result<(), SolveError> {
+        let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
+        bdf.interpolate(t, &mut y, &mut yp);
+        consistency.project(problem, (t, bdf.step_size()), weights, &mut y, &mut yp);
+        let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal);
+        (self.y, self.yp) = (y, yp);
+        result
     }
 
     /// Drops output points that the rows of an event at `t` (s) stand for.

@@ -56,7 +56,9 @@ pub struct Simulator {
     output: Output,
     first_step: FirstStep,
     point: Point,
+    /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
+    states: Vec<bool>,
     statistics: Statistics,
 }
 
@@ -111,6 +113,7 @@ impl Simulator {
             first_step: FirstStep::new(n),
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             differential: structure.differential.clone(),
+            states: structure.differential.clone(),
             statistics: Statistics::default(),
         }
     }
@@ -161,6 +164,7 @@ impl Simulator {
         let suppress = run.options.suppress_algebraic;
         self.weights.configure(run.options.tolerance, self.differential.iter().map(|&d| d || !suppress));
         self.consistency.reset(&self.weights.nominals);
+        self.consistency.read_states(run.problem);
         let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
         let max_step = run.options.max_step.unwrap_or(share * span);
         self.bdf.configure(run.options.max_order, max_step, 1e-6 * span, &self.weights.nominals);
@@ -188,6 +192,8 @@ impl Simulator {
             return;
         }
         self.weights.update(&self.point.y);
+        self.consistency.choose_states(run.problem, t, &self.point.y, &self.point.yp);
+        self.states.copy_from_slice(self.consistency.states());
         let smallest = 16.0 * self.bdf.smallest_step(t);
         let h = match run.options.initial_step {
             Some(h) => h,
@@ -196,7 +202,7 @@ impl Simulator {
                 &mut self.consistency,
                 &self.weights,
                 (t, rest, run.options.tolerance, smallest),
-                (&self.point.y, &mut self.point.yp, &self.differential),
+                (&self.point.y, &mut self.point.yp, &self.states),
             ),
         };
         self.bdf.restart(t, &self.point.y, &self.point.yp, h);
@@ -246,6 +252,11 @@ impl Simulator {
         self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event))?;
         if !is_event {
             self.output.assertions(run.problem, t, (self.bdf.y(), self.bdf.yp()))?;
+            if self.consistency.choose_states(run.problem, t, self.bdf.y(), self.bdf.yp()) {
+                // The past of the unknowns is as good as before; only the equations that hold them together have changed.
+                run.problem.statistics.state_choices += 1;
+                self.bdf.drop_matrix();
+            }
             return Ok(t);
         }
         let Point { y, yp } = &mut self.point;
@@ -272,6 +283,7 @@ impl Simulator {
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
         if rows {
+            self.consistency.project(run.problem, (t, self.bdf.step_size()), &self.weights, y, yp);
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent)?;
         }
         self.output.assertions(run.problem, t, (y, yp))?;

@@ -28,6 +28,8 @@ pub struct Statistics {
     pub state_events: u64,
     /// Events at times known before.
     pub time_events: u64,
+    /// Changes of the choice of states between events.
+    pub state_choices: u64,
 }
 
 impl fmt::Display for Statistics {
@@ -41,6 +43,10 @@ impl fmt::Display for Statistics {
         writeln!(f, "error rejections       {}", self.error_rejections)?;
         writeln!(f, "convergence failures   {}", self.convergence_failures)?;
         writeln!(f, "state events           {}", self.state_events)?;
-        write!(f, "time events            {}", self.time_events)
+        write!(f, "time events            {}", self.time_events)?;
+        if self.state_choices > 0 {
+            write!(f, "\nchanges of states      {}", self.state_choices)?;
+        }
+        Ok(())
     }
 }

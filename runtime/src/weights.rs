@@ -46,6 +46,11 @@ impl Weights {
         }
     }
 
+    /// The tolerance behind the weights.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Recomputes the weights at `y`.
     pub(crate) fn update(&mut self, y: &[f64]) {
         for (k, value) in y.iter().enumerate() {

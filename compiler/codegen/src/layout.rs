@@ -2,13 +2,13 @@
 //!
 //! The data area holds, in this order: time and the `initial()` flag, the constants pool, parameter values, for each
 //! parameter that can be set a flag and a given value, start values, discrete variables, their values before the event,
-//! such values of continuous variables, and held relations.  Unknowns and rates are the solver's vectors, assigned
+//! such values of continuous variables, held relations, and which candidates are states.  Unknowns and rates are the solver's vectors, assigned
 //! variables stand in the work area by their number in the plan.  The initial and the simulation plan have each their own
 //! [`PlanPlaces`] over the same data area.
 
 use std::ops::Range;
 
-use hyd_equations::{Plan, Resolution, Role, SortedSystem};
+use hyd_equations::{Plan, Resolution, Role, Selection, SortedSystem};
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_system::{Settable, ValueKind};
@@ -62,6 +62,8 @@ pub struct Layout {
     pub pre_continuous: Vec<(VarId, u32)>,
     /// Truth of the relations.
     pub held: Range<u32>,
+    /// Which candidates are states, 1 or 0 (`Target::Chosen`).
+    pub chosen: Range<u32>,
     /// Positions with a value other than zero before anything is computed (constants, default start values).
     pub preset: Vec<(u32, f64)>,
     of: Positions,
@@ -98,6 +100,7 @@ impl Layout {
             pre: 0..0,
             pre_continuous: Vec::new(),
             held: 0..0,
+            chosen: 0..0,
             preset: Vec::new(),
             of: Positions {
                 values: IndexVec::filled(None, count),
@@ -111,6 +114,7 @@ impl Layout {
         layout.place_starts(sorted);
         layout.place_discrete(sorted);
         layout.held = layout.take(sorted.relations.len());
+        layout.chosen = layout.take(sorted.selections.iter().map(Selection::choices).sum());
         layout
     }
 
@@ -242,6 +246,7 @@ impl Layout {
             Target::Start(v) => self.of.starts[v].map(Place::data),
             Target::Pre(v) => self.of.pres[v].map(Place::data),
             Target::Held(r) => Some(Place::data(self.held.start + r)),
+            Target::Chosen(k) => Some(Place::data(self.chosen.start + k)),
             Target::Var(_) | Target::Der(_) => places.get(target),
         };
         let name = || format!("`{}` is used but never computed", sorted.system.flat.operand_name(operand));

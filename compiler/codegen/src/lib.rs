@@ -15,6 +15,7 @@ pub mod memory;
 mod model;
 pub mod native;
 pub mod program;
+mod selection;
 mod system;
 mod tables;
 pub mod vm;

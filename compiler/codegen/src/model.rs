@@ -14,6 +14,7 @@ use crate::layout::{Given, Layout, Place};
 use crate::lower::plan::PlanCode;
 use crate::lower::{self, Jacobians, Lowered, Options};
 use crate::program::Area;
+use crate::selection::CandidateSet;
 use crate::system::CompiledSystem;
 use crate::tables::{Describe, OutputRow, row_equations, span_of};
 
@@ -47,6 +48,7 @@ pub(crate) struct Shared {
     pub checks: Vec<CheckInfo>,
     pub initial: InitialTransfer,
     pub origins: Origins,
+    pub candidates: Vec<CandidateSet>,
     pub statistics: CodeStatistics,
 }
 
@@ -150,6 +152,7 @@ impl Origins {
             Target::Start(v) => format!("{}.start", name(v)),
             Target::Const(_) => "a number".into(),
             Target::Held(r) => format!("relation {}", r + 1),
+            Target::Chosen(k) => format!("chosen {}", k + 1),
         }
     }
 }
@@ -167,6 +170,7 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
         parameters: parameters(sorted, &lowered.layout),
         checks: checks(sorted, files),
         initial: transfer(sorted, &lowered),
+        candidates: CandidateSet::all(sorted, &lowered.places)?,
         origins: Origins {
             plans: [trace(sorted, &sorted.simulation), trace(sorted, &sorted.initial)],
             names: flat.variables.iter().map(|block| (block.first, block.name.clone())).collect(),

@@ -12,6 +12,7 @@ use crate::lower::plan::{JacobianCode, PlanCode};
 use crate::memory::Memory;
 use crate::model::{CompiledModel, Shared, fits};
 use crate::program::{Area, INITIAL, RoutineId, TIME};
+use crate::selection::{CandidateSet, Choice};
 use crate::vm::Registers;
 
 /// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
@@ -35,6 +36,8 @@ pub(crate) struct Own {
     /// Discrete values before a round of a pass.
     pub last: Vec<f64>,
     scratch: Vec<f64>,
+    /// Which candidates are states, per set.
+    choices: Vec<Choice>,
     registers: Registers,
 }
 
@@ -54,7 +57,8 @@ impl CompiledSystem {
         }
         let work = shared.origins.plans.iter().map(|trace| trace.equations.len()).max().unwrap_or(0);
         let events = &shared.lowered.events;
-        let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), shared.checks.len()];
+        let pivots = shared.candidates.iter().map(CandidateSet::entries).sum();
+        let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), shared.checks.len(), pivots];
         let memory = Own {
             data,
             work: vec![0.0; work],
@@ -62,6 +66,7 @@ impl CompiledSystem {
             before: vec![0.0; layout.discrete.len() + layout.held.len()],
             last: vec![0.0; layout.discrete.len()],
             scratch: vec![0.0; scratch_length(&shared)],
+            choices: shared.candidates.iter().map(CandidateSet::first_choice).collect(),
             registers: shared.engine.registers(),
         };
         Self { shared, memory }
@@ -147,6 +152,15 @@ impl CompiledSystem {
         }
     }
 
+    /// Puts the choices of states where the equations read them.
+    fn write_choices(&mut self) {
+        let range = self.shared.lowered.layout.chosen.clone();
+        let chosen = &mut self.memory.data[range.start as usize..range.end as usize];
+        for (set, choice) in self.shared.candidates.iter().zip(&self.memory.choices) {
+            set.write(choice, chosen);
+        }
+    }
+
     /// Discrete variables and their `pre` start at their start values.
     fn start_discrete(&mut self) {
         let shared = self.shared.clone();
@@ -201,6 +215,8 @@ impl DaeSystem for CompiledSystem {
             return Err(failure);
         }
         self.start_discrete();
+        self.memory.choices = self.shared.candidates.iter().map(CandidateSet::first_choice).collect();
+        self.write_choices();
         Ok(())
     }
 
@@ -256,6 +272,34 @@ impl DaeSystem for CompiledSystem {
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {
         self.set_time(t, false);
         self.run_jacobian(false, Point { unknown: y, rate: yp }, state_values, rate_values);
+    }
+
+    fn states(&self, out: &mut [bool]) {
+        out.copy_from_slice(&self.shared.structure.differential);
+        for (set, choice) in self.shared.candidates.iter().zip(&self.memory.choices) {
+            set.mark(choice, out);
+        }
+    }
+
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+        if self.shared.candidates.is_empty() {
+            return false;
+        }
+        self.set_time(t, false);
+        let shared = self.shared.clone();
+        let point = Point { unknown: y, rate: yp };
+        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        self.run_own(shared.lowered.events.pivots, point);
+        let mut first = 0;
+        let mut changed = false;
+        for (set, choice) in shared.candidates.iter().zip(&mut self.memory.choices) {
+            changed |= set.judge(&self.memory.out[first..first + set.entries()], choice);
+            first += set.entries();
+        }
+        if changed {
+            self.write_choices();
+        }
+        changed
     }
 
     fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {

@@ -191,7 +191,9 @@ impl Describe<'_> {
     fn derivatives(&self, block: &VariableBlock, named: &[bool], variables: &mut Vec<VariableInfo>) {
         let source = |v: VarId| {
             let own = self.sorted.system.resolution[v] == Resolution::Own;
-            let wanted = named[v.index()] || own && self.sorted.system.roles[v] == Role::State;
+            let role = self.sorted.system.roles[v];
+            // The derivative of a candidate is a variable of its own.
+            let wanted = role != Role::Candidate && (named[v.index()] || own && role == Role::State);
             let (target, negated) = resolve(self.sorted, Operand::new(Target::Der(v)));
             let place = self.lowered.places.get(target).filter(|_| wanted)?;
             let output = self.row.position(&self.lowered.layout, place)?;

@@ -270,7 +270,7 @@ impl Pass {
 
 /// A continuous unknown (a state or algebraic variable).
 fn is_unknown(system: &EquationSystem, v: VarId) -> bool {
-    matches!(system.roles[v], Role::State | Role::Algebraic)
+    system.roles[v].is_continuous()
 }
 
 fn are_discrete_twins(system: &EquationSystem, v: VarId, w: VarId) -> bool {
@@ -334,7 +334,7 @@ fn resolve_operand(system: &EquationSystem, operand: Operand) -> Option<Operand>
             Resolution::Value(_) => None,
             _ => moved(Target::Der, v),
         },
-        Target::Const(_) | Target::Held(_) => Some(operand),
+        Target::Const(_) | Target::Held(_) | Target::Chosen(_) => Some(operand),
     }
 }
 

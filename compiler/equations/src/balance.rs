@@ -5,7 +5,7 @@
 //! equations constrain states and must be differentiated first (Pantelides 1988).  Otherwise numbers differ or the model is
 //! structurally singular; the message names the smallest part at fault.
 
-use hyd_flat::{Section, Target};
+use hyd_flat::{Section, Target, VarId};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
 
@@ -24,7 +24,7 @@ pub(crate) struct Constraints {
 
 /// Checks that the system is square and structurally regular; the constraints found are empty for index 1 or less.
 pub(crate) fn check_balance(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Constraints, Diagnostic> {
-    let rows = system.equations_in(Section::Continuous);
+    let rows = simulation_equations(system);
     let mut unknowns = simulation_unknowns(system);
     let rates = pattern(system, algebra, rows.clone(), &unknowns);
     let matching = maximum_matching(&rates.incidence, None);
@@ -52,10 +52,23 @@ pub(crate) fn simulation_unknowns(system: &EquationSystem) -> Unknowns {
         match role {
             Role::State => drop(unknowns.add(Target::Der(v))),
             Role::Algebraic => drop(unknowns.add(Target::Var(v))),
+            Role::Candidate => add_candidate(&mut unknowns, v),
             _ => {}
         }
     }
     unknowns
+}
+
+/// The column of a candidate stands for its value where it is dependent and for its derivative where it is a state.
+pub(crate) fn add_candidate(unknowns: &mut Unknowns, v: VarId) {
+    let column = unknowns.add(Target::Var(v));
+    unknowns.point(Target::Der(v), column);
+}
+
+/// The equations of the simulation.
+pub(crate) fn simulation_equations(system: &EquationSystem) -> Vec<EqId> {
+    let belongs = |&eq: &EqId| matches!(system.section(eq), Section::Continuous | Section::Selection);
+    system.equations.indices().filter(belongs).collect()
 }
 
 fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {

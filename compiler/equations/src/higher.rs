@@ -2,7 +2,7 @@
 //!
 //! A variable with highest derivative `d`, of which the last `k` are dummies, keeps `m = d - k` states: itself and its
 //! derivatives below `m`; derivative `m` is the rate of the last state, and the derivatives above are algebraic
-//! variables named `der(x)`, `der(der(x))`.  New variables are appended in blocks, whole arrays in one, so that they share
+//! variables named `der(x)`, `der(der(x))`.  Where the choice is left to the run, all derivatives are variables.  New variables are appended in blocks, whole arrays in one, so that they share
 //! templates and code as the declared ones do.
 
 use hyd_flat::{PerElement, StateSelect, Target, VarId, VariableBlock};
@@ -15,6 +15,8 @@ use crate::system::{EquationSystem, Resolution, Role};
 pub(crate) struct Derivatives {
     /// Number of states of each variable.
     states: IndexVec<VarId, u32>,
+    /// The orders of each variable that may be states.
+    open: rustc_hash::FxHashMap<VarId, Vec<u32>>,
     /// Variables made for derivatives: `(variable, order)`, `order` from 1.
     made: rustc_hash::FxHashMap<(VarId, u32), VarId>,
     /// `der(left) = right` for states that are derivatives themselves.
@@ -22,18 +24,22 @@ pub(crate) struct Derivatives {
 }
 
 impl Derivatives {
-    /// Makes the variables that the choice `(variable, highest, dummies)` needs, and sets the roles.
-    pub fn make(system: &mut EquationSystem, variables: &[(VarId, u32, u32)]) -> Self {
+    /// Makes the variables that the choice `(variable, highest, dummies)` needs, and sets the roles.  `open` are derivatives
+    /// (variable, order) that may be states.
+    pub fn make(system: &mut EquationSystem, variables: &[(VarId, u32, u32)], open: &[(VarId, u32)]) -> Self {
         let mut states = IndexVec::filled(0, system.roles.len());
         for v in system.roles.indices() {
             states[v] = u32::from(system.roles[v] == Role::State);
         }
-        let mut made = Self { states, made: Default::default(), chains: Vec::new() };
+        let mut made = Self { states, open: Default::default(), made: Default::default(), chains: Vec::new() };
+        for &(v, order) in open {
+            made.open.entry(v).or_default().push(order);
+        }
         for &(v, highest, dummies) in variables {
             let before = system.roles[v];
             made.states[v] = highest - dummies;
-            system.roles[v] = if highest > dummies { Role::State } else { Role::Algebraic };
-            if before == Role::State && system.roles[v] == Role::Algebraic {
+            system.roles[v] = made.role(v, 0);
+            if before == Role::State && system.roles[v] != Role::State {
                 system.reduction.demoted.push(v);
             }
         }
@@ -41,28 +47,44 @@ impl Derivatives {
         for order in 1..=most {
             let wanted: Vec<VarId> = variables
                 .iter()
-                .filter(|&&(_, highest, dummies)| order <= highest && order != highest - dummies)
+                .filter(|&&(v, highest, dummies)| {
+                    order <= highest && (order != highest - dummies || made.open.contains_key(&v))
+                })
                 .map(|entry| entry.0)
                 .collect();
             made.append(system, &wanted, order);
         }
-        for &(v, highest, dummies) in variables {
-            for order in 1..highest - dummies {
-                made.chains.push((made.variable(v, order - 1), made.variable(v, order)));
-            }
+        for &(v, _, _) in variables {
+            let states = made.states[v];
+            let is_rate = |order: u32| order == states && !made.open.contains_key(&v);
+            let chained = (1..=states).filter(|&order| made.role(v, order - 1) == Role::State && !is_rate(order));
+            let pairs: Vec<_> = chained.map(|order| (made.variable(v, order - 1), made.variable(v, order))).collect();
+            made.chains.extend(pairs);
         }
         made
+    }
+
+    /// The role of a derivative.
+    fn role(&self, v: VarId, order: u32) -> Role {
+        match self.open.get(&v) {
+            Some(open) if open.contains(&order) => Role::Candidate,
+            _ if order < self.states[v] => Role::State,
+            _ => Role::Algebraic,
+        }
     }
 
     /// What a slot reads for the derivative of a variable of the given order.
     pub fn target(&self, v: VarId, order: u32) -> Target {
         match self.states.get(v) {
-            Some(&states) if order > 0 && order == states => Target::Der(self.variable(v, order - 1)),
+            Some(&states) if order > 0 && order == states && !self.open.contains_key(&v) => {
+                Target::Der(self.variable(v, order - 1))
+            }
             _ => Target::Var(self.variable(v, order)),
         }
     }
 
-    fn variable(&self, v: VarId, order: u32) -> VarId {
+    /// The variable of a derivative that is no rate.
+    pub fn variable(&self, v: VarId, order: u32) -> VarId {
         match order {
             0 => v,
             _ => *self.made.get(&(v, order)).expect("invariant: made for every order that is no rate"),
@@ -86,9 +108,10 @@ impl Derivatives {
             for (k, &v) in rest[..taken].iter().enumerate() {
                 let made = VarId(first.0 + k as u32);
                 self.made.insert((v, order), made);
-                system.roles.push(if order < self.states[v] { Role::State } else { Role::Algebraic });
+                let role = self.role(v, order);
+                system.roles.push(role);
                 system.resolution.push(Resolution::Own);
-                if order > self.states[v] {
+                if role == Role::Algebraic {
                     system.reduction.dummies.push(made);
                 }
             }

@@ -170,7 +170,7 @@ fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<
 pub(crate) fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
     let class = |column: Column| match unknowns.targets[column] {
         Target::Var(v) if system.roles[v] == Role::Parameter => 2,
-        Target::Var(v) if system.roles[v] == Role::State => 1,
+        Target::Var(v) if system.roles[v].may_be_state() => 1,
         _ => 0,
     };
     let classes = pattern.incidence.entry_table(|_, column| class(column));
@@ -211,7 +211,7 @@ fn candidates(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
         let Target::Var(v) = target else { continue };
         let block = &system.flat.variables.raw[blocks[v] as usize];
         let kind = match system.roles[v] {
-            Role::State => 0,
+            Role::State | Role::Candidate => 0,
             Role::Parameter => 1,
             _ if block.has_start => 2,
             _ => continue,

@@ -26,6 +26,7 @@ mod relations;
 mod representative;
 mod reverse;
 mod roles;
+mod selection;
 mod sort;
 pub mod sorted;
 mod specialize;
@@ -49,7 +50,7 @@ pub use sort::sort_system;
 pub use sorted::{
     Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Residual, SortedSystem, Trigger, Unknown,
 };
-pub use system::{Equation, EquationSystem, Reduction, Resolution, Role};
+pub use system::{Candidate, Equation, EquationSystem, Reduction, Resolution, Role, Selection};
 pub use verify::verify;
 
 use hyd_flat::FlatModel;

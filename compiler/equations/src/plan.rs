@@ -6,7 +6,7 @@
 //! systems a variable also stays an unknown when its assignment would lengthen a chain or widen the Jacobian beyond
 //! bounds.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
 
-use hyd_flat::Target;
+use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching};
 use hyd_symbolic::SlotId;
@@ -31,6 +31,8 @@ pub(crate) enum Kind {
     Plain,
     /// By the solver: the derivative of a state, read from `y'`.
     Rate,
+    /// By the solver, a candidate: it is read from `y` and its derivative from `y'`; what determines it changes.
+    Selected,
     /// By the solver always.
     Iterated,
 }
@@ -66,7 +68,7 @@ pub(crate) fn build_plan(
     let pattern = pattern(system, algebra, request.rows, request.unknowns);
     let solvability = solvabilities(system, algebra, request.known, &pattern);
     let classes = IndexVec::from_vec(solvability.iter().map(|&class| class as u8).collect());
-    let classes = prefer(&pattern, &request.kinds, classes);
+    let classes = prefer(system, &pattern, &request.kinds, classes);
     let matching = maximum_matching(&pattern.incidence, Some(&classes));
     if !matching.is_perfect() {
         return Err(Box::new(Mismatch { pattern, matching }));
@@ -108,14 +110,22 @@ pub(crate) fn build_plan(
 }
 
 /// Unknowns that need no assignment should take the equations that give none.
-fn prefer(pattern: &Pattern, kinds: &IndexVec<Column, Kind>, mut classes: IndexVec<Entry, u8>) -> IndexVec<Entry, u8> {
+fn prefer(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    kinds: &IndexVec<Column, Kind>,
+    mut classes: IndexVec<Entry, u8>,
+) -> IndexVec<Entry, u8> {
     for row in pattern.incidence.rows() {
+        let selects = system.section(pattern.rows[row.index()]) == Section::Selection;
         for (entry, column) in pattern.incidence.entries(row) {
             match kinds[column] {
+                Kind::Selected if selects => classes[entry] = Solvability::Always as u8,
+                _ if selects => classes[entry] = Solvability::Never as u8,
                 Kind::Plain => {}
                 Kind::Rate if classes[entry] <= Solvability::ByParameters as u8 => classes[entry] = 0,
                 Kind::Rate => classes[entry] = Solvability::Sometimes as u8,
-                Kind::Iterated => classes[entry] = Solvability::Never as u8,
+                Kind::Selected | Kind::Iterated => classes[entry] = Solvability::Never as u8,
             }
         }
     }
@@ -138,7 +148,7 @@ fn solvabilities(
     IndexVec::from_vec(table)
 }
 
-/// A pattern in which a rate occurs only in the row that is matched to it.
+/// A pattern in which a rate or a candidate occurs only in the row that is matched to it.
 struct Cut {
     incidence: Incidence,
     slots: IndexVec<Entry, SlotId>,
@@ -158,7 +168,8 @@ fn cut_rates(
     };
     for row in pattern.incidence.rows() {
         let own = matching.column_of_row[row];
-        let kept = |&(_, column): &(Entry, Column)| kinds[column] != Kind::Rate || own == Some(column);
+        let free = |column: Column| !matches!(kinds[column], Kind::Rate | Kind::Selected);
+        let kept = |&(_, column): &(Entry, Column)| free(column) || own == Some(column);
         let entries: Vec<_> = pattern.incidence.entries(row).filter(kept).collect();
         let pushed = cut.incidence.push_row(entries.iter().map(|&(_, column)| column));
         pushed.expect("invariant: a part of a row that is sorted");
@@ -251,7 +262,7 @@ impl Builder<'_> {
     }
 
     fn add_unknown(&mut self, column: Column) {
-        let differential = self.kinds[column] == Kind::Rate;
+        let differential = matches!(self.kinds[column], Kind::Rate | Kind::Selected);
         let target = match self.unknowns.targets[column] {
             Target::Der(v) if differential => Target::Var(v),
             target => target,

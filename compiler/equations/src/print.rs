@@ -24,11 +24,13 @@ pub fn print_system(system: &EquationSystem) -> String {
     let mut text = String::new();
     list_variables(system, &mut text);
     list_reduction(system, &mut text);
-    let sections: [(&str, Belongs); 9] = [
+    let sections: [(&str, Belongs); 11] = [
         ("bindings", |s| s == Section::Binding),
         ("starts", |s| s == Section::Start),
         ("equations", |s| s == Section::Continuous),
         (DIFFERENTIATED, |s| s == Section::Continuous),
+        ("states chosen during the run", |s| s == Section::Selection),
+        ("coefficients that decide the choice", |s| s == Section::Pivot),
         ("initial equations", |s| s == Section::Initial),
         ("discrete equations", |s| s == Section::Discrete),
         ("reinit", |s| s == Section::Reinit),
@@ -40,7 +42,7 @@ pub fn print_system(system: &EquationSystem) -> String {
         let all = system.equations.indices();
         let rows: Vec<EqId> = all.filter(|&eq| belongs(system.section(eq)) && derived(eq)).collect();
         let template = |eq: &EqId| system.equations[*eq].template;
-        let left_only = matches!(title, "assertions" | "terminations");
+        let left_only = matches!(title, "assertions" | "terminations" | "coefficients that decide the choice");
         section(&mut text, title, &rows, template, |&eq| match left_only {
             true => {
                 let left = system.flat.templates.get(template(&eq)).left;
@@ -100,6 +102,7 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
         ("constants", Role::Constant),
         ("parameters", Role::Parameter),
         ("states", Role::State),
+        ("candidates for states", Role::Candidate),
         ("algebraic variables", Role::Algebraic),
         ("discrete variables", Role::Discrete),
     ];

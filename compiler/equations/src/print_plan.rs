@@ -12,7 +12,7 @@ use hyd_index::TypedIndex;
 use crate::jacobian::PlanJacobian;
 use crate::print::{expression, section};
 use crate::sorted::{Assignment, Block, Plan, SortedSystem, Trigger};
-use crate::system::EquationSystem;
+use crate::system::{EquationSystem, Role};
 
 /// The sorted system as text.
 pub fn print_sorted(sorted: &SortedSystem) -> String {
@@ -99,7 +99,7 @@ fn block(system: &EquationSystem, plan: &Plan, block: &Block) -> String {
         let names = block.unknowns.iter().map(|&u| plan.unknowns[u as usize]);
         let names: Vec<String> = names
             .map(|u| match (u.differential, u.target) {
-                (true, Target::Var(v)) => target_name(system, Target::Der(v)),
+                (true, Target::Var(v)) if system.roles[v] == Role::State => target_name(system, Target::Der(v)),
                 (_, target) => target_name(system, target),
             })
             .collect();

@@ -3,14 +3,9 @@
 //! Pantelides 1988 says which equations, Mattsson and Söderlind 1993 which derivatives become algebraic unknowns (`structure`).
 //! Constraints and all their derivatives stay in the system, so that every solution of it satisfies them; drift cannot
 //! arise.  Dummy derivatives are variables of their own; many of them rename what the user has declared (`der(y) = vy`),
-//! so aliases are eliminated again.  The choice of states is made once, at the start values.
-//!
-//! Where no choice holds for a whole run (a pendulum that turns over), the choice must change.  The place for it is here and in
-//! the runtime: a system reduced for a second choice differs only in which of `y`, `der(y)`, `x`, `der(x)` are called
-//! states, not in its equations.  So the rows `der(s) - z` of the candidate states, `z` being the algebraic variable for
-//! the derivative, can be kept for all candidates, one of each pair being switched off by a discrete variable that is set at an
-//! event when the pivot of the current choice falls below a fraction of the best; values carry over since they are
-//! consistent.  That is data, not a recompilation.  It is not built yet.
+//! so aliases are eliminated again.  Where the coefficients of the constraints are constant, states are chosen once; where they
+//! vary, the choice is left to the run (`selection`), because it may have to change (a pendulum that turns over).
+//! Should the variables left open turn out to be equal or further constrained, all is chosen once, at the start values.
 
 use hyd_flat::{EquationBlock, Operand, Section, Target, VarId};
 use hyd_source::{Code, Diagnostic, Outcome};
@@ -21,6 +16,7 @@ use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
 use crate::explain::{counted, mark_equations};
 use crate::higher::Derivatives;
+use crate::selection::{append_selections, candidates_are_distinct};
 use crate::sorted::EqId;
 use crate::structure::{ReductionPlan, plan_reduction};
 use crate::system::{Equation, EquationSystem};
@@ -43,16 +39,37 @@ pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem
 }
 
 fn reduce(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<(), Diagnostic> {
+    if check_balance(system, &mut Algebra::default())?.equations.is_empty() {
+        return Ok(());
+    }
+    let mut open = system.clone();
+    let mut open_notes = Vec::new();
+    if reduce_rounds(&mut open, &mut open_notes, true).is_ok() {
+        *system = open;
+        notes.extend(open_notes);
+        return Ok(());
+    }
+    reduce_rounds(system, notes, false)
+}
+
+/// With `open`, sets of candidates are made where the choice of states may change; an error if they do not last.
+fn reduce_rounds(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>, open: bool) -> Result<(), Diagnostic> {
     for _ in 0..MOST_ROUNDS {
         let mut algebra = Algebra::default();
         let constraints = check_balance(system, &mut algebra)?;
         if constraints.equations.is_empty() {
             return Ok(());
         }
-        let plan = plan_reduction(system, &mut algebra)?;
+        if !system.reduction.selections.is_empty() {
+            return Err(high_index(system, &constraints));
+        }
+        let plan = plan_reduction(system, &mut algebra, open)?;
         notes.extend(doubt(system, &plan.uncertain));
         apply(system, &plan);
         *system = eliminate_aliases(std::mem::take(system));
+        if !candidates_are_distinct(system) {
+            return Err(high_index(system, &constraints));
+        }
     }
     let constraints = check_balance(system, &mut Algebra::default())?;
     if constraints.equations.is_empty() { Ok(()) } else { Err(high_index(system, &constraints)) }
@@ -71,11 +88,13 @@ fn doubt(system: &EquationSystem, equations: &[EqId]) -> Option<Diagnostic> {
 
 fn apply(system: &mut EquationSystem, plan: &ReductionPlan) {
     let variables: Vec<(VarId, u32, u32)> = plan.variables.iter().copied().filter(|entry| entry.1 > 0).collect();
-    let derivatives = Derivatives::make(system, &variables);
+    let open = plan.sets.iter().flat_map(|set| set.candidates.iter().map(|&(_, v, order)| (v, order)));
+    let derivatives = Derivatives::make(system, &variables, &open.collect::<Vec<_>>());
     let written = system.operands.len();
     append_derivatives(system, &plan.equations, &derivatives);
     replace_rates(system, written, &derivatives);
     append_chains(system, &derivatives.chains);
+    append_selections(system, &plan.sets, &derivatives);
     system.reduction.demoted.sort_unstable();
 }
 

@@ -15,7 +15,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Known;
 use crate::sorted::{EqId, EventRelation, OperandRange, Trigger};
-use crate::system::{EquationSystem, Role};
+use crate::system::EquationSystem;
 
 /// The system with `Held` operands, and the relations behind them.
 pub fn extract_relations(mut system: EquationSystem) -> (EquationSystem, Vec<EventRelation>) {
@@ -141,7 +141,7 @@ pub(crate) fn append(system: &mut EquationSystem, operands: &[Operand]) -> Opera
 
 fn is_continuous(system: &EquationSystem, operand: Operand) -> bool {
     match operand.target() {
-        Target::Var(v) => matches!(system.roles[v], Role::State | Role::Algebraic),
+        Target::Var(v) => system.roles[v].is_continuous(),
         Target::Der(_) => true,
         _ => false,
     }
@@ -149,7 +149,7 @@ fn is_continuous(system: &EquationSystem, operand: Operand) -> bool {
 
 fn is_fixed_between_events(system: &EquationSystem, operand: Operand) -> bool {
     match operand.target() {
-        Target::Held(_) => false,
+        Target::Held(_) | Target::Chosen(_) => false,
         _ => !is_continuous(system, operand),
     }
 }

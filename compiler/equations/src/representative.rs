@@ -10,7 +10,7 @@ use hyd_index::IndexVec;
 
 use crate::classes::Classes;
 use crate::sorted::EqId;
-use crate::system::{EquationSystem, Resolution, Role};
+use crate::system::{EquationSystem, Resolution};
 
 /// Smaller is kept: no state, `stateSelect` from always to never, no fixed start, no start, internal, path depth.
 type Rank = (bool, u8, bool, bool, bool, u32, VarId);
@@ -89,7 +89,7 @@ impl Ranking {
     fn rank(&self, system: &EquationSystem, v: VarId) -> Rank {
         let block = &system.flat.variables.raw[self.block[v] as usize];
         let select = StateSelect::Always as u8 - block.state_select as u8;
-        let (state, start) = (system.roles[v] == Role::State, self.start[v].is_some());
+        let (state, start) = (system.roles[v].may_be_state(), self.start[v].is_some());
         (!state, select, !self.fixed(system, v), !start, block.internal, self.depth[self.block[v] as usize], v)
     }
 }

@@ -122,8 +122,8 @@ impl EquationSystem {
         self.resolution[v] == Resolution::Own
     }
 
-    /// True for a continuous unknown of the simulation: a state or algebraic variable that stands for itself.
+    /// True for a continuous unknown of the simulation: a state, candidate or algebraic variable that stands for itself.
     pub fn is_continuous(&self, v: VarId) -> bool {
-        self.is_own(v) && matches!(self.roles[v], Role::State | Role::Algebraic)
+        self.is_own(v) && self.roles[v].is_continuous()
     }
 }

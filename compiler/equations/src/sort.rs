@@ -10,6 +10,7 @@ use hyd_source::{Code, Diagnostic, Outcome};
 use hyd_structure::Column;
 
 use crate::algebra::{Algebra, Known};
+use crate::balance::{add_candidate, simulation_equations};
 use crate::bindings::{Bindings, sort_bindings};
 use crate::discrete::{checks, reinits, sort_discrete, starts};
 use crate::explain::explain_parts;
@@ -18,7 +19,7 @@ use crate::initial::initial_plan;
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
 use crate::representative::block_of_variable;
-use crate::sorted::{Plan, SortedSystem};
+use crate::sorted::{EqId, Plan, Residual, SortedSystem};
 use crate::system::{EquationSystem, Role};
 
 /// Sorts a system of index 1 or less.
@@ -46,9 +47,33 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
-    let sorted = SortedSystem { system, bindings, starts, simulation, initial, discrete, reinits, checks, relations };
+    let selections = system.reduction.selections.clone();
+    let pivots = pivots(&system);
+    let sorted = SortedSystem {
+        system,
+        bindings,
+        starts,
+        simulation,
+        initial,
+        discrete,
+        reinits,
+        checks,
+        relations,
+        selections,
+        pivots,
+    };
     debug_assert_eq!(crate::verify::verify(&sorted), Ok(()));
     Ok(sorted)
+}
+
+/// The coefficients by which the choice of states is judged, in order.
+fn pivots(system: &EquationSystem) -> Vec<Residual> {
+    let residual = |eq: EqId| {
+        let equation = system.equations[eq];
+        let value = system.flat.templates.get(equation.template).left;
+        Residual { value, operands: equation.operands, equation: eq }
+    };
+    system.equations_in(Section::Pivot).into_iter().map(residual).collect()
 }
 
 /// The plan for the integration: derivatives are read from `y'`.
@@ -65,13 +90,17 @@ fn simulation_plan(
                 unknowns.add(Target::Der(v));
                 kinds.push(Kind::Rate);
             }
+            Role::Candidate => {
+                add_candidate(&mut unknowns, v);
+                kinds.push(Kind::Selected);
+            }
             _ => {
                 unknowns.add(Target::Var(v));
                 kinds.push(Kind::Plain);
             }
         }
     }
-    let rows = system.equations_in(Section::Continuous).into_iter().filter(|&eq| !bindings.used[eq]).collect();
+    let rows = simulation_equations(system).into_iter().filter(|&eq| !bindings.used[eq]).collect();
     let mut known = Known { bound: bindings.known.bound.clone() };
     for &v in &bindings.late {
         known.bound[v] = true;

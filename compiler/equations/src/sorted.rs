@@ -9,7 +9,7 @@ use hyd_flat::Target;
 use hyd_index::typed_index;
 use hyd_symbolic::NodeId;
 
-use crate::system::EquationSystem;
+use crate::system::{EquationSystem, Selection};
 
 typed_index!(
     /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
@@ -144,4 +144,8 @@ pub struct SortedSystem {
     pub checks: Vec<Check>,
     /// Relations behind `Target::Held`.
     pub relations: Vec<EventRelation>,
+    /// Sets of candidates of which some are states, chosen during the run.
+    pub selections: Vec<Selection>,
+    /// The entries of their Jacobians, set after set.
+    pub pivots: Vec<Residual>,
 }

@@ -7,11 +7,11 @@
 use hyd_flat::{Section, StateSelect, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
-use hyd_structure::{Column, DummyProblem, Entry, Incidence, Row, choose_dummies, pantelides};
-use hyd_symbolic::{NodeId, SlotId, TemplateId, partial};
+use hyd_structure::{CandidateSet, Column, DummyProblem, Entry, Incidence, Row, choose_dummies, pantelides};
+use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
-use crate::algebra::Algebra;
+use crate::algebra::{Algebra, Known, is_clocked};
 use crate::balance::simulation_unknowns;
 use crate::incidence::{Unknowns, pattern};
 use crate::representative::block_of_variable;
@@ -27,10 +27,40 @@ pub(crate) struct ReductionPlan {
     pub variables: Vec<(VarId, u32, u32)>,
     /// Equations whose dummy derivative was chosen by structure alone.
     pub uncertain: Vec<EqId>,
+    /// Where the choice is left to the run; `variables` says nothing about these orders.
+    pub sets: Vec<OpenSet>,
 }
 
-/// Plans the reduction of a system that is structurally regular.
-pub(crate) fn plan_reduction(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<ReductionPlan, Diagnostic> {
+/// A set of candidates with the Jacobian of its equations.
+pub(crate) struct OpenSet {
+    /// Number of equations and of columns.
+    pub size: (u32, u32),
+    /// Row, column and expression of each entry.
+    pub entries: Vec<(u32, u32, Slope)>,
+    /// Pivots that hold for the whole run.
+    pub pivots: Vec<(u32, u32)>,
+    /// Rows left after these.
+    pub open: Vec<u32>,
+    /// Columns left: variable and order of the derivative that may be a state.
+    pub candidates: Vec<(u32, VarId, u32)>,
+}
+
+/// The partial derivative of an equation: an expression over its operands.
+#[derive(Clone, Copy)]
+pub(crate) struct Slope {
+    /// The expression.
+    pub value: NodeId,
+    /// The equation.
+    pub equation: EqId,
+}
+
+/// Plans the reduction of a system that is structurally regular; with `open` the choice is left to the run where it may have to
+/// change.
+pub(crate) fn plan_reduction(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    open: bool,
+) -> Result<ReductionPlan, Diagnostic> {
     let unknowns = all_orders(system);
     let derivative = unknowns.targets.iter().map(|&target| match target {
         Target::Var(v) => unknowns.column(Target::Der(v)),
@@ -61,16 +91,24 @@ pub(crate) fn plan_reduction(system: &mut EquationSystem, algebra: &mut Algebra)
     let point = StartPoint::new(system, algebra)?;
     let leading = Leading::new(system, algebra, &equations, &variables, &highest, &point);
     let wishes = Wishes::new(system);
+    let always = variables.iter().map(|&v| wishes.is_always(system, v)).collect();
+    let always = IndexVec::from_vec(always);
     let problem = DummyProblem {
         incidence: &leading.incidence,
         row_orders: &IndexVec::from_vec(equations.iter().map(|equation| equation.1).collect()),
         column_orders: &IndexVec::from_vec(highest.clone()),
         values: &leading.values,
+        constant: open.then_some(&leading.constant),
+        states: &always,
     };
-    let choice = choose_dummies(problem, |column, order| wishes.of(system, variables[column.index()], order));
+    let wish = |column: Column, order| wishes.of(system, variables[column.index()], order);
+    let choice = choose_dummies(problem, wish);
+    let choice = choice.or_else(|_| choose_dummies(DummyProblem { constant: None, ..problem }, wish));
     let choice = choice.map_err(|_| singular(hyd_structure::NotReducible::Malformed))?;
     let triples = variables.iter().zip(&highest).zip(choice.dummies.iter());
+    let sets = choice.sets.iter().map(|set| leading.open_set(set, &variables, &highest)).collect();
     Ok(ReductionPlan {
+        sets,
         variables: triples.map(|((&v, &highest), &dummies)| (v, highest, dummies)).collect(),
         uncertain: choice.uncertain.iter().map(|row: &Row| equations[row.index()].0).collect(),
         equations,
@@ -98,6 +136,17 @@ fn all_orders(system: &EquationSystem) -> Unknowns {
 struct Leading {
     incidence: Incidence,
     values: IndexVec<Entry, f64>,
+    /// The same during the whole run.
+    constant: IndexVec<Entry, bool>,
+    slopes: IndexVec<Entry, Slope>,
+}
+
+/// An entry of a row.
+struct Leaf {
+    column: Column,
+    value: f64,
+    constant: bool,
+    slope: NodeId,
 }
 
 impl Leading {
@@ -113,12 +162,18 @@ impl Leading {
         for (k, &v) in variables.iter().enumerate() {
             column_of[v] = Some(Column::new(k));
         }
-        let mut leading = Self { incidence: Incidence::new(variables.len()), values: IndexVec::new() };
+        let mut leading = Self {
+            incidence: Incidence::new(variables.len()),
+            values: IndexVec::new(),
+            constant: IndexVec::new(),
+            slopes: IndexVec::new(),
+        };
+        let known = Known::parameters(system);
         let mut partials: FxHashMap<(TemplateId, SlotId), NodeId> = FxHashMap::default();
         for &(eq, order) in equations {
             let equation = system.equations[eq];
             let facts = algebra.facts(&mut system.flat.templates, equation.template).clone();
-            let mut entries: Vec<(Column, f64)> = Vec::new();
+            let mut entries: Vec<Leaf> = Vec::new();
             for &slot in &facts.slots {
                 let operand = system.operands_of(equation.operands)[slot.index()];
                 let (v, own) = match operand.target() {
@@ -134,25 +189,71 @@ impl Leading {
                 let slope = *slope.or_insert_with(|| partial(arena, facts.residual, slot));
                 let value = point.evaluate(system, slope, equation.operands);
                 let value = if value.is_finite() { value } else { typical(eq.0 ^ slot.0) };
-                entries.push((column, if operand.negated() { -value } else { value }));
+                let reads = slots(&system.flat.templates.arena, &[slope]);
+                let operands = system.operands_of(equation.operands);
+                let constant = !is_clocked(&system.flat.templates, slope)
+                    && reads.iter().all(|slot| known.is_known(operands[slot.index()]));
+                let leaf = Leaf { column, value, constant, slope };
+                entries.push(if operand.negated() { leaf.negative(system) } else { leaf });
             }
-            leading.push(entries);
+            leading.push(system, eq, entries);
         }
         leading
     }
 
-    fn push(&mut self, mut entries: Vec<(Column, f64)>) {
-        entries.sort_by_key(|entry| entry.0);
-        let mut merged: Vec<(Column, f64)> = Vec::with_capacity(entries.len());
-        for (column, value) in entries {
+    fn push(&mut self, system: &mut EquationSystem, equation: EqId, mut entries: Vec<Leaf>) {
+        entries.sort_by_key(|entry| entry.column);
+        let mut merged: Vec<Leaf> = Vec::with_capacity(entries.len());
+        for leaf in entries {
             match merged.last_mut() {
-                Some(last) if last.0 == column => last.1 += value,
-                _ => merged.push((column, value)),
+                Some(last) if last.column == leaf.column => {
+                    last.value += leaf.value;
+                    last.constant &= leaf.constant;
+                    last.slope = system.flat.templates.arena.add(last.slope, leaf.slope);
+                }
+                _ => merged.push(leaf),
             }
         }
-        let row = self.incidence.push_row(merged.iter().map(|entry| entry.0));
+        let row = self.incidence.push_row(merged.iter().map(|entry| entry.column));
         row.expect("invariant: columns are sorted, distinct and known");
-        self.values.raw.extend(merged.iter().map(|entry| entry.1));
+        for leaf in merged {
+            self.values.push(leaf.value);
+            self.constant.push(leaf.constant);
+            self.slopes.push(Slope { value: leaf.slope, equation });
+        }
+    }
+
+    /// The part of the matrix that a set needs: its rows, the columns of its pivots, then its candidates.
+    fn open_set(&self, set: &CandidateSet, variables: &[VarId], highest: &[u32]) -> OpenSet {
+        let row_of: FxHashMap<Row, u32> = set.rows.iter().copied().zip(0..).collect();
+        let columns = set.pivots.iter().map(|pivot| pivot.1).chain(set.candidates.iter().copied());
+        let column_of: FxHashMap<Column, u32> = columns.zip(0..).collect();
+        let mut entries = Vec::new();
+        for (row, &equation) in (0..).zip(&set.rows) {
+            for (entry, column) in self.incidence.entries(equation) {
+                if let Some(&column) = column_of.get(&column) {
+                    entries.push((row, column, self.slopes[entry]));
+                }
+            }
+        }
+        let candidate = |column: &Column| {
+            let k = column.index();
+            (column_of[column], variables[k], highest[k] - set.level)
+        };
+        OpenSet {
+            size: (set.rows.len() as u32, column_of.len() as u32),
+            entries,
+            pivots: set.pivots.iter().map(|(row, column)| (row_of[row], column_of[column])).collect(),
+            open: set.open.iter().map(|row| row_of[row]).collect(),
+            candidates: set.candidates.iter().map(candidate).collect(),
+        }
+    }
+}
+
+impl Leaf {
+    fn negative(self, system: &mut EquationSystem) -> Self {
+        let slope = system.flat.templates.arena.neg(self.slope);
+        Self { value: -self.value, slope, ..self }
     }
 }
 
@@ -182,6 +283,12 @@ impl Wishes {
             }
         }
         wishes
+    }
+
+    /// True for what must not become dependent: `stateSelect = always`, and what `reinit` writes (Modelica 3.6, section 8.3.5).
+    fn is_always(&self, system: &EquationSystem, v: VarId) -> bool {
+        let block = &system.flat.variables.raw[self.block[v] as usize];
+        block.state_select == StateSelect::Always || self.is_reinitialised[v]
     }
 
     fn of(&self, system: &EquationSystem, v: VarId, order: u32) -> Wish {

@@ -11,6 +11,8 @@ use crate::sorted::{EqId, OperandRange};
 pub enum Role {
     /// Its derivative occurs.
     State,
+    /// A state for parts of the run: one of a set of which some are states, which ones is data (see [`Selection`]).
+    Candidate,
     /// A continuous variable without derivative.
     Algebraic,
     /// Changes at events only.
@@ -19,6 +21,18 @@ pub enum Role {
     Parameter,
     /// Never changes.
     Constant,
+}
+
+impl Role {
+    /// True for what varies continuously: states, candidates and algebraic variables.
+    pub fn is_continuous(self) -> bool {
+        matches!(self, Role::State | Role::Candidate | Role::Algebraic)
+    }
+
+    /// True for states and for those that may be.
+    pub fn may_be_state(self) -> bool {
+        matches!(self, Role::State | Role::Candidate)
+    }
 }
 
 /// What alias elimination made of a variable.
@@ -53,12 +67,62 @@ pub struct Equation {
 }
 
 /// What index reduction did, for printing and for the start.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Reduction {
     /// Variables whose derivative occurs but that are no states, because equations determine them.
     pub demoted: Vec<VarId>,
     /// The dummy derivatives: algebraic variables made for the derivatives of those.
     pub dummies: Vec<VarId>,
+    /// Sets of candidates whose states are chosen during the run.
+    pub selections: Vec<Selection>,
+}
+
+/// Variables of which some are states and the others follow from constraints; which ones is decided during the run.
+///
+/// The constraints have the Jacobian given by `entries`.  Eliminating `pivots` in order leaves the rows `open` and the
+/// columns of `candidates`; as many candidates as open rows are dependent at any time, those for which the remaining square
+/// matrix is best conditioned.  The others are states: equation `r` of the set, in section
+/// [`Section::Selection`](hyd_flat::Section::Selection), is `sum_k Chosen(first + r*n + k) * (der(x_k) - rate_k) = 0`, `n` the
+/// number of candidates, with exactly one choice of 1 in each equation.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Selection {
+    /// Rows and columns of the Jacobian.
+    pub size: (u32, u32),
+    /// Row and column of each entry; the values are the next equations of section
+    /// [`Section::Pivot`](hyd_flat::Section::Pivot), in order.
+    pub entries: Vec<(u32, u32)>,
+    /// Pivots that hold for the whole run.
+    pub pivots: Vec<(u32, u32)>,
+    /// Rows left after these.
+    pub open: Vec<u32>,
+    /// Columns left, with the variable (at translation; it may be an alias by now) and its weight: how unwilling it is to be a
+    /// state.
+    pub candidates: Vec<Candidate>,
+    /// Number of the first choice.
+    pub first: u32,
+}
+
+/// A variable that may be a state.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Candidate {
+    /// Its column in the Jacobian.
+    pub column: u32,
+    /// The variable.
+    pub variable: VarId,
+    /// Factor of its column when pivots are compared, greater than 0: `stateSelect` and `nominal`.
+    pub weight: f64,
+}
+
+impl Selection {
+    /// Number of states at any time, and of equations.
+    pub fn states(&self) -> usize {
+        self.candidates.len() - self.open.len()
+    }
+
+    /// Number of choices.
+    pub fn choices(&self) -> usize {
+        self.states() * self.candidates.len()
+    }
 }
 
 /// The flat model after alias elimination.

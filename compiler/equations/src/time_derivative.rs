@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::higher::Derivatives;
 use crate::sorted::EqId;
-use crate::system::{Equation, EquationSystem, Role};
+use crate::system::{Equation, EquationSystem};
 
 /// What a slot reads while orders are still counted.
 #[derive(Clone, Copy)]
@@ -91,9 +91,7 @@ fn raise(reads: &[Read], slot: SlotId) -> Read {
 fn read(system: &EquationSystem, operand: Operand) -> Read {
     let negated = operand.negated();
     match operand.target() {
-        Target::Var(v) if matches!(system.roles[v], Role::State | Role::Algebraic) => {
-            Read::Varying { v, order: 0, negated }
-        }
+        Target::Var(v) if system.roles[v].is_continuous() => Read::Varying { v, order: 0, negated },
         Target::Der(v) => Read::Varying { v, order: 1, negated },
         _ => Read::Fixed(operand),
     }

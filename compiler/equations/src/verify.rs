@@ -117,6 +117,7 @@ fn check_coverage(
         let expected = match sorted.system.section(eq) {
             Section::Continuous => Some(1),
             Section::Initial if name == "initial" => Some(1),
+            Section::Selection if name == "simulation" => Some(1),
             _ => None,
         };
         if expected.is_some_and(|expected| expected != count) {

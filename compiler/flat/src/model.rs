@@ -43,6 +43,9 @@ pub enum Target {
     Const(ConstId),
     /// Truth of a relation as held since the last event (index of the relation; used behind the flat model only).
     Held(u32),
+    /// 1 while a candidate is a state, else 0 (index of the choice; data that may change during the run; used behind the flat
+    /// model only).
+    Chosen(u32),
 }
 
 /// A target with a sign, packed into four bytes.
@@ -64,6 +67,7 @@ impl Operand {
             Target::Start(v) => (3, v.0),
             Target::Const(c) => (4, c.0),
             Target::Held(r) => (5, r),
+            Target::Chosen(k) => (6, k),
         };
         debug_assert!(index <= Self::MASK, "invariant: checked against Operand::LIMIT when variables are made");
         Self(kind << (Self::INDEX_BITS + 1) | index & Self::MASK)
@@ -93,7 +97,8 @@ impl Operand {
             2 => Target::Pre(VarId(index)),
             3 => Target::Start(VarId(index)),
             4 => Target::Const(ConstId(index)),
-            _ => Target::Held(index),
+            5 => Target::Held(index),
+            _ => Target::Chosen(index),
         }
     }
 }
@@ -192,6 +197,10 @@ pub enum Section {
     Binding,
     /// Start attribute: left is a slot with `Target::Start`.
     Start,
+    /// `left = right` in the simulation only: the derivatives of the candidates that are states (made by index reduction).
+    Selection,
+    /// Left is a coefficient by which the choice of states is judged; right is unused (made by index reduction).
+    Pivot,
     /// At an event: the state in the left slot takes the value on the right (the state itself when not fired).
     Reinit,
     /// `assert(left, ...)`; right is unused; index into [`FlatModel::messages`].
@@ -290,6 +299,7 @@ impl FlatModel {
             Target::Start(v) => format!("{}.start", self.var_name(v)),
             Target::Const(c) => self.constants[c].to_string(),
             Target::Held(r) => format!("relation {}", r + 1),
+            Target::Chosen(k) => format!("chosen {}", k + 1),
         }
     }
 

@@ -21,7 +21,7 @@ pub fn verify(model: &FlatModel) -> Result<(), String> {
             let inside = match operand.target() {
                 Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => v.0 < model.scalars,
                 Target::Const(c) => c.index() < model.constants.len(),
-                Target::Held(_) => false,
+                Target::Held(_) | Target::Chosen(_) => false,
             };
             if !inside {
                 return Err(format!("equation block {k} reads {operand:?}, which does not exist"));
@@ -32,6 +32,7 @@ pub fn verify(model: &FlatModel) -> Result<(), String> {
             Section::Binding | Section::Start | Section::Reinit => plain_left,
             Section::Assert(message) | Section::Terminate(message) => (message as usize) < model.messages.len(),
             Section::Continuous | Section::Discrete | Section::Initial => true,
+            Section::Selection | Section::Pivot => false,
         };
         if !fits {
             return Err(format!("equation block {k} does not have the form of its section {:?}", block.section));

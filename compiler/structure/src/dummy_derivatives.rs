@@ -5,9 +5,11 @@
 //! these determine them; one order lower again among the chosen for the equations differentiated more often, and so on.  All
 //! levels of a constraint stay in the system.  The matrix of a level is that of the undifferentiated equations, because
 //! the highest derivatives enter a differentiated equation as they entered the equation itself.  Columns are chosen by
-//! wish and numerical independence at given values; where these leave gaps, by structure.
+//! wish and numerical independence at given values; where these leave gaps, by structure.  Where pivots vary during the run the
+//! choice can be left open (see [`crate::candidates`]).
 
 use crate::augment::{Augmentation, Augmenter};
+use crate::candidates::{CandidateSet, Coefficient, Level, Verdict};
 use crate::graph::{Column, Entry, Incidence, Row};
 use crate::independent::{Columns, independent_columns};
 use crate::matching::Matching;
@@ -25,6 +27,10 @@ pub struct DummyProblem<'a> {
     pub column_orders: &'a IndexVec<Column, u32>,
     /// Partial derivative of the equation with respect to the highest derivative, at some typical point.
     pub values: &'a IndexVec<Entry, f64>,
+    /// Partial derivatives that are the same during the whole run; none: the choice is made once whatever varies.
+    pub constant: Option<&'a IndexVec<Entry, bool>>,
+    /// Unknowns that must be states themselves (`stateSelect = always`): never candidates.
+    pub states: &'a IndexVec<Column, bool>,
 }
 
 /// The choice.
@@ -34,6 +40,8 @@ pub struct DummyPlan {
     pub dummies: IndexVec<Column, u32>,
     /// Equations whose dummy was chosen by structure alone, because the values are singular.
     pub uncertain: Vec<Row>,
+    /// Where the choice is left to the run; these columns count in `dummies` with the levels below only.
+    pub sets: Vec<CandidateSet>,
 }
 
 /// Fewer unknowns than equations at some level: the orders are none that index reduction gives.
@@ -51,21 +59,72 @@ pub fn choose_dummies<W: Ord>(
     problem: DummyProblem<'_>,
     wish: impl Fn(Column, u32) -> W,
 ) -> Result<DummyPlan, NoChoice> {
-    let mut dummies = IndexVec::filled(0_u32, problem.incidence.column_count());
-    let mut uncertain = Vec::new();
+    let mut plan = DummyPlan {
+        dummies: IndexVec::filled(0_u32, problem.incidence.column_count()),
+        uncertain: Vec::new(),
+        sets: Vec::new(),
+    };
+    let mut is_open = IndexVec::filled(false, problem.incidence.column_count());
     let most = problem.row_orders.iter().copied().max().unwrap_or(0);
     for level in 1..=most {
-        let candidate = |&column: &Column| dummies[column] == level - 1 && problem.column_orders[column] >= level;
+        let candidate = |&column: &Column| {
+            plan.dummies[column] == level - 1 && problem.column_orders[column] >= level && !is_open[column]
+        };
         let mut candidates: Vec<Column> = problem.incidence.columns().filter(candidate).collect();
         candidates.sort_by_key(|&c| (wish(c, problem.column_orders[c] - level), std::cmp::Reverse(c)));
         let rows: Vec<Row> = problem.incidence.rows().filter(|&row| problem.row_orders[row] >= level).collect();
-        for column in choose_level(problem, &rows, &candidates, &mut uncertain)? {
-            dummies[column] = level;
+        let known = plan.sets.len();
+        let rows = leave_open(problem, level, rows, &candidates, &mut plan)?;
+        for &column in plan.sets[known..].iter().flat_map(|set| &set.candidates) {
+            is_open[column] = true;
+        }
+        for column in choose_level(problem, &rows, &candidates, &mut plan.uncertain)? {
+            plan.dummies[column] = level;
         }
     }
-    uncertain.sort_unstable();
-    uncertain.dedup();
-    Ok(DummyPlan { dummies, uncertain })
+    plan.uncertain.sort_unstable();
+    plan.uncertain.dedup();
+    Ok(plan)
+}
+
+/// Takes the parts out of a level whose choice is left open; the rows of the others.
+fn leave_open(
+    problem: DummyProblem<'_>,
+    level: u32,
+    rows: Vec<Row>,
+    candidates: &[Column],
+    plan: &mut DummyPlan,
+) -> Result<Vec<Row>, NoChoice> {
+    let Some(constant) = problem.constant else { return Ok(rows) };
+    let mut admitted = IndexVec::filled(false, problem.incidence.column_count());
+    for &column in candidates {
+        admitted[column] = true;
+    }
+    let entries = |row: Row| {
+        let entries = problem.incidence.entries(row).filter(|&(_, column)| admitted[column]);
+        entries.map(|(e, column)| (column, Coefficient { value: problem.values[e], constant: constant[e] })).collect()
+    };
+    let is_state = |column: Column| problem.states[column] && problem.column_orders[column] == level;
+    let mut rank = IndexVec::filled(None, problem.incidence.column_count());
+    for (position, &column) in (0..).zip(candidates).filter(|(_, column)| !is_state(**column)) {
+        rank[column] = Some(position);
+    }
+    let all = Level { level, rows: rows.iter().map(|&row| (row, entries(row))).collect(), rank: &rank };
+    let mut fixed = Vec::new();
+    for part in all.parts() {
+        match part.judge() {
+            Verdict::Fixed => fixed.extend(part.rows.iter().map(|row| row.0)),
+            Verdict::Short => return Err(NoChoice),
+            Verdict::Open { dummies, sets } => {
+                for column in dummies {
+                    plan.dummies[column] = level;
+                }
+                plan.sets.extend(sets);
+            }
+        }
+    }
+    fixed.sort_unstable();
+    Ok(fixed)
 }
 
 /// As many of the candidates as rows, numerically independent as far as possible.
@@ -151,6 +210,8 @@ mod tests {
                 row_orders: &row_orders,
                 column_orders: &column_orders,
                 values: &values,
+                constant: None,
+                states: &IndexVec::filled(false, 5),
             };
             let plan = choose_dummies(problem, |column, order| (order == 0, wish(column))).expect("regular");
             (plan.dummies.raw, plan.uncertain)
@@ -161,6 +222,31 @@ mod tests {
         assert_eq!(choose(0.0, -1.0, |c| c.0 % 2), (vec![1, 2, 0, 1, 0], vec![]));
         // At the origin nothing is regular; the structure decides.
         assert_eq!(choose(0.0, 0.0, |_| 0).1, vec![Row(2)]);
+    }
+
+    /// With the entries of the length varying, two sets are left: a position and a velocity; `x'` and `y'` follow from
+    /// the velocities for the whole run.
+    #[test]
+    fn the_choice_between_coordinates_is_left_open() {
+        let text = "3 rows, 5 columns\neq0: v0 v2\neq1: v1 v3\neq2: v0 v1\n";
+        let incidence: Incidence = text.parse().expect("text");
+        let problem = DummyProblem {
+            incidence: &incidence,
+            row_orders: &IndexVec::from_vec(vec![1, 1, 2]),
+            column_orders: &IndexVec::from_vec(vec![2, 2, 1, 1, 0]),
+            values: &IndexVec::from_vec(vec![1.0, -1.0, 1.0, -1.0, 0.0, -2.0]),
+            constant: Some(&IndexVec::from_vec(vec![true, true, true, true, false, false])),
+            states: &IndexVec::filled(false, 5),
+        };
+        let plan = choose_dummies(problem, |column, order| (order == 0, column)).expect("regular");
+        let sets: Vec<_> = plan.sets.iter().map(|set| (set.level, set.open.clone(), set.candidates.clone())).collect();
+        let [x, y, vx, vy] = [0, 1, 2, 3].map(Column);
+        assert_eq!(sets, [(1, vec![Row(2)], vec![vx, vy]), (2, vec![Row(2)], vec![x, y])]);
+        assert_eq!(plan.dummies.raw, [1, 1, 0, 0, 0]);
+        // `x` and `vx` are to be states always: nothing is left open.
+        let always = IndexVec::from_vec(vec![true, false, true, false, false]);
+        let plan = choose_dummies(DummyProblem { states: &always, ..problem }, |column, order| (order == 0, column));
+        assert_eq!(plan.map(|plan| (plan.dummies.raw, plan.sets)), Ok((vec![1, 2, 0, 1, 0], vec![])));
     }
 
     proptest! {
@@ -184,6 +270,8 @@ mod tests {
                 row_orders: &row_orders,
                 column_orders: &column_orders,
                 values: &values,
+                constant: None,
+                states: &IndexVec::filled(false, n),
             };
             let plan = choose_dummies(problem, |column, order| (order == 0, column)).expect("offsets are canonical");
             prop_assert_eq!(plan.dummies.iter().sum::<u32>(), rows.iter().sum::<u32>());

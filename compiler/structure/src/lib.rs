@@ -9,7 +9,8 @@
 //! 3. [`block_order`]: which equations must be solved together, and in which order (BLT form).
 //! 4. [`Tearing`]: inside a block, explicit assignments around a few iteration variables.
 //! 5. [`pantelides`]: which equations to differentiate, so that all highest derivatives are determined;
-//!    [`choose_dummies`]: which derivatives become algebraic unknowns then.
+//!    [`choose_dummies`]: which derivatives become algebraic unknowns then, with a [`CandidateSet`] where that may change
+//!    during the run.
 //!
 //! [`verify`] checks each plan against its definition.  All algorithms are near linear in the number of entries (the
 //! matching in the worst case times the square root of the rows), use explicit stacks, and give the same result for
@@ -54,6 +55,7 @@
 
 pub mod augment;
 pub mod blocks;
+pub mod candidates;
 mod cheap;
 pub mod components;
 pub mod decomposition;
@@ -73,6 +75,7 @@ mod signature;
 
 pub use augment::{Augmentation, Augmenter};
 pub use blocks::{Block, BlockPlan};
+pub use candidates::CandidateSet;
 pub use components::{UnmatchedRow, block_order};
 pub use decomposition::{Decomposition, NotMaximum, Part, decompose, minimal_overdetermined, minimal_underdetermined};
 pub use dummy_derivatives::{DummyPlan, DummyProblem, NoChoice, choose_dummies};

@@ -153,7 +153,7 @@ impl Classes {
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => u64::from(self.of_scalar[v.index()]) | sign,
             Target::Der(v) => u64::from(self.of_scalar[v.index()]) | DER,
             Target::Const(c) if exact => NUMBER | c.0 as u64 | if operand.negated() { NEGATED } else { 0 },
-            Target::Const(_) | Target::Held(_) => u64::from(COUNT << TAG_SHIFT),
+            Target::Const(_) | Target::Held(_) | Target::Chosen(_) => u64::from(COUNT << TAG_SHIFT),
         }
     }
 

@@ -156,7 +156,7 @@ impl Reporter<'_> {
     fn variable(&self, operand: Operand) -> Option<VarId> {
         match operand.target() {
             Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
-            Target::Const(_) | Target::Held(_) => None,
+            Target::Const(_) | Target::Held(_) | Target::Chosen(_) => None,
         }
     }
 

@@ -101,6 +101,11 @@ impl Bdf {
         self.t_before = t;
     }
 
+    /// Drops the iteration matrix after the equations, but not their solution, have changed.
+    pub(crate) fn drop_matrix(&mut self) {
+        self.corrector.drop_matrix();
+    }
+
     /// Time of the newest accepted point (s).
     pub(crate) fn t(&self) -> f64 {
         self.history.t

@@ -17,10 +17,15 @@ use crate::weights::{Weights, largest};
 const TOLERANCE: f64 = 1e-10;
 /// Accepted error of a refinement, as a part of the integration tolerance.
 const REFINED: f64 = 0.01;
+/// Accepted relative error of algebraic unknowns in a row of results, whatever the tolerance.
+const PROJECTED: f64 = 1e-12;
 /// A refinement that converges slower than this needs a new matrix.
 const SLOWEST: f64 = 0.9;
 /// Most iterations of a refinement with one matrix.
 const MOST_REFINEMENTS: usize = 3;
+/// Convergence is not taken to be faster than this.
+const LEAST_RATE: f64 = 0.05;
+const MOST_PROJECTIONS: usize = 8;
 
 /// Why no consistent values were found.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -122,6 +127,26 @@ impl Consistency {
         self.have_matrix = false;
     }
 
+    /// Judges the choice of states at consistent values; true if it was changed.
+    pub(crate) fn choose_states(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) -> bool {
+        let changed = problem.system.choose_states(t, y, yp);
+        if changed {
+            self.read_states(problem);
+        }
+        changed
+    }
+
+    /// Takes over which unknowns are states.
+    pub(crate) fn read_states(&mut self, problem: &Problem<'_>) {
+        problem.system.states(&mut self.core.differential);
+        self.have_matrix = false;
+    }
+
+    /// Which unknowns are states.
+    pub(crate) fn states(&self) -> &[bool] {
+        &self.core.differential
+    }
+
     /// Solves from far away.  `time_scale` (s): a rate counts as small below `nominal / time_scale`.  On success the
     /// algebraic part of `y` and the differential part of `yp` are replaced; on failure neither changes.
     pub(crate) fn solve(
@@ -164,6 +189,34 @@ impl Consistency {
         y: &mut [f64],
         yp: &mut [f64],
     ) -> bool {
+        self.approach(problem, (t, h), weights, (REFINED, MOST_REFINEMENTS), y, yp)
+    }
+
+    /// As [`Consistency::refine`], but until constraints hold as well as numbers allow: for values that are shown.  Where no
+    /// unknown is algebraic there are none, and this is a refinement.
+    pub(crate) fn project(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        let limit = REFINED.min(PROJECTED / weights.tolerance());
+        let constrained = self.core.differential.iter().any(|differential| !differential);
+        (constrained && self.approach(problem, (t, h), weights, (limit, MOST_PROJECTIONS), y, yp))
+            || self.refine(problem, (t, h), weights, y, yp)
+    }
+
+    fn approach(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        until: (f64, usize),
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
         for _ in 0..2 {
             self.core.y.copy_from_slice(y);
             self.core.yp.copy_from_slice(yp);
@@ -174,7 +227,7 @@ impl Consistency {
                     return false;
                 }
             }
-            if self.iterate(problem, t, h, weights) {
+            if self.iterate(problem, (t, h), weights, until) {
                 y.copy_from_slice(&self.core.y);
                 yp.copy_from_slice(&self.core.yp);
                 return true;
@@ -187,10 +240,16 @@ impl Consistency {
         false
     }
 
-    fn iterate(&mut self, problem: &mut Problem<'_>, t: f64, h: f64, weights: &Weights) -> bool {
+    fn iterate(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        (limit, most): (f64, usize),
+    ) -> bool {
         let core = &mut self.core;
         let mut last = f64::INFINITY;
-        for iteration in 0..MOST_REFINEMENTS {
+        for iteration in 0..most {
             if !problem.residual(t, &core.y, &core.yp, &mut self.residual) {
                 return false;
             }
@@ -207,11 +266,12 @@ impl Consistency {
                 sum += (scaled * weights.all[k]).powi(2);
             }
             let size = (sum / self.residual.len().max(1) as f64).sqrt();
-            let rate = if iteration == 0 { 0.5 } else { size / last };
+            // The first ratio flatters an old matrix.
+            let rate = if iteration == 0 { 0.5 } else { (size / last).max(LEAST_RATE) };
             if rate >= SLOWEST || !rate.is_finite() || !size.is_finite() {
                 return false;
             }
-            if size * rate / (1.0 - rate) <= REFINED {
+            if size * rate / (1.0 - rate) <= limit {
                 return true;
             }
             last = size;

@@ -101,6 +101,7 @@ impl InitialSystem {
                 let result = problem.system.initial_store(t, &self.newton.x, y, yp);
                 result.map_err(|failure| failed(failure, problem))?;
             }
+            start.consistency.choose_states(problem, t, y, yp);
             let at = (t, start.time_scale);
             if let Err(fault) = start.consistency.solve(problem, at, start.weights, y, yp) {
                 return Err(SolveError::inconsistent(

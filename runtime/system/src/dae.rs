@@ -61,7 +61,7 @@ impl Pattern {
 pub struct Structure {
     /// Number `n` of unknowns and of residual rows.
     pub unknowns: usize,
-    /// Per unknown: its derivative occurs (a state); the others are algebraic.
+    /// Per unknown: its derivative occurs (a state, or a candidate, see [`DaeSystem::states`]); the others are algebraic.
     pub differential: Vec<bool>,
     /// Pattern of dF/dy, n by n.
     pub state_pattern: Pattern,
@@ -185,6 +185,19 @@ pub trait DaeSystem: Send {
 
     /// Residual F(t, y, y'), n values.  Values may come out non-finite; the solver checks and asks `diagnose`.
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// Which unknowns are states at present.  Those of [`Structure::differential`], except that of some sets of candidates only
+    /// some are states at a time, the others following from constraints; see [`DaeSystem::choose_states`].
+    fn states(&self, out: &mut [bool]) {
+        out.copy_from_slice(&self.structure().differential);
+    }
+
+    /// Judges the choice of states at consistent values, and changes it where another one is clearly better; true if it was
+    /// changed.  Values stay consistent and every unknown stays as smooth as it was, so that the past of an integrator keeps its
+    /// worth; matrices do not.
+    fn choose_states(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> bool {
+        false
+    }
 
     /// Values of dF/dy and dF/dy' on their patterns.
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]);

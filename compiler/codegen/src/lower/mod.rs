@@ -85,6 +85,8 @@ pub struct EventCode {
     pub reinit_unknowns: Vec<u32>,
     /// Conditions of assertions and terminations to `Out`.
     pub checks: RoutineId,
+    /// Coefficients that decide the choice of states to `Out`.
+    pub pivots: RoutineId,
 }
 
 /// Lowers a system.
@@ -203,6 +205,7 @@ impl EventLowering<'_> {
             })
             .collect();
         let reinits: Vec<_> = self.sorted.reinits.iter().map(|a| (a.value, a.operands)).collect();
+        let pivots: Vec<_> = self.sorted.pivots.iter().map(|p| (p.value, p.operands)).collect();
         let checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
         Ok(EventCode {
             truths: self.rows(program, "truths", truths)?,
@@ -213,6 +216,7 @@ impl EventLowering<'_> {
             reinits: self.rows(program, "reinits", &reinits)?,
             reinit_unknowns: self.reinit_unknowns()?,
             checks: self.rows(program, "checks", &checks)?,
+            pivots: self.rows(program, "pivots", &pivots)?,
         })
     }
 

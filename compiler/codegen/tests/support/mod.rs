@@ -108,6 +108,8 @@ impl Maker {
             reinits: Vec::new(),
             checks: Vec::new(),
             relations: Vec::new(),
+            selections: Vec::new(),
+            pivots: Vec::new(),
         };
         Self { sorted, files: Files::new(), text: String::new() }
     }

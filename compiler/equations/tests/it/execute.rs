@@ -96,7 +96,7 @@ impl<'a> Run<'a> {
             Target::Pre(v) => of(Target::Pre, v),
             Target::Start(v) => of(Target::Start, v),
             Target::Const(c) => flat.constants[c],
-            Target::Held(_) => panic!("the flat model holds no relations"),
+            Target::Held(_) | Target::Chosen(_) => panic!("the flat model holds no relations and no choices"),
         };
         if operand.negated() { -value } else { value }
     }

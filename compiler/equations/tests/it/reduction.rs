@@ -13,6 +13,12 @@ fn states(sorted: &SortedSystem) -> Vec<String> {
     own.map(|v| system.flat.var_name(v)).collect()
 }
 
+fn candidates(sorted: &SortedSystem) -> Vec<String> {
+    let system = &sorted.system;
+    let own = system.roles.indices().filter(|&v| system.is_own(v) && system.roles[v] == Role::Candidate);
+    own.map(|v| system.flat.var_name(v)).collect()
+}
+
 /// The initial system solved, with what the user wrote checked.
 fn solved<'a>(model: &Model, sorted: &'a SortedSystem) -> Run<'a> {
     let mut run = Run::new(sorted);
@@ -49,7 +55,8 @@ fn the_pendulum_starts_with_the_tension_of_the_textbook() {
     // At rest at angle a from the vertical the tension per mass is g cos(a); moving with speed v it is g cos(a) + v^2/L.
     let model = pendulum(["fixed x = 0.6", "real y = -0.8", "fixed vx = 0.8", "real vy", "real F"]);
     let sorted = sorted(&model);
-    assert_eq!(states(&sorted), ["x", "vx"]);
+    assert!(states(&sorted).is_empty());
+    assert_eq!(candidates(&sorted), ["x", "y", "vx", "vy"]);
     let run = solved(&model, &sorted);
     let expected = [("y", -0.8), ("vy", 0.6), ("F", 9.81 * 0.8 + 1.0)];
     for (name, expected) in expected {
@@ -58,29 +65,59 @@ fn the_pendulum_starts_with_the_tension_of_the_textbook() {
     }
 }
 
-#[test]
-fn fixed_coordinates_become_states_unless_they_are_singular() {
-    let model = pendulum(["real x = 0.6", "fixed y = -0.8", "real vx", "fixed vy = 0.6", "real F"]);
-    assert_eq!(states(&sorted(&model)), ["y", "vy"]);
-    // Where nothing is regular the structure decides, and says so.
-    let outcome = sort(pendulum(["real x = 0", "real y = 0", "real vx", "real vy", "real F"]).flat);
-    assert!(outcome.diagnostics.iter().any(|d| d.message.contains("uncertain")), "{:?}", outcome.diagnostics);
-    // Hanging straight down, x does not follow from y.
-    let model = pendulum(["real x = 0", "fixed y = -1", "real vx = 0.5", "real vy = 0", "real F"]);
-    assert_eq!(states(&sorted(&model)), ["x", "vx"]);
+/// Gives variables of a model their `stateSelect`.
+fn select(model: &mut Model, wishes: &[(&str, StateSelect)]) {
+    for block in model.flat.variables.raw.iter_mut() {
+        let name = block.name.element(0);
+        if let Some(&(_, select)) = wishes.iter().find(|wish| wish.0 == name) {
+            block.state_select = select;
+        }
+    }
 }
 
 #[test]
-fn the_choice_follows_state_select() {
+fn coordinates_that_must_be_states_leave_no_choice() {
+    let always = [("y", StateSelect::Always), ("vy", StateSelect::Always)];
     let mut model = pendulum(["real x = 0.6", "real y = -0.8", "real vx", "real vy", "real F"]);
-    for block in model.flat.variables.raw.iter_mut() {
-        match block.name.element(0).as_str() {
-            "y" | "vy" => block.state_select = StateSelect::Prefer,
-            "x" => block.state_select = StateSelect::Avoid,
-            _ => {}
-        }
-    }
-    assert_eq!(states(&sorted(&model)), ["y", "vy"]);
+    select(&mut model, &always);
+    let sorted = sorted(&model);
+    assert_eq!((states(&sorted), candidates(&sorted).len()), (vec!["y".to_string(), "vy".to_string()], 0));
+}
+
+#[test]
+fn wishes_weigh_but_do_not_decide_where_pivots_vary() {
+    let mut model = pendulum(["real x = 0.6", "real y = -0.8", "real vx", "real vy", "real F"]);
+    select(&mut model, &[("y", StateSelect::Prefer), ("vy", StateSelect::Prefer), ("x", StateSelect::Avoid)]);
+    let sorted = sorted(&model);
+    assert_eq!(candidates(&sorted), ["x", "y", "vx", "vy"]);
+    let weights = |names: [&str; 2]| -> Vec<f64> {
+        let wanted = names.map(|name| model.var(name));
+        let set = sorted.selections.iter().find(|set| set.candidates.iter().any(|c| c.variable == wanted[0]));
+        let set = set.expect("a set of both");
+        let of = |v| set.candidates.iter().find(|c| c.variable == v).expect("in one set").weight;
+        wanted.map(of).to_vec()
+    };
+    assert_eq!((weights(["x", "y"]), weights(["vx", "vy"])), (vec![5.0, 0.2], vec![1.0, 0.2]));
+}
+
+/// A crank whose rod end slides: the position of the slider follows by a constant pivot, of the angles one is free.
+#[test]
+fn constant_pivots_are_taken_for_the_whole_run() {
+    let model = Model::new(
+        &["fixed a = 0.3", "real b = 0.1", "real s = 3", "fixed w = 1", "real u", "real f", "real g"],
+        &[
+            "der(a) = w",
+            "der(b) = u",
+            "der(w) = f*cos(a) - g*sin(a)",
+            "der(u) = 3*f*cos(b) - 3*g*sin(b)",
+            "sin(a) = 3*sin(b)",
+            "s = cos(a) + 3*cos(b)",
+            "g = s - 3 + time",
+        ],
+    );
+    let sorted = sorted(&model);
+    assert_eq!(candidates(&sorted), ["a", "b", "w", "u"]);
+    assert!(sorted.selections.iter().all(|set| set.open.len() == 1 && set.states() == 1), "{sorted}");
 }
 
 #[test]

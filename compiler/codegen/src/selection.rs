@@ -1,0 +1,346 @@
+//! Which candidates are states: judged by the size of pivots, switched as data.
+//!
+//! The constraints of a set have the Jacobian `G` (dependent and state columns together).  With `D` its dependent and `S` its
+//! state columns, entry `(i, j)` of `D^-1 S` is the ratio of the determinants after and before exchanging dependent column `i`
+//! for state column `j`; so the choice is good as long as no entry is much above 1, and exchanging the largest until all
+//! are near 1 leads to a submatrix of nearly maximal volume (Goreinov, Oseledets, Savostyanov, Tyrtyshnikov, Zamarashkin 2010,
+//! *How to find a good submatrix*).  Switching late and then going all the way keeps the choice from flipping to and fro.
+//! Nothing is evaluated here but numbers: the entries come from the model's code.
+
+use hyd_equations::{Selection, SortedSystem};
+use hyd_flat::{Operand, Target};
+
+use crate::layout::{Place, PlanPlaces, resolve};
+use crate::program::Area;
+
+/// The choice is changed when an exchange would enlarge the determinant by this factor.
+const WORTH_A_CHANGE: f64 = 2.5;
+/// Exchanges then go on down to this factor.
+const GOOD: f64 = 1.05;
+/// Each exchange enlarges the determinant, so no choice comes back; the limit is for rounding.
+const MOST_EXCHANGES: usize = 100;
+
+/// A set of candidates with its numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct CandidateSet {
+    selection: Selection,
+    /// Position of each candidate among the unknowns.
+    pub unknowns: Vec<u32>,
+}
+
+/// Work space and present choice of one set.
+#[derive(Clone, Debug)]
+pub(crate) struct Choice {
+    /// Candidate that is dependent, for each open row.
+    dependent: Vec<u32>,
+    /// Candidate that is a state, for each equation of the set.
+    states: Vec<u32>,
+    matrix: Vec<f64>,
+}
+
+impl CandidateSet {
+    /// The sets of a system.
+    ///
+    /// # Errors
+    /// A sentence, when a candidate is no unknown (a fault of an earlier stage).
+    pub fn all(sorted: &SortedSystem, places: &PlanPlaces) -> Result<Vec<Self>, String> {
+        let unknown = |v| {
+            let (target, _) = resolve(sorted, Operand::new(Target::Var(v)));
+            match places.get(target) {
+                Some(Place { area: Area::Unknown, index }) => Ok(index),
+                _ => Err(format!("`{}` may be a state but is no unknown", sorted.system.flat.var_name(v))),
+            }
+        };
+        let set = |selection: &Selection| {
+            let unknowns = selection.candidates.iter().map(|candidate| unknown(candidate.variable));
+            Ok(Self { selection: selection.clone(), unknowns: unknowns.collect::<Result<_, String>>()? })
+        };
+        sorted.selections.iter().map(set).collect()
+    }
+
+    /// A choice to begin with: the first candidates are dependent.
+    pub fn first_choice(&self) -> Choice {
+        let (rows, columns) = self.selection.size;
+        let (open, count) = (self.selection.open.len() as u32, self.selection.candidates.len() as u32);
+        Choice {
+            dependent: (0..open).collect(),
+            states: (open..count).collect(),
+            matrix: vec![0.0; (rows * columns) as usize],
+        }
+    }
+
+    /// Number of entries of the Jacobian.
+    pub fn entries(&self) -> usize {
+        self.selection.entries.len()
+    }
+
+    /// Judges the choice by the entries of the Jacobian; true if it was changed.
+    pub fn judge(&self, entries: &[f64], choice: &mut Choice) -> bool {
+        if entries.iter().any(|value| !value.is_finite()) {
+            return false;
+        }
+        let columns = self.selection.size.1 as usize;
+        choice.matrix.fill(0.0);
+        for (&(row, column), value) in self.selection.entries.iter().zip(entries) {
+            choice.matrix[row as usize * columns + column as usize] += value;
+        }
+        self.eliminate_fixed(&mut choice.matrix);
+        let mut open = self.open_part(&choice.matrix);
+        let mut dependent = choice.dependent.clone();
+        if !open.solve_for(&dependent) {
+            open = self.open_part(&choice.matrix);
+            dependent = open.choose();
+        } else if open.largest(&dependent).0 <= WORTH_A_CHANGE {
+            return false;
+        }
+        for _ in 0..MOST_EXCHANGES {
+            let (ratio, row, column) = open.largest(&dependent);
+            if ratio <= GOOD {
+                break;
+            }
+            open.exchange(row, column);
+            dependent[row] = column as u32;
+        }
+        choice.adopt(dependent)
+    }
+
+    /// Writes the choices into their place in the data area.
+    pub fn write(&self, choice: &Choice, chosen: &mut [f64]) {
+        let count = self.selection.candidates.len();
+        let own = &mut chosen[self.selection.first as usize..][..self.selection.choices()];
+        own.fill(0.0);
+        for (row, &state) in choice.states.iter().enumerate() {
+            own[row * count + state as usize] = 1.0;
+        }
+    }
+
+    /// Marks the unknowns of the set that are states.
+    pub fn mark(&self, choice: &Choice, states: &mut [bool]) {
+        for &unknown in &self.unknowns {
+            states[unknown as usize] = false;
+        }
+        for &state in &choice.states {
+            states[self.unknowns[state as usize] as usize] = true;
+        }
+    }
+
+    fn eliminate_fixed(&self, matrix: &mut [f64]) {
+        let (rows, columns) = (self.selection.size.0 as usize, self.selection.size.1 as usize);
+        let mut done = vec![false; rows];
+        for &(pivot_row, column) in &self.selection.pivots {
+            let (pivot_row, column) = (pivot_row as usize, column as usize);
+            done[pivot_row] = true;
+            let head = matrix[pivot_row * columns + column];
+            for row in (0..rows).filter(|&row| !done[row]) {
+                let factor = matrix[row * columns + column] / head;
+                if factor == 0.0 || !factor.is_finite() {
+                    continue;
+                }
+                for k in 0..columns {
+                    matrix[row * columns + k] -= factor * matrix[pivot_row * columns + k];
+                }
+            }
+        }
+    }
+
+    fn open_part(&self, matrix: &[f64]) -> Open {
+        let columns = self.selection.size.1 as usize;
+        let mut values = Vec::with_capacity(self.selection.open.len() * self.selection.candidates.len());
+        for &row in &self.selection.open {
+            let own = &matrix[row as usize * columns..][..columns];
+            values.extend(self.selection.candidates.iter().map(|c| own[c.column as usize] * c.weight));
+        }
+        Open { rows: self.selection.open.len(), columns: self.selection.candidates.len(), values }
+    }
+}
+
+impl Choice {
+    /// Makes the choice; states that stay keep their equations.  False if it is no other one.
+    fn adopt(&mut self, dependent: Vec<u32>) -> bool {
+        let mut released = self.dependent.iter().copied().filter(|k| !dependent.contains(k));
+        let mut changed = false;
+        for state in self.states.iter_mut().filter(|state| dependent.contains(state)) {
+            *state = released.next().expect("invariant: as many leave the dependent ones as join them");
+            changed = true;
+        }
+        drop(released);
+        self.dependent = dependent;
+        changed
+    }
+}
+
+/// The matrix of open rows and candidates, brought to the unit matrix in the dependent columns.
+struct Open {
+    rows: usize,
+    columns: usize,
+    values: Vec<f64>,
+}
+
+impl Open {
+    /// Makes the dependent columns a unit matrix, rows in their order; false if they are singular.
+    fn solve_for(&mut self, dependent: &[u32]) -> bool {
+        for (k, &column) in dependent.iter().enumerate() {
+            let column = column as usize;
+            let size = |row: usize| self.values[row * self.columns + column].abs();
+            let best = (k..self.rows).fold(k, |a, b| if size(b) > size(a) { b } else { a });
+            if size(best) == 0.0 {
+                return false;
+            }
+            for c in 0..self.columns {
+                self.values.swap(k * self.columns + c, best * self.columns + c);
+            }
+            self.exchange(k, column);
+        }
+        self.values.iter().all(|value| value.is_finite())
+    }
+
+    /// Dependent columns by complete pivoting.
+    fn choose(&mut self) -> Vec<u32> {
+        let mut dependent = vec![0_u32; self.rows];
+        let mut taken = vec![false; self.columns];
+        for k in 0..self.rows {
+            let mut best = (-1.0, k, 0);
+            for row in k..self.rows {
+                for column in (0..self.columns).filter(|&column| !taken[column]) {
+                    let size = self.values[row * self.columns + column].abs();
+                    if size > best.0 {
+                        best = (size, row, column);
+                    }
+                }
+            }
+            let (size, row, column) = best;
+            for c in 0..self.columns {
+                self.values.swap(k * self.columns + c, row * self.columns + c);
+            }
+            (dependent[k], taken[column]) = (column as u32, true);
+            if size > 0.0 {
+                self.exchange(k, column);
+            }
+        }
+        dependent
+    }
+
+    /// The largest entry outside the dependent columns: size, row, column.
+    fn largest(&self, dependent: &[u32]) -> (f64, usize, usize) {
+        let mut best = (0.0, 0, 0);
+        for row in 0..self.rows {
+            for column in (0..self.columns).filter(|&column| !dependent.contains(&(column as u32))) {
+                let size = self.values[row * self.columns + column].abs();
+                if size > best.0 {
+                    best = (size, row, column);
+                }
+            }
+        }
+        best
+    }
+
+    /// Makes a column the unit vector of a row (Gauss-Jordan).
+    fn exchange(&mut self, row: usize, column: usize) {
+        let n = self.columns;
+        let pivot = self.values[row * n + column];
+        self.values[row * n..][..n].iter_mut().for_each(|value| *value /= pivot);
+        for other in (0..self.rows).filter(|&other| other != row) {
+            let factor = self.values[other * n + column];
+            if factor != 0.0 {
+                for c in 0..n {
+                    self.values[other * n + c] -= factor * self.values[row * n + c];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hyd_equations::Candidate;
+    use hyd_flat::VarId;
+    use proptest::prelude::*;
+
+    /// A full matrix: the first rows and columns are pivots for the whole run, the rest is open.
+    fn set(pivots: u32, open: u32, candidates: u32) -> CandidateSet {
+        let (rows, columns) = (pivots + open, pivots + candidates);
+        let candidate = |k: u32| Candidate { column: pivots + k, variable: VarId(k), weight: 1.0 };
+        let selection = Selection {
+            size: (rows, columns),
+            entries: (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))).collect(),
+            pivots: (0..pivots).map(|k| (k, k)).collect(),
+            open: (pivots..rows).collect(),
+            candidates: (0..candidates).map(candidate).collect(),
+            first: 0,
+        };
+        CandidateSet { selection, unknowns: (0..candidates).collect() }
+    }
+
+    /// By expansion along the first row.
+    fn determinant(matrix: &[Vec<f64>]) -> f64 {
+        let Some((first, rest)) = matrix.split_first() else { return 1.0 };
+        let term = |(j, value): (usize, &f64)| {
+            let minor: Vec<Vec<f64>> = rest.iter().map(|row| [&row[..j], &row[j + 1..]].concat()).collect();
+            if j.is_multiple_of(2) { value * determinant(&minor) } else { -value * determinant(&minor) }
+        };
+        first.iter().enumerate().map(term).sum()
+    }
+
+    /// Determinant of the columns of the pivots and of some candidates.
+    fn volume(values: &[f64], (rows, columns): (usize, usize), pivots: usize, dependent: &[u32]) -> f64 {
+        let chosen: Vec<usize> = (0..pivots).chain(dependent.iter().map(|&k| pivots + k as usize)).collect();
+        let row = |row: usize| chosen.iter().map(|&column| values[row * columns + column]).collect();
+        determinant(&(0..rows).map(row).collect::<Vec<Vec<f64>>>()).abs()
+    }
+
+    proptest! {
+        /// No exchange of one column enlarges the determinant by more than the choice promises, and a choice that was good
+        /// enough is kept.
+        #[test]
+        fn choices_have_nearly_the_largest_determinant(
+            (pivots, open, more) in (0_usize..3, 1_usize..4, 1_usize..4),
+            numbers in prop::collection::vec(-1.0f64..1.0, 64),
+            others in prop::collection::vec(-1.0f64..1.0, 64),
+        ) {
+            let (rows, columns) = (pivots + open, pivots + open + more);
+            let set = set(pivots as u32, open as u32, (open + more) as u32);
+            let mut choice = set.first_choice();
+            for numbers in [numbers, others] {
+                let mut values = numbers[..rows * columns].to_vec();
+                for k in 0..pivots {
+                    values[k * columns + k] += 4.0;
+                }
+                let size = |dependent: &[u32]| volume(&values, (rows, columns), pivots, dependent);
+                let before = choice.clone();
+                let changed = set.judge(&values, &mut choice);
+                let kept = choice.dependent == before.dependent;
+                prop_assert_eq!(changed, choice.states != before.states);
+                let limit = if kept { WORTH_A_CHANGE } else { GOOD };
+                let own = size(&choice.dependent);
+                for k in 0..open {
+                    for &state in &choice.states {
+                        let mut exchanged = choice.dependent.clone();
+                        exchanged[k] = state;
+                        prop_assert!(size(&exchanged) <= limit * own * (1.0 + 1e-9) + 1e-12);
+                    }
+                }
+                let mut all: Vec<u32> = choice.dependent.iter().chain(&choice.states).copied().collect();
+                all.sort_unstable();
+                prop_assert_eq!(all, (0..(open + more) as u32).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    /// A pendulum hanging down and then lying: the dependent coordinate is the one with the large coefficient.
+    #[test]
+    fn the_choice_follows_a_turning_pendulum_late() {
+        let set = set(0, 1, 2);
+        let mut choice = set.first_choice();
+        let mut dependent = |angle: f64| {
+            set.judge(&[angle.sin(), angle.cos()], &mut choice);
+            choice.dependent[0]
+        };
+        let seen: Vec<u32> = [0.0, 0.8, 1.1, 1.3, 1.57, 2.3, 2.5, 3.1].map(&mut dependent).to_vec();
+        assert_eq!(seen, [1, 1, 1, 0, 0, 0, 0, 1]);
+        let (mut chosen, mut states) = (vec![9.0; 2], vec![false; 2]);
+        set.write(&choice, &mut chosen);
+        set.mark(&choice, &mut states);
+        assert_eq!((chosen, states), (vec![1.0, 0.0], vec![true, false]));
+    }
+}
