@@ -196,12 +196,11 @@ impl Open {
 
     /// Dependent columns by complete pivoting.
     fn choose(&mut self) -> Vec<u32> {
-        let mut dependent = vec![0_u32; self.rows];
-        let mut taken = vec![false; self.columns];
+        let mut dependent = Vec::with_capacity(self.rows);
         for k in 0..self.rows {
             let mut best = (-1.0, k, 0);
             for row in k..self.rows {
-                for column in (0..self.columns).filter(|&column| !taken[column]) {
+                for column in (0..self.columns).filter(|&column| !dependent.contains(&(column as u32))) {
                     let size = self.values[row * self.columns + column].abs();
                     if size > best.0 {
                         best = (size, row, column);
@@ -212,7 +211,7 @@ impl Open {
             for c in 0..self.columns {
                 self.values.swap(k * self.columns + c, row * self.columns + c);
             }
-            (dependent[k], taken[column]) = (column as u32, true);
+            dependent.push(column as u32);
             if size > 0.0 {
                 self.exchange(k, column);
             }
