@@ -39,17 +39,17 @@ pub fn inductance(x: f64) -> (f64, f64) {
 }
 
 /// Contact force (N) for a penetration (m) and its rate (m/s).
-fn contact(stiffness: f64, damping: f64, depth: f64, rate: f64) -> f64 {
+pub fn contact(stiffness: f64, damping: f64, depth: f64, rate: f64) -> f64 {
     if depth > 0.0 { (stiffness * depth * (1.0 + damping * rate)).max(0.0) } else { 0.0 }
 }
 
 /// Flow (m3/s) through an area (m2) driven by a pressure difference (Pa).
-fn orifice(area: f64, dp: f64) -> f64 {
+pub fn orifice(area: f64, dp: f64) -> f64 {
     0.65 * area * (2.0 / 860.0_f64).sqrt() * dp / (dp * dp + 4e8).powf(0.25)
 }
 
 /// Areas of the supply and the drain gap (m2).
-fn gaps(x: f64) -> (f64, f64) {
+pub fn gaps(x: f64) -> (f64, f64) {
     let width = x.max(0.0) * (PI / 4.0).sin();
     let edge = (0.40e-3 - x).max(0.0);
     (PI * width * (8e-3 - width * (PI / 4.0).cos()), PI * 9e-3 * (edge * edge + 9e-12).sqrt())

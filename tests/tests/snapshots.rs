@@ -47,8 +47,7 @@ fn base(file: &str, files: &[String]) -> Option<String> {
 }
 
 /// Parts of a drive that is a component itself.
-const INSIDE: [&str; 8] =
-    ["].ro.", "].hy.", "].sh.", "].supply.", "].drain.", "].passage.", "].flow_force.", "].sensor_"];
+const INSIDE: [&str; 8] = [".ro.", ".hy.", ".sh.", ".supply.", ".drain.", ".passage.", ".flow_force.", ".sensor_"];
 
 /// The lines of a text that do not speak of what is inside of such a drive.
 fn outside(text: &str) -> String {
