@@ -65,6 +65,8 @@ pub struct Context {
     pub algorithm_targets: Vec<VarId>,
     /// Conditions of the `when` statements of the section, by place in the text.
     pub whens: Vec<(Span, Vec<WhenCondition>)>,
+    /// In a function: its inputs.
+    pub inputs: Vec<Name>,
     /// Nesting of function calls.
     pub depth: usize,
 }
@@ -84,6 +86,7 @@ impl Context {
             assigned: None,
             algorithm_targets: Vec::new(),
             whens: Vec::new(),
+            inputs: Vec::new(),
             depth: 0,
         }
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_instance::class::elements;
 use hyd_instance::record::{Field, field, making_call};
-use hyd_instance::{ClassId, Resolved, ScalarType, Scope, Value};
+use hyd_instance::{LocalClass, Resolved, ScalarType, Scope, Value};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name,
@@ -24,7 +24,7 @@ use crate::lower::Typed;
 const MAX_CALLS: usize = 64;
 
 impl Flattener<'_, '_> {
-    fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(ClassId, Arc<ClassDef>), Fail> {
+    fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
         let before = self.tree.table.diagnostics.len();
         let resolved = self.tree.resolve(cx.scope, function);
@@ -34,7 +34,7 @@ impl Flattener<'_, '_> {
         match resolved? {
             Resolved::Class(local) => {
                 let def = self.tree.table.class(local.class).def.clone();
-                Ok((local.class, def))
+                Ok((local, def))
             }
             _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
         }
@@ -87,25 +87,26 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Vec<(Name, Local)>, Fail> {
-        let (class, def) = self.called_class(function, cx)?;
+        let (local, def) = self.called_class(function, cx)?;
         if cx.depth >= MAX_CALLS {
             let message = format!("functions call each other deeper than {MAX_CALLS} levels");
             return Err(self.error(Code::Limit, span, message));
         }
         if def.kind == ClassKind::Record {
             let expr = Expr { kind: ExprKind::Call(function.clone(), arguments.clone()), span };
-            let record = self.construct(class, &expr, cx)?;
+            let record = self.construct(&local, &expr, cx)?;
             return Ok(vec![(def.name.name.clone(), record)]);
         }
         if def.kind != ClassKind::Function {
             let message = format!("`{}` is not a function", def.name.name);
             return Err(self.error(Code::BadArguments, function.span, message));
         }
-        let shape = self.tree.table.shape(class)?;
-        let inst = self.tree.package_of(class)?;
+        let shape = self.tree.table.shape(local.class)?;
+        let inst = self.tree.package_of(&local)?;
         let mut inner = Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
         inner.counts.clone_from(&cx.counts);
         inner.fixed.clone_from(&cx.fixed);
+        inner.implicit.clone_from(&cx.implicit);
         let mut components: Vec<Component> = Vec::new();
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
@@ -123,6 +124,8 @@ impl Flattener<'_, '_> {
             }
         }
         self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
+        let inputs = components.iter().filter(|c| c.direction == Some(Direction::Input));
+        inner.inputs = inputs.map(|c| c.name.name.clone()).collect();
         for component in components.iter().filter(|c| c.direction != Some(Direction::Input)) {
             self.declare_local(component, &mut inner)?;
         }
@@ -191,11 +194,11 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Vec<usize>, Fail> {
-        let (class, def) = self.called_class(function, cx)?;
+        let (local, def) = self.called_class(function, cx)?;
         if def.kind != ClassKind::Function {
             return Ok(Vec::new());
         }
-        let shape = self.tree.table.shape(class)?;
+        let shape = self.tree.table.shape(local.class)?;
         let scalar = shape.elements.iter().all(|element| {
             let owner = &self.tree.table.class(shape.frames[element.frame as usize].class).def;
             match &elements(owner)[element.position as usize] {
@@ -353,11 +356,11 @@ impl Flattener<'_, '_> {
         if simple && crate::call::is_predefined(&function.parts[0].name.name) {
             return Ok(false);
         }
-        let (class, def) = self.called_class(function, cx)?;
+        let (local, def) = self.called_class(function, cx)?;
         if def.kind == ClassKind::Record {
             return Ok(true);
         }
-        let shape = self.tree.table.shape(class)?;
+        let shape = self.tree.table.shape(local.class)?;
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
             if let Element::Component(c) = &elements(&owner)[element.position as usize]
@@ -366,7 +369,7 @@ impl Flattener<'_, '_> {
                 if simple_type(c) {
                     return Ok(false);
                 }
-                let inst = self.tree.package_of(class)?;
+                let inst = self.tree.package_of(&local)?;
                 let found = self.tree.find_class(Scope { inst, frame: element.frame }, &c.class)?;
                 return Ok(self.tree.table.class(found.class).def.kind == ClassKind::Record);
             }
@@ -375,9 +378,10 @@ impl Flattener<'_, '_> {
     }
 
     /// The record of a constructor call, fields not given from the declarations.
-    fn construct(&mut self, class: ClassId, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
-        let shape = self.tree.table.shape(class)?;
-        let inst = self.tree.package_of(class)?;
+    fn construct(&mut self, local: &LocalClass, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+        self.tree.check_constructor(local.class, expr)?;
+        let shape = self.tree.table.shape(local.class)?;
+        let inst = self.tree.package_of(local)?;
         let mut fields: Vec<(Name, Local)> = Vec::new();
         for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();

@@ -101,6 +101,9 @@ impl Flattener<'_, '_> {
 
     fn assign(&mut self, target: &ComponentRef, value: Local, cx: &mut Context) -> Result<(), Fail> {
         let name: Name = target.parts[0].name.name.clone();
+        if cx.inputs.contains(&name) {
+            return Err(self.error(Code::Misplaced, target.span, format!("the input `{name}` cannot be assigned")));
+        }
         if cx.assigned.is_some() && cx.local(&name).is_none() {
             return self.assign_variable(target, value, cx);
         }

@@ -7,8 +7,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_index::IndexVec;
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ClassKind, Component, Element, Name, NestedClass, Variability};
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{ClassKind, Component, Element, Name, Variability};
 use rustc_hash::FxHashMap;
 
 use crate::class::{ClassId, ClassTable, elements};
@@ -38,7 +38,7 @@ pub struct InstanceTree<'s> {
     pub root: InstId,
     /// Values set from outside.
     pub overrides: Vec<Override>,
-    pub(crate) packages: FxHashMap<ClassId, InstId>,
+    pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     pub(crate) depth: usize,
     /// Statements of functions computed so far.
@@ -88,7 +88,7 @@ pub fn instantiate<'s>(
     instance.shape = Some(shape);
     instance.kind = def.kind;
     instance.description = def.description.clone();
-    let _ = tree.instantiate_members(root, &Vec::new());
+    let _ = tree.instantiate_members(root, &Vec::new(), 0);
     Ok(tree)
 }
 
@@ -98,6 +98,7 @@ impl InstanceTree<'_> {
             name,
             parent,
             class: None,
+            context: None,
             shape: None,
             kind: ClassKind::Type,
             dims: Vec::new(),
@@ -117,30 +118,37 @@ impl InstanceTree<'_> {
         })
     }
 
-    /// The instance that holds the constants of a package.
-    pub(crate) fn package_instance(&mut self, class: ClassId) -> Result<InstId, Reported> {
-        if let Some(&known) = self.packages.get(&class) {
+    /// The instance that holds the constants of a package, of a function or of a type.
+    pub(crate) fn package_instance(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
+        let LocalClass { class, context, .. } = *local;
+        if let Some(&known) = self.packages.get(&(class, context)) {
             return Ok(known);
         }
         let shape = self.table.shape(class)?;
         let def = self.table.class(class).def.clone();
         let inst = self.new_instance(self.table.full_name(class).into(), None, def.name.span);
         self.instances[inst].class = Some(class);
+        self.instances[inst].context = context;
         self.instances[inst].shape = Some(shape);
         self.instances[inst].kind = ClassKind::Package;
-        self.packages.insert(class, inst);
+        let shape = self.table.shape(class)?;
+        if shape.builtin.is_none() {
+            self.check_targets(inst, &shape, &Mods::new(), 0);
+        }
+        self.packages.insert((class, context), inst);
         Ok(inst)
     }
 
     /// A scope for the text of a class that is not instantiated (a function): its constants and enclosing packages.
-    pub fn package_of(&mut self, class: ClassId) -> Result<InstId, Reported> {
-        self.package_instance(class)
+    pub fn package_of(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
+        self.package_instance(local)
     }
 
     /// Makes all components of an instance whose class is set.  Errors are reported; the rest is still made.
-    pub(crate) fn instantiate_members(&mut self, inst: InstId, mods: &Mods) -> Result<(), Reported> {
+    /// The first `outside` modifications stand outside of the class: they cannot reach protected elements.
+    pub(crate) fn instantiate_members(&mut self, inst: InstId, mods: &Mods, outside: usize) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
-        self.check_targets(inst, &shape, mods);
+        self.check_targets(inst, &shape, mods, outside);
         for (k, element) in shape.elements.iter().enumerate() {
             if !element.component {
                 self.redeclare_class(inst, &shape, k, mods);
@@ -160,40 +168,8 @@ impl InstanceTree<'_> {
         result
     }
 
-    /// Every modification must speak of an element.
-    fn check_targets(&mut self, inst: InstId, shape: &Rc<Shape>, mods: &Mods) {
-        let frames = shape.frames.iter().flat_map(|f| f.modifications.iter().map(|(_, tree)| tree));
-        let all: Vec<_> = mods.iter().map(|m| &m.tree).chain(frames).cloned().collect();
-        for tree in all {
-            self.check_said_twice(&tree);
-            for (name, child) in &tree.children {
-                if shape.by_name.contains_key(name) || shape.builtin.is_some() {
-                    continue;
-                }
-                let class = self.instances[inst].class.map(|c| self.table.full_name(c)).unwrap_or_default();
-                let help = did_you_mean(name, shape.elements.iter().map(|e| e.name.as_ref()));
-                let mut diagnostic =
-                    Diagnostic::error(Code::UnknownModifier, format!("`{class}` has no element `{name}` to modify"));
-                if let Some(span) = child.span {
-                    diagnostic = diagnostic.at(span, "names nothing");
-                }
-                self.table.report(diagnostic.maybe_help(help));
-            }
-        }
-    }
-
-    /// One modification may speak of an element once.
-    pub(crate) fn check_said_twice(&mut self, tree: &crate::modifier::AstMod) {
-        if let Some((name, first, second)) = tree.said_twice() {
-            let message = format!("`{name}` is modified twice");
-            self.table.report(
-                Diagnostic::error(Code::Redefinition, message).at(second, "second time").with(first, "first time"),
-            );
-        }
-    }
-
     /// All modifications of element `k`, outermost first: from outside, from `extends` clauses, from the declaration.
-    fn mods_of(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) -> Mods {
+    pub(crate) fn mods_of(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) -> Mods {
         let element = &shape.elements[k];
         let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
         let mut mods = of_child(outer, &element.name, array);
@@ -213,70 +189,6 @@ impl InstanceTree<'_> {
         }
     }
 
-    fn redeclare_class(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) {
-        let mods = self.mods_of(inst, shape, k, outer);
-        let Some((_, applied)) = redeclaration(&mods) else { return };
-        let applied = applied.clone();
-        let element = &shape.elements[k];
-        let owner = shape.frames[element.frame as usize].class;
-        let def = self.table.class(owner).def.clone();
-        let Element::Class(original) = &elements(&def)[element.position as usize] else { return };
-        let Some(Redeclare::Class(new)) = &applied.tree.redeclare else {
-            let message = format!("`{}` is a class and is redeclared as a component", element.name);
-            self.table.report(
-                Diagnostic::error(Code::Redeclaration, message)
-                    .at(applied.tree.span.unwrap_or(original.class.span), ""),
-            );
-            return;
-        };
-        if !original.prefixes.replaceable {
-            self.not_replaceable(&element.name, applied.tree.span, original.class.name.span);
-            return;
-        }
-        if let Ok(local) = self.class_of_redeclare(new, &applied, original) {
-            self.instances[inst].local_classes.insert(element.name.clone(), local);
-        }
-    }
-
-    /// `redeclare model A = B(m)`: class B with modification m in the scope of the redeclaration, then the modification
-    /// of the constraining clause.  A long class definition becomes a class of its own in the scope's class.
-    fn class_of_redeclare(
-        &mut self,
-        new: &Arc<NestedClass>,
-        applied: &Applied,
-        original: &NestedClass,
-    ) -> Result<LocalClass, Reported> {
-        let scope = applied.scope;
-        let mut mods = Mods::new();
-        let class = match &new.class.body {
-            ClassBody::Short { base, modification, .. } => {
-                let tree = Arc::new(crate::modifier::AstMod::from_syntax(modification));
-                mods.push(Applied { tree, scope, spread: Vec::new() });
-                let found = self.find_class(scope, base)?;
-                mods.extend(found.mods);
-                found.class
-            }
-            _ => {
-                let parent = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
-                self.table.add(new.class.clone(), parent, false)
-            }
-        };
-        if let Some(constraint) = &original.constrained_by {
-            let tree = Arc::new(crate::modifier::AstMod::from_syntax(&constraint.modification));
-            mods.push(Applied { tree, scope, spread: Vec::new() });
-        }
-        Ok(LocalClass { class, mods })
-    }
-
-    fn not_replaceable(&mut self, name: &str, at: Option<Span>, declared: Span) {
-        let message = format!("`{name}` is redeclared but was not declared `replaceable`");
-        let mut diagnostic = Diagnostic::error(Code::Redeclaration, message);
-        if let Some(span) = at {
-            diagnostic = diagnostic.at(span, "redeclared here");
-        }
-        self.table.report(diagnostic.with(declared, "declared here"));
-    }
-
     /// Makes component `k` of the instance's shape.
     pub(crate) fn instantiate_element(&mut self, inst: InstId, k: usize, outer: &Mods) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
@@ -290,12 +202,14 @@ impl InstanceTree<'_> {
             let Some(Redeclare::Component(new)) = &applied.tree.redeclare else {
                 let message = format!("`{}` is a component and is redeclared as a class", element.name);
                 self.table.report(
-                    Diagnostic::error(Code::Redeclaration, message).at(applied.tree.span.unwrap_or(original_span), ""),
+                    Diagnostic::error(Code::Redeclaration, message)
+                        .at(applied.tree.span.unwrap_or(original_span), "")
+                        .with(original_span, "declared here"),
                 );
                 return Err(Reported);
             };
             if !declaration.prefixes.replaceable {
-                self.not_replaceable(&element.name, applied.tree.span, original_span);
+                self.table.not_replaceable(&element.name, applied.tree.span, original_span);
                 return Err(Reported);
             }
             // 7.3.2: the modification of the constraining clause stays in force, else that of the declaration.
@@ -308,6 +222,8 @@ impl InstanceTree<'_> {
                 let declared = first.tree.span;
                 self.final_modified(&element.name, applied.tree.span, declared);
             }
+            let wanted = declaration.constrained_by.as_ref().map_or(&declaration.class, |c| &c.base);
+            self.check_redeclared(own_scope, wanted, &applied, new)?;
             mods.truncate(position);
             mods.push(Applied { tree, scope: applied.scope, spread: applied.spread.clone() });
             mods.push(Applied { tree: kept, scope: own_scope, spread: Vec::new() });
@@ -321,6 +237,9 @@ impl InstanceTree<'_> {
             };
         } else {
             mods.push(Applied { tree: element.modification.clone(), scope: own_scope, spread: Vec::new() });
+            if let Some(kept) = self.kept_of_replaced(inst, &shape, element) {
+                mods.push(kept);
+            }
             if let Some(constraint) = &declaration.constrained_by {
                 let tree = Arc::new(crate::modifier::AstMod::from_syntax(&constraint.modification));
                 mods.push(Applied { tree, scope: own_scope, spread: Vec::new() });
@@ -332,6 +251,20 @@ impl InstanceTree<'_> {
             self.broken(inst, &element.name, declaration.name.span);
         }
         made
+    }
+
+    /// What a declaration said of the element that a `redeclare` element of this class or a base replaces (7.3.2).
+    fn kept_of_replaced(&mut self, inst: InstId, shape: &Shape, element: &ShapeElement) -> Option<Applied> {
+        let (frame, position) = element.replaced?;
+        let owner = self.table.class(shape.frames[frame as usize].class).def.clone();
+        let Element::Component(original) = &elements(&owner)[position as usize] else { return None };
+        let modification = match &original.constrained_by {
+            Some(constraint) => &constraint.modification,
+            None => &original.modification,
+        };
+        let mut tree = crate::modifier::AstMod::from_syntax(modification);
+        tree.is_final = false;
+        Some(Applied { tree: Arc::new(tree), scope: Scope { inst, frame }, spread: Vec::new() })
     }
 
     fn check_final(&mut self, name: &str, mods: &Mods, declared_final: bool) {

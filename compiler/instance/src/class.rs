@@ -12,6 +12,7 @@ use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Element, Import, Name, Ne
 use rustc_hash::FxHashMap;
 
 use crate::Sources;
+use crate::heir::with_constraint;
 use crate::shape::Shape;
 
 typed_index!(
@@ -24,8 +25,14 @@ typed_index!(
 pub struct Class {
     /// What was written.
     pub def: Arc<ClassDef>,
-    /// The class it is written in; `None` at the top.
+    /// The class it is an element of; `None` at the top.
     pub parent: Option<ClassId>,
+    /// For an element that `parent` inherited: the class whose text holds it.
+    pub written_in: Option<ClassId>,
+    /// For an element that `parent` inherited: the same element of the class whose text holds it.
+    pub original: Option<ClassId>,
+    /// The class that the name on the right of a short definition means, where the text alone does not say it.
+    pub(crate) base: Option<ClassId>,
     /// Names from the top down to this class.
     pub path: Vec<Name>,
     children: FxHashMap<Name, Option<ClassId>>,
@@ -191,7 +198,16 @@ impl<'s> ClassTable<'s> {
         let name = def.name.name.clone();
         let mut path = parent.map_or_else(Vec::new, |p| self.classes[p].path.clone());
         path.push(name.clone());
-        let id = self.classes.push(Class { def, parent, path, children: FxHashMap::default(), shape: None });
+        let id = self.classes.push(Class {
+            def,
+            parent,
+            written_in: None,
+            original: None,
+            base: None,
+            path,
+            children: FxHashMap::default(),
+            shape: None,
+        });
         if visible {
             match parent {
                 None => self.top.insert(name, Some(id)),
@@ -199,6 +215,11 @@ impl<'s> ClassTable<'s> {
             };
         }
         id
+    }
+
+    /// Gives a class its name among the elements of `parent`.
+    pub(crate) fn name_child(&mut self, parent: ClassId, name: &Name, class: ClassId) {
+        self.classes[parent].children.insert(name.clone(), Some(class));
     }
 
     /// A class at the top.
@@ -220,11 +241,15 @@ impl<'s> ClassTable<'s> {
         let mut found = None;
         for nested in nested_classes(&def) {
             if nested.class.name.name == *name {
-                found = Some(self.add(nested.class.clone(), Some(parent), true));
+                let constraint = nested.constrained_by.as_ref();
+                found = Some(self.add(with_constraint(nested, constraint), Some(parent), true));
                 break;
             }
         }
-        if found.is_none() && def.kind == ClassKind::Package {
+        if let (None, Some(original)) = (found, self.classes[parent].original) {
+            // A file of the folder of an inherited package.
+            found = self.child(original, name).map(|class| self.add_heir(class, parent, original));
+        } else if found.is_none() && def.kind == ClassKind::Package {
             let mut path = self.classes[parent].path.clone();
             path.push(name.clone());
             found = self.load(&path, Some(parent));

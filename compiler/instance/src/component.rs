@@ -4,18 +4,13 @@
 
 use crate::class::ClassId;
 use crate::evaluate::Env;
-use crate::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
-use crate::lookup::Resolved;
-use crate::lookup::predefined_enumeration;
-use crate::modifier::AstMod;
-use crate::modifier::{Applied, Mods, of_child};
-use crate::record::{Field, field, making_call};
+use crate::instance::{InstId, LocalClass, ScalarType, Scope};
+use crate::modifier::{Applied, Mods};
 use crate::shape::{Shape, ShapeElement, is_builtin};
 use crate::value::Value;
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name, Path, Variability};
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name, Path};
 use std::rc::Rc;
-use std::sync::Arc;
 
 use crate::build::InstanceTree;
 
@@ -40,7 +35,8 @@ impl InstanceTree<'_> {
         }
         if declaration.prefixes.outer && !declaration.prefixes.inner {
             self.outer_says_nothing(declaration);
-            return self.bind_outer(parent, &name, declaration.name.span);
+            let inner = self.bind_outer(parent, &name, declaration.name.span)?;
+            return self.check_inner(inner, declaration, type_scope);
         }
         let absent = match &declaration.condition {
             Some(condition) => !self.condition(condition, scope)?,
@@ -48,6 +44,8 @@ impl InstanceTree<'_> {
         };
         let inst = self.new_instance(name.clone(), Some(parent), declaration.name.span);
         self.fill(inst, parent, declaration);
+        let frames = self.instances[parent].shape.as_ref().map(|shape| shape.frames[element.frame as usize].protected);
+        self.instances[inst].protected |= frames.unwrap_or(false);
         self.instances[inst].absent = absent;
         self.instances[parent].children.push(inst);
         self.instances[parent].by_name.insert(name, inst);
@@ -63,7 +61,7 @@ impl InstanceTree<'_> {
                 self.check_size(inst)
             }
             TypeOf::Class(local, shape) => {
-                dims.extend(self.alias_sizes(&shape, scope)?);
+                dims.extend(self.alias_sizes(&local, &shape)?);
                 self.instances[inst].dims = dims;
                 self.check_size(inst)?;
                 self.make_component(inst, local, shape, mods, declaration)
@@ -94,14 +92,14 @@ impl InstanceTree<'_> {
         self.table.report(diagnostic.help("they belong to the `inner` declaration"));
     }
 
-    pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<(), Reported> {
+    pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<InstId, Reported> {
         let mut current = self.instances[parent].parent;
         while let Some(above) = current {
             if let Some(&found) = self.instances[above].by_name.get(name)
                 && self.instances[found].inner
             {
                 self.instances[parent].by_name.insert(name.clone(), found);
-                return Ok(());
+                return Ok(found);
             }
             current = self.instances[above].parent;
         }
@@ -113,7 +111,7 @@ impl InstanceTree<'_> {
                 self.instantiate_element(above, k, &outer)?;
                 if let Some(&found) = self.instances[above].by_name.get(name) {
                     self.instances[parent].by_name.insert(name.clone(), found);
-                    return Ok(());
+                    return Ok(found);
                 }
             }
             current = self.instances[above].parent;
@@ -144,16 +142,7 @@ impl InstanceTree<'_> {
     pub(crate) fn type_of(&mut self, scope: Scope, path: &Path) -> Result<TypeOf, Reported> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             let name = &path.parts[0].name;
-            return Ok(TypeOf::Scalar(match name.as_ref() {
-                "Real" => ScalarType::Real,
-                "Integer" => ScalarType::Integer,
-                "Boolean" => ScalarType::Boolean,
-                "String" => ScalarType::Text,
-                other => match predefined_enumeration(other) {
-                    Some(enumeration) => ScalarType::Enumeration(enumeration),
-                    None => ScalarType::Real,
-                },
-            }));
+            return Ok(TypeOf::Scalar(ScalarType::of_builtin(name)));
         }
         let local = self.find_class(scope, path)?;
         let shape = self.table.shape(local.class)?;
@@ -169,22 +158,19 @@ impl InstanceTree<'_> {
         mut mods: Mods,
         declaration: &Component,
     ) -> Result<(), Reported> {
+        let outside = mods.len();
         mods.extend(local.mods.iter().cloned());
         let enumeration = self.enumeration(local.class);
         let scalar = match (&shape.builtin, enumeration) {
             (_, Some(enumeration)) => Some(ScalarType::Enumeration(enumeration)),
-            (Some(name), None) => Some(match name.as_ref() {
-                "Integer" => ScalarType::Integer,
-                "Boolean" => ScalarType::Boolean,
-                "String" => ScalarType::Text,
-                _ => ScalarType::Real,
-            }),
+            (Some(name), None) => Some(ScalarType::of_builtin(name)),
             (None, None) => None,
         };
         self.instances[inst].class = Some(local.class);
+        self.instances[inst].context = local.context;
         let def = self.table.class(local.class).def.clone();
         if let Some(scalar) = scalar {
-            let scope = self.package_instance(local.class)?;
+            let scope = self.package_instance(&local)?;
             for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 mods.push(Applied {
                     tree: frame.1.clone(),
@@ -204,47 +190,9 @@ impl InstanceTree<'_> {
         self.take_apart(&mut mods, &shape)?;
         self.instances[inst].shape = Some(shape);
         self.depth += 1;
-        let result = self.instantiate_members(inst, &mods);
+        let result = self.instantiate_members(inst, &mods, outside);
         self.depth -= 1;
         result
-    }
-
-    /// Bindings of a component of a class (a record) become bindings of its fields.
-    fn take_apart(&mut self, mods: &mut Mods, shape: &Rc<Shape>) -> Result<(), Reported> {
-        for applied in mods.iter_mut() {
-            let Some(expr) = applied.tree.binding.clone() else { continue };
-            let constructor = match making_call(&expr).cloned() {
-                None => true,
-                Some(function) => match self.resolve(applied.scope, &function)? {
-                    Resolved::Class(local) => self.table.class(local.class).def.kind != ClassKind::Function,
-                    _ => true,
-                },
-            };
-            let mut children = applied.tree.children.clone();
-            for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
-                match field(&expr, &element.name, position, constructor) {
-                    Field::Expr(value) => {
-                        children.push((element.name.clone(), Arc::new(AstMod::of_binding(value))));
-                    }
-                    Field::Default => {}
-                    Field::Unknown => {
-                        let message =
-                            "a value of a record must be a record, its constructor, or a function that gives one";
-                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                        return Err(Reported);
-                    }
-                }
-            }
-            applied.tree = Arc::new(AstMod {
-                binding: None,
-                each: applied.tree.each,
-                is_final: applied.tree.is_final,
-                redeclare: None,
-                children,
-                span: applied.tree.span,
-            });
-        }
-        Ok(())
     }
 
     pub(crate) fn short_prefixes(&mut self, inst: InstId, shape: &Rc<Shape>) {
@@ -303,49 +251,6 @@ impl InstanceTree<'_> {
             return Err(Reported);
         }
         Ok(())
-    }
-
-    pub(crate) fn make_variable(&mut self, inst: InstId, scalar: ScalarType, mods: &Mods, is_final: bool) {
-        const ATTRIBUTES: &[&str] =
-            &["quantity", "unit", "displayUnit", "min", "max", "start", "fixed", "nominal", "unbounded", "stateSelect"];
-        let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
-        let mut attributes: Vec<(Name, Applied)> = Vec::new();
-        for applied in mods {
-            self.check_said_twice(&applied.tree);
-            for (name, tree) in &applied.tree.children {
-                if !ATTRIBUTES.contains(&name.as_ref()) {
-                    let message = format!(
-                        "`{}` is a {} variable and has no attribute `{name}`",
-                        self.instances[inst].name,
-                        scalar.name()
-                    );
-                    let mut diagnostic = Diagnostic::error(Code::UnknownModifier, message);
-                    if let Some(span) = tree.span {
-                        diagnostic = diagnostic.at(span, "names nothing");
-                    }
-                    let help = did_you_mean(name, ATTRIBUTES.iter().copied());
-                    self.table.report(diagnostic.maybe_help(help));
-                    continue;
-                }
-                if let Some((_, outer)) = attributes.iter().find(|(known, _)| known == name) {
-                    if tree.is_final {
-                        let outer = outer.tree.span;
-                        self.final_modified(name, outer, tree.span);
-                    }
-                    continue;
-                }
-                let only = vec![applied.clone()];
-                if let Some(found) = of_child(&only, name, array).into_iter().next() {
-                    attributes.push((name.clone(), found));
-                }
-            }
-        }
-        let binding = crate::modifier::binding(mods).cloned();
-        let is_final = is_final || binding.as_ref().is_some_and(|b| b.tree.is_final);
-        if !matches!(scalar, ScalarType::Real) && self.instances[inst].variability == Variability::Continuous {
-            self.instances[inst].variability = Variability::Discrete;
-        }
-        self.instances[inst].primitive = Some(Primitive { scalar, attributes, binding, is_final });
     }
 }
 

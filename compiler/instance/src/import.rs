@@ -4,22 +4,23 @@ use hyd_source::{Code, Diagnostic, did_you_mean};
 use hyd_syntax::tree::{Ident, Import, ImportKind, Name};
 
 use crate::class::{ClassId, ClassTable, imports};
+use crate::heir::Level;
 
 impl ClassTable<'_> {
     /// True if an import clause around `from` should provide the name; then [`Self::check_imports`] has said why it does not.
     pub(crate) fn import_failed(&self, from: ClassId, name: &Name) -> bool {
-        let mut current = Some(from);
-        while let Some(class) = current {
+        let mut current = Some(Level { members: from, text: from });
+        while let Some(level) = current {
             let provides = |import: &Import| match &import.what {
                 ImportKind::Qualified => import.path.parts.last().is_some_and(|p| p.name == *name),
                 ImportKind::Renamed(alias) => alias.name == *name,
                 ImportKind::Several(names) => names.iter().any(|n| n.name == *name),
                 ImportKind::All => false,
             };
-            if imports(&self.class(class).def).any(provides) {
+            if imports(&self.class(level.text).def).any(provides) {
                 return true;
             }
-            current = self.class(class).parent;
+            current = self.outwards(level);
         }
         false
     }

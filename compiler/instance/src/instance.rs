@@ -47,6 +47,19 @@ pub enum ScalarType {
 }
 
 impl ScalarType {
+    /// The predefined type of that name; Real for all others.
+    pub fn of_builtin(name: &str) -> Self {
+        match name {
+            "Integer" => ScalarType::Integer,
+            "Boolean" => ScalarType::Boolean,
+            "String" => ScalarType::Text,
+            other => match crate::lookup::predefined_enumeration(other) {
+                Some(enumeration) => ScalarType::Enumeration(enumeration),
+                None => ScalarType::Real,
+            },
+        }
+    }
+
     /// Name for messages.
     pub fn name(&self) -> &str {
         match self {
@@ -85,13 +98,22 @@ pub enum Known {
     Failed,
 }
 
-/// A local class replaced by a redeclaration.
+/// A class as an instance sees it.
 #[derive(Clone, Debug)]
 pub struct LocalClass {
     /// The class it is now.
     pub class: ClassId,
     /// Modifications that come with it, outermost first.
     pub mods: Mods,
+    /// The instance it is an element of, where that is not a package: its constants and redeclared classes count for it.
+    pub context: Option<InstId>,
+}
+
+impl LocalClass {
+    /// A class that nothing is said of.
+    pub fn plain(class: ClassId) -> Self {
+        Self { class, mods: Mods::new(), context: None }
+    }
 }
 
 /// A component.
@@ -103,6 +125,8 @@ pub struct Instance {
     pub parent: Option<InstId>,
     /// Its class; `None` for predefined types.
     pub class: Option<ClassId>,
+    /// The instance that its class is an element of, if any.
+    pub context: Option<InstId>,
     /// Shape of the class.
     pub shape: Option<Rc<Shape>>,
     /// Kind of its class (`Type` for variables).

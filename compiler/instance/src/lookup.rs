@@ -7,10 +7,13 @@
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ComponentRef, Element, Expr, Ident, Import, ImportKind, Name, Path, Variability};
+use hyd_syntax::tree::{
+    ClassBody, ClassKind, ComponentRef, Element, Expr, Ident, Import, ImportKind, Name, Path, Variability,
+};
 
 use crate::build::InstanceTree;
 use crate::class::{ClassId, ClassTable, elements, imports};
+use crate::heir::Level;
 use crate::instance::{InstId, LocalClass, Scope};
 use crate::shape::{Shape, ShapeElement};
 use crate::value::EnumType;
@@ -39,31 +42,7 @@ pub fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
 }
 
 impl ClassTable<'_> {
-    /// A class among the elements of `class`, own or inherited.
-    pub fn member_class(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
-        if let Some(own) = self.child(class, name) {
-            return Some(own);
-        }
-        if self.class(class).shape.is_none() && self.is_open(class) {
-            return None;
-        }
-        let has_bases = crate::class::elements(&self.class(class).def)
-            .iter()
-            .any(|e| matches!(e, hyd_syntax::tree::Element::Extends(_)))
-            || matches!(self.class(class).def.body, ClassBody::Short { .. });
-        if !has_bases {
-            return None;
-        }
-        let shape = self.shape(class).ok()?;
-        for frame in &shape.frames[1..] {
-            if let Some(found) = self.child(frame.class, name) {
-                return Some(found);
-            }
-        }
-        None
-    }
-
-    fn imported(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
+    pub(crate) fn imported(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
         let def = self.class(class).def.clone();
         let clauses: Vec<&Import> = imports(&def).collect();
         for import in clauses.iter().filter(|i| !matches!(i.what, ImportKind::All)) {
@@ -101,16 +80,13 @@ impl ClassTable<'_> {
     /// The class an identifier names from inside `from`, looking outwards.  `base`: for an `extends` clause of `from`
     /// itself, which cannot name an inherited class.
     pub fn find_first(&mut self, from: ClassId, name: &Name, base: bool) -> Option<ClassId> {
-        let mut current = Some(from);
-        while let Some(class) = current {
-            let own = if base && class == from { self.child(class, name) } else { self.member_class(class, name) };
-            if let Some(found) = own.or_else(|| self.imported(class, name)) {
+        let mut current = Some(Level { members: from, text: from });
+        while let Some(level) = current {
+            let own = if base && level.members == from { self.child(from, name) } else { self.seen(level, name) };
+            if let Some(found) = own.or_else(|| self.imported(level.text, name)) {
                 return Some(found);
             }
-            if self.class(class).def.encapsulated {
-                break;
-            }
-            current = self.class(class).parent;
+            current = self.outwards(level);
         }
         self.top(name)
     }
@@ -158,10 +134,10 @@ impl ClassTable<'_> {
             ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
         let mut names: Vec<Name> = words.map(Name::from).to_vec();
         names.extend(self.top_names());
-        let mut current = from;
-        while let Some(class) = current {
-            names.extend(self.child_names(class));
-            current = self.class(class).parent;
+        let mut current = from.map(|class| Level { members: class, text: class });
+        while let Some(level) = current {
+            names.extend(self.child_names(level.text));
+            current = self.outwards(level);
         }
         let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref()));
         let library = "other libraries are named with `--library FOLDER`";
@@ -175,36 +151,66 @@ impl InstanceTree<'_> {
     /// The class a name means in a scope, redeclarations included.
     pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, Reported> {
         let first = &path.parts[0];
-        let shape = self.instances[scope.inst].shape.clone();
-        if let (Some(shape), false) = (&shape, path.global)
-            && let Some(element) = shape.visible(&first.name, scope.frame).filter(|e| !e.component)
+        if !path.global
+            && let Some(found) = self.first_class(scope, &first.name)
         {
-            if let Some(inner) = self.inner_class(scope.inst, shape, element) {
-                return self.find_class(inner, path);
-            }
-            let found = match self.instances[scope.inst].local_classes.get(&first.name) {
-                Some(local) => Some(local.clone()),
-                None => {
-                    let owner = shape.frames[element.frame as usize].class;
-                    self.table.child(owner, &first.name).map(|class| LocalClass { class, mods: Vec::new() })
-                }
+            return match path.parts.len() {
+                1 => Ok(found),
+                _ => self.table.descend(found.class, &path.parts[1..]).map(LocalClass::plain),
             };
-            if let Some(mut local) = found {
-                if path.parts.len() > 1 {
-                    local = LocalClass { class: self.table.descend(local.class, &path.parts[1..])?, mods: Vec::new() };
-                }
-                return Ok(local);
-            }
         }
-        let from = shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
-        let class = match from {
-            Some(class) => self.table.find_class_static(class, path, false)?,
-            None => {
-                self.table.unknown_class(None, first, false);
-                return Err(Reported);
-            }
+        let from = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        let Some(class) = from else {
+            self.table.unknown_class(None, first, false);
+            return Err(Reported);
         };
-        Ok(LocalClass { class, mods: Vec::new() })
+        self.table.find_class_static(class, path, false).map(LocalClass::plain)
+    }
+
+    /// The class an identifier means in a scope: an element of the instance, or of what is around its class.
+    pub(crate) fn first_class(&mut self, scope: Scope, name: &Name) -> Option<LocalClass> {
+        let shape = self.instances[scope.inst].shape.clone()?;
+        if let Some(element) = shape.visible(name, scope.frame).filter(|e| !e.component) {
+            if let Some(inner) = self.inner_class(scope.inst, &shape, element) {
+                return self.first_class(inner, name);
+            }
+            if let Some(local) = self.instances[scope.inst].local_classes.get(name) {
+                return Some(local.clone());
+            }
+            let package = self.instances[scope.inst].kind == ClassKind::Package;
+            let context = (!package).then_some(scope.inst);
+            let class = self.table.member_class(shape.frames[0].class, name)?;
+            let mods = self.kept_of_class(scope.inst, &shape, element, class);
+            return Some(LocalClass { class, mods, context });
+        }
+        let from = shape.frames[scope.frame as usize].class;
+        let mut level = Level { members: if scope.frame == 0 { from } else { shape.frames[0].class }, text: from };
+        loop {
+            let found = self.table.seen(level, name).or_else(|| self.table.imported(level.text, name));
+            if let Some(class) = found {
+                return Some(LocalClass::plain(class));
+            }
+            let Some(next) = self.table.outwards(level) else { break };
+            if let Some(around) = self.scope_of_level(scope.inst, next) {
+                return self.first_class(around, name);
+            }
+            level = next;
+        }
+        self.table.top(name).map(LocalClass::plain)
+    }
+
+    /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance.
+    pub(crate) fn scope_of_level(&self, inst: InstId, level: Level) -> Option<Scope> {
+        let mut context = self.instances[inst].context;
+        while let Some(around) = context {
+            let shape = self.instances[around].shape.as_ref()?;
+            if shape.frames[0].class == level.members || shape.frames.iter().any(|f| f.class == level.members) {
+                let frame = shape.frames.iter().position(|f| f.class == level.text)?;
+                return Some(Scope { inst: around, frame: frame as u32 });
+            }
+            context = self.instances[around].context;
+        }
+        None
     }
 
     /// For an `outer` class: where the `inner` class of that name is declared.
@@ -325,19 +331,25 @@ impl InstanceTree<'_> {
         {
             return self.literal(enumeration, reference, 1).map(Some);
         }
-        let found = self.first_class(scope, reference);
+        let found = match reference.global {
+            true => self.table.top(&first.name).map(LocalClass::plain),
+            false => self.first_class(scope, &first.name),
+        };
         let Some(mut local) = found else {
-            return self.enclosing_constant(scope, reference);
+            return match self.enclosing_constant(scope, &first.name)? {
+                Some(inst) => self.steps(inst, reference, 0).map(Some),
+                None => Ok(None),
+            };
         };
         for (k, part) in reference.parts.iter().enumerate().skip(1) {
             if let Some(enumeration) = self.enumeration(local.class) {
                 return self.literal(enumeration, reference, k).map(Some);
             }
             if let Some(class) = self.table.member_class(local.class, &part.name.name) {
-                local = LocalClass { class, mods: Vec::new() };
+                local = LocalClass::plain(class);
                 continue;
             }
-            if let Some(inst) = self.package_constant(local.class, &part.name.name)? {
+            if let Some(inst) = self.package_constant(&local, &part.name.name)? {
                 return self.steps(inst, reference, k).map(Some);
             }
             let class = self.table.full_name(local.class);
@@ -360,43 +372,28 @@ impl InstanceTree<'_> {
         Ok(Some(Resolved::Class(local)))
     }
 
-    fn first_class(&mut self, scope: Scope, reference: &ComponentRef) -> Option<LocalClass> {
-        let first = &reference.parts[0].name;
-        if reference.global {
-            return self.table.top(&first.name).map(|class| LocalClass { class, mods: Vec::new() });
-        }
-        let shape = self.instances[scope.inst].shape.clone()?;
-        if let Some(local) = self.instances[scope.inst].local_classes.get(&first.name) {
-            return Some(local.clone());
-        }
-        let from = shape.frames[scope.frame as usize].class;
-        self.table.find_first(from, &first.name, false).map(|class| LocalClass { class, mods: Vec::new() })
-    }
-
-    /// A constant of an enclosing package, by its simple name, or through an import.
-    fn enclosing_constant<'e>(
-        &mut self,
-        scope: Scope,
-        reference: &'e ComponentRef,
-    ) -> Result<Option<Resolved<'e>>, Reported> {
-        let name = &reference.parts[0].name.name;
+    /// A constant of what is around the class, by its simple name, or through an import.
+    fn enclosing_constant(&mut self, scope: Scope, name: &Name) -> Result<Option<InstId>, Reported> {
         let Some(shape) = self.instances[scope.inst].shape.clone() else { return Ok(None) };
-        let mut current = Some(shape.frames[scope.frame as usize].class);
-        let mut own = true;
-        while let Some(class) = current {
-            if !own && let Some(inst) = self.package_constant(class, name)? {
-                return self.steps(inst, reference, 0).map(Some);
+        let text = shape.frames[scope.frame as usize].class;
+        let mut level = Level { members: shape.frames[0].class, text };
+        loop {
+            if let Some(inst) = self.imported_constant(level.text, name)? {
+                return Ok(Some(inst));
             }
-            if let Some(inst) = self.imported_constant(class, name)? {
-                return self.steps(inst, reference, 0).map(Some);
+            let Some(next) = self.table.outwards(level) else { return Ok(None) };
+            if let Some(around) = self.scope_of_level(scope.inst, next) {
+                let own = self.component_of(around, name)?;
+                return match own.filter(|&inst| self.instances[inst].variability <= Variability::Constant) {
+                    Some(inst) => Ok(Some(inst)),
+                    None => self.enclosing_constant(around, name),
+                };
             }
-            if self.table.class(class).def.encapsulated {
-                break;
+            if let Some(inst) = self.package_constant(&LocalClass::plain(next.members), name)? {
+                return Ok(Some(inst));
             }
-            own = false;
-            current = self.table.class(class).parent;
+            level = next;
         }
-        Ok(None)
     }
 
     fn imported_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, Reported> {
@@ -415,7 +412,7 @@ impl InstanceTree<'_> {
                 _ => continue,
             };
             if let Some(package) = self.table.absolute(package)
-                && let Some(inst) = self.package_constant(package, element)?
+                && let Some(inst) = self.package_constant(&LocalClass::plain(package), element)?
             {
                 return Ok(Some(inst));
             }
@@ -424,13 +421,13 @@ impl InstanceTree<'_> {
     }
 
     /// A constant (or parameter with a value) declared in a package.
-    pub(crate) fn package_constant(&mut self, class: ClassId, name: &Name) -> Result<Option<InstId>, Reported> {
-        let shape = self.table.shape(class)?;
+    pub(crate) fn package_constant(&mut self, local: &LocalClass, name: &Name) -> Result<Option<InstId>, Reported> {
+        let shape = self.table.shape(local.class)?;
         let Some(&k) = shape.by_name.get(name) else { return Ok(None) };
         if !shape.elements[k as usize].component {
             return Ok(None);
         }
-        let inst = self.package_instance(class)?;
+        let inst = self.package_instance(local)?;
         if let Some(&known) = self.instances[inst].by_name.get(name) {
             return Ok(Some(known));
         }
@@ -479,7 +476,7 @@ impl InstanceTree<'_> {
             && let ClassBody::Enumeration(Some(literals)) = &self.table.class(frame.class).def.body
         {
             let literals = literals.iter().map(|l| l.name.name.clone()).collect();
-            found = Some(Arc::new(EnumType { name: self.table.full_name(frame.class).into(), literals }));
+            found = Some(Arc::new(EnumType { name: self.table.original_name(frame.class).into(), literals }));
         }
         self.enumerations.insert(class, found.clone());
         found

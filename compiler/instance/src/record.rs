@@ -3,7 +3,12 @@
 //! A binding or an equation between records means one between their fields (Modelica 3.6, sections 4.9 and 12.6):
 //! `d = Data(a = 1)` gives `d.a = 1`, `d = e` gives `d.a = e.a`.
 
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
+
+use crate::build::InstanceTree;
+use crate::class::ClassId;
+use crate::shape::{Shape, ShapeElement, is_builtin};
 
 /// What is known of a field of a record expression.
 pub enum Field {
@@ -27,6 +32,80 @@ pub fn making_call(expr: &Expr) -> Option<&ComponentRef> {
             _ => None,
         },
         _ => None,
+    }
+}
+
+impl InstanceTree<'_> {
+    /// The constructor calls of an expression name fields that their record has, each once, and leave out only those with a
+    /// default (12.6.1).
+    pub fn check_constructor(&mut self, class: ClassId, expr: &Expr) -> Result<(), Reported> {
+        match &expr.kind {
+            ExprKind::Call(_, Arguments::List { positional, named }) => {
+                self.check_fields(class, expr.span, positional, named)
+            }
+            ExprKind::Array(items) => items.iter().try_for_each(|item| self.check_constructor(class, item)),
+            ExprKind::ArrayFor(body, _) => self.check_constructor(class, body),
+            ExprKind::If(branches, otherwise) => {
+                branches.iter().try_for_each(|(_, value)| self.check_constructor(class, value))?;
+                self.check_constructor(class, otherwise)
+            }
+            ExprKind::Tuple(items) => items.iter().flatten().try_for_each(|item| self.check_constructor(class, item)),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_fields(
+        &mut self,
+        class: ClassId,
+        span: Span,
+        positional: &[Expr],
+        named: &[(Ident, Expr)],
+    ) -> Result<(), Reported> {
+        let shape = self.table.shape(class)?;
+        let fields: Vec<_> = shape.elements.iter().filter(|e| e.component).collect();
+        let record = self.table.full_name(class);
+        let declared = self.table.class(class).def.name.span;
+        let fault = |message: String, at: Span| {
+            Diagnostic::error(Code::BadArguments, message).at(at, "").with(declared, "the record is declared here")
+        };
+        if let Some(extra) = positional.get(fields.len()) {
+            let message = format!("`{record}` has {} fields, but {} values are given", fields.len(), positional.len());
+            self.table.report(fault(message, extra.span));
+            return Err(Reported);
+        }
+        for (name, value) in named {
+            let Some(k) = fields.iter().position(|e| e.name == name.name) else {
+                let help = did_you_mean(&name.name, fields.iter().map(|e| e.name.as_ref()));
+                let message = format!("`{record}` has no field `{}`", name.name);
+                self.table.report(fault(message, name.span).maybe_help(help));
+                return Err(Reported);
+            };
+            if k < positional.len() {
+                let message = format!("the field `{}` has a value already, by its position", name.name);
+                self.table.report(fault(message, name.span.to(value.span)));
+                return Err(Reported);
+            }
+        }
+        for (k, field) in fields.iter().enumerate().skip(positional.len()) {
+            let given = named.iter().any(|(name, _)| name.name == field.name);
+            let modified = shape.frames[field.frame as usize].modifications.iter().any(|(_, tree)| {
+                tree.children.iter().any(|(name, inner)| *name == field.name && inner.binding.is_some())
+            });
+            let default = field.modification.binding.is_some() || modified || self.is_class_field(&shape, k, &fields);
+            if !given && !default {
+                let message = format!("the field `{}` has no value", field.name);
+                self.table.report(fault(message, span));
+                return Err(Reported);
+            }
+        }
+        Ok(())
+    }
+
+    /// A field that is itself a record may get its values from its own declarations.
+    fn is_class_field(&self, shape: &Shape, k: usize, fields: &[&ShapeElement]) -> bool {
+        let declaration = self.declared(shape, fields[k]);
+        declaration
+            .is_some_and(|c| !(c.class.parts.len() == 1 && is_builtin(&c.class.parts[0].name)) && c.dims.is_empty())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sizes of arrays: declared, taken from a value (`:`), or added by a type; bounded.
 
 use crate::evaluate::Env;
-use crate::instance::{InstId, Scope};
+use crate::instance::{InstId, LocalClass, Scope};
 use crate::modifier::Mods;
 use crate::shape::Shape;
 use crate::value::Value;
@@ -82,12 +82,15 @@ impl InstanceTree<'_> {
         }
     }
 
-    /// Sizes that a short class definition adds (`type Vector = Real[3]`).
-    pub(crate) fn alias_sizes(&mut self, shape: &Rc<Shape>, scope: Scope) -> Result<Vec<usize>, Reported> {
+    /// Sizes that short class definitions add (`type Vector = Real[3]`), each read where it is written.
+    pub(crate) fn alias_sizes(&mut self, local: &LocalClass, shape: &Rc<Shape>) -> Result<Vec<usize>, Reported> {
         let mut sizes = Vec::new();
-        for frame in &shape.frames {
-            let def = self.table.class(frame.class).def.clone();
-            if let ClassBody::Short { dims, .. } = &def.body {
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let def = self.table.class(part.class).def.clone();
+            if let ClassBody::Short { dims, .. } = &def.body
+                && !dims.is_empty()
+            {
+                let scope = Scope { inst: self.package_instance(local)?, frame: frame as u32 };
                 sizes.extend(self.sizes(dims, scope, &Vec::new(), &def.name.name)?);
             }
         }
