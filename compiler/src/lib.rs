@@ -4,6 +4,7 @@
 //! -> sorted system with Jacobian -> native code.  Texts come through the trait [`Sources`]; nothing here opens a file,
 //! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
 
+mod limits;
 mod override_value;
 mod pipeline;
 pub mod render;

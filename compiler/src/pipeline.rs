@@ -10,6 +10,7 @@ use hyd_instance::{ClassId, ClassTable, Override, Sources};
 use hyd_source::{Code, Diagnostic, Files, Outcome, Severity, did_you_mean};
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
+use crate::limits::check_limits;
 use crate::override_value::read_value;
 
 /// How far to go.
@@ -198,6 +199,7 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options) {
     result.reduced = Some(reduced);
     result.diagnostics.extend(diagnostics);
     let Some(mut sorted) = value else { return };
+    result.diagnostics.extend(check_limits(&sorted, &options.set));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
         hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)
     });

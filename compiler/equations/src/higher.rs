@@ -146,6 +146,7 @@ fn derivative_block(of: &VariableBlock, name: NamePattern, order: u32, first: Va
         fixed: PerElement::All(false),
         min: PerElement::All(f64::NEG_INFINITY),
         max: PerElement::All(f64::INFINITY),
+        limit_spans: [None, None],
         nominal: PerElement::All(None),
         state_select: StateSelect::Default,
         ..of.clone()

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use hyd_index::{IndexVec, TypedIndex, typed_index};
-use hyd_source::Origin;
+use hyd_source::{Origin, Span};
 use hyd_symbolic::{TemplateId, Templates};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 
@@ -176,6 +176,8 @@ pub struct VariableBlock {
     pub min: PerElement<f64>,
     /// The `max` attribute.
     pub max: PerElement<f64>,
+    /// Where `min` and `max` are stated.
+    pub limit_spans: [Option<Span>; 2],
     /// The `nominal` attribute, `None` if not stated.
     pub nominal: PerElement<Option<f64>>,
     /// The `stateSelect` attribute.

@@ -71,6 +71,7 @@ impl Flattener<'_, '_> {
             fixed: PerElement::All(known),
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
+            limit_spans: [None, None],
             nominal: PerElement::All(None),
             state_select: StateSelect::Default,
             origin: Origin { path: "".into(), span },
@@ -107,6 +108,7 @@ impl Flattener<'_, '_> {
             fixed: PerElement::All(false),
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
+            limit_spans: [None, None],
             nominal: PerElement::All(None),
             state_select: StateSelect::Default,
             origin,
@@ -155,6 +157,10 @@ impl Flattener<'_, '_> {
         }
         if let Some(values) = self.element_values(inst, "max") {
             self.model.variables[block].max = per_element(&values, |v| v.as_stored().unwrap_or(f64::INFINITY));
+        }
+        for (k, name) in ["min", "max"].into_iter().enumerate() {
+            let stated = self.attribute(inst, name).and_then(|applied| applied.tree.span);
+            self.model.variables[block].limit_spans[k] = stated;
         }
         if let Some(values) = self.element_values(inst, "nominal") {
             let positive = |v: &Value| v.as_real().map(f64::abs).filter(|x| *x > 0.0 && x.is_finite());

@@ -143,6 +143,7 @@ impl Maker {
             fixed: PerElement::All(false),
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
+            limit_spans: [None, None],
             nominal: PerElement::All(Some(10.0)),
             state_select: StateSelect::Default,
             origin: Origin { path: "".into(), span: Span::new(FileId(0), 0, 0) },

@@ -84,6 +84,7 @@ impl Model {
             fixed: PerElement::All(matches!(kind, "fixed" | "param" | "const")),
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
+            limit_spans: [None, None],
             nominal: PerElement::All(None),
             state_select: StateSelect::Default,
             origin: self.origin(),
