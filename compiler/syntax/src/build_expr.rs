@@ -54,6 +54,64 @@ fn binary(text: &str) -> Option<(BinaryOp, u8)> {
     BINARY.iter().find(|(word, ..)| *word == text).map(|&(_, op, level)| (op, level))
 }
 
+/// Chains with more operators than this are put together from pieces.
+const LONG_CHAIN: usize = 64;
+/// Operators of a piece.
+const PIECE: usize = 32;
+
+fn join_two(op: BinaryOp, left: Expr, right: Expr) -> Expr {
+    let span = left.span.to(right.span);
+    Expr { kind: ExprKind::Binary(op, Box::new(left), Box::new(right)), span }
+}
+
+/// `first op a op b ...` of one level, from left to right; a long chain as a balanced tree of pieces, whose depth grows with
+/// the logarithm of its length.  A piece that would begin with `- b` or `/ b` begins with `+ (-b)` or `* (1/b)`.
+fn join(first: Expr, chain: Vec<(BinaryOp, Expr)>) -> Expr {
+    if chain.len() <= LONG_CHAIN {
+        return chain.into_iter().fold(first, |left, (op, right)| join_two(op, left, right));
+    }
+    let mut pieces: Vec<(BinaryOp, Expr)> = Vec::new();
+    let mut current = (BinaryOp::Add, first, 0);
+    for (op, term) in chain {
+        let starts = match op {
+            BinaryOp::Sub => BinaryOp::Add,
+            BinaryOp::ElementSub => BinaryOp::ElementAdd,
+            BinaryOp::Div => BinaryOp::Mul,
+            BinaryOp::ElementDiv => BinaryOp::ElementMul,
+            op => op,
+        };
+        let (before, left, count) = current;
+        current = if count < PIECE {
+            (before, join_two(op, left, term), count + 1)
+        } else {
+            pieces.push((before, left));
+            let span = term.span;
+            let start = match op {
+                BinaryOp::Sub | BinaryOp::ElementSub => {
+                    Expr { kind: ExprKind::Unary(UnaryOp::Minus, Box::new(term)), span }
+                }
+                BinaryOp::Div | BinaryOp::ElementDiv => join_two(op, Expr { kind: ExprKind::Integer(1), span }, term),
+                _ => term,
+            };
+            (starts, start, 0)
+        };
+    }
+    pieces.push((current.0, current.1));
+    while pieces.len() > 1 {
+        let mut pairs = Vec::with_capacity(pieces.len().div_ceil(2));
+        let mut rest = pieces.into_iter();
+        while let Some((op, left)) = rest.next() {
+            pairs.push(match rest.next() {
+                Some((inner, right)) => (op, join_two(inner, left, right)),
+                None => (op, left),
+            });
+        }
+        pieces = pairs;
+    }
+    let (_, whole) = pieces.remove(0);
+    whole
+}
+
 impl<'t> Builder<'t> {
     /// An `expression` node.
     pub(crate) fn expression(&mut self, node: Node<'t>) -> Expr {
@@ -111,11 +169,17 @@ impl<'t> Builder<'t> {
             if precedence < least {
                 break;
             }
-            nodes.next();
-            let right = self.climb(nodes, precedence + 1);
-            self.check_chain(nodes, precedence);
-            let span = left.span.to(right.span);
-            left = Expr { kind: ExprKind::Binary(op, Box::new(left), Box::new(right)), span };
+            // All terms of one level, so that long sums and products do not make deep trees.
+            let mut chain: Vec<(BinaryOp, Expr)> = Vec::new();
+            let mut next = Some((op, precedence));
+            while let Some((op, _)) = next.filter(|(_, level)| *level == precedence) {
+                nodes.next();
+                let right = self.climb(nodes, precedence + 1);
+                self.check_chain(nodes, precedence);
+                chain.push((op, right));
+                next = nodes.peek().and_then(|n| binary(n.as_str()));
+            }
+            left = join(left, chain);
         }
         left
     }

@@ -11,6 +11,10 @@ use rustc_hash::FxHashSet;
 pub(crate) const MAX_NESTING: usize = 200;
 /// Operators of one expression, counted along the deepest path of nested brackets: a bound of the depth of its tree.
 pub(crate) const MAX_OPERATORS: usize = 1000;
+/// So many operators of the chains between two brackets count; longer chains make no deeper trees (see `build_expr`).
+const MAX_CHAINED: usize = 256;
+/// Terms of a chain such as `a + b + c`.
+const MAX_TERMS: usize = 100_000;
 /// Classes in classes, and likewise blocks (`for`, `if`, `when`) in blocks.
 pub(crate) const MAX_BLOCKS: usize = 100;
 /// Bytes of one file; spans count in 32 bits, and the parser needs some 100 bytes per byte of text.
@@ -35,6 +39,7 @@ pub(crate) struct Scan {
 struct Level {
     open: u8,
     operators: usize,
+    terms: usize,
     inner: usize,
     deepest: usize,
     ifs: usize,
@@ -246,7 +251,8 @@ impl Scanner<'_> {
 
     fn keyword(&mut self, word: &str, at: usize) {
         match word {
-            "and" | "or" | "not" => self.operator(at),
+            "and" | "or" => self.chained(at),
+            "not" => self.operator(at),
             "if" => {
                 self.operator(at);
                 self.top().ifs += 1;
@@ -274,7 +280,8 @@ impl Scanner<'_> {
                     self.ifs = 0;
                 }
             }
-            b'+' | b'-' | b'*' | b'/' | b'^' | b'<' | b'>' | b':' | b'=' => self.operator(at),
+            b'+' | b'-' | b'*' | b'/' | b'^' | b'<' | b'>' | b'=' => self.chained(at),
+            b':' => self.operator(at),
             _ => {}
         }
     }
@@ -291,6 +298,7 @@ impl Scanner<'_> {
         let level = self.top();
         level.deepest = level.deepest.max(level.operators + level.inner);
         level.operators = 0;
+        level.terms = 0;
         level.inner = 0;
         let ifs = std::mem::take(&mut level.ifs);
         self.ifs -= ifs;
@@ -308,11 +316,24 @@ impl Scanner<'_> {
         }
     }
 
+    /// An operator of a chain of any length.
+    fn chained(&mut self, at: usize) {
+        let level = self.top();
+        level.terms += 1;
+        let terms = level.terms;
+        if terms <= MAX_CHAINED {
+            self.operator(at);
+        } else if terms == MAX_TERMS {
+            let message = format!("this expression has more than {MAX_TERMS} terms");
+            self.stop(at, message, "use `sum` over an array");
+        }
+    }
+
     fn operator(&mut self, at: usize) {
         let level = self.top();
         level.operators += 1;
         if level.operators + level.inner > MAX_OPERATORS {
-            let message = format!("this expression has more than {MAX_OPERATORS} operators");
+            let message = format!("this expression has more than {MAX_OPERATORS} operators inside each other");
             self.stop(at, message, "split it into several equations, or use `sum` over an array");
         }
     }

@@ -29,12 +29,14 @@ fn nesting_up_to_the_limit_is_read() {
     }
     let ifs = format!("{}1{}", "if a then ".repeat(190), " else 2".repeat(190));
     assert_eq!(codes(&model(&ifs)), []);
-    assert_eq!(codes(&model(&format!("1{}", " + 1".repeat(950)))), []);
+    for chain in [" + 1", " - 1", " * 1", " and b", " .* 1", " - a*b*c", " / 2", " + a^2/3"] {
+        assert_eq!(codes(&model(&format!("1{}", chain.repeat(20_000)))), [], "{chain}");
+    }
 }
 
 #[test]
 fn long_chains_and_deep_ifs_give_a_message() {
-    assert_eq!(codes(&model(&format!("1{}", " + 1".repeat(100_000)))), [Code::Limit]);
+    assert_eq!(codes(&model(&format!("1{}", " + 1".repeat(100_001)))), [Code::Limit]);
     assert_eq!(codes(&model(&format!("{}1", "not ".repeat(100_000)))), [Code::Limit]);
     assert_eq!(codes(&model(&format!("{}1", "if a then 1 else ".repeat(100_000)))), [Code::Limit]);
     let nested = format!("{}1{}", "(1 + ".repeat(150), " + 1)".repeat(150));
