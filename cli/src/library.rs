@@ -152,6 +152,51 @@ impl Sources for LibraryPath {
         }
         Ok(built_in(path))
     }
+
+    fn class_names(&mut self) -> Vec<String> {
+        let mut names = Vec::new();
+        for Root { prefix, folder } in self.roots.clone() {
+            self.collect_names(&folder, &prefix, &mut names);
+        }
+        let built_in = STANDARD_LIBRARY.iter().filter_map(|(name, _)| {
+            let stem = name.strip_suffix("/package.hyd").or_else(|| name.strip_suffix(".hyd"))?;
+            Some(stem.replace('/', "."))
+        });
+        names.extend(built_in);
+        names
+    }
+}
+
+/// Most names that are collected for suggestions.
+const MOST_NAMES: usize = 5000;
+/// Deepest folder that is looked into for suggestions.
+const DEEPEST: usize = 8;
+
+impl LibraryPath {
+    /// Full names of the classes that stand as files in a folder and below.
+    fn collect_names(&mut self, folder: &Path, prefix: &[String], names: &mut Vec<String>) {
+        if prefix.len() > DEEPEST || names.len() > MOST_NAMES {
+            return;
+        }
+        for entry in self.list(folder).unwrap_or_default() {
+            let stem = EXTENSIONS.iter().find_map(|e| entry.strip_suffix(&format!(".{e}")));
+            let mut full = prefix.to_vec();
+            full.push(stem.unwrap_or(&entry).to_string());
+            match stem {
+                Some(stem) if !stem.eq_ignore_ascii_case("package") => names.push(full.join(".")),
+                Some(_) => {}
+                None if folder.join(&entry).is_dir() => {
+                    let path = folder.join(&entry);
+                    let package = self.list(&path).is_ok_and(|inner| file_of(&inner, "package").is_some());
+                    if package {
+                        names.push(full.join("."));
+                        self.collect_names(&path, &full, names);
+                    }
+                }
+                None => {}
+            }
+        }
+    }
 }
 
 /// A text of the built-in standard library.

@@ -29,7 +29,7 @@ impl Flattener<'_, '_> {
         let before = self.tree.table.diagnostics.len();
         let resolved = self.tree.resolve(cx.scope, function);
         if resolved.is_err() && function.parts.len() == 1 {
-            self.suggest_function(before, &function.parts[0].name.name);
+            self.suggest_function(before, &function.parts[0].name.name, cx.scope);
         }
         match resolved? {
             Resolved::Class(local) => {
@@ -41,10 +41,14 @@ impl Flattener<'_, '_> {
     }
 
     /// The message for an unknown name in place of a function speaks of functions.
-    fn suggest_function(&mut self, before: usize, name: &str) {
+    fn suggest_function(&mut self, before: usize, name: &str, scope: Scope) {
+        if self.tree.table.diagnostics.iter().skip(before).all(|d| d.code != Code::UnknownName) {
+            return;
+        }
+        let own = self.tree.visible_classes(scope);
         let builtin = hyd_symbolic::Function::ALL.iter().map(|f| f.name());
-        let help =
-            did_you_mean(name, builtin.chain(["der", "pre", "edge", "change", "sum", "product", "size", "fill"]));
+        let operators = ["der", "pre", "edge", "change", "sum", "product", "size", "fill", "zeros", "ones", "linspace"];
+        let help = did_you_mean(name, own.iter().map(|n| n.as_ref()).chain(builtin).chain(operators));
         for message in self.tree.table.diagnostics.iter_mut().skip(before).filter(|d| d.code == Code::UnknownName) {
             message.message = format!("there is no function `{name}` here");
             message.notes = help.iter().cloned().collect();

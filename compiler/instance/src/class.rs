@@ -290,8 +290,8 @@ impl<'s> ClassTable<'s> {
         names
     }
 
-    /// Names of all classes that `child` could find in the text of `parent`, for suggestions.
-    pub fn child_names(&self, parent: ClassId) -> Vec<Name> {
-        nested_classes(&self.classes[parent].def).map(|n| n.class.name.name.clone()).collect()
+    /// Full names of the classes of the libraries.
+    pub(crate) fn library_names(&mut self) -> Vec<String> {
+        self.sources.class_names()
     }
 }

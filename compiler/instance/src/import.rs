@@ -37,12 +37,12 @@ impl ClassTable<'_> {
             };
             let Some((first, rest)) = package.split_first() else {
                 for name in names.iter().filter(|n| self.top(&n.name).is_none()).copied().cloned().collect::<Vec<_>>() {
-                    self.unknown_class(None, &name, true);
+                    self.unknown_class(None, &[name]);
                 }
                 continue;
             };
             let Some(found) = self.top(&first.name) else {
-                self.unknown_class(None, first, true);
+                self.unknown_class(None, parts);
                 continue;
             };
             let Ok(found) = self.descend(found, rest) else { continue };

@@ -28,6 +28,7 @@ pub mod shape;
 mod size;
 mod sources;
 mod subtype;
+mod suggest;
 mod target;
 mod text;
 pub mod value;

@@ -97,7 +97,7 @@ impl ClassTable<'_> {
         let found = if path.global { self.top(&first.name) } else { self.find_first(from, &first.name, base) };
         let Some(class) = found else {
             if !self.import_failed(from, &first.name) {
-                self.unknown_class(Some(from), first, path.parts.len() > 1);
+                self.unknown_class(Some(from), &path.parts);
             }
             return Err(Reported);
         };
@@ -110,9 +110,8 @@ impl ClassTable<'_> {
             match self.member_class(class, &part.name) {
                 Some(next) => class = next,
                 None => {
-                    let names = self.child_names(class);
+                    let help = self.suggest_member(class, part, &parts[parts.len() - 1].name);
                     let message = format!("`{}` has no class `{}`", self.full_name(class), part.name);
-                    let help = did_you_mean(&part.name, names.iter().map(|n| n.as_ref()));
                     self.report(
                         Diagnostic::error(Code::UnknownClass, message).at(part.span, "not found").maybe_help(help),
                     );
@@ -121,29 +120,6 @@ impl ClassTable<'_> {
             }
         }
         Ok(class)
-    }
-
-    pub(crate) fn unknown_class(&mut self, from: Option<ClassId>, ident: &Ident, dotted: bool) {
-        if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
-            let message = format!("`{}` is outside the language profile", ident.name);
-            self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
-            return;
-        }
-        // A misspelt keyword looks like a class.
-        let words =
-            ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
-        let mut names: Vec<Name> = words.map(Name::from).to_vec();
-        names.extend(self.top_names());
-        let mut current = from.map(|class| Level { members: class, text: class });
-        while let Some(level) = current {
-            names.extend(self.child_names(level.text));
-            current = self.outwards(level);
-        }
-        let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref()));
-        let library = "other libraries are named with `--library FOLDER`";
-        let help = help.or_else(|| dotted.then(|| library.to_string()));
-        let message = format!("there is no class `{}` here", ident.name);
-        self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
     }
 }
 
@@ -161,7 +137,7 @@ impl InstanceTree<'_> {
         }
         let from = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
         let Some(class) = from else {
-            self.table.unknown_class(None, first, false);
+            self.table.unknown_class(None, &path.parts);
             return Err(Reported);
         };
         self.table.find_class_static(class, path, false).map(LocalClass::plain)
@@ -362,9 +338,9 @@ impl InstanceTree<'_> {
                 );
                 return Err(Reported);
             }
-            let names = self.table.child_names(local.class);
+            let last = &reference.parts[reference.parts.len() - 1].name.name;
             let message = format!("`{class}` has no element `{}`", part.name.name);
-            let help = did_you_mean(&part.name.name, names.iter().map(|n| n.as_ref()));
+            let help = self.table.suggest_member(local.class, &part.name, last);
             self.table
                 .report(Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found").maybe_help(help));
             return Err(Reported);
@@ -453,16 +429,6 @@ impl InstanceTree<'_> {
                 Err(Reported)
             }
         }
-    }
-
-    fn unknown_name(&mut self, scope: Scope, name: &str, span: Span) {
-        let mut names: Vec<Name> = self.instances[scope.inst].by_name.keys().cloned().collect();
-        names.push("time".into());
-        names.sort_unstable();
-        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
-        let class = self.instances[scope.inst].class.map(|c| self.table.full_name(c)).unwrap_or_default();
-        let message = format!("unknown name `{name}` in `{class}`");
-        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "not declared").maybe_help(help));
     }
 
     /// The enumeration a class is, if it is one (through short definitions).

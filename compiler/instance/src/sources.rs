@@ -17,4 +17,9 @@ pub trait Sources {
     /// library (`.mo` as well), file names compared without case; `None` if there is no such file, `Err` with a sentence
     /// if there is one that cannot be read.  Called once per name at most, and only for names the model uses.
     fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String>;
+
+    /// Full dotted names of the classes that have a text of their own, for suggestions in messages.
+    fn class_names(&mut self) -> Vec<String> {
+        Vec::new()
+    }
 }

@@ -1,0 +1,146 @@
+//! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
+//! last name.
+
+use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_syntax::tree::{Ident, Name};
+
+use crate::build::InstanceTree;
+use crate::class::{ClassId, ClassTable, imports, nested_classes};
+use crate::heir::Level;
+use crate::instance::Scope;
+use hyd_syntax::tree::ImportKind;
+
+/// Most full names that a suggestion lists.
+const MOST: usize = 3;
+
+impl ClassTable<'_> {
+    /// Names of all classes that `child` could find in `parent`: in its text, inherited, and as files of its folder.
+    pub fn child_names(&mut self, parent: ClassId) -> Vec<Name> {
+        let def = self.class(parent).def.clone();
+        let mut names: Vec<Name> = nested_classes(&def).map(|n| n.class.name.name.clone()).collect();
+        if !self.is_open(parent)
+            && let Ok(shape) = self.shape(parent)
+        {
+            names.extend(shape.elements.iter().filter(|e| !e.component).map(|e| e.name.clone()));
+        }
+        let prefix = self.full_name(self.class(parent).original.unwrap_or(parent)) + ".";
+        for full in self.library_names() {
+            if let Some(inner) = full.strip_prefix(&prefix).filter(|inner| !inner.contains('.')) {
+                names.push(inner.into());
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// Classes of the libraries whose last name is, or is close to, `last`.
+    fn suggest_library(&mut self, last: &str) -> Option<String> {
+        let full = self.library_names();
+        let ends: Vec<&str> = full.iter().map(|name| name.rsplit('.').next().unwrap_or(name)).collect();
+        let close = match ends.contains(&last) {
+            true => last.to_string(),
+            false => did_you_mean(last, ends.iter().copied())?.split('`').nth(1)?.to_string(),
+        };
+        let mut fitting: Vec<&String> =
+            full.iter().zip(&ends).filter(|(_, end)| **end == close).map(|(full, _)| full).collect();
+        fitting.sort_unstable();
+        fitting.dedup();
+        let names: Vec<String> = fitting.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+        Some(format!("did you mean {}?", names.join(" or ")))
+    }
+
+    /// What may be meant by `part`, which `class` does not have; `last` is the last name of the whole reference.
+    pub(crate) fn suggest_member(&mut self, class: ClassId, part: &Ident, last: &str) -> Option<String> {
+        let mut names = self.child_names(class);
+        if !self.is_open(class)
+            && let Ok(shape) = self.shape(class)
+        {
+            names.extend(shape.elements.iter().map(|e| e.name.clone()));
+        }
+        names.sort_unstable();
+        let near = did_you_mean(&part.name, names.iter().map(|n| n.as_ref()));
+        near.or_else(|| self.suggest_library(last))
+    }
+
+    /// Classes that can be named from inside `from`: those around and those imported.
+    pub(crate) fn class_names_from(&mut self, from: Option<ClassId>) -> Vec<Name> {
+        let mut names = self.top_names();
+        let mut current = from.map(|class| Level { members: class, text: class });
+        while let Some(level) = current {
+            names.extend(self.child_names(level.members));
+            names.extend(self.child_names(level.text));
+            let def = self.class(level.text).def.clone();
+            for import in imports(&def) {
+                match &import.what {
+                    ImportKind::Qualified => names.extend(import.path.parts.last().map(|p| p.name.clone())),
+                    ImportKind::Renamed(alias) => names.push(alias.name.clone()),
+                    ImportKind::Several(list) => names.extend(list.iter().map(|i| i.name.clone())),
+                    ImportKind::All => {}
+                }
+            }
+            current = self.outwards(level);
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// The message for a class name whose first part means nothing.
+    pub(crate) fn unknown_class(&mut self, from: Option<ClassId>, parts: &[Ident]) {
+        let (ident, last) = (&parts[0], &parts[parts.len() - 1].name);
+        if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
+            let message = format!("`{}` is outside the language profile", ident.name);
+            self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
+            return;
+        }
+        // A misspelt keyword looks like a class.
+        let words =
+            ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
+        let mut names: Vec<Name> = words.map(Name::from).to_vec();
+        names.extend(self.class_names_from(from));
+        let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref())).or_else(|| self.suggest_library(last));
+        let library = "other libraries are named with `--library FOLDER`";
+        let help = help.or_else(|| (parts.len() > 1).then(|| library.to_string()));
+        let message = format!("there is no class `{}` here", ident.name);
+        self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
+    }
+}
+
+impl InstanceTree<'_> {
+    /// Components that can be named from a scope.
+    fn names_from(&self, scope: Scope) -> Vec<Name> {
+        let instance = &self.instances[scope.inst];
+        let mut names: Vec<Name> = instance.by_name.keys().cloned().collect();
+        if let Some(shape) = &instance.shape {
+            names.extend(shape.elements.iter().filter(|e| e.component).map(|e| e.name.clone()));
+        }
+        names.push("time".into());
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    pub(crate) fn unknown_name(&mut self, scope: Scope, name: &str, span: Span) {
+        let mut names = self.names_from(scope);
+        let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
+        while let Some(outer) = around.and_then(|class| self.table.class(class).parent) {
+            // Of what is around a class only constants can be named.
+            if let Ok(shape) = self.table.shape(outer) {
+                let package = self.table.class(outer).def.kind == hyd_syntax::tree::ClassKind::Package;
+                names.extend(shape.elements.iter().filter(|e| package && e.component).map(|e| e.name.clone()));
+            }
+            around = Some(outer);
+        }
+        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
+        let message = format!("unknown name `{name}` in `{class}`");
+        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "not declared").maybe_help(help));
+    }
+
+    /// Classes that a scope can name, for suggestions.
+    pub fn visible_classes(&mut self, scope: Scope) -> Vec<Name> {
+        let from = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        self.table.class_names_from(from)
+    }
+}
