@@ -52,7 +52,7 @@ impl InstanceTree<'_> {
             return Err(Reported);
         }
         let shape = self.table.shape(local.class)?;
-        let inst = self.package_of(local.class)?;
+        let inst = self.package_of(&local)?;
         let mut components: Vec<(u32, Component)> = Vec::new();
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.table.class(shape.frames[element.frame as usize].class).def.clone();
