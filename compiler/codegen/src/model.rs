@@ -90,6 +90,8 @@ pub(crate) struct InitialTransfer {
     pub rates: Vec<Option<Place>>,
     /// Parameters and discrete variables that the initial system determines: from, to.
     pub values: Vec<(Place, u32)>,
+    /// Variables that must have their start values: variable, place, position of the start value.
+    pub checked: Vec<(VarId, Place, u32)>,
 }
 
 /// Where the rows of a plan come from.
@@ -273,7 +275,9 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {
         Some((from, layout.value(v)?.index))
     };
     let unknowns = &sorted.simulation.unknowns;
+    let checked = |&v: &VarId| Some((v, places.get(Target::Var(v))?, layout.start(v)?));
     InitialTransfer {
+        checked: sorted.redundant_starts.iter().filter_map(checked).collect(),
         guess: sorted.initial.unknowns.iter().map(|u| guess(u.target)).collect(),
         states: unknowns.iter().map(|u| state(u.target)).collect(),
         rates: unknowns.iter().map(rate).collect(),

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use hyd_flat::Target;
 use hyd_system::{AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables};
 
 use crate::layout::Place;
@@ -14,6 +15,9 @@ use crate::model::{CompiledModel, Shared, fits};
 use crate::program::{Area, INITIAL, RoutineId, TIME};
 use crate::selection::{CandidateSet, Choice};
 use crate::vm::Registers;
+
+/// A fixed start value may differ from what follows from others by this, relative to both or to 1.
+const SAME_START: f64 = 1e-6;
 
 /// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
 #[derive(Clone, Debug)]
@@ -161,6 +165,23 @@ impl CompiledSystem {
         }
     }
 
+    /// Fixed start values that follow from others must be what follows.
+    fn check_redundant_starts(&self, z: &[f64]) -> Result<(), EvalFailure> {
+        for &(v, place, start) in &self.shared.initial.checked {
+            let (value, start) = (self.read(place, z), self.memory.data[start as usize]);
+            if (value - start).abs() > SAME_START * value.abs().max(start.abs()).max(1.0) {
+                return Err(EvalFailure {
+                    equation: None,
+                    variable: Some(self.shared.origins.target_name(Target::Var(v))),
+                    reason: format!(
+                        "its fixed start value {start} contradicts the other initial conditions, which give {value}"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Discrete variables and their `pre` start at their start values.
     fn start_discrete(&mut self) {
         let shared = self.shared.clone();
@@ -260,8 +281,10 @@ impl DaeSystem for CompiledSystem {
         for &(from, to) in &transfer.values {
             self.memory.data[to as usize] = self.read(from, z);
         }
-        let finite = y.iter().chain(yp.iter()).all(|value| value.is_finite());
-        if finite { Ok(()) } else { Err(self.initial_failure(z)) }
+        if !y.iter().chain(yp.iter()).all(|value| value.is_finite()) {
+            return Err(self.initial_failure(z));
+        }
+        self.check_redundant_starts(z)
     }
 
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {

@@ -21,17 +21,19 @@ use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::redundant::redundant_starts;
 use crate::representative::block_of_variable;
+use crate::selection::dependent_at_start;
 use crate::sort::wishes;
 use crate::sorted::{EqId, Plan};
 use crate::system::{Equation, EquationSystem, Resolution, Role};
 
-/// The initial plan; notes say which start values were taken as initial values.
+/// The initial plan, and the variables whose fixed start values follow from others and are only checked; notes say which those
+/// are and which start values were taken as initial values.
 pub(crate) fn initial_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     bindings: &Bindings,
     notes: &mut Vec<Diagnostic>,
-) -> Result<Plan, Box<Diagnostic>> {
+) -> Result<(Plan, Vec<VarId>), Box<Diagnostic>> {
     check_fixed_aliases(system)?;
     let unknowns = initial_unknowns(system, bindings);
     let mut rows = system.equations_in(Section::Continuous);
@@ -43,9 +45,10 @@ pub(crate) fn initial_plan(
     }
     rows.extend(&bindings.late_equations);
     let mut fixed = fixed_variables(system, &unknowns);
+    let mut redundant = Vec::new();
     if !system.reduction.demoted.is_empty() {
         let others = pattern(system, algebra, rows.clone(), &unknowns);
-        let redundant = redundant_starts(system, algebra, &others, &unknowns, &fixed)?;
+        redundant = redundant_starts(system, algebra, &others, &unknowns, &fixed)?;
         fixed.retain(|v| !redundant.contains(v));
     }
     rows.extend(add_start_equations(system, &fixed));
@@ -54,13 +57,15 @@ pub(crate) fn initial_plan(
     if matching.unmatched_rows().next().is_some() {
         return Err(Box::new(overdetermined(system, &pattern, &unknowns, &matching)));
     }
-    let chosen = choose_starts(system, &pattern, &unknowns, &mut matching);
+    let dependent = dependent_at_start(system, algebra)?;
+    let chosen = choose_starts(system, &pattern, &unknowns, &mut matching, &dependent);
     if matching.unmatched_columns().next().is_some() {
         let diagnostic = Diagnostic::error(Code::InitialUnbalanced, "the start is not determined");
         let matching = maximum_matching(&pattern.incidence, None);
         return Err(Box::new(explain_under(diagnostic, system, &pattern, &unknowns, &matching)));
     }
     notes.extend(note(system, &chosen));
+    notes.extend(note_redundant(system, &redundant));
     let mut rows = pattern.rows;
     rows.extend(add_start_equations(system, &chosen));
     let kind = |target: &Target| match *target {
@@ -70,10 +75,11 @@ pub(crate) fn initial_plan(
     let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
     let wishes = wishes(system, &unknowns);
     let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &bindings.known };
-    build_plan(system, algebra, request).map_err(|mismatch| {
+    let plan = build_plan(system, algebra, request).map_err(|mismatch| {
         let Mismatch { pattern, matching } = *mismatch;
         Box::new(overdetermined(system, &pattern, &unknowns, &matching))
-    })
+    })?;
+    Ok((plan, redundant))
 }
 
 /// Variables that are equal must not be fixed at different numbers.
@@ -183,12 +189,13 @@ fn choose_starts(
     pattern: &Pattern,
     unknowns: &Unknowns,
     matching: &mut Matching,
+    dependent: &IndexVec<VarId, bool>,
 ) -> Vec<VarId> {
     let mut open = matching.unmatched_columns().count();
     let mut incidence = pattern.incidence.clone();
     let mut augmenter = Augmenter::new();
     let mut chosen = Vec::new();
-    for v in candidates(system, unknowns) {
+    for v in candidates(system, unknowns, dependent) {
         if open == 0 {
             break;
         }
@@ -203,8 +210,8 @@ fn choose_starts(
     chosen
 }
 
-/// States and free parameters by preference: `stateSelect`, a start value, declaration.
-fn candidates(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
+/// States and free parameters by preference: `stateSelect`, not dependent by the size of pivots, a start value, declaration.
+fn candidates(system: &EquationSystem, unknowns: &Unknowns, dependent: &IndexVec<VarId, bool>) -> Vec<VarId> {
     let blocks = block_of_variable(&system.flat);
     let mut keys = Vec::new();
     for &target in unknowns.targets.iter() {
@@ -217,10 +224,20 @@ fn candidates(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
             _ => continue,
         };
         let select = StateSelect::Always as u8 - block.state_select as u8;
-        keys.push((kind, select, !block.has_start, v));
+        keys.push((kind, select, dependent[v], !block.has_start, v));
     }
     keys.sort_unstable();
-    keys.into_iter().map(|key| key.3).collect()
+    keys.into_iter().map(|key| key.4).collect()
+}
+
+fn note_redundant(system: &EquationSystem, redundant: &[VarId]) -> Option<Diagnostic> {
+    let names = list_names(redundant.iter().map(|&v| system.flat.var_name(v)));
+    let (values, follow, are) = match redundant.len() {
+        1 => ("value", "follows", "is"),
+        _ => ("values", "follow", "are"),
+    };
+    let message = format!("the fixed start {values} of {names} {follow} from the others and {are} only checked");
+    (!redundant.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
 }
 
 fn note(system: &EquationSystem, chosen: &[VarId]) -> Option<Diagnostic> {

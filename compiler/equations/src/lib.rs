@@ -32,6 +32,7 @@ mod sort;
 pub mod sorted;
 mod specialize;
 mod start_point;
+mod state_select;
 mod structure;
 mod support;
 pub mod system;

@@ -18,6 +18,7 @@ use crate::explain::{counted, mark_equations};
 use crate::higher::Derivatives;
 use crate::selection::{append_selections, candidates_are_distinct};
 use crate::sorted::EqId;
+use crate::state_select::check_always;
 use crate::structure::{ReductionPlan, plan_reduction};
 use crate::system::{Equation, EquationSystem};
 use crate::time_derivative::{append_derivatives, replace_rates};
@@ -28,7 +29,8 @@ const MOST_ROUNDS: usize = 8;
 /// The system with index 1 or less; none if it is structurally at fault.
 pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem>> {
     let mut diagnostics = Vec::new();
-    let value = match reduce(&mut system, &mut diagnostics) {
+    let reduced = reduce(&mut system, &mut diagnostics);
+    let value = match reduced.and_then(|()| check_always(&system).map_or(Ok(()), Err)) {
         Ok(()) => Some(system),
         Err(fault) => {
             diagnostics.push(fault);

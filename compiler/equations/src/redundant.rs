@@ -1,8 +1,9 @@
 //! Fixed starts that constraints make superfluous.
 //!
 //! After index reduction the start of a former state may follow from others: a pendulum whose `x` and `y` are both fixed.
-//! Such starts are left out (they stay guesses) if the equations between fixed variables hold at the fixed values, and
-//! refused with the names of the variables if they do not.  Starts that cannot be judged that way count as surplus.
+//! Such starts become no equations; they stay guesses, and whether they fit is checked when the values at the start are known,
+//! because that may depend on parameters that are set later.  An equation between fixed variables and numbers alone is judged
+//! here, and refused with the names of the variables if it does not hold.
 
 use hyd_flat::{Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
@@ -40,11 +41,9 @@ pub(crate) fn redundant_starts(
             redundant.push(v);
         }
     }
-    if redundant.is_empty() {
-        return Ok(redundant);
+    if !redundant.is_empty() {
+        judge(system, algebra, fixed)?;
     }
-    let judged = judge(system, algebra, fixed)?;
-    redundant.truncate(judged);
     Ok(redundant)
 }
 
@@ -60,14 +59,24 @@ fn former_states(system: &EquationSystem) -> IndexVec<VarId, bool> {
     former
 }
 
-/// The number of continuous equations between fixed variables; an error if one does not hold.
-fn judge(system: &mut EquationSystem, algebra: &mut Algebra, fixed: &[VarId]) -> Result<usize, Box<Diagnostic>> {
+/// True if a start value is more than a number: it may be set for a run.
+fn starts_are_open(system: &EquationSystem, variables: &[VarId]) -> bool {
+    let arena = &system.flat.templates.arena;
+    system.equations_in(Section::Start).into_iter().any(|eq| {
+        let right = system.flat.templates.get(system.equations[eq].template).right;
+        let target = system.left_operand(eq).map(|operand| operand.target());
+        let ours = matches!(target, Some(Target::Start(v)) if variables.contains(&v));
+        ours && arena.as_constant(right).is_none()
+    })
+}
+
+/// An error if a continuous equation between fixed variables and numbers does not hold.
+fn judge(system: &mut EquationSystem, algebra: &mut Algebra, fixed: &[VarId]) -> Result<(), Box<Diagnostic>> {
     let point = StartPoint::new(system, algebra)?;
     let mut is_fixed = IndexVec::filled(false, system.roles.len());
     for &v in fixed {
         is_fixed[v] = true;
     }
-    let mut judged = 0;
     for eq in system.equations_in(Section::Continuous) {
         let equation = system.equations[eq];
         let facts = algebra.facts(&mut system.flat.templates, equation.template).clone();
@@ -80,8 +89,12 @@ fn judge(system: &mut EquationSystem, algebra: &mut Algebra, fixed: &[VarId]) ->
             })
             .collect();
         let known = |&v: &VarId| is_fixed[v];
-        let rates = operands.iter().any(|operand| matches!(operand.target(), Target::Der(_)));
-        if rates || variables.is_empty() || !variables.iter().all(known) {
+        let others = operands.iter().filter(|operand| !matches!(operand.target(), Target::Const(_))).count();
+        if others > variables.len()
+            || starts_are_open(system, &variables)
+            || variables.is_empty()
+            || !variables.iter().all(known)
+        {
             continue;
         }
         let template = system.flat.templates.get(equation.template);
@@ -94,7 +107,6 @@ fn judge(system: &mut EquationSystem, algebra: &mut Algebra, fixed: &[VarId]) ->
             let fault = mark_equations(Diagnostic::error(Code::InitialUnbalanced, message), system, &[eq]);
             return Err(Box::new(mark_variables(fault, system, &variables)));
         }
-        judged += 1;
     }
-    Ok(judged)
+    Ok(())
 }

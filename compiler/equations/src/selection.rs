@@ -6,11 +6,14 @@
 //! *Dynamic selection of states in Dymola*).  When to choose anew is decided where these values are known.
 
 use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
-use hyd_index::TypedIndex;
-use hyd_source::Origin;
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_source::{Diagnostic, Origin};
+use hyd_structure::independent;
 use hyd_symbolic::{SlotId, Template, TemplateId, canonical};
 
+use crate::algebra::Algebra;
 use crate::higher::Derivatives;
+use crate::start_point::StartPoint;
 use crate::structure::{OpenSet, Slope};
 use crate::system::{Candidate, Equation, EquationSystem, Resolution, Role, Selection};
 
@@ -55,6 +58,43 @@ pub(crate) fn candidates_are_distinct(system: &EquationSystem) -> bool {
         };
         system.roles[kept] == Role::Candidate && seen.insert(kept)
     })
+}
+
+/// The candidates that the values at the start make dependent, as far as they are known; none where they say nothing.
+pub(crate) fn dependent_at_start(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+) -> Result<IndexVec<VarId, bool>, Diagnostic> {
+    let mut dependent = IndexVec::filled(false, system.roles.len());
+    if system.reduction.selections.is_empty() {
+        return Ok(dependent);
+    }
+    let point = StartPoint::new(system, algebra)?;
+    let mut values = system.equations_in(Section::Pivot).into_iter().map(|eq| {
+        let equation = system.equations[eq];
+        point.evaluate(system, system.flat.templates.get(equation.template).left, equation.operands)
+    });
+    for selection in &system.reduction.selections {
+        let mut columns = vec![Vec::new(); selection.size.1 as usize];
+        for (&(row, column), value) in selection.entries.iter().zip(&mut values) {
+            columns[column as usize].push((row, if value.is_finite() { value } else { 0.0 }));
+        }
+        // Later candidates are rather dependent than earlier ones, unwilling ones rather than others.
+        let mut order: Vec<&Candidate> = selection.candidates.iter().rev().collect();
+        order.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        let ordered = selection.pivots.iter().map(|pivot| pivot.1).chain(order.iter().map(|c| c.column));
+        let ordered = ordered.map(|column| columns[column as usize].clone()).collect();
+        for k in independent(selection.size.0 as usize, ordered) {
+            if let Some(candidate) = k.checked_sub(selection.pivots.len()).and_then(|k| order.get(k)) {
+                let kept = match system.resolution[candidate.variable] {
+                    Resolution::Alias { of, .. } => of,
+                    _ => candidate.variable,
+                };
+                dependent[kept] = true;
+            }
+        }
+    }
+    Ok(dependent)
 }
 
 /// How unwilling a variable is to be a state, in the size of its column.

@@ -43,7 +43,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings)?;
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
-    let initial = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
+    let (initial, redundant_starts) = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
@@ -61,6 +61,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
         relations,
         selections,
         pivots,
+        redundant_starts,
     };
     debug_assert_eq!(crate::verify::verify(&sorted), Ok(()));
     Ok(sorted)

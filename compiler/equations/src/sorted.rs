@@ -5,7 +5,7 @@
 //! algebraic iteration variables).  The initial system is sorted in the same way with other unknowns.  An expression is a
 //! node plus the operands for its slots; expressions of one template share the node.
 
-use hyd_flat::Target;
+use hyd_flat::{Target, VarId};
 use hyd_index::typed_index;
 use hyd_symbolic::NodeId;
 
@@ -148,4 +148,6 @@ pub struct SortedSystem {
     pub selections: Vec<Selection>,
     /// The entries of their Jacobians, set after set.
     pub pivots: Vec<Residual>,
+    /// Variables whose fixed start values follow from the initial system: their values must be those.
+    pub redundant_starts: Vec<VarId>,
 }

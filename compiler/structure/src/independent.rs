@@ -32,6 +32,12 @@ pub(crate) fn independent_columns(matrix: &Columns) -> Vec<(usize, u32)> {
     elimination.chosen
 }
 
+/// Positions of linearly independent columns, the first in order as long as enough is left of them; a column is a list of
+/// (row, value) with rows ascending.
+pub fn independent(rows: usize, columns: Vec<Vec<(u32, f64)>>) -> Vec<usize> {
+    independent_columns(&Columns { rows, columns }).into_iter().map(|chosen| chosen.0).collect()
+}
+
 struct Elimination {
     scale: Vec<f64>,
     /// Position in `chosen` of the column whose pivot a row is.

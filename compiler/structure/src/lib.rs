@@ -80,6 +80,7 @@ pub use components::{UnmatchedRow, block_order};
 pub use decomposition::{Decomposition, NotMaximum, Part, decompose, minimal_overdetermined, minimal_underdetermined};
 pub use dummy_derivatives::{DummyPlan, DummyProblem, NoChoice, choose_dummies};
 pub use graph::{Column, Entry, Incidence, IncidenceError, Row, Transpose};
+pub use independent::independent;
 pub use matching::{Matching, maximum_matching};
 pub use pantelides::{DifferentiationPlan, NotReducible, pantelides};
 pub use tearing::{Tearing, TearingOptions, TearingPlan};
