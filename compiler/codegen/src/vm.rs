@@ -6,7 +6,7 @@
 //! are those of IEEE 754 and the elementary functions are shared.
 
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_symbolic::{Function, Node, NodeId, post_order};
+use hyd_symbolic::{Function, Machine, Node, NodeId, operate, post_order};
 use rustc_hash::FxHashMap;
 
 use crate::memory::{Extents, Memory};
@@ -19,6 +19,7 @@ pub struct Vm {
     tables: Vec<u32>,
     extents: Extents,
     longest: usize,
+    machine: Machine,
 }
 
 /// A kernel: operations whose operands are positions on the tape.
@@ -56,7 +57,9 @@ impl Vm {
         let routines =
             IndexVec::from_vec(program.routines.iter().map(|r| tapes(&r.kernels)).collect::<Vec<Vec<Tape>>>());
         let longest = routines.iter().flatten().map(|tape| tape.operations.len()).max().unwrap_or(0);
-        Ok(Self { routines, tables: program.tables.clone(), extents, longest })
+        let operations = routines.iter().flatten().flat_map(|tape| &tape.operations);
+        let machine = Machine::of(&program.arena, operations);
+        Ok(Self { tables: program.tables.clone(), extents, longest, machine, routines })
     }
 
     /// Working space large enough for every routine.
@@ -75,7 +78,7 @@ impl Vm {
         let mut registers = self.registers();
         self.run(routine, memory, &mut registers, |tape, values, position, (area, index)| {
             if fault.is_none() && !values[position].is_finite() {
-                fault = Some(Fault { area, index, reason: tape.reason(values, position) });
+                fault = Some(Fault { area, index, reason: tape.reason(values, position, &self.machine) });
             }
         });
         fault
@@ -94,7 +97,7 @@ impl Vm {
         }
         for tape in &self.routines[routine] {
             for instance in 0..tape.count {
-                tape.evaluate(instance, &self.tables, memory, &mut registers.0);
+                tape.evaluate(instance, (&self.tables, &self.machine), memory, &mut registers.0);
                 for &(position, ref to) in &tape.stores {
                     let (area, index, _) = place(to, instance, &self.tables);
                     watch(tape, &registers.0, position, (area, index));
@@ -119,7 +122,7 @@ impl Tape {
         }
     }
 
-    fn evaluate(&self, instance: u32, tables: &[u32], memory: &Memory<'_>, values: &mut [f64]) {
+    fn evaluate(&self, instance: u32, (tables, machine): (&[u32], &Machine), memory: &Memory<'_>, values: &mut [f64]) {
         for (k, &node) in self.operations.iter().enumerate() {
             values[k] = match node {
                 Node::Slot(slot) => {
@@ -129,13 +132,14 @@ impl Tape {
                 }
                 Node::Time => memory.read(Area::Data, TIME),
                 Node::Initial => memory.read(Area::Data, INITIAL),
-                _ => operate(node, values),
+                Node::Apply(body, output, list) => machine.apply(&self.operations, values, (body, output, list)),
+                _ => operate(node, |id| values[id.index()]),
             };
         }
     }
 
     /// Why the value at a position is not finite, judged by the first operation below it that spoils finite operands.
-    fn reason(&self, values: &[f64], position: usize) -> String {
+    fn reason(&self, values: &[f64], position: usize, machine: &Machine) -> String {
         let mut below = vec![false; position + 1];
         below[position] = true;
         for k in (0..=position).rev() {
@@ -149,9 +153,15 @@ impl Tape {
                 node => node.operands().for_each(|operand| below[operand.index()] = true),
             }
         }
-        let spoils = |k: &usize| below[*k] && !values[*k].is_finite();
+        let pair = |k: usize| matches!(self.operations[k], Node::Pair(..));
+        let spoils = |k: &usize| below[*k] && !values[*k].is_finite() && !pair(*k);
         match (0..=position).find(spoils) {
-            Some(k) => explain(self.operations[k], values),
+            Some(k) => match self.operations[k] {
+                Node::Apply(body, _, list) => machine
+                    .failure(&self.operations[..=k], values, (body, list))
+                    .unwrap_or_else(|| "a function gives no finite value".into()),
+                node => explain(node, values),
+            },
             None => "not a number".into(),
         }
     }
@@ -169,44 +179,6 @@ fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bool) 
             if signed { (area, entry & !TABLE_SIGN, entry & TABLE_SIGN != 0) } else { (area, entry, false) }
         }
     }
-}
-
-/// One operation on values of the tape.
-fn operate(node: Node, values: &[f64]) -> f64 {
-    let v = |id: NodeId| values[id.index()];
-    let holds = |id: NodeId| v(id) != 0.0;
-    let truth = |holds: bool| f64::from(u8::from(holds));
-    match node {
-        Node::Const(number) => number.value(),
-        Node::Slot(_) | Node::Time | Node::Initial => f64::NAN,
-        Node::Neg(a) => -v(a),
-        Node::Not(a) => truth(!holds(a)),
-        Node::Add(a, b) => v(a) + v(b),
-        Node::Sub(a, b) => v(a) - v(b),
-        Node::Mul(a, b) => v(a) * v(b),
-        Node::Div(a, b) => v(a) / v(b),
-        Node::And(a, b) => truth(holds(a) && holds(b)),
-        Node::Or(a, b) => truth(holds(a) || holds(b)),
-        Node::Compare(relation, a, b) | Node::Event(relation, a, b) => truth(relation.holds(v(a), v(b))),
-        Node::If(c, a, b) => v(if holds(c) { a } else { b }),
-        Node::Call1(function, a) => function.apply(v(a), 0.0),
-        Node::Call2(Function::Min, a, b) => signed_zero(Function::Min, v(a), v(b)),
-        Node::Call2(Function::Max, a, b) => signed_zero(Function::Max, v(a), v(b)),
-        Node::Call2(function, a, b) => function.apply(v(a), v(b)),
-    }
-}
-
-/// `min` and `max` as the machine instruction has them: -0 is below +0 (the language leaves it open).
-fn signed_zero(function: Function, a: f64, b: f64) -> f64 {
-    if a == 0.0 && b == 0.0 {
-        let negative = if function == Function::Min {
-            a.is_sign_negative() || b.is_sign_negative()
-        } else {
-            a.is_sign_negative() && b.is_sign_negative()
-        };
-        return if negative { -0.0 } else { 0.0 };
-    }
-    function.apply(a, b)
 }
 
 /// What an operation with finite operands did to give a value that is not finite, in the user's words.

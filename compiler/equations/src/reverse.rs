@@ -6,7 +6,7 @@
 //! forwards instead, which reads better.
 
 use hyd_index::TypedIndex;
-use hyd_symbolic::{Arena, Node, NodeId, SlotId, gradient, partial, post_order, substitute};
+use hyd_symbolic::{Arena, BodyId, Node, NodeId, SlotId, gradient, partial, post_order, substitute};
 use rustc_hash::FxHashMap;
 
 /// Expressions over more slots are differentiated backwards.
@@ -53,6 +53,8 @@ fn local_partials(arena: &mut Arena, node: Node, slots: usize) -> Vec<(NodeId, N
         Node::Sub(a, b) => vec![(a, one), (b, minus)],
         Node::Neg(a) => vec![(a, minus)],
         Node::Mul(a, b) => vec![(a, b), (b, a)],
+        Node::Pair(..) => Vec::new(),
+        Node::Apply(body, output, list) => call_partials(arena, body, output, list, slots),
         _ => {
             // The operation on fresh slots, differentiated and then put back onto its operands.
             let operands: Vec<NodeId> = node.operands().collect();
@@ -71,6 +73,21 @@ fn local_partials(arena: &mut Arena, node: Node, slots: usize) -> Vec<(NodeId, N
             fresh.iter().map(|&slot| (back(slot), derivative(arena, slot))).collect()
         }
     }
+}
+
+/// The derivative of a call by each of its arguments, each argument once.
+fn call_partials(arena: &mut Arena, body: BodyId, output: u32, list: NodeId, slots: usize) -> Vec<(NodeId, NodeId)> {
+    let arguments = arena.arguments(list);
+    let fresh: Vec<NodeId> = (0..arguments.len()).map(|k| arena.slot(SlotId::new(slots + k))).collect();
+    let list = arena.argument_list(&fresh);
+    let probe = arena.intern(Node::Apply(body, output, list));
+    let mut found = Vec::new();
+    for (k, &argument) in arguments.iter().enumerate() {
+        let derivative = partial(arena, probe, SlotId::new(slots + k));
+        let back = |slot: SlotId| arguments[slot.index() - slots];
+        found.push((argument, substitute(arena, derivative, &back)));
+    }
+    found
 }
 
 #[cfg(test)]

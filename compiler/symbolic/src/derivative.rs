@@ -127,6 +127,13 @@ fn derive(arena: &mut Arena, id: NodeId, node: Node, d: impl Fn(NodeId) -> Optio
         }
         Node::Call2(function, a, b) => slope2(arena, function, id, (a, d(a)), (b, d(b))),
         Node::Not(_) | Node::And(..) | Node::Or(..) | Node::Compare(..) | Node::Event(..) => None,
+        // Marks that an argument varies; calls look at the arguments one by one.
+        Node::Pair(..) => Some(id),
+        Node::Apply(body, output, list) => {
+            let arguments = arena.arguments(list);
+            let rates: Vec<Option<NodeId>> = arguments.iter().map(|&argument| d(argument)).collect();
+            crate::body_derivative::apply(arena, (body, output), &arguments, &rates)
+        }
         Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => None,
     }
 }

@@ -6,9 +6,11 @@
 //! Both branches of an `if` are computed and one is taken.  This is the reference for tests and the tool for
 //! constants; simulations run on generated code.
 
+use crate::machine::Machine;
 use crate::node::{Arena, Node, NodeId, Relation, SlotId};
 use crate::order::post_order;
 use hyd_index::TypedIndex;
+use hyd_system::math::Function;
 use rustc_hash::FxHashMap;
 
 /// The value of one expression; see [`Evaluator`] for repeated use.  NaN and infinities come out as they arise.
@@ -24,6 +26,7 @@ pub struct Evaluator {
     values: Vec<f64>,
     roots: Vec<usize>,
     results: Vec<f64>,
+    machine: Machine,
 }
 
 impl Evaluator {
@@ -36,7 +39,7 @@ impl Evaluator {
         let values = vec![0.0; tape.len()];
         let roots: Vec<usize> = roots.iter().map(|root| position[root]).collect();
         let results = vec![0.0; roots.len()];
-        Self { tape, values, roots, results }
+        Self { machine: Machine::of(arena, &tape), tape, values, roots, results }
     }
 
     /// The values of the expressions, in the order given to [`Evaluator::new`].
@@ -49,6 +52,7 @@ impl Evaluator {
                 Node::Slot(slot) => slots(slot),
                 Node::Time => time,
                 Node::Initial => truth(initial),
+                Node::Apply(body, output, list) => self.machine.apply(&self.tape, &self.values, (body, output, list)),
                 operation => operate(operation, |id| self.values[id.index()]),
             };
         }
@@ -59,12 +63,13 @@ impl Evaluator {
     }
 }
 
-/// The value of one operation from the values of its operands; leaves other than numbers have none (NaN).
-pub(crate) fn operate(node: Node, value: impl Fn(NodeId) -> f64) -> f64 {
+/// The value of one operation from the values of its operands; leaves other than numbers and calls of compiled functions
+/// have none (NaN).  Generated code agrees to the last bit.
+pub fn operate(node: Node, value: impl Fn(NodeId) -> f64) -> f64 {
     let holds = |id| value(id) != 0.0;
     match node {
         Node::Const(number) => number.value(),
-        Node::Slot(_) | Node::Time | Node::Initial => f64::NAN,
+        Node::Slot(_) | Node::Time | Node::Initial | Node::Pair(..) | Node::Apply(..) => f64::NAN,
         Node::Neg(a) => -value(a),
         Node::Not(a) => truth(!holds(a)),
         Node::Add(a, b) => value(a) + value(b),
@@ -76,7 +81,20 @@ pub(crate) fn operate(node: Node, value: impl Fn(NodeId) -> f64) -> f64 {
         Node::Compare(relation, a, b) | Node::Event(relation, a, b) => truth(relation.holds(value(a), value(b))),
         Node::If(c, a, b) => value(if holds(c) { a } else { b }),
         Node::Call1(function, a) => function.apply(value(a), 0.0),
-        Node::Call2(function, a, b) => function.apply(value(a), value(b)),
+        Node::Call2(function, a, b) => signed_zero(function, value(a), value(b)),
+    }
+}
+
+/// `min` and `max` as the machine instruction has them: -0 is below +0 (the language leaves it open).
+fn signed_zero(function: Function, a: f64, b: f64) -> f64 {
+    match function {
+        Function::Min if a == 0.0 && b == 0.0 => {
+            if a.is_sign_negative() || b.is_sign_negative() { -0.0 } else { 0.0 }
+        }
+        Function::Max if a == 0.0 && b == 0.0 => {
+            if a.is_sign_negative() && b.is_sign_negative() { -0.0 } else { 0.0 }
+        }
+        _ => function.apply(a, b),
     }
 }
 
@@ -101,7 +119,6 @@ fn truth(holds: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hyd_system::math::Function;
 
     #[test]
     fn every_kind_of_node_has_its_value() {

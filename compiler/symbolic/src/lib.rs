@@ -54,8 +54,11 @@
 //! ```
 
 mod alias;
+mod body;
+mod body_derivative;
 mod derivative;
 mod eval;
+mod machine;
 mod node;
 mod occurs;
 mod order;
@@ -64,11 +67,13 @@ mod simplify;
 mod solve;
 mod substitute;
 
+pub use body::{Body, BodyOutput, Derivative, Step};
 pub use alias::{alias, constant_value};
 pub use derivative::{gradient, partial, partial_time, tangent};
-pub use eval::{Evaluator, eval};
+pub use eval::{Evaluator, eval, operate};
 pub use hyd_system::math::Function;
-pub use node::{Arena, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
+pub use machine::{Limits, Machine, MACHINE_LIMITS};
+pub use node::{Arena, BodyId, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
 pub use occurs::{contains, contains_event, contains_initial, contains_slot, contains_time, cost, size, slots};
 pub use order::post_order;
 pub use print::{LONGEST_TEXT, format_number, print, print_signed, print_template};

@@ -5,9 +5,13 @@
 //! equation is a [`Template`] plus a list of what stands in each slot, so that a thousand equal components share one
 //! template.  All values are `f64`; Booleans are 0 and 1.
 
+use std::sync::Arc;
+
 use hyd_index::{IndexVec, typed_index};
 use hyd_system::math::Function;
 use rustc_hash::FxHashMap;
+
+use crate::body::Body;
 
 typed_index!(
     /// A node of an [`Arena`].
@@ -18,6 +22,11 @@ typed_index!(
     /// A slot of a template: a place for a variable, derivative, parameter or constant.
     SlotId,
     "s"
+);
+typed_index!(
+    /// A compiled function of an [`Arena`].
+    BodyId,
+    "f"
 );
 typed_index!(
     /// A template of [`Templates`].
@@ -95,6 +104,11 @@ pub enum Node {
     Call1(Function, NodeId),
     /// A function of two arguments, `Pow` included.
     Call2(Function, NodeId, NodeId),
+    /// The first of several arguments and the rest: stands only below [`Node::Apply`] and has no value of its own.
+    Pair(NodeId, NodeId),
+    /// An output of a compiled function ([`Body`](crate::Body)), counted from 0; the operand is its only argument or a
+    /// chain of [`Node::Pair`].
+    Apply(BodyId, u32, NodeId),
 }
 
 impl Node {
@@ -102,7 +116,7 @@ impl Node {
     pub fn operands(&self) -> impl Iterator<Item = NodeId> + use<> {
         let (a, b, c) = match *self {
             Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => (None, None, None),
-            Node::Neg(a) | Node::Not(a) | Node::Call1(_, a) => (Some(a), None, None),
+            Node::Neg(a) | Node::Not(a) | Node::Call1(_, a) | Node::Apply(_, _, a) => (Some(a), None, None),
             Node::Add(a, b)
             | Node::Sub(a, b)
             | Node::Mul(a, b)
@@ -111,7 +125,8 @@ impl Node {
             | Node::Or(a, b)
             | Node::Compare(_, a, b)
             | Node::Event(_, a, b)
-            | Node::Call2(_, a, b) => (Some(a), Some(b), None),
+            | Node::Call2(_, a, b)
+            | Node::Pair(a, b) => (Some(a), Some(b), None),
             Node::If(c, a, b) => (Some(c), Some(a), Some(b)),
         };
         [a, b, c].into_iter().flatten()
@@ -134,6 +149,8 @@ impl Node {
             Node::If(c, a, b) => Node::If(f(c), f(a), f(b)),
             Node::Call1(g, a) => Node::Call1(g, f(a)),
             Node::Call2(g, a, b) => Node::Call2(g, f(a), f(b)),
+            Node::Pair(a, b) => Node::Pair(f(a), f(b)),
+            Node::Apply(body, output, a) => Node::Apply(body, output, f(a)),
         }
     }
 }
@@ -143,6 +160,9 @@ impl Node {
 pub struct Arena {
     nodes: IndexVec<NodeId, Node>,
     known: FxHashMap<Node, NodeId>,
+    pub(crate) bodies: IndexVec<BodyId, Arc<Body>>,
+    /// The derivative of each body that was differentiated.
+    pub(crate) derived: FxHashMap<BodyId, BodyId>,
 }
 
 impl Arena {

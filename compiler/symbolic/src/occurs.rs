@@ -56,6 +56,8 @@ pub fn cost(arena: &Arena, roots: &[NodeId]) -> u64 {
 fn weight(node: Node) -> u64 {
     match node {
         Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => 0,
+        Node::Pair(..) => 0,
+        Node::Apply(..) => 200,
         Node::Div(..) => 5,
         Node::Call1(function, _) | Node::Call2(function, ..) => match function {
             Function::Abs | Function::Sign | Function::Min | Function::Max | Function::Floor | Function::Ceil => 1,

@@ -20,6 +20,7 @@ pub fn print(arena: &Arena, root: NodeId, name: &dyn Fn(SlotId) -> String) -> St
     while let Some(piece) = todo.pop() {
         match piece {
             Piece::Text(piece) => text.push_str(piece),
+            Piece::Owned(piece) => text.push_str(&piece),
             Piece::Operand(id, least) => expand(arena, id, least, name, &mut text, &mut todo),
         }
         if text.len() > LONGEST_TEXT {
@@ -43,6 +44,7 @@ pub fn print_signed(
         return print(arena, root, name);
     }
     let mut scratch = Arena::new();
+    scratch.bodies = arena.bodies.clone();
     let mut copied: FxHashMap<NodeId, NodeId> = FxHashMap::default();
     let mut last = scratch.constant(0.0);
     for id in crate::post_order(arena, &[root]) {
@@ -51,6 +53,8 @@ pub fn print_signed(
                 let plain = scratch.slot(slot);
                 scratch.neg(plain)
             }
+            // The scratch table knows no compiled functions, only their names.
+            node @ (Node::Pair(..) | Node::Apply(..)) => scratch.intern(node.map(|operand| copied[&operand])),
             node => scratch.build(node.map(|operand| copied[&operand])),
         };
         copied.insert(id, last);
@@ -98,6 +102,7 @@ enum Rank {
 /// What is still to be printed.
 enum Piece {
     Text(&'static str),
+    Owned(String),
     /// An operand in a place that asks for at least this rank.
     Operand(NodeId, Rank),
 }
@@ -119,6 +124,14 @@ fn expand(
     match arena.node(id) {
         Node::Const(number) => text.push_str(&format_number(number.value())),
         Node::Slot(slot) => text.push_str(&name(slot)),
+        Node::Apply(body, output, list) => {
+            let body = arena.body(body);
+            text.push_str(&body.name);
+            text.push('(');
+            let result = body.outputs.get(output as usize).filter(|_| output > 0);
+            todo.push(Piece::Owned(result.map_or_else(|| ")".into(), |o| format!(").{}", o.name))));
+            todo.push(Piece::Operand(list, Rank::Expression));
+        }
         node => {
             let first = todo.len();
             pieces(arena, node, todo);
@@ -185,7 +198,8 @@ fn pieces(arena: &Arena, node: Node, list: &mut Vec<Piece>) {
         }
         Node::Time => list.push(Text("time")),
         Node::Initial => list.push(Text("initial()")),
-        Node::Const(_) | Node::Slot(_) => {}
+        Node::Pair(a, b) => list.extend([Operand(a, Rank::Expression), Text(", "), Operand(b, Rank::Expression)]),
+        Node::Const(_) | Node::Slot(_) | Node::Apply(..) => {}
     }
 }
 

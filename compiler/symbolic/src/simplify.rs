@@ -7,7 +7,8 @@
 //! Sums and products are not reassociated: that would change rounding.
 
 use crate::eval::operate;
-use crate::node::{Arena, Node, NodeId, Relation};
+use crate::machine::Machine;
+use crate::node::{Arena, BodyId, Node, NodeId, Relation};
 use crate::order::post_order;
 use hyd_system::math::Function;
 use rustc_hash::FxHashMap;
@@ -40,7 +41,22 @@ impl Arena {
             Node::If(c, a, b) => self.select(c, a, b),
             Node::Call1(function, a) => self.call1(function, a),
             Node::Call2(function, a, b) => self.call2(function, a, b),
+            Node::Pair(..) => self.intern(node),
+            Node::Apply(body, output, list) => self.apply(body, output, list),
         }
+    }
+
+    /// An output of a compiled function; computed at once where all arguments are numbers.
+    pub fn apply(&mut self, body: BodyId, output: u32, list: NodeId) -> NodeId {
+        let arguments = self.arguments(list);
+        let known: Option<Vec<f64>> = arguments.iter().map(|&id| self.as_constant(id)).collect();
+        if let Some(known) = known
+            && let Ok(results) = Machine::new(self, &[body]).call(body, &known)
+            && let Some(value) = results.get(output as usize).filter(|value| value.is_finite())
+        {
+            return self.constant(*value);
+        }
+        self.intern(Node::Apply(body, output, list))
     }
 
     /// `a + b`

@@ -5,9 +5,9 @@
 //! sides are computed, as the language's pure expressions allow.
 
 use cranelift_codegen::ir::condcodes::FloatCC;
-use cranelift_codegen::ir::{InstBuilder, MemFlagsData, SigRef, Value, types};
+use cranelift_codegen::ir::{InstBuilder, MemFlagsData, SigRef, StackSlot, StackSlotData, StackSlotKind, Value, types};
 use cranelift_frontend::FunctionBuilder;
-use hyd_symbolic::{Arena, Function, Node, NodeId, Relation};
+use hyd_symbolic::{Arena, BodyId, Function, MACHINE_LIMITS, Node, NodeId, Relation};
 use rustc_hash::FxHashMap;
 
 use super::functions;
@@ -32,6 +32,52 @@ pub struct Calls {
     pub rounds_inline: bool,
     /// Size of an address in bytes.
     pub pointer_bytes: i32,
+    /// Start of the table of bodies.
+    pub bodies: Value,
+    /// Signature of bodies.
+    pub body: SigRef,
+    /// What generated code received.
+    pub context: Value,
+    /// The account of the call that is running, none outside of bodies.
+    pub account: Option<Value>,
+}
+
+impl Calls {
+    /// Calls a body; its outputs stand in the slot returned.  A call in a kernel gets a fresh account.
+    pub fn call_body(
+        &self,
+        fb: &mut FunctionBuilder<'_>,
+        body: BodyId,
+        arguments: &[Value],
+        outputs: usize,
+        account: Option<Value>,
+    ) -> StackSlot {
+        let given = space(fb, arguments.len());
+        for (k, &argument) in arguments.iter().enumerate() {
+            fb.ins().stack_store(types::I64, argument, given, k as i32 * 8);
+        }
+        let results = space(fb, outputs);
+        let account = account.unwrap_or_else(|| {
+            let slot = space(fb, 2);
+            let (turns, stack) = (MACHINE_LIMITS.turns as i64, MACHINE_LIMITS.stack as i64);
+            let (turns, stack) = (fb.ins().iconst(types::I64, turns), fb.ins().iconst(types::I64, stack));
+            fb.ins().stack_store(types::I64, turns, slot, 0);
+            fb.ins().stack_store(types::I64, stack, slot, 8);
+            fb.ins().stack_addr(types::I64, slot, 0)
+        });
+        let flags = MemFlagsData::trusted().with_readonly().with_can_move();
+        let callee = fb.ins().load(types::I64, flags, self.bodies, body.0 as i32 * self.pointer_bytes);
+        let given = fb.ins().stack_addr(types::I64, given, 0);
+        let place = fb.ins().stack_addr(types::I64, results, 0);
+        fb.ins().call_indirect(self.body, callee, &[self.context, given, place, account]);
+        results
+    }
+}
+
+/// Room for numbers on the stack.
+pub fn space(fb: &mut FunctionBuilder<'_>, count: usize) -> StackSlot {
+    let size = (count.max(1) * 8) as u32;
+    fb.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, size, 3))
 }
 
 /// The values of one kernel instance.
@@ -39,12 +85,14 @@ pub struct Values<'a> {
     arena: &'a Arena,
     calls: Calls,
     known: FxHashMap<NodeId, Computed>,
+    /// Results of calls of bodies, by body and arguments.
+    results: FxHashMap<(BodyId, NodeId), StackSlot>,
 }
 
 impl<'a> Values<'a> {
     /// No values yet.
     pub fn new(arena: &'a Arena, calls: Calls) -> Self {
-        Self { arena, calls, known: FxHashMap::default() }
+        Self { arena, calls, known: FxHashMap::default(), results: FxHashMap::default() }
     }
 
     /// Gives a leaf its value.
@@ -69,6 +117,8 @@ impl<'a> Values<'a> {
                 let (a, b) = (self.real(fb, a), self.real(fb, b));
                 real(self.call2(fb, function, a, b))
             }
+            Node::Pair(..) => return,
+            Node::Apply(body, output, list) => self.apply(fb, body, output, list),
             _ => self.arithmetic(fb, id),
         };
         self.known.insert(id, computed);
@@ -146,6 +196,22 @@ impl<'a> Values<'a> {
         }
         let (a, b) = (self.real(fb, a), self.real(fb, b));
         real(fb.ins().select(c, a, b))
+    }
+
+    /// An output of a body; outputs of one call share it.
+    fn apply(&mut self, fb: &mut FunctionBuilder<'_>, body: BodyId, output: u32, list: NodeId) -> Computed {
+        let slot = match self.results.get(&(body, list)) {
+            Some(&slot) => slot,
+            None => {
+                let arguments: Vec<Value> =
+                    self.arena.arguments(list).into_iter().map(|argument| self.real(fb, argument)).collect();
+                let count = self.arena.body(body).outputs.len();
+                let slot = self.calls.call_body(fb, body, &arguments, count, None);
+                self.results.insert((body, list), slot);
+                slot
+            }
+        };
+        real(fb.ins().stack_load(types::I64, types::F64, slot, output as i32 * 8))
     }
 
     fn call1(&self, fb: &mut FunctionBuilder<'_>, function: Function, a: Value) -> Value {

@@ -23,6 +23,8 @@ pub struct Context {
     pub tables: *const u32,
     /// Elementary functions in the order of `Function::ALL`.
     pub functions: *const usize,
+    /// Addresses of the bodies of functions, by their ids.
+    pub bodies: *const usize,
 }
 
 type Entry = unsafe extern "C" fn(*const Context);
@@ -34,6 +36,7 @@ pub struct NativeCode {
     entries: IndexVec<RoutineId, Vec<u32>>,
     tables: Vec<u32>,
     functions: [usize; COUNT],
+    bodies: Vec<usize>,
     extents: Extents,
 }
 
@@ -51,8 +54,10 @@ impl NativeCode {
             pages[..payload.bytes.len()].copy_from_slice(&payload.bytes);
             Some(pages.make_exec().map_err(refused)?)
         };
-        let Payload { entries, tables, extents, .. } = payload;
-        Ok(Self { pages, entries, tables, functions: functions::table(), extents })
+        let Payload { entries, bodies, tables, extents, .. } = payload;
+        let start = pages.as_ref().map_or(0, |pages| pages.as_ptr() as usize);
+        let bodies = bodies.into_iter().map(|position| start + position as usize).collect();
+        Ok(Self { pages, entries, tables, functions: functions::table(), bodies, extents })
     }
 
     /// Runs a routine.  Panics when an area is shorter than the program's layout says.
@@ -70,6 +75,7 @@ impl NativeCode {
             ],
             tables: self.tables.as_ptr(),
             functions: self.functions.as_ptr(),
+            bodies: self.bodies.as_ptr(),
         };
         for &start in &self.entries[routine] {
             // SAFETY: `start` is the position of a function of type `Entry` that was compiled for this machine without

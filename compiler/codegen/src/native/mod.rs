@@ -5,6 +5,7 @@
 //! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
 //! left in the code is an error.  Mapping and calling is the matter of [`mapping`].
 
+mod body;
 mod expression;
 mod functions;
 mod isa;
@@ -19,6 +20,7 @@ use cranelift_codegen::ir::{
 };
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use hyd_index::IndexVec;
+use hyd_symbolic::{BodyId, Node, NodeId, post_order};
 
 use crate::memory::Extents;
 use crate::program::{AREAS, Kernel, Program, RoutineId};
@@ -38,6 +40,8 @@ pub struct Payload {
     bytes: Vec<u8>,
     /// Start of each routine's functions in `bytes`, to be called in order.
     entries: IndexVec<RoutineId, Vec<u32>>,
+    /// Start of each body in `bytes`, 0 for those that nothing calls.
+    bodies: Vec<u32>,
     tables: Vec<u32>,
     extents: Extents,
 }
@@ -51,6 +55,11 @@ impl Payload {
     /// Positions in the code of the functions of a routine, to be called in order.
     pub fn entries(&self, routine: RoutineId) -> &[u32] {
         &self.entries[routine]
+    }
+
+    /// Positions in the code of the bodies of functions.
+    pub fn bodies(&self) -> &[u32] {
+        &self.bodies
     }
 
     /// The slot tables.
@@ -84,7 +93,24 @@ pub fn compile(program: &Program) -> Result<Payload, String> {
         }
         entries.push(starts);
     }
-    Ok(Payload { bytes: compiler.bytes, entries, tables: program.tables.clone(), extents })
+    let mut bodies = vec![0; program.arena.body_count()];
+    for id in called(program) {
+        let name = &program.arena.body(id).name;
+        bodies[id.0 as usize] = compiler.body(id).map_err(|e| format!("function `{name}`: {e}"))?;
+    }
+    Ok(Payload { bytes: compiler.bytes, entries, bodies, tables: program.tables.clone(), extents })
+}
+
+/// The bodies that the program calls.
+fn called(program: &Program) -> Vec<BodyId> {
+    let kernels = program.routines.iter().flat_map(|routine| &routine.kernels);
+    let roots: Vec<NodeId> = kernels.flat_map(|kernel| &kernel.stores).map(|store| store.value).collect();
+    let body = |id| match program.arena.node(id) {
+        Node::Apply(body, ..) => Some(body),
+        _ => None,
+    };
+    let direct: Vec<BodyId> = post_order(&program.arena, &roots).into_iter().filter_map(body).collect();
+    program.arena.reachable(&direct)
 }
 
 struct Compiler<'a> {
@@ -112,6 +138,30 @@ impl<'a> Compiler<'a> {
         self.code.func = IrFunction::new();
         self.code.func.signature = self.signature(&[types::I64], None);
         self.build(kernels);
+        self.finish()
+    }
+
+    /// Compiles a body of a function; returns its position in the bytes.
+    fn body(&mut self, id: BodyId) -> Result<u32, String> {
+        self.code.clear();
+        self.code.func = IrFunction::new();
+        self.code.func.signature = self.signature(&BODY_ARGUMENTS, None);
+        let signatures = self.signatures();
+        let mut fb = FunctionBuilder::new(&mut self.code.func, &mut self.builder);
+        let entry = fb.create_block();
+        fb.append_block_params_for_function_params(entry);
+        fb.switch_to_block(entry);
+        fb.seal_block(entry);
+        let context = fb.block_params(entry)[0];
+        let mut calls = calls(&mut fb, signatures, context, self.target.rounds_inline);
+        calls.account = Some(fb.block_params(entry)[3]);
+        body::emit(&mut fb, &self.program.arena, id, calls, entry);
+        fb.finalize(self.target.isa.frontend_config());
+        self.finish()
+    }
+
+    /// Turns the function that was built into bytes.
+    fn finish(&mut self) -> Result<u32, String> {
         let mut plane = ControlPlane::default();
         let compiled = self.code.compile(self.target.isa.as_ref(), &mut plane).map_err(|e| format!("{e:?}"))?;
         if !compiled.buffer.relocs().is_empty() {
@@ -126,6 +176,13 @@ impl<'a> Compiler<'a> {
         u32::try_from(start).map_err(|_| "the code exceeds 4 GB".into())
     }
 
+    /// Signatures of elementary functions of one and two arguments, and of bodies.
+    fn signatures(&self) -> [Signature; 3] {
+        let unary = self.signature(&[types::F64], Some(types::F64));
+        let binary = self.signature(&[types::F64, types::F64], Some(types::F64));
+        [unary, binary, self.signature(&BODY_ARGUMENTS, None)]
+    }
+
     fn signature(&self, arguments: &[Type], result: Option<Type>) -> Signature {
         let mut signature = Signature::new(self.target.convention);
         signature.params.extend(arguments.iter().map(|&t| AbiParam::new(t)));
@@ -134,8 +191,7 @@ impl<'a> Compiler<'a> {
     }
 
     fn build(&mut self, kernels: &[Kernel]) {
-        let unary = self.signature(&[types::F64], Some(types::F64));
-        let binary = self.signature(&[types::F64, types::F64], Some(types::F64));
+        let signatures = self.signatures();
         let mut fb = FunctionBuilder::new(&mut self.code.func, &mut self.builder);
         let entry = fb.create_block();
         fb.append_block_params_for_function_params(entry);
@@ -143,13 +199,7 @@ impl<'a> Compiler<'a> {
         fb.seal_block(entry);
         let context = fb.block_params(entry)[0];
         let areas = std::array::from_fn(|area| field(&mut fb, context, area));
-        let calls = Calls {
-            table: field(&mut fb, context, AREAS + 1),
-            unary: fb.import_signature(unary),
-            binary: fb.import_signature(binary),
-            rounds_inline: self.target.rounds_inline,
-            pointer_bytes: POINTER_BYTES,
-        };
+        let calls = calls(&mut fb, signatures, context, self.target.rounds_inline);
         let tables = field(&mut fb, context, AREAS);
         let written = split::written(kernels);
         let frame = Frame { arena: &self.program.arena, areas, written, tables, calls };
@@ -160,6 +210,25 @@ impl<'a> Compiler<'a> {
         fb.finalize(self.target.isa.frontend_config());
     }
 }
+
+/// What expressions need, from the context.
+fn calls(fb: &mut FunctionBuilder<'_>, signatures: [Signature; 3], context: Value, rounds_inline: bool) -> Calls {
+    let [unary, binary, body] = signatures.map(|signature| fb.import_signature(signature));
+    Calls {
+        table: field(fb, context, AREAS + 1),
+        unary,
+        binary,
+        rounds_inline,
+        pointer_bytes: POINTER_BYTES,
+        bodies: field(fb, context, AREAS + 2),
+        body,
+        context,
+        account: None,
+    }
+}
+
+/// Context, arguments, place of the outputs, account of limits.
+const BODY_ARGUMENTS: [Type; 4] = [types::I64; 4];
 
 const POINTER_BYTES: i32 = 8;
 
