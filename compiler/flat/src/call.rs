@@ -164,10 +164,19 @@ impl Flattener<'_, '_> {
             }
             "min" | "max" if list.len() == 1 => self.lower_fold(name, &list[0], cx),
             _ if ARRAY_FUNCTIONS.contains(&name) => self.lower_array_function(span, name, list, cx, index),
-            "integer" | "Integer" => self.expect_arguments(span, name, list, 1).and_then(|()| {
+            "integer" => self.expect_arguments(span, name, list, 1).and_then(|()| {
                 let value = self.lower(&list[0], cx, index)?;
-                let node = self.model.templates.arena.call1(Function::Floor, value.node);
-                Ok(Typed { node, scalar: ScalarType::Integer })
+                self.lower_integer(span, &value, cx)
+            }),
+            "Integer" => self.expect_arguments(span, name, list, 1).and_then(|()| {
+                let value = self.lower(&list[0], cx, index)?;
+                match value.scalar {
+                    ScalarType::Enumeration(_) => Ok(Typed { scalar: ScalarType::Integer, ..value }),
+                    other => {
+                        let message = format!("`Integer` takes a literal of an enumeration, not {}", other.name());
+                        Err(self.error(Code::TypeMismatch, list[0].span, message))
+                    }
+                }
             }),
             _ => return None,
         })
@@ -226,7 +235,7 @@ impl Flattener<'_, '_> {
     }
 
     /// True for a continuous variable.
-    fn varies(&self, v: crate::model::VarId) -> bool {
+    pub(crate) fn varies(&self, v: crate::model::VarId) -> bool {
         let (block, _) = self.model.locate(v);
         self.model.variables[block].variability == hyd_system::Variability::Continuous
     }
@@ -424,6 +433,7 @@ impl Flattener<'_, '_> {
                     crate::context::Local::Index(value)
                 }
                 Range::Values(values) => crate::lower::local_of(values[k].clone()),
+                Range::Nodes(values) => crate::context::Local::Node(values[k].clone()),
             };
             cx.names.push((iterator.name.name.clone(), local));
             let result = self.collect_terms(body, rest, cx, all);
@@ -455,6 +465,9 @@ impl Flattener<'_, '_> {
             Function::Abs | Function::Min | Function::Max | Function::Div | Function::Mod | Function::Rem
         );
         let integer = function == Function::Sign || keeps && whole;
+        if let Some(node) = self.lower_jump(span, function, &values, cx)? {
+            return Ok(Typed { node, scalar: if integer { ScalarType::Integer } else { ScalarType::Real } });
+        }
         let arena = &mut self.model.templates.arena;
         let node = match values.as_slice() {
             [a] => arena.call1(function, a.node),

@@ -97,7 +97,7 @@ impl Flattener<'_, '_> {
             let mut cx = self.context_of(scope);
             match self.enter_all(&mut cx, loops) {
                 Ok(()) => cx.counts,
-                Err(Fail::Reported) => return,
+                Err(Fail::Reported | Fail::Opaque) => return,
                 Err(Fail::NeedsExpansion) => {
                     self.connect_expanded(span, a, b, scope, loops, Vec::new());
                     return;

@@ -17,6 +17,8 @@ pub enum Fail {
     Reported,
     /// A subscript is not affine in the counters: lower again with fixed counters.
     NeedsExpansion,
+    /// A function cannot be run symbolically: it must be compiled.
+    Opaque,
 }
 
 impl From<Reported> for Fail {
@@ -69,6 +71,9 @@ pub struct Context {
     pub inputs: Vec<Name>,
     /// Nesting of function calls.
     pub depth: usize,
+    /// The functions being run, outermost first; true for those in which this place is reached only under a condition that
+    /// is known in the run.
+    pub called: Vec<(InstId, bool)>,
 }
 
 impl Context {
@@ -88,6 +93,7 @@ impl Context {
             whens: Vec::new(),
             inputs: Vec::new(),
             depth: 0,
+            called: Vec::new(),
         }
     }
 
@@ -105,6 +111,11 @@ impl Context {
     pub fn loop_counts(&self) -> Vec<usize> {
         let fixed = self.fixed.as_ref().map_or(0, Vec::len);
         self.counts.iter().enumerate().map(|(k, &count)| if k < fixed { 1 } else { count }).collect()
+    }
+
+    /// What follows happens only under a condition that is known in the run.
+    pub fn depends_on_run(&mut self) {
+        self.called.iter_mut().for_each(|(_, uncertain)| *uncertain = true);
     }
 
     /// A local name.

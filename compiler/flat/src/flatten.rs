@@ -11,9 +11,11 @@ use hyd_symbolic::{NodeId, SlotId, canonical};
 use hyd_syntax::tree::ClassKind;
 use rustc_hash::FxHashMap;
 
+use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
 use crate::index::{Affine, SlotKey, Slots};
+use crate::jump::JumpKey;
 use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
 
 /// Work in progress.
@@ -29,6 +31,13 @@ pub struct Flattener<'t, 's> {
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
     pub(crate) samples: FxHashMap<(InstId, Span), VarId>,
+    /// Whole numbers with events at their jumps: the variable of each.
+    pub(crate) jumps: Vec<(JumpKey, VarId)>,
+    /// Functions that are being compiled, innermost last, and those that were.
+    pub(crate) builders: Vec<Builder>,
+    pub(crate) bodies: Vec<KnownBody>,
+    /// Why the last function could not be run symbolically.
+    pub(crate) opaque_at: Span,
     numbers: FxHashMap<u64, ConstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
@@ -38,6 +47,7 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
     let root = tree.root;
     let class = tree.instances[root].class;
     let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
+    let span = tree.instances[root].span;
     let mut flattener = Flattener {
         model: FlatModel { name, description: tree.instances[root].description.clone(), ..FlatModel::default() },
         tree,
@@ -47,6 +57,10 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
         whens: 0,
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
+        jumps: Vec::new(),
+        builders: Vec::new(),
+        bodies: Vec::new(),
+        opaque_at: span,
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
     };
@@ -99,7 +113,7 @@ impl Flattener<'_, '_> {
         let mut cx = start.clone();
         let mark = self.tree.table.diagnostics.len();
         match body(self, &mut cx) {
-            Ok(()) | Err(Fail::Reported) => {}
+            Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
                 self.tree.table.diagnostics.truncate(mark);
                 self.expand(&start, Vec::new(), body);
@@ -118,7 +132,7 @@ impl Flattener<'_, '_> {
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         self.slots = Slots::default();
         match body(self, &mut cx) {
-            Ok(()) | Err(Fail::Reported) => {}
+            Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
                 self.tree.table.diagnostics.truncate(errors);
                 let Some(&count) = cx.counts.get(fixed.len()) else {

@@ -4,17 +4,13 @@
 //! any other: shared by template, simplified and differentiated like the rest.  Arguments are scalars, arrays of known
 //! size and records.
 
-use std::sync::Arc;
-
-use hyd_instance::class::elements;
-use hyd_instance::record::{Field, field, making_call};
-use hyd_instance::{LocalClass, Resolved, ScalarType, Scope, Value};
-use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_instance::{ScalarType, Value};
+use hyd_source::{Code, Span};
 use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name,
-    Variability,
+    Arguments, ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, ExprKind, Name, Variability,
 };
 
+use crate::callee::Callee;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
@@ -24,37 +20,6 @@ use crate::lower::Typed;
 const MAX_CALLS: usize = 64;
 
 impl Flattener<'_, '_> {
-    fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
-        let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
-        let before = self.tree.table.diagnostics.len();
-        let resolved = self.tree.resolve(cx.scope, function);
-        if resolved.is_err() && function.parts.len() == 1 {
-            self.suggest_function(before, &function.parts[0].name.name, cx.scope);
-        }
-        match resolved? {
-            Resolved::Class(local) => {
-                let def = self.tree.table.class(local.class).def.clone();
-                Ok((local, def))
-            }
-            _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
-        }
-    }
-
-    /// The message for an unknown name in place of a function speaks of functions.
-    fn suggest_function(&mut self, before: usize, name: &str, scope: Scope) {
-        if self.tree.table.diagnostics.iter().skip(before).all(|d| d.code != Code::UnknownName) {
-            return;
-        }
-        let own = self.tree.visible_classes(scope);
-        let builtin = hyd_symbolic::Function::ALL.iter().map(|f| f.name());
-        let operators = ["der", "pre", "edge", "change", "sum", "product", "size", "fill", "zeros", "ones", "linspace"];
-        let help = did_you_mean(name, own.iter().map(|n| n.as_ref()).chain(builtin).chain(operators));
-        for message in self.tree.table.diagnostics.iter_mut().skip(before).filter(|d| d.code == Code::UnknownName) {
-            message.message = format!("there is no function `{name}` here");
-            message.notes = help.iter().cloned().collect();
-        }
-    }
-
     /// A call of the user's own function: its first output.
     pub(crate) fn lower_user_call(
         &mut self,
@@ -69,7 +34,7 @@ impl Flattener<'_, '_> {
     }
 
     /// The first output of a function, or the record that a constructor makes.
-    fn call(
+    pub(crate) fn call(
         &mut self,
         span: Span,
         function: &ComponentRef,
@@ -105,36 +70,67 @@ impl Flattener<'_, '_> {
             let message = format!("`{}` is not a function", def.name.name);
             return Err(self.error(Code::BadArguments, function.span, message));
         }
-        let shape = self.tree.table.shape(local.class)?;
-        let inst = self.tree.package_of(&local)?;
-        let mut inner = Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst, frame: 0 }) };
-        inner.counts.clone_from(&cx.counts);
-        inner.fixed.clone_from(&cx.fixed);
-        inner.implicit.clone_from(&cx.implicit);
-        let mut components: Vec<Component> = Vec::new();
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            if let Element::Component(component) = &elements(&owner)[element.position as usize] {
-                let mut component = component.clone();
-                // What a short definition or an `extends` clause says of an input is its default.
-                let modified = shape.frames[element.frame as usize].modifications.iter().find_map(|(_, tree)| {
-                    let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
-                    inner.binding.clone()
-                });
-                if let Some(value) = modified {
-                    component.modification.binding = Some((*value).clone());
-                }
-                components.push(component);
-            }
+        let callee = self.callee(&local, def)?;
+        self.call_with_arguments(span, &callee, arguments, cx)
+    }
+
+    /// A call with values: run symbolically, or compiled where that is not possible.
+    pub(crate) fn call_with(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        values: Vec<Local>,
+        cx: &mut Context,
+    ) -> Result<Vec<(Name, Local)>, Fail> {
+        if self.is_being_built(callee.inst) || !callee.derivatives().is_empty() {
+            return self.call_compiled(span, callee, values, cx);
         }
-        self.bind_inputs(span, &components, arguments, cx, &mut inner)?;
-        let inputs = components.iter().filter(|c| c.direction == Some(Direction::Input));
-        inner.inputs = inputs.map(|c| c.name.name.clone()).collect();
-        for component in components.iter().filter(|c| c.direction != Some(Direction::Input)) {
+        // A call of itself that the run decides would never end here.
+        if cx.called.contains(&(callee.inst, true)) {
+            self.opaque_at = span;
+            return Err(Fail::Opaque);
+        }
+        let mark = self.tree.table.diagnostics.len();
+        match self.call_symbolically(span, callee, &values, cx) {
+            Err(Fail::Opaque) => {
+                self.tree.table.diagnostics.truncate(mark);
+                self.call_compiled(span, callee, values, cx)
+            }
+            done => done,
+        }
+    }
+
+    fn call_symbolically(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        values: &[Local],
+        cx: &Context,
+    ) -> Result<Vec<(Name, Local)>, Fail> {
+        let mut inner = callee.context(cx);
+        for (input, value) in callee.inputs().iter().zip(values) {
+            inner.names.push((input.name.name.clone(), value.clone()));
+        }
+        for (frame, component) in callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)) {
+            inner.scope.frame = *frame;
             self.declare_local(component, &mut inner)?;
         }
+        self.run_algorithms(span, callee, &mut inner)?;
+        let mut outputs = Vec::new();
+        for output in callee.outputs() {
+            let Some(local) = inner.local(&output.name.name) else {
+                let message = format!("`{}` does not set its output `{}`", callee.def.name.name, output.name.name);
+                return Err(self.error(Code::BadArguments, span, message));
+            };
+            outputs.push((output.name.name.clone(), local.clone()));
+        }
+        Ok(outputs)
+    }
+
+    /// The algorithm sections of a function.
+    pub(crate) fn run_algorithms(&mut self, span: Span, callee: &Callee, inner: &mut Context) -> Result<(), Fail> {
         let mut found = false;
-        for (frame, part) in shape.frames.iter().enumerate() {
+        for (frame, part) in callee.shape.frames.iter().enumerate() {
             let owner = self.tree.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms, external, equations, .. } = &owner.body else { continue };
             if let Some(equation) = equations.iter().find_map(|section| section.equations.first()) {
@@ -142,30 +138,23 @@ impl Flattener<'_, '_> {
                 return Err(self.error(Code::Misplaced, equation.span, message));
             }
             if let Some(external) = external {
-                let message = "external functions are outside the language profile";
+                let name = &callee.def.name.name;
+                let message = format!("`{name}` is an external function, which is outside the language profile");
                 return Err(self.error(Code::OutsideProfile, *external, message));
             }
             inner.scope.frame = frame as u32;
             for section in algorithms {
                 found = true;
-                self.run(&section.statements, &mut inner)?;
+                self.run(&section.statements, inner)?;
             }
         }
         // Declarations alone may give the outputs their values.
         let given = |c: &Component| c.direction != Some(Direction::Output) || c.modification.binding.is_some();
-        if !found && !components.iter().all(given) {
-            let message = format!("the function `{}` has no algorithm", def.name.name);
+        if !found && !callee.components.iter().all(|(_, c)| given(c)) {
+            let message = format!("the function `{}` has no algorithm", callee.def.name.name);
             return Err(self.error(Code::BadArguments, span, message));
         }
-        let mut outputs = Vec::new();
-        for output in components.iter().filter(|c| c.direction == Some(Direction::Output)) {
-            let Some(local) = inner.local(&output.name.name) else {
-                let message = format!("`{}` does not set its output `{}`", def.name.name, output.name.name);
-                return Err(self.error(Code::BadArguments, span, message));
-            };
-            outputs.push((output.name.name.clone(), local.clone()));
-        }
-        Ok(outputs)
+        Ok(())
     }
 
     /// An element of a local value.
@@ -202,105 +191,24 @@ impl Flattener<'_, '_> {
         if def.kind != ClassKind::Function {
             return Ok(Vec::new());
         }
-        let shape = self.tree.table.shape(local.class)?;
-        let scalar = shape.elements.iter().all(|element| {
-            let owner = &self.tree.table.class(shape.frames[element.frame as usize].class).def;
-            match &elements(owner)[element.position as usize] {
-                Element::Component(c) => c.direction != Some(Direction::Output) || c.dims.is_empty() && simple_type(c),
-                _ => true,
+        let callee = self.callee(&local, def)?;
+        let plain = |c: &Component| c.dims.is_empty() && simple_type(c);
+        if callee.outputs().iter().all(plain) && callee.inputs().iter().all(plain) {
+            let Arguments::List { positional, named } = arguments else { return Ok(Vec::new()) };
+            for expr in positional.iter().chain(named.iter().map(|(_, e)| e)) {
+                if !self.is_text(expr, cx) {
+                    let shape = self.shape(expr, cx)?;
+                    if !shape.is_empty() {
+                        return Ok(shape);
+                    }
+                }
             }
-        });
-        if scalar {
             return Ok(Vec::new());
         }
         Ok(match self.call(span, function, arguments, cx)? {
             Local::Array(_, shape) => shape,
             _ => Vec::new(),
         })
-    }
-
-    fn bind_inputs(
-        &mut self,
-        span: Span,
-        components: &[Component],
-        arguments: &Arguments,
-        cx: &mut Context,
-        inner: &mut Context,
-    ) -> Result<(), Fail> {
-        let Arguments::List { positional, named } = arguments else {
-            let message = "only sum, product, min and max take `... for ... in ...`";
-            return Err(self.error(Code::BadArguments, span, message));
-        };
-        let inputs: Vec<&Component> = components.iter().filter(|c| c.direction == Some(Direction::Input)).collect();
-        if positional.len() > inputs.len() {
-            let message = format!("too many arguments: {} are taken, {} are given", inputs.len(), positional.len());
-            return Err(self.error(Code::BadArguments, span, message));
-        }
-        for (name, expr) in named {
-            let Some(k) = inputs.iter().position(|c| c.name.name == name.name) else {
-                let help = did_you_mean(&name.name, inputs.iter().map(|c| c.name.name.as_ref()));
-                let message = format!("there is no input `{}`", name.name);
-                self.report(Diagnostic::error(Code::BadArguments, message).at(name.span, "").maybe_help(help));
-                return Err(Fail::Reported);
-            };
-            if k < positional.len() {
-                let message = format!("the input `{}` has a value already, by its position", name.name);
-                return Err(self.error(Code::BadArguments, name.span.to(expr.span), message));
-            }
-        }
-        for (k, input) in inputs.iter().enumerate() {
-            let given =
-                positional.get(k).or_else(|| named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e));
-            let local = match (given, &input.modification.binding) {
-                (Some(expr), _) => {
-                    let local = self.local_value(expr, cx)?;
-                    self.check_argument(expr, input, &local)?;
-                    local
-                }
-                (None, Some(default)) => self.local_value(&default.clone(), inner)?,
-                (None, None) => {
-                    let message = format!("the input `{}` has no value", input.name.name);
-                    return Err(self.error(Code::BadArguments, span, message));
-                }
-            };
-            inner.names.push((input.name.name.clone(), local));
-        }
-        Ok(())
-    }
-
-    /// Rank and type of an argument against the declaration of the input.
-    fn check_argument(&mut self, expr: &Expr, input: &Component, local: &Local) -> Result<(), Fail> {
-        let rank = match local {
-            Local::Array(_, shape) => shape.len(),
-            _ => 0,
-        };
-        if rank != input.dims.len() && simple_type(input) {
-            let rank_text = |rank: usize| match rank {
-                0 => "a scalar".to_string(),
-                1 => "an array".to_string(),
-                _ => format!("an array with {rank} dimensions"),
-            };
-            let (wanted, given) = (rank_text(input.dims.len()), rank_text(rank));
-            let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
-            return Err(self.error(Code::ArrayShape, expr.span, message));
-        }
-        let wanted = input.class.parts[0].name.as_ref();
-        let given = match local {
-            Local::Node(typed) => typed.scalar.name().to_string(),
-            Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
-            Local::Index(_) => "Integer".to_string(),
-            Local::Value(value) => value.type_name(),
-            Local::Record(_) => return Ok(()),
-        };
-        let fits = input.class.parts.len() > 1
-            || !matches!(wanted, "Real" | "Integer" | "Boolean")
-            || wanted == given
-            || wanted == "Real" && given == "Integer";
-        if fits {
-            return Ok(());
-        }
-        let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
-        Err(self.error(Code::TypeMismatch, expr.span, message))
     }
 
     /// An expression as a local value: a node, an array of nodes or a record.
@@ -310,6 +218,9 @@ impl Flattener<'_, '_> {
         }
         if self.is_text(expr, cx) {
             return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
+        }
+        if let Some(local) = self.whole_call(expr, cx)? {
+            return Ok(local);
         }
         let shape = self.shape(expr, cx)?;
         if shape.is_empty() {
@@ -324,143 +235,23 @@ impl Flattener<'_, '_> {
         Ok(Local::Array(self.elements_of(expr, cx)?, shape))
     }
 
-    /// A record expression as its fields; `None` if the expression is no record.
-    fn as_record(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Local>, Fail> {
-        match &expr.kind {
-            ExprKind::Ref(reference) => {
-                if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
-                    let local = self.local_of_path(reference, cx)?;
-                    return Ok(matches!(local, Local::Record(_)).then_some(local));
-                }
-                let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(None) };
-                let (last, _) = steps[steps.len() - 1];
-                if self.tree.instances[last].primitive.is_some() {
-                    return Ok(None);
-                }
-                let children = self.tree.instances[last].children.clone();
-                let names: Vec<Name> = children.iter().map(|&c| self.tree.instances[c].name.clone()).collect();
-                let mut fields = Vec::with_capacity(names.len());
-                for (position, name) in names.iter().enumerate() {
-                    if let Field::Expr(value) = field(expr, name, position, true) {
-                        fields.push((name.clone(), self.local_value(&value, cx)?));
-                    }
-                }
-                Ok(Some(Local::Record(fields)))
-            }
-            ExprKind::Call(function, arguments) if self.makes_record(function, cx)? => {
-                self.call(expr.span, function, arguments, cx).map(Some)
-            }
-            _ => Ok(None),
+    /// The value of an expression that is nothing but a call of a user's function: all elements at once.
+    fn whole_call(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Local>, Fail> {
+        let ExprKind::Call(function, arguments @ Arguments::List { .. }) = &expr.kind else { return Ok(None) };
+        if function.parts.len() == 1 && !function.global && crate::call::is_predefined(&function.parts[0].name.name) {
+            return Ok(None);
         }
+        let local = self.call(expr.span, function, arguments, cx)?;
+        // Whole numbers known here may serve as sizes and subscripts.
+        if let Local::Node(Typed { node, scalar: ScalarType::Integer }) = &local
+            && let Some(k) = self.model.templates.arena.as_constant(*node)
+        {
+            return Ok(Some(Local::Index(Affine::constant(k as i64))));
+        }
+        Ok(Some(local))
     }
 
-    /// True for constructors of records and functions whose first output is of a class, not of a predefined type.
-    fn makes_record(&mut self, function: &ComponentRef, cx: &Context) -> Result<bool, Fail> {
-        let simple = function.parts.len() == 1 && !function.global;
-        if simple && crate::call::is_predefined(&function.parts[0].name.name) {
-            return Ok(false);
-        }
-        let (local, def) = self.called_class(function, cx)?;
-        if def.kind == ClassKind::Record {
-            return Ok(true);
-        }
-        let shape = self.tree.table.shape(local.class)?;
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            if let Element::Component(c) = &elements(&owner)[element.position as usize]
-                && c.direction == Some(Direction::Output)
-            {
-                if simple_type(c) {
-                    return Ok(false);
-                }
-                let inst = self.tree.package_of(&local)?;
-                let found = self.tree.find_class(Scope { inst, frame: element.frame }, &c.class)?;
-                return Ok(self.tree.table.class(found.class).def.kind == ClassKind::Record);
-            }
-        }
-        Ok(false)
-    }
-
-    /// The record of a constructor call, fields not given from the declarations.
-    fn construct(&mut self, local: &LocalClass, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
-        self.tree.check_constructor(local.class, expr)?;
-        let shape = self.tree.table.shape(local.class)?;
-        let inst = self.tree.package_of(local)?;
-        let mut fields: Vec<(Name, Local)> = Vec::new();
-        for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            let Element::Component(declaration) = &elements(&owner)[element.position as usize] else { continue };
-            let value = match field(expr, &element.name, position, true) {
-                Field::Expr(value) => self.local_value(&value, cx)?,
-                _ => {
-                    let mut own = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: element.frame }) };
-                    own.names.clone_from(&fields);
-                    match &declaration.modification.binding {
-                        Some(default) => self.local_value(&default.clone(), &mut own)?,
-                        None => {
-                            let message = format!("the field `{}` has no value", element.name);
-                            return Err(self.error(Code::BadArguments, expr.span, message));
-                        }
-                    }
-                }
-            };
-            fields.push((element.name.clone(), value));
-        }
-        Ok(Local::Record(fields))
-    }
-
-    /// The fields of a record-valued expression as expressions; `None` if it is no record.
-    pub(crate) fn record_fields(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Vec<Name>>, Fail> {
-        match &expr.kind {
-            ExprKind::Ref(reference) => {
-                if cx.local(&reference.parts[0].name.name).is_some() {
-                    return Ok(None);
-                }
-                let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) else { return Ok(None) };
-                let last = &self.tree.instances[steps[steps.len() - 1].0];
-                if last.kind != ClassKind::Record {
-                    return Ok(None);
-                }
-                Ok(Some(last.children.iter().map(|&c| self.tree.instances[c].name.clone()).collect()))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// True if calls that make the record in `expr` are constructors.
-    pub(crate) fn by_constructor(&mut self, expr: &Expr, cx: &Context) -> Result<bool, Fail> {
-        match making_call(expr) {
-            None => Ok(true),
-            Some(function) => {
-                let function = function.clone();
-                Ok(self.called_class(&function, cx)?.1.kind != ClassKind::Function)
-            }
-        }
-    }
-
-    /// `call.field`
-    pub(crate) fn lower_field(
-        &mut self,
-        record: &Expr,
-        name: &Name,
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
-        let local = self.field_value(record, name, cx)?;
-        self.element_of_local(record.span, &local, index)
-    }
-
-    pub(crate) fn field_value(&mut self, record: &Expr, name: &Name, cx: &mut Context) -> Result<Local, Fail> {
-        let Local::Record(fields) = self.local_value(record, cx)? else {
-            return Err(self.error(Code::TypeMismatch, record.span, "a record is needed here"));
-        };
-        match fields.into_iter().find(|(n, _)| n == name) {
-            Some((_, local)) => Ok(local),
-            None => Err(self.error(Code::TypeMismatch, record.span, format!("the record has no field `{name}`"))),
-        }
-    }
-
-    fn declare_local(&mut self, component: &Component, inner: &mut Context) -> Result<(), Fail> {
+    pub(crate) fn declare_local(&mut self, component: &Component, inner: &mut Context) -> Result<(), Fail> {
         let local = match &component.modification.binding {
             Some(binding) => self.local_value(&binding.clone(), inner)?,
             None if component.variability <= Variability::Parameter => return Ok(()),
@@ -481,19 +272,7 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// A local record before its fields are set.
-    fn empty_record(&mut self, component: &Component, inner: &mut Context) -> Result<Option<Local>, Fail> {
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
-            return Ok(None);
-        }
-        let shape = self.tree.table.shape(local.class)?;
-        let zero = self.literal(0.0, ScalarType::Real);
-        let fields = shape.elements.iter().filter(|e| e.component).map(|e| (e.name.clone(), Local::Node(zero.clone())));
-        Ok(Some(Local::Record(fields.collect())))
-    }
-
-    fn local_sizes(&mut self, component: &Component, inner: &mut Context) -> Result<Vec<usize>, Fail> {
+    pub(crate) fn local_sizes(&mut self, component: &Component, inner: &mut Context) -> Result<Vec<usize>, Fail> {
         let mut sizes = Vec::new();
         for dim in &component.dims {
             let k = self.affine(dim, inner)?.as_constant().ok_or(Fail::NeedsExpansion)?;
@@ -522,7 +301,7 @@ impl Flattener<'_, '_> {
 const MAX_LOCAL: usize = 1 << 20;
 
 /// Declared with a predefined type.
-fn simple_type(component: &Component) -> bool {
+pub(crate) fn simple_type(component: &Component) -> bool {
     component.class.parts.len() == 1
         && matches!(component.class.parts[0].name.as_ref(), "Real" | "Integer" | "Boolean" | "String")
 }

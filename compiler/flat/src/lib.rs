@@ -7,15 +7,20 @@
 
 mod algorithm;
 mod array;
+mod body;
+mod body_statement;
 mod call;
+mod callee;
 mod connect;
 mod context;
 mod flatten;
 mod function;
 mod index;
+mod jump;
 mod lower;
 pub mod model;
 mod print;
+mod record;
 mod reference;
 mod sample;
 mod section;

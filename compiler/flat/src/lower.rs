@@ -193,6 +193,7 @@ impl Flattener<'_, '_> {
     ) -> Result<Typed, Fail> {
         use BinaryOp as Op;
         match op {
+            Op::And | Op::Or if self.in_body(cx) => self.build_logic(op == Op::And, a, b, cx, index),
             Op::And | Op::Or => {
                 let (x, y) = (self.lower(a, cx, index)?, self.lower(b, cx, index)?);
                 self.want_boolean(a.span, "a logical operator", &x)?;
@@ -332,7 +333,7 @@ impl Flattener<'_, '_> {
         terms.swap_remove(0)
     }
 
-    fn lower_if(
+    pub(crate) fn lower_if(
         &mut self,
         span: Span,
         branches: &[(Expr, Expr)],
@@ -340,14 +341,28 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
-        let mut result = self.lower(otherwise, cx, index)?;
-        for (condition, value) in branches.iter().rev() {
-            let test = self.lower(condition, cx, &[])?;
-            self.want_boolean(condition.span, "a condition", &test)?;
-            let chosen = self.lower(value, cx, index)?;
-            result = self.choose(span, test.node, chosen, result)?;
+        let Some(((condition, value), rest)) = branches.split_first() else {
+            return self.lower(otherwise, cx, index);
+        };
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        if cx.depth > 0 {
+            // In a function a condition known here decides: the other side may never end.
+            match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => return self.lower_if(span, rest, otherwise, cx, index),
+                Some(_) => return self.lower(value, cx, index),
+                None => {}
+            }
         }
-        Ok(result)
+        if self.in_body(cx) {
+            return self.build_choice(span, test.node, value, (rest, otherwise), cx, index);
+        }
+        let called = cx.called.clone();
+        cx.depends_on_run();
+        let chosen = self.lower(value, cx, index);
+        let other = self.lower_if(span, rest, otherwise, cx, index);
+        cx.called = called;
+        self.choose(span, test.node, chosen?, other?)
     }
 
     pub(crate) fn choose(&mut self, span: Span, test: NodeId, chosen: Typed, other: Typed) -> Result<Typed, Fail> {
@@ -404,6 +419,10 @@ impl Flattener<'_, '_> {
             crate::reference::Range::Values(values) => {
                 let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
                 values.get(k as usize).map(|v| local_of(v.clone())).ok_or(Fail::Reported)
+            }
+            crate::reference::Range::Nodes(values) => {
+                let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
+                values.get(k as usize).map(|v| Local::Node(v.clone())).ok_or(Fail::Reported)
             }
         }
     }

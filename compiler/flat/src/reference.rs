@@ -23,8 +23,10 @@ pub(crate) enum Range {
         /// How many.
         count: usize,
     },
-    /// Anything else.
+    /// Any other values known at translation.
     Values(Vec<Value>),
+    /// The elements of an array inside a function.
+    Nodes(Vec<Typed>),
 }
 
 impl Range {
@@ -33,6 +35,7 @@ impl Range {
         match self {
             Range::Steps { count, .. } => *count,
             Range::Values(values) => values.len(),
+            Range::Nodes(values) => values.len(),
         }
     }
 }
@@ -87,6 +90,9 @@ impl Flattener<'_, '_> {
             Local::Index(affine) if affine.as_constant().is_none() => {
                 let slot = self.slots.slot(SlotKey::Number(affine));
                 Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
+            }
+            Local::Array(items, shape) if cx.depth > 0 && self.computed_subscripts(&shape, subscripts, cx)? => {
+                self.load_element(reference.span, items, &shape, subscripts, cx, index)
             }
             Local::Array(items, shape) => {
                 let mut at: Vec<Affine> = Vec::new();
@@ -291,6 +297,7 @@ impl Flattener<'_, '_> {
                 Range::Values(values) => {
                     Subscript::List(values.iter().filter_map(|v| v.as_integer().map(|k| k - 1)).collect())
                 }
+                Range::Nodes(_) => return self.opaque(expr.span),
             });
         }
         if self.shape(expr, cx)?.is_empty() {
@@ -360,10 +367,7 @@ impl Flattener<'_, '_> {
                     let shift = i64::from(matches!(value.scalar, ScalarType::Boolean));
                     Ok(Affine::constant(x as i64 + shift))
                 }
-                None => {
-                    let message = "a whole number that is known before the run is needed here";
-                    Err(self.error(Code::NotStructural, expr.span, message))
-                }
+                None => self.opaque(expr.span),
             };
         }
         match self.tree.evaluate(expr, cx.scope, &env)? {
@@ -386,6 +390,16 @@ impl Flattener<'_, '_> {
         )
     }
 
+    /// True if a variable of a function occurs.
+    fn mentions_local(&self, expr: &Expr, cx: &Context) -> bool {
+        crate::walk::any_ref(expr, &mut |reference| {
+            matches!(
+                cx.local(&reference.parts[0].name.name),
+                Some(Local::Node(_) | Local::Array(..) | Local::Record(_))
+            )
+        })
+    }
+
     /// The values of a loop variable.
     pub(crate) fn range(&mut self, iterator: &Iterator, cx: &mut Context) -> Result<Range, Fail> {
         let Some(range) = &iterator.range else {
@@ -397,6 +411,9 @@ impl Flattener<'_, '_> {
         }
         if self.mentions_counter(range, cx) {
             return Err(Fail::NeedsExpansion);
+        }
+        if cx.depth > 0 && self.mentions_local(range, cx) {
+            return Ok(Range::Nodes(self.elements_of(range, cx)?));
         }
         let (env, _) = cx.env();
         Ok(match self.tree.evaluate(range, cx.scope, &env)? {

@@ -96,6 +96,7 @@ impl Flattener<'_, '_> {
                         crate::lower::local_of(values.get(k as usize).cloned().ok_or(Fail::Reported)?)
                     }
                 }
+                Range::Nodes(_) => return Err(Fail::Reported),
             };
             cx.names.push((iterator.name.name.clone(), local));
         }
@@ -247,7 +248,10 @@ impl Flattener<'_, '_> {
                 let integer_right = matches!(b.scalar, ScalarType::Integer) && !constant(self, b);
                 let variable = |e: &Expr| matches!(e.kind, ExprKind::Ref(_));
                 let taken = integer_left && variable(left) && self.is_discrete_ref(a)
-                    || integer_right && variable(right) && self.is_discrete_ref(b);
+                    || integer_right
+                        && variable(right)
+                        && self.is_discrete_ref(b)
+                        && !self.changes_between_events(a.node);
                 !taken
             };
         if fits {

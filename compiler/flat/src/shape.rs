@@ -49,6 +49,9 @@ impl Flattener<'_, '_> {
                         Range::Values(values) => values
                             .first()
                             .map_or(Local::Index(Affine::constant(0)), |v| crate::lower::local_of(v.clone())),
+                        Range::Nodes(nodes) => {
+                            nodes.first().map_or(Local::Index(Affine::constant(0)), |v| Local::Node(v.clone()))
+                        }
                     };
                     cx.names.push((iterator.name.name.clone(), local));
                 }
@@ -87,6 +90,8 @@ impl Flattener<'_, '_> {
         for (k, &size) in sizes.iter().enumerate() {
             match subscripts.get(k) {
                 None => kept.push(size),
+                // A number computed in the run: one element.
+                Some(expr) if self.in_body(cx) && self.is_computed(expr, size, cx)? => {}
                 Some(expr) => match self.subscript(expr, size, cx)? {
                     Subscript::At(_) => {}
                     Subscript::All => kept.push(size),

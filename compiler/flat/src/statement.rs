@@ -41,6 +41,9 @@ impl Flattener<'_, '_> {
     }
 
     fn run_statement(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
+        if self.in_body(cx) {
+            return self.build_statement(statement, cx);
+        }
         match &statement.kind {
             StatementKind::Assign(target, value) => {
                 let value = self.local_value(value, cx)?;
@@ -68,13 +71,33 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
     ) -> Result<(), Fail> {
         match function.parts[0].name.name.as_ref() {
-            // An assertion in a function that is run symbolically has no instant of its own.
-            "assert" => Ok(()),
+            "assert" => self.run_assert(span, arguments, cx),
             "reinit" | "terminate" => {
                 let message = "`reinit` and `terminate` are supported in `when` equations, not in algorithms";
                 Err(self.error(Code::OutsideProfile, span, message))
             }
             _ => self.call_outputs(span, function, arguments, cx).map(|_| ()),
+        }
+    }
+
+    /// An assertion in a function that is known to hold says nothing; another one needs the function compiled.
+    fn run_assert(&mut self, span: Span, arguments: &Arguments, cx: &mut Context) -> Result<(), Fail> {
+        let Arguments::List { positional, .. } = arguments else { return Ok(()) };
+        let [condition, text, rest @ ..] = positional.as_slice() else {
+            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a text"));
+        };
+        if cx.depth == 0 || !rest.is_empty() {
+            return Ok(());
+        }
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "`assert`", &test)?;
+        match self.model.templates.arena.as_constant(test.node) {
+            Some(0.0) => {
+                let text = self.text_value(text, cx)?;
+                Err(self.error(Code::Value, span, text))
+            }
+            Some(_) => Ok(()),
+            None => self.opaque(span),
         }
     }
 
@@ -216,10 +239,14 @@ impl Flattener<'_, '_> {
             return if known != 0.0 { self.run(body, cx) } else { self.run_if(rest, cx) };
         }
         let mut yes = cx.clone();
-        let mut no = cx.clone();
+        yes.depends_on_run();
+        let mut no = yes.clone();
         let flows = (self.run(body, &mut yes)?, self.run_if(rest, &mut no)?);
         if flows != (Flow::Next, Flow::Next) {
-            let message = "`break` and `return` under a condition that depends on values of the run are not supported";
+            if cx.depth > 0 {
+                return self.opaque(condition.span);
+            }
+            let message = "`break` and `return` under a condition that depends on values of the run are possible in functions only";
             return Err(self.error(Code::OutsideProfile, condition.span, message));
         }
         self.join_contexts(condition.span, test.node, yes, no, cx)?;
@@ -290,6 +317,7 @@ impl Flattener<'_, '_> {
                     Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
                 }
                 Range::Values(values) => crate::lower::local_of(values[k].clone()),
+                Range::Nodes(values) => Local::Node(values[k].clone()),
             };
             cx.names.push((iterator.name.name.clone(), local));
             let flow = self.run_for(rest, body, cx)?;
@@ -312,8 +340,10 @@ impl Flattener<'_, '_> {
             match self.model.templates.arena.as_constant(test.node) {
                 Some(0.0) => return Ok(Flow::Next),
                 Some(_) => {}
+                None if cx.depth > 0 => return self.opaque(condition.span),
                 None => {
-                    let message = "a `while` whose condition depends on values of the run is not supported; use a `for` with a fixed number of turns";
+                    let message =
+                        "a `while` whose condition depends on values of the run is possible in functions only";
                     return Err(self.error(Code::OutsideProfile, condition.span, message));
                 }
             }

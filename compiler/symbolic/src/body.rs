@@ -213,10 +213,12 @@ impl Arena {
                         todo.push(*body);
                     }
                     for root in step.expressions() {
-                        todo.extend(crate::post_order(self, &[root]).into_iter().filter_map(|id| match self.node(id) {
-                            Node::Apply(body, ..) => Some(body),
-                            _ => None,
-                        }));
+                        todo.extend(crate::post_order(self, &[root]).into_iter().filter_map(
+                            |id| match self.node(id) {
+                                Node::Apply(body, ..) => Some(body),
+                                _ => None,
+                            },
+                        ));
                     }
                     lists.extend(step.inner());
                 }

@@ -82,8 +82,7 @@ fn derive(arena: &mut Arena, id: BodyId) -> BodyId {
     let name: Arc<str> = format!("der_{}", body.name).into();
     let derived = arena.reserve_body(name.clone(), real_inputs.clone());
     arena.derived.insert(id, derived);
-    let plan =
-        Plan { inputs: body.inputs, rates, registers: body.registers, varies: varying(arena, &body) };
+    let plan = Plan { inputs: body.inputs, rates, registers: body.registers, varies: varying(arena, &body) };
     let output = |o: &BodyOutput, register: u32, prefix: &str, zero: bool| BodyOutput {
         name: format!("{prefix}{}", o.name).into(),
         register,
@@ -106,11 +105,10 @@ fn derive(arena: &mut Arena, id: BodyId) -> BodyId {
     // Known before its steps are, so that a function that calls itself finds it.
     arena.set_body(derived, empty.clone());
     let mut steps = Vec::new();
-    let mut next = body.inputs;
-    for (k, _) in body.real_inputs.iter().enumerate().filter(|(_, real)| **real) {
-        let source = arena.slot(SlotId(next));
-        steps.push(Step::Set(plan.rate(k as u32), source));
-        next += 1;
+    let real = (0..body.inputs).filter(|&k| body.real_inputs[k as usize]);
+    for (k, source) in real.zip(body.inputs..) {
+        let source = arena.slot(SlotId(source));
+        steps.push(Step::Set(plan.rate(k), source));
     }
     steps.extend(derive_steps(arena, &body.steps, &plan));
     arena.set_body(derived, Body { steps, ..empty });
@@ -137,8 +135,7 @@ fn varying(arena: &Arena, body: &Body) -> Vec<bool> {
 }
 
 fn spread(arena: &Arena, step: &Step, varies: &mut [bool]) {
-    let depends =
-        |varies: &[bool], node: NodeId| slots(arena, &[node]).iter().any(|slot| varies[slot.0 as usize]);
+    let depends = |varies: &[bool], node: NodeId| slots(arena, &[node]).iter().any(|slot| varies[slot.0 as usize]);
     let range = |first: u32, count: u32| first as usize..(first + count) as usize;
     match step {
         Step::Set(to, node) => varies[*to as usize] |= depends(varies, *node),

@@ -89,10 +89,18 @@ pub fn operate(node: Node, value: impl Fn(NodeId) -> f64) -> f64 {
 fn signed_zero(function: Function, a: f64, b: f64) -> f64 {
     match function {
         Function::Min if a == 0.0 && b == 0.0 => {
-            if a.is_sign_negative() || b.is_sign_negative() { -0.0 } else { 0.0 }
+            if a.is_sign_negative() || b.is_sign_negative() {
+                -0.0
+            } else {
+                0.0
+            }
         }
         Function::Max if a == 0.0 && b == 0.0 => {
-            if a.is_sign_negative() && b.is_sign_negative() { -0.0 } else { 0.0 }
+            if a.is_sign_negative() && b.is_sign_negative() {
+                -0.0
+            } else {
+                0.0
+            }
         }
         _ => function.apply(a, b),
     }

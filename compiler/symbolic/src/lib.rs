@@ -67,12 +67,12 @@ mod simplify;
 mod solve;
 mod substitute;
 
-pub use body::{Body, BodyOutput, Derivative, Step};
 pub use alias::{alias, constant_value};
+pub use body::{Body, BodyOutput, Derivative, Step};
 pub use derivative::{gradient, partial, partial_time, tangent};
 pub use eval::{Evaluator, eval, operate};
 pub use hyd_system::math::Function;
-pub use machine::{Limits, Machine, MACHINE_LIMITS};
+pub use machine::{Limits, MACHINE_LIMITS, Machine};
 pub use node::{Arena, BodyId, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
 pub use occurs::{contains, contains_event, contains_initial, contains_slot, contains_time, cost, size, slots};
 pub use order::post_order;

@@ -162,12 +162,10 @@ impl Machine {
     fn step(&self, op: &Op, body: &Body, registers: &mut [f64], account: &mut Account) -> Flow {
         match op {
             Op::Set(to, tape) => registers[*to as usize] = self.value(tape, registers),
-            Op::Load { to, first, count, index } => {
-                match place(self.value(index, registers), *first, *count) {
-                    Some(place) => registers[*to as usize] = registers[place],
-                    None => return outside(body, self.value(index, registers), *count, account),
-                }
-            }
+            Op::Load { to, first, count, index } => match place(self.value(index, registers), *first, *count) {
+                Some(place) => registers[*to as usize] = registers[place],
+                None => return outside(body, self.value(index, registers), *count, account),
+            },
             Op::Store { first, count, index, value } => {
                 let value = self.value(value, registers);
                 match place(self.value(index, registers), *first, *count) {

@@ -1,0 +1,574 @@
+//! Functions that cannot be run symbolically become bodies: registers, loops and branches (`hyd_symbolic::Body`).
+//!
+//! That is so for loops and branches decided by values of the run, subscripts computed in the run, recursion and assertions,
+//! and for functions whose author gives the derivative.  The expressions inside are lowered as everywhere; the names of the
+//! function stand for registers.  A body is made once per function and sizes of its arguments; Strings and whole numbers
+//! that size its arrays are fixed in it.  A call is a node over the nodes of the arguments.
+
+use hyd_instance::modifier::AstMod;
+use hyd_instance::{InstId, Resolved, ScalarType, Scope, Value};
+use hyd_source::{Code, Span};
+use hyd_symbolic::{Body, BodyId, BodyOutput, Derivative, NodeId, SlotId, Step};
+use hyd_syntax::tree::{ClassKind, Component, Direction, Element, ExprKind, Name};
+
+use crate::callee::Callee;
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::{Affine, SlotKey, Slots};
+use crate::lower::Typed;
+
+/// What a name of a function holds, without its value.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Form {
+    Scalar(ScalarType),
+    Array(ScalarType, Vec<usize>),
+    Record(Vec<(Name, Form)>),
+    /// A value fixed in the body.
+    Fixed(Value),
+}
+
+impl Form {
+    /// The types of its registers in order.
+    fn scalars(&self) -> Vec<ScalarType> {
+        match self {
+            Form::Scalar(scalar) => vec![scalar.clone()],
+            Form::Array(scalar, shape) => vec![scalar.clone(); shape.iter().product()],
+            Form::Record(fields) => fields.iter().flat_map(|(_, form)| form.scalars()).collect(),
+            Form::Fixed(_) => Vec::new(),
+        }
+    }
+
+    /// The local value over nodes in the order of [`Form::scalars`].
+    fn local(&self, nodes: &mut dyn Iterator<Item = NodeId>) -> Local {
+        let mut typed = |scalar: &ScalarType| {
+            let node = nodes.next().expect("invariant: there is a node for every register of the form");
+            Typed { node, scalar: scalar.clone() }
+        };
+        match self {
+            Form::Scalar(scalar) => Local::Node(typed(scalar)),
+            Form::Array(scalar, shape) => {
+                let count: usize = shape.iter().product();
+                Local::Array((0..count).map(|_| typed(scalar)).collect(), shape.clone())
+            }
+            Form::Record(fields) => {
+                Local::Record(fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect())
+            }
+            Form::Fixed(Value::Integer(k)) => Local::Index(Affine::constant(*k)),
+            Form::Fixed(value) => Local::Value(value.clone()),
+        }
+    }
+}
+
+/// A body that is made or being made.
+pub(crate) struct KnownBody {
+    function: InstId,
+    inputs: Vec<Form>,
+    pub id: BodyId,
+    outputs: Vec<(Name, Form)>,
+    done: bool,
+}
+
+/// A body in the making.
+pub(crate) struct Builder {
+    /// Nesting of calls at which its statements are run.
+    pub depth: usize,
+    pub registers: u32,
+    /// Lists of steps that are open, innermost last.
+    pub blocks: Vec<Vec<Step>>,
+    /// Calls made in this statement: their results can be used again.
+    pub calls: Vec<Made>,
+}
+
+/// A call: the body, its arguments, its outputs.
+type Made = (BodyId, Vec<NodeId>, Vec<(Name, Local)>);
+
+/// Most registers of a body: its arrays together.
+const MAX_REGISTERS: u32 = 1 << 14;
+
+impl Flattener<'_, '_> {
+    /// True where statements become steps of a body.
+    pub(crate) fn in_body(&self, cx: &Context) -> bool {
+        self.builders.last().is_some_and(|builder| builder.depth == cx.depth)
+    }
+
+    /// True while the function is being compiled.
+    pub(crate) fn is_being_built(&self, function: InstId) -> bool {
+        self.bodies.iter().any(|body| body.function == function && !body.done)
+    }
+
+    /// The function around must be compiled, because of this place.
+    pub(crate) fn opaque<T>(&mut self, span: Span) -> Result<T, Fail> {
+        self.opaque_at = span;
+        Err(Fail::Opaque)
+    }
+
+    /// A call of the compiled function.
+    pub(crate) fn call_compiled(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        values: Vec<Local>,
+        cx: &mut Context,
+    ) -> Result<Vec<(Name, Local)>, Fail> {
+        let mut forms = Vec::with_capacity(values.len());
+        let sizing = sizing_names(callee);
+        for (input, value) in callee.inputs().iter().zip(&values) {
+            forms.push(self.form_of(span, input, value, sizing.contains(&input.name.name))?);
+        }
+        let known = self.body_for(span, callee, forms.clone(), cx)?;
+        let (id, outputs, done) = (self.bodies[known].id, self.bodies[known].outputs.clone(), self.bodies[known].done);
+        let mut arguments = Vec::new();
+        for (form, value) in forms.iter().zip(&values) {
+            self.nodes_of(span, form, value, &mut arguments)?;
+        }
+        if self.in_body(cx) {
+            return Ok(self.call_step(id, arguments, outputs));
+        }
+        if !done {
+            // Only a body may call what is not finished: the function between must become one.
+            return self.opaque(span);
+        }
+        let arena = &mut self.model.templates.arena;
+        let list = arena.argument_list(&arguments);
+        let count = arena.body(id).outputs.len() as u32;
+        let mut nodes: Vec<NodeId> = Vec::with_capacity(count as usize);
+        for k in 0..count {
+            nodes.push(arena.apply(id, k, list));
+        }
+        let mut nodes = nodes.into_iter();
+        Ok(outputs.into_iter().map(|(name, form)| (name, form.local(&mut nodes))).collect())
+    }
+
+    fn call_step(&mut self, id: BodyId, arguments: Vec<NodeId>, outputs: Vec<(Name, Form)>) -> Vec<(Name, Local)> {
+        let builder = self.builders.last().expect("invariant: asked for inside a body");
+        if let Some((.., results)) = builder.calls.iter().find(|(body, given, _)| *body == id && *given == arguments) {
+            return results.clone();
+        }
+        let mut results = Vec::new();
+        let mut registers = Vec::new();
+        for (name, form) in outputs {
+            let own = self.registers(form.scalars().len());
+            let mut nodes =
+                own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
+            registers.extend(own);
+            results.push((name, form.local(&mut nodes)));
+        }
+        self.step(Step::Call { body: id, arguments: arguments.clone(), results: registers });
+        if let Some(builder) = self.builders.last_mut() {
+            builder.calls.push((id, arguments, results.clone()));
+        }
+        results
+    }
+
+    /// Fresh registers in a row.
+    pub(crate) fn registers(&mut self, count: usize) -> std::ops::Range<u32> {
+        let builder = self.builders.last_mut().expect("invariant: asked for inside a body");
+        let first = builder.registers;
+        builder.registers = first.saturating_add(count as u32);
+        first..builder.registers
+    }
+
+    /// A fresh register that holds the value of an expression.
+    pub(crate) fn held(&mut self, node: NodeId) -> NodeId {
+        let register = self.registers(1).start;
+        self.step(Step::Set(register, node));
+        self.model.templates.arena.slot(SlotId(register))
+    }
+
+    /// Adds a step.
+    pub(crate) fn step(&mut self, step: Step) {
+        let builder = self.builders.last_mut().expect("invariant: asked for inside a body");
+        builder.blocks.last_mut().expect("invariant: a list of steps is open").push(step);
+    }
+
+    /// Steps that `body` adds, as a list of their own.
+    pub(crate) fn block<T>(&mut self, body: impl FnOnce(&mut Self) -> Result<T, Fail>) -> Result<(Vec<Step>, T), Fail> {
+        let builder = self.builders.last_mut().expect("invariant: asked for inside a body");
+        builder.blocks.push(Vec::new());
+        let (depth, calls) = (builder.blocks.len(), builder.calls.len());
+        let result = body(self);
+        let builder = self.builders.last_mut().expect("invariant: bodies are left in order");
+        builder.calls.truncate(calls);
+        builder.blocks.truncate(depth);
+        let steps = builder.blocks.pop().unwrap_or_default();
+        Ok((steps, result?))
+    }
+
+    /// Type and sizes of an input and its value.
+    fn form_of(&mut self, span: Span, input: &Component, value: &Local, sizes: bool) -> Result<Form, Fail> {
+        let declared = match input.class.parts.as_slice() {
+            [only] if only.name.as_ref() == "Real" => Some(ScalarType::Real),
+            _ => None,
+        };
+        let scalar = |given: &ScalarType| declared.clone().unwrap_or_else(|| given.clone());
+        Ok(match value {
+            Local::Value(value @ Value::Text(_)) => Form::Fixed(value.clone()),
+            Local::Index(affine) if sizes => match affine.as_constant() {
+                Some(k) => Form::Fixed(Value::Integer(k)),
+                None => Form::Scalar(ScalarType::Integer),
+            },
+            Local::Index(_) => Form::Scalar(scalar(&ScalarType::Integer)),
+            Local::Value(value) => {
+                let value = value.clone();
+                Form::Scalar(scalar(&self.constant_value(span, &value)?.scalar))
+            }
+            Local::Node(typed) => Form::Scalar(scalar(&typed.scalar)),
+            Local::Array(items, shape) => {
+                Form::Array(items.first().map_or(ScalarType::Real, |item| scalar(&item.scalar)), shape.clone())
+            }
+            Local::Record(fields) => {
+                let mut forms = Vec::with_capacity(fields.len());
+                for (name, field) in fields {
+                    forms.push((name.clone(), self.form_of(span, &anonymous(input), field, false)?));
+                }
+                Form::Record(forms)
+            }
+        })
+    }
+
+    /// The nodes of a value in the order of its form.
+    fn nodes_of(&mut self, span: Span, form: &Form, value: &Local, nodes: &mut Vec<NodeId>) -> Result<(), Fail> {
+        match (form, value) {
+            (Form::Fixed(_), _) => {}
+            (Form::Record(forms), Local::Record(fields)) => {
+                for ((_, form), (_, field)) in forms.iter().zip(fields) {
+                    self.nodes_of(span, form, field, nodes)?;
+                }
+            }
+            (_, Local::Array(items, _)) => nodes.extend(items.iter().map(|item| item.node)),
+            (_, Local::Index(affine)) if affine.as_constant().is_none() => {
+                let slot = self.slots.slot(SlotKey::Number(affine.clone()));
+                nodes.push(self.model.templates.arena.slot(slot));
+            }
+            (_, single) => nodes.push(self.as_node(span, single)?.node),
+        }
+        Ok(())
+    }
+
+    /// The body for arguments of these forms: position in the list of bodies.
+    fn body_for(&mut self, span: Span, callee: &Callee, inputs: Vec<Form>, cx: &Context) -> Result<usize, Fail> {
+        let same = |body: &KnownBody| body.function == callee.inst && body.inputs == inputs;
+        if let Some(known) = self.bodies.iter().position(same) {
+            return Ok(known);
+        }
+        let real: Vec<bool> =
+            inputs.iter().flat_map(Form::scalars).map(|scalar| matches!(scalar, ScalarType::Real)).collect();
+        let real = if real.is_empty() { vec![false] } else { real };
+        let name = callee.def.name.name.clone();
+        let id = self.model.templates.arena.reserve_body(name, real.clone());
+        let builder =
+            Builder { depth: cx.depth + 1, registers: real.len() as u32, blocks: vec![Vec::new()], calls: Vec::new() };
+        self.builders.push(builder);
+        let outer = std::mem::take(&mut self.slots);
+        let result = self.build_body(span, callee, &inputs, id, cx);
+        let inside = std::mem::replace(&mut self.slots, outer);
+        let builder = self.builders.pop().expect("invariant: pushed above");
+        let position = self.bodies.iter().position(|body| body.id == id);
+        let done = result.and_then(|outputs| self.finish_body(span, callee, (id, real), outputs, builder, &inside));
+        match (done, position) {
+            (Ok(()), Some(position)) => {
+                self.bodies[position].done = true;
+                self.give_derivatives(span, callee, position, cx)?;
+                Ok(position)
+            }
+            (failed, position) => {
+                if let Some(position) = position {
+                    self.bodies.remove(position);
+                }
+                Err(match failed {
+                    Err(Fail::Opaque) => {
+                        let message = "a whole number that is known before the run is needed here";
+                        self.error(Code::NotStructural, self.opaque_at, message)
+                    }
+                    Err(fail) => fail,
+                    Ok(()) => Fail::Reported,
+                })
+            }
+        }
+    }
+
+    /// Declarations and algorithms as steps; the registers of the outputs.
+    fn build_body(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        inputs: &[Form],
+        id: BodyId,
+        cx: &Context,
+    ) -> Result<Vec<BodyOutput>, Fail> {
+        let mut inner = callee.context(cx);
+        inner.counts.clear();
+        inner.fixed = None;
+        inner.implicit.clear();
+        inner.depends_on_run();
+        let count = inputs.iter().map(|form| form.scalars().len()).sum::<usize>() as u32;
+        let mut nodes = (0..count).map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
+        for (input, form) in callee.inputs().iter().zip(inputs) {
+            inner.names.push((input.name.name.clone(), form.local(&mut nodes)));
+        }
+        let mut outputs = Vec::new();
+        let mut known = Vec::new();
+        let others: Vec<_> = callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)).collect();
+        for (frame, component) in &others {
+            inner.scope.frame = *frame;
+            if component.variability <= hyd_syntax::tree::Variability::Parameter {
+                self.declare_local(component, &mut inner)?;
+                continue;
+            }
+            let form = self.declared_form(component, &mut inner)?;
+            let own = self.registers(form.scalars().len());
+            let mut nodes =
+                own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
+            inner.names.push((component.name.name.clone(), form.local(&mut nodes)));
+            if component.direction == Some(Direction::Output) {
+                let (count, name) = (own.len(), &component.name.name);
+                let output = |(k, register)| BodyOutput { name: output_name(name, count, k), register, zero: false };
+                outputs.extend(own.enumerate().map(output));
+                known.push((component.name.name.clone(), form));
+            }
+        }
+        self.bodies.push(KnownBody { function: callee.inst, inputs: inputs.to_vec(), id, outputs: known, done: false });
+        for (frame, component) in others {
+            if component.variability <= hyd_syntax::tree::Variability::Parameter {
+                continue;
+            }
+            if let Some(binding) = component.modification.binding.clone() {
+                inner.scope.frame = *frame;
+                let value = self.local_value(&binding, &mut inner)?;
+                let target = hyd_syntax::tree::ComponentRef {
+                    global: false,
+                    parts: vec![hyd_syntax::tree::RefPart { name: component.name.clone(), subscripts: Vec::new() }],
+                    span: component.name.span,
+                };
+                self.assign_in_body(&target, value, &mut inner)?;
+            }
+        }
+        self.run_algorithms(span, callee, &mut inner)?;
+        Ok(outputs)
+    }
+
+    fn finish_body(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        (id, real_inputs): (BodyId, Vec<bool>),
+        outputs: Vec<BodyOutput>,
+        mut builder: Builder,
+        inside: &Slots,
+    ) -> Result<(), Fail> {
+        let name = callee.def.name.name.clone();
+        if !inside.keys.is_empty() {
+            let message =
+                format!("`{name}` reads a variable of the model: a function has only its inputs and constants");
+            return Err(self.error(Code::Misplaced, span, message));
+        }
+        if builder.registers > MAX_REGISTERS {
+            let message = format!("the variables of `{name}` hold more than {MAX_REGISTERS} numbers");
+            return Err(self.error(Code::Limit, span, message));
+        }
+        if outputs.is_empty() {
+            return Err(self.error(Code::BadArguments, span, format!("`{name}` gives no value")));
+        }
+        let body = Body {
+            name,
+            inputs: real_inputs.len() as u32,
+            real_inputs,
+            registers: builder.registers,
+            steps: builder.blocks.pop().unwrap_or_default(),
+            outputs,
+            derivatives: Vec::new(),
+        };
+        self.model.templates.arena.set_body(id, body);
+        Ok(())
+    }
+
+    /// Type and sizes of a local or output, from its declaration.
+    fn declared_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
+        let sizes = self.local_sizes(component, inner)?;
+        let scalar = match component.class.parts.as_slice() {
+            [only] => match only.name.as_ref() {
+                "Real" => Some(ScalarType::Real),
+                "Integer" => Some(ScalarType::Integer),
+                "Boolean" => Some(ScalarType::Boolean),
+                _ => None,
+            },
+            _ => None,
+        };
+        let form = match scalar {
+            Some(scalar) => Form::Scalar(scalar),
+            None => self.class_form(component, inner)?,
+        };
+        match (form, sizes.is_empty()) {
+            (form, true) => Ok(form),
+            (Form::Scalar(scalar), false) => Ok(Form::Array(scalar, sizes)),
+            _ => {
+                let message =
+                    format!("`{}` is an array of records or arrays, which functions do not hold", component.name.name);
+                Err(self.error(Code::OutsideProfile, component.name.span, message))
+            }
+        }
+    }
+
+    /// The form of a class: an alias of a predefined type, an enumeration or a record.
+    fn class_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
+        let local = self.tree.find_class(inner.scope, &component.class)?;
+        if let Some(enumeration) = self.tree.enumeration(local.class) {
+            return Ok(Form::Scalar(ScalarType::Enumeration(enumeration)));
+        }
+        let shape = self.tree.table.shape(local.class)?;
+        match shape.builtin.as_deref() {
+            Some("Real") => return Ok(Form::Scalar(ScalarType::Real)),
+            Some("Integer") => return Ok(Form::Scalar(ScalarType::Integer)),
+            Some("Boolean") => return Ok(Form::Scalar(ScalarType::Boolean)),
+            _ => {}
+        }
+        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+            let message = format!("`{}` cannot be a variable of a function", component.name.name);
+            return Err(self.error(Code::TypeMismatch, component.name.span, message));
+        }
+        let inst = self.tree.package_of(&local)?;
+        let mut fields = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
+            if let Element::Component(field) = declared {
+                let scope = Scope { inst, frame: element.frame };
+                let mut own = Context { depth: inner.depth, ..Context::new(scope) };
+                fields.push((element.name.clone(), self.declared_form(field, &mut own)?));
+            }
+        }
+        Ok(Form::Record(fields))
+    }
+
+    /// The derivatives that the annotation of the function names.
+    fn give_derivatives(&mut self, span: Span, callee: &Callee, position: usize, cx: &Context) -> Result<(), Fail> {
+        let (id, inputs) = (self.bodies[position].id, self.bodies[position].inputs.clone());
+        for tree in callee.derivatives() {
+            if order(&tree) == 1
+                && let Some((target, derivative)) = self.derivative_body(span, callee, &tree, &inputs, cx)?
+            {
+                let mut body = Body::clone(self.model.templates.arena.body(id));
+                let count = body.inputs;
+                let chained: Vec<(u32, u32)> = derivative.of.iter().zip(count..).map(|(&x, dx)| (x, dx)).collect();
+                body.derivatives.push(derivative.clone());
+                self.model.templates.arena.set_body(id, body);
+                self.give_second(span, &target, (derivative.body, chained, count), cx)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `annotation(derivative(order = 2) = g)` of a first derivative.
+    fn give_second(
+        &mut self,
+        span: Span,
+        first: &Callee,
+        (id, chained, count): (BodyId, Vec<(u32, u32)>, u32),
+        cx: &Context,
+    ) -> Result<(), Fail> {
+        let Some(position) = self.bodies.iter().position(|body| body.id == id) else { return Ok(()) };
+        let inputs = self.bodies[position].inputs.clone();
+        for tree in first.derivatives() {
+            if order(&tree) != 2 {
+                continue;
+            }
+            let Some((_, derivative)) = self.derivative_body(span, first, &tree, &inputs, cx)? else { continue };
+            let of: Vec<u32> = (count..count + chained.len() as u32).collect();
+            let mut body = Body::clone(self.model.templates.arena.body(id));
+            body.derivatives.push(Derivative { of, chained: chained.clone(), ..derivative });
+            self.model.templates.arena.set_body(id, body);
+        }
+        Ok(())
+    }
+
+    /// The body of a derivative and what it takes; `None` for records, whose derivative is found by differentiation.
+    fn derivative_body(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        tree: &AstMod,
+        inputs: &[Form],
+        cx: &Context,
+    ) -> Result<Option<(Callee, Derivative)>, Fail> {
+        let Some(expr) = tree.binding.as_deref() else { return Ok(None) };
+        let ExprKind::Ref(reference) = &expr.kind else {
+            return Err(self.error(Code::BadArguments, expr.span, "`derivative` names a function"));
+        };
+        let Resolved::Class(local) = self.tree.resolve(Scope { inst: callee.inst, frame: 0 }, reference)? else {
+            return Err(self.error(Code::BadArguments, expr.span, "`derivative` names a function"));
+        };
+        let def = self.tree.table.class(local.class).def.clone();
+        if def.kind != ClassKind::Function || inputs.iter().any(|form| matches!(form, Form::Record(_))) {
+            return Ok(None);
+        }
+        let named = |what: &str, name: &Name| {
+            let says = |expr: &hyd_syntax::tree::Expr| matches!(&expr.kind, ExprKind::Ref(r) if r.parts[r.parts.len() - 1].name.name == *name);
+            tree.children.iter().any(|(n, child)| n.as_ref() == what && child.binding.as_deref().is_some_and(says))
+        };
+        let second = order(tree) == 2;
+        let target = self.callee(&local, def)?;
+        let mut forms = inputs.to_vec();
+        let (mut of, mut constant, mut at) = (Vec::new(), Vec::new(), 0u32);
+        let declared = callee.inputs();
+        let wanted = target.inputs().len().saturating_sub(inputs.len());
+        // A second derivative takes one more rate for each rate: the last inputs.
+        let from = if second { inputs.len().saturating_sub(wanted) } else { 0 };
+        for (k, (input, form)) in declared.iter().zip(inputs).enumerate() {
+            let count = form.scalars().len() as u32;
+            let real = form.scalars().contains(&ScalarType::Real);
+            if named("zeroDerivative", &input.name.name) {
+                constant.extend(at..at + count);
+            } else if real && k >= from && !named("noDerivative", &input.name.name) {
+                of.extend(at..at + count);
+                forms.push(form.clone());
+            }
+            at += count;
+        }
+        if forms.len() != target.inputs().len() {
+            let message = format!(
+                "the derivative `{}` takes {} inputs, but {} are given by the inputs of `{}`",
+                target.def.name.name,
+                target.inputs().len(),
+                forms.len(),
+                callee.def.name.name
+            );
+            return Err(self.error(Code::BadArguments, expr.span, message));
+        }
+        let position = self.body_for(span, &target, forms, cx)?;
+        let body = self.bodies[position].id;
+        Ok(Some((target, Derivative { body, of, constant, chained: Vec::new() })))
+    }
+}
+
+/// The order of a derivative in an annotation, 1 if it does not say.
+fn order(tree: &AstMod) -> i64 {
+    let given = tree.children.iter().find(|(name, _)| name.as_ref() == "order");
+    match given.and_then(|(_, child)| child.binding.as_deref()).map(|expr| &expr.kind) {
+        Some(ExprKind::Integer(k)) => *k,
+        _ => 1,
+    }
+}
+
+/// Inputs that the sizes of declarations mention.
+fn sizing_names(callee: &Callee) -> Vec<Name> {
+    let mut names = Vec::new();
+    for dim in callee.components.iter().flat_map(|(_, c)| &c.dims) {
+        crate::walk::any_ref(dim, &mut |reference| {
+            names.push(reference.parts[0].name.name.clone());
+            false
+        });
+    }
+    names
+}
+
+/// The declaration of a field, whose type is that of its value.
+fn anonymous(input: &Component) -> Component {
+    let mut field = input.clone();
+    field.class.parts.clear();
+    field
+}
+
+/// Name of one number of an output.
+fn output_name(name: &Name, count: usize, k: usize) -> Name {
+    if count == 1 { name.clone() } else { format!("{name}[{}]", k + 1).into() }
+}

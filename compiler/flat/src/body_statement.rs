@@ -1,0 +1,615 @@
+//! Statements and conditional expressions as steps of a body (see `body`).
+//!
+//! An `if` computes only the side that is taken, also in expressions and in `and` and `or`, because a side may call the
+//! function itself or use a subscript that is valid only there.  A `for` counts its turns; where its body needs the loop
+//! variable before the run (in a size or a slice) the loop is written out instead.
+
+use hyd_instance::{ScalarType, Value};
+use hyd_source::{Code, Span};
+use hyd_symbolic::{Function, Node, NodeId, Relation, SlotId, Step};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Statement, StatementKind};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::Affine;
+use crate::lower::Typed;
+use crate::reference::{Range, Subscript};
+use crate::statement::Flow;
+
+/// Most turns of a loop that is written out.
+const MAX_WRITTEN: usize = 1000;
+
+/// One subscript inside a body.
+enum Position {
+    /// Elements named by position from 0.
+    Known(Vec<usize>, bool),
+    /// A number from 1, computed in the run.
+    Computed(NodeId),
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn build_statement(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
+        if let Some(builder) = self.builders.last_mut() {
+            builder.calls.clear();
+        }
+        match &statement.kind {
+            StatementKind::Assign(target, value) => {
+                let value = self.local_value(value, cx)?;
+                self.assign_in_body(target, value, cx)?;
+            }
+            StatementKind::AssignTuple(targets, function, arguments) => {
+                let outputs = self.call_outputs(statement.span, function, arguments, cx)?;
+                if targets.len() > outputs.len() {
+                    let (given, taken) = (outputs.len(), targets.len());
+                    let message = format!("the function gives {given} values, but {taken} are taken");
+                    return Err(self.error(Code::BadArguments, statement.span, message));
+                }
+                for (target, (_, value)) in targets.iter().zip(outputs) {
+                    if let Some(target) = target {
+                        self.assign_in_body(target, value, cx)?;
+                    }
+                }
+            }
+            StatementKind::If(branches) => self.build_if(branches, cx)?,
+            StatementKind::For(iterators, body) => self.build_for(iterators, body, cx)?,
+            StatementKind::While(condition, body) => {
+                let (steps, ()) = self.block(|flat| {
+                    flat.leave_unless(condition, cx)?;
+                    flat.run(body, cx).map(|_| ())
+                })?;
+                self.step(Step::Loop(steps));
+            }
+            StatementKind::Break => {
+                self.step(Step::Break);
+                return Ok(Flow::Break);
+            }
+            StatementKind::Return => {
+                self.step(Step::Return);
+                return Ok(Flow::Return);
+            }
+            StatementKind::Call(function, arguments) => self.build_call(statement.span, function, arguments, cx)?,
+            StatementKind::When(_) => {
+                return Err(self.error(Code::Misplaced, statement.span, "`when` is not allowed in a function"));
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    fn build_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        if function.parts[0].name.name.as_ref() != "assert" {
+            return self.call_outputs(span, function, arguments, cx).map(|_| ());
+        }
+        let Arguments::List { positional, .. } = arguments else { return Ok(()) };
+        let [condition, text, rest @ ..] = positional.as_slice() else {
+            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a text"));
+        };
+        if !rest.is_empty() {
+            return Ok(());
+        }
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "`assert`", &test)?;
+        let mark = self.tree.table.diagnostics.len();
+        let text = self.text_value(text, cx).unwrap_or_else(|_| hyd_syntax::print_expr(text));
+        self.tree.table.diagnostics.truncate(mark);
+        self.step(Step::Check(test.node, text.into()));
+        Ok(())
+    }
+
+    /// `if not condition then break`
+    fn leave_unless(&mut self, condition: &Expr, cx: &mut Context) -> Result<(), Fail> {
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        self.step(Step::If(test.node, Vec::new(), vec![Step::Break]));
+        Ok(())
+    }
+
+    fn build_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<(), Fail> {
+        let Some(((condition, body), rest)) = branches.split_first() else { return Ok(()) };
+        let Some(condition) = condition else { return self.run(body, cx).map(|_| ()) };
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        match self.model.templates.arena.as_constant(test.node) {
+            Some(0.0) => return self.build_if(rest, cx),
+            Some(_) => return self.run(body, cx).map(|_| ()),
+            None => {}
+        }
+        let (yes, _) = self.block(|flat| flat.run(body, cx))?;
+        let (no, ()) = self.block(|flat| flat.build_if(rest, cx))?;
+        self.step(Step::If(test.node, yes, no));
+        Ok(())
+    }
+
+    fn build_for(&mut self, iterators: &[Iterator], body: &[Statement], cx: &mut Context) -> Result<(), Fail> {
+        let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx).map(|_| ()) };
+        let diagnostics = self.tree.table.diagnostics.len();
+        let mark = cx.names.len();
+        let counted = self.block(|flat| flat.build_counted(iterator, rest, body, cx));
+        cx.names.truncate(mark);
+        match counted {
+            Ok((steps, ())) => {
+                steps.into_iter().for_each(|step| self.step(step));
+                Ok(())
+            }
+            Err(Fail::Opaque) => {
+                self.tree.table.diagnostics.truncate(diagnostics);
+                self.build_written(iterator, rest, body, cx)
+            }
+            Err(fail) => Err(fail),
+        }
+    }
+
+    /// A loop that counts its turns in a register.
+    fn build_counted(
+        &mut self,
+        iterator: &Iterator,
+        rest: &[Iterator],
+        body: &[Statement],
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let Some(range) = &iterator.range else {
+            let message = format!("the range of `{}` must be written", iterator.name.name);
+            return Err(self.error(Code::NotStructural, iterator.name.span, message));
+        };
+        let turns = self.turns(range, cx)?;
+        let counter = self.registers(1).start;
+        let (zero, one) = (self.model.templates.arena.constant(0.0), self.model.templates.arena.constant(1.0));
+        self.step(Step::Set(counter, zero));
+        let at = self.model.templates.arena.slot(SlotId(counter));
+        let count = match &turns {
+            Turns::Even { count, .. } => *count,
+            Turns::List { count, .. } => self.model.templates.arena.constant(f64::from(*count)),
+        };
+        let (steps, ()) = self.block(|flat| {
+            let more = flat.model.templates.arena.compare(Relation::Less, at, count);
+            flat.step(Step::If(more, Vec::new(), vec![Step::Break]));
+            let (node, scalar) = match &turns {
+                Turns::Even { start, step, scalar, .. } => {
+                    let arena = &mut flat.model.templates.arena;
+                    let way = arena.mul(at, *step);
+                    (arena.add(*start, way), scalar.clone())
+                }
+                Turns::List { first, count, scalar } => {
+                    let to = flat.registers(1).start;
+                    flat.step(Step::Load { to, first: *first, count: *count, index: at });
+                    (flat.model.templates.arena.slot(SlotId(to)), scalar.clone())
+                }
+            };
+            let node = flat.held(node);
+            let next = flat.model.templates.arena.add(at, one);
+            flat.step(Step::Set(counter, next));
+            cx.names.push((iterator.name.name.clone(), Local::Node(Typed { node, scalar })));
+            let done = flat.build_for(rest, body, cx);
+            cx.names.pop();
+            done
+        })?;
+        self.step(Step::Loop(steps));
+        Ok(())
+    }
+
+    /// How often a loop turns and what its variable is.
+    fn turns(&mut self, range: &Expr, cx: &mut Context) -> Result<Turns, Fail> {
+        if let ExprKind::Range(start, step, stop) = &range.kind {
+            let (a, b) = (self.lower(start, cx, &[])?, self.lower(stop, cx, &[])?);
+            let s = match step {
+                Some(step) => self.lower(step, cx, &[])?,
+                None => self.literal(1.0, ScalarType::Integer),
+            };
+            let scalar = match (&a.scalar, &s.scalar, &b.scalar) {
+                (ScalarType::Real, ..) | (_, ScalarType::Real, _) | (.., ScalarType::Real) => ScalarType::Real,
+                (other, ..) => other.clone(),
+            };
+            let (start, step, stop) = (self.held(a.node), self.held(s.node), self.held(b.node));
+            let arena = &mut self.model.templates.arena;
+            let distance = arena.sub(stop, start);
+            let quotient = arena.div(distance, step);
+            // A step that just misses the end by rounding still counts.
+            let tolerance = arena.constant(1e-10);
+            let reach = arena.add(quotient, tolerance);
+            let whole = arena.call1(Function::Floor, reach);
+            let one = arena.constant(1.0);
+            let count = arena.add(whole, one);
+            let count = self.held(count);
+            return Ok(Turns::Even { start, step, count, scalar });
+        }
+        let items = match &range.kind {
+            _ if !matches!(self.range_values(range, cx)?, Some(())) => self.elements_of(range, cx)?,
+            _ => {
+                let (env, _) = cx.env();
+                let values = match self.tree.evaluate(range, cx.scope, &env)? {
+                    Value::Array(values) => values,
+                    single => vec![single],
+                };
+                let mut items = Vec::with_capacity(values.len());
+                for value in &values {
+                    items.push(self.constant_value(range.span, value)?);
+                }
+                items
+            }
+        };
+        let registers = self.registers(items.len());
+        for (register, item) in registers.clone().zip(&items) {
+            self.step(Step::Set(register, item.node));
+        }
+        let scalar = items.first().map_or(ScalarType::Real, |item| item.scalar.clone());
+        Ok(Turns::List { first: registers.start, count: items.len() as u32, scalar })
+    }
+
+    /// `Some` if the range does not mention variables of the function.
+    fn range_values(&mut self, range: &Expr, cx: &Context) -> Result<Option<()>, Fail> {
+        let local = crate::walk::any_ref(range, &mut |reference| {
+            !reference.global && cx.local(&reference.parts[0].name.name).is_some()
+        });
+        Ok((!local).then_some(()))
+    }
+
+    /// The turns one after the other, the loop variable known in each.
+    fn build_written(
+        &mut self,
+        iterator: &Iterator,
+        rest: &[Iterator],
+        body: &[Statement],
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let range = self.range(iterator, cx)?;
+        if range.count() > MAX_WRITTEN {
+            let span = iterator.range.as_ref().map_or(iterator.name.span, |range| range.span);
+            let message = format!(
+                "a loop whose variable is needed before the run can have {MAX_WRITTEN} turns, not {}",
+                range.count()
+            );
+            return Err(self.error(Code::Limit, span, message));
+        }
+        let (mut steps, ()) = self.block(|flat| {
+            for k in 0..range.count() {
+                let local = match &range {
+                    Range::Steps { start, step, .. } => {
+                        Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
+                    }
+                    Range::Values(values) => crate::lower::local_of(values[k].clone()),
+                    Range::Nodes(values) => Local::Node(values[k].clone()),
+                };
+                cx.names.push((iterator.name.name.clone(), local));
+                let done = flat.build_for(rest, body, cx);
+                cx.names.pop();
+                done?;
+            }
+            Ok(())
+        })?;
+        // A `break` in a turn leaves all of them.
+        steps.push(Step::Break);
+        self.step(Step::Loop(steps));
+        Ok(())
+    }
+
+    /// `if test then value else ...` as an expression: only the side taken is computed.
+    pub(crate) fn build_choice(
+        &mut self,
+        span: Span,
+        test: NodeId,
+        value: &Expr,
+        (rest, otherwise): (&[(Expr, Expr)], &Expr),
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let (mut yes, a) = self.block(|flat| flat.lower(value, cx, index))?;
+        let (mut no, b) = self.block(|flat| flat.lower_if(span, rest, otherwise, cx, index))?;
+        let joined = self.choose(span, test, a.clone(), b.clone())?;
+        if yes.is_empty() && no.is_empty() {
+            return Ok(joined);
+        }
+        let register = self.registers(1).start;
+        yes.push(Step::Set(register, a.node));
+        no.push(Step::Set(register, b.node));
+        self.step(Step::If(test, yes, no));
+        Ok(Typed { node: self.model.templates.arena.slot(SlotId(register)), scalar: joined.scalar })
+    }
+
+    /// `a and b`, `a or b`: the second is computed only where it matters.
+    pub(crate) fn build_logic(
+        &mut self,
+        both: bool,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let x = self.lower(a, cx, index)?;
+        self.want_boolean(a.span, "a logical operator", &x)?;
+        let (mut steps, y) = self.block(|flat| flat.lower(b, cx, index))?;
+        self.want_boolean(b.span, "a logical operator", &y)?;
+        let arena = &mut self.model.templates.arena;
+        if steps.is_empty() {
+            return Ok(Typed::boolean(if both { arena.and(x.node, y.node) } else { arena.or(x.node, y.node) }));
+        }
+        let decided = arena.constant(if both { 0.0 } else { 1.0 });
+        let register = self.registers(1).start;
+        steps.push(Step::Set(register, y.node));
+        let other = vec![Step::Set(register, decided)];
+        let step = if both { Step::If(x.node, steps, other) } else { Step::If(x.node, other, steps) };
+        self.step(step);
+        Ok(Typed::boolean(self.model.templates.arena.slot(SlotId(register))))
+    }
+
+    /// `target := value` on registers.
+    pub(crate) fn assign_in_body(&mut self, target: &ComponentRef, value: Local, cx: &mut Context) -> Result<(), Fail> {
+        let name = &target.parts[0].name.name;
+        if cx.inputs.contains(name) {
+            return Err(self.error(Code::Misplaced, target.span, format!("the input `{name}` cannot be assigned")));
+        }
+        if cx.local(name).is_none() {
+            let message = format!("`{name}` is not declared in this function");
+            return Err(self.error(Code::UnknownName, target.span, message));
+        }
+        let whole = self.local_of_path(target, cx)?;
+        let subscripts = &target.parts[target.parts.len() - 1].subscripts;
+        match whole {
+            Local::Array(items, shape) if !subscripts.is_empty() => {
+                self.store(target.span, &items, &shape, subscripts, value, cx)
+            }
+            _ => self.set_whole(target.span, &whole, value),
+        }
+    }
+
+    fn set_whole(&mut self, span: Span, whole: &Local, value: Local) -> Result<(), Fail> {
+        let mut pairs = Vec::new();
+        self.pairs(span, whole, &value, &mut pairs)?;
+        self.set_together(pairs);
+        Ok(())
+    }
+
+    /// Registers and the values they take.
+    fn pairs(&mut self, span: Span, whole: &Local, value: &Local, pairs: &mut Vec<(u32, NodeId)>) -> Result<(), Fail> {
+        match (whole, value) {
+            (Local::Array(items, shape), Local::Array(values, other)) => {
+                self.check_same_sizes("the sides of this assignment", span, shape, other)?;
+                for (item, value) in items.iter().zip(values) {
+                    pairs.push((self.register_of(span, item)?, value.node));
+                }
+            }
+            (Local::Record(fields), Local::Record(values)) => {
+                for (name, field) in fields {
+                    let Some((_, value)) = values.iter().find(|(n, _)| n == name) else {
+                        return Err(self.error(Code::TypeMismatch, span, format!("the value has no field `{name}`")));
+                    };
+                    self.pairs(span, field, value, pairs)?;
+                }
+            }
+            (Local::Node(item), value) => {
+                let given = self.as_node(span, value)?;
+                if matches!(item.scalar, ScalarType::Integer) && matches!(given.scalar, ScalarType::Real) {
+                    let message = "a Real value is assigned to an Integer";
+                    return Err(self.error(Code::TypeMismatch, span, message));
+                }
+                pairs.push((self.register_of(span, item)?, given.node));
+            }
+            _ => {
+                let message = "the sides of this assignment have different sizes or types";
+                return Err(self.error(Code::ArrayShape, span, message));
+            }
+        }
+        Ok(())
+    }
+
+    fn register_of(&mut self, span: Span, item: &Typed) -> Result<u32, Fail> {
+        match self.model.templates.arena.node(item.node) {
+            Node::Slot(slot) => Ok(slot.0),
+            _ => Err(self.error(Code::Misplaced, span, "only variables can be assigned")),
+        }
+    }
+
+    /// All values are taken before any register changes.
+    fn set_together(&mut self, mut pairs: Vec<(u32, NodeId)>) {
+        if pairs.len() > 1 {
+            for (_, node) in &mut pairs {
+                if self.model.templates.arena.as_constant(*node).is_none() {
+                    *node = self.held(*node);
+                }
+            }
+        }
+        pairs.into_iter().for_each(|(register, node)| self.step(Step::Set(register, node)));
+    }
+
+    /// The subscripts of an array, one per dimension.
+    fn positions_in(&mut self, shape: &[usize], subscripts: &[Expr], cx: &mut Context) -> Result<Vec<Position>, Fail> {
+        let mut list = Vec::with_capacity(shape.len());
+        for (k, &size) in shape.iter().enumerate() {
+            let Some(expr) = subscripts.get(k) else {
+                list.push(Position::Known((0..size).collect(), true));
+                continue;
+            };
+            if self.shape(expr, cx)?.is_empty() && !matches!(expr.kind, ExprKind::Colon) {
+                cx.ends.push(size);
+                let value = self.lower(expr, cx, &[]);
+                cx.ends.pop();
+                let value = value?;
+                if self.model.templates.arena.as_constant(value.node).is_none() {
+                    let arena = &mut self.model.templates.arena;
+                    let shift = arena.constant(f64::from(u8::from(matches!(value.scalar, ScalarType::Boolean))));
+                    list.push(Position::Computed(arena.add(value.node, shift)));
+                    continue;
+                }
+            }
+            let positions: Vec<i64> = match self.subscript(expr, size, cx)? {
+                Subscript::At(at) => {
+                    let at = at.as_constant().ok_or(Fail::NeedsExpansion)?;
+                    if at < 0 || at as usize >= size {
+                        return Err(self.outside(expr.span, "", at + 1, size));
+                    }
+                    list.push(Position::Known(vec![at as usize], false));
+                    continue;
+                }
+                Subscript::All => (0..size as i64).collect(),
+                Subscript::Slice { start, step, count } => {
+                    let start = start.as_constant().ok_or(Fail::NeedsExpansion)?;
+                    (0..count as i64).map(|k| start + step * k).collect()
+                }
+                Subscript::List(list) => list,
+            };
+            if let Some(&k) = positions.iter().find(|&&k| k < 0 || k as usize >= size) {
+                return Err(self.outside(expr.span, "", k + 1, size));
+            }
+            list.push(Position::Known(positions.into_iter().map(|k| k as usize).collect(), true));
+        }
+        Ok(list)
+    }
+
+    /// True if a subscript of an array of a function is computed in the run; then the function must be a body.
+    pub(crate) fn computed_subscripts(
+        &mut self,
+        shape: &[usize],
+        subscripts: &[Expr],
+        cx: &mut Context,
+    ) -> Result<bool, Fail> {
+        for (expr, &size) in subscripts.iter().zip(shape) {
+            if self.is_computed(expr, size, cx)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// True in a body if the subscript is a number that is not known before the run.
+    pub(crate) fn is_computed(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<bool, Fail> {
+        if matches!(expr.kind, ExprKind::Colon | ExprKind::Range(..) | ExprKind::Integer(_) | ExprKind::End) {
+            return Ok(false);
+        }
+        match self.subscript(expr, size, cx) {
+            Err(Fail::Opaque) if self.in_body(cx) => Ok(true),
+            Err(fail) => Err(fail),
+            Ok(_) => Ok(false),
+        }
+    }
+
+    /// The element at computed subscripts; `index` says which of those that slices keep.
+    pub(crate) fn load_element(
+        &mut self,
+        span: Span,
+        items: Vec<Typed>,
+        shape: &[usize],
+        subscripts: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let Some(scalar) = items.first().map(|item| item.scalar.clone()) else {
+            return Err(self.error(Code::ArrayShape, span, "an empty array has no elements"));
+        };
+        let mut kept = index.iter();
+        let mut offsets = vec![self.model.templates.arena.constant(0.0)];
+        for (position, &size) in self.positions_in(shape, subscripts, cx)?.into_iter().zip(shape) {
+            let position = match position {
+                Position::Known(list, true) => {
+                    let Some(k) = kept.next() else {
+                        return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                    };
+                    let k = k.as_constant().ok_or(Fail::NeedsExpansion)? as usize;
+                    Position::Known(vec![list.get(k).copied().ok_or(Fail::Reported)?], false)
+                }
+                other => other,
+            };
+            offsets = self.shifted(&offsets, &position, size, shape.len() > 1);
+        }
+        let first = self.in_a_row(&items);
+        let to = self.registers(1).start;
+        self.step(Step::Load { to, first, count: items.len() as u32, index: offsets[0] });
+        Ok(Typed { node: self.model.templates.arena.slot(SlotId(to)), scalar })
+    }
+
+    /// Offsets after one more dimension; with several dimensions an index outside its own becomes one outside of all.
+    fn shifted(&mut self, offsets: &[NodeId], position: &Position, size: usize, several: bool) -> Vec<NodeId> {
+        let arena = &mut self.model.templates.arena;
+        let (width, one) = (arena.constant(size as f64), arena.constant(1.0));
+        let steps: Vec<NodeId> = match position {
+            Position::Known(list, _) => list.iter().map(|&k| arena.constant(k as f64)).collect(),
+            Position::Computed(node) => {
+                let from_zero = arena.sub(*node, one);
+                if several {
+                    let zero = arena.constant(0.0);
+                    let low = arena.compare(Relation::GreaterEqual, from_zero, zero);
+                    let high = arena.compare(Relation::Less, from_zero, width);
+                    let inside = arena.and(low, high);
+                    let far = arena.constant(f64::NEG_INFINITY);
+                    vec![arena.select(inside, from_zero, far)]
+                } else {
+                    vec![from_zero]
+                }
+            }
+        };
+        let mut all = Vec::with_capacity(offsets.len() * steps.len());
+        for &offset in offsets {
+            let row = arena.mul(offset, width);
+            for &step in &steps {
+                all.push(arena.add(row, step));
+            }
+        }
+        all
+    }
+
+    /// The first of registers in a row that hold the elements; they are copied if they do not stand so.
+    fn in_a_row(&mut self, items: &[Typed]) -> u32 {
+        let slot = |flat: &Self, item: &Typed| match flat.model.templates.arena.node(item.node) {
+            Node::Slot(slot) => Some(slot.0),
+            _ => None,
+        };
+        if let Some(first) = slot(self, &items[0])
+            && items.iter().zip(first..).all(|(item, r)| slot(self, item) == Some(r))
+        {
+            return first;
+        }
+        let registers = self.registers(items.len());
+        for (register, item) in registers.clone().zip(items) {
+            self.step(Step::Set(register, item.node));
+        }
+        registers.start
+    }
+
+    /// `a[i] := value`, `a[i, :] := value`.
+    fn store(
+        &mut self,
+        span: Span,
+        items: &[Typed],
+        shape: &[usize],
+        subscripts: &[Expr],
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let mut offsets = vec![self.model.templates.arena.constant(0.0)];
+        for (position, &size) in self.positions_in(shape, subscripts, cx)?.iter().zip(shape) {
+            offsets = self.shifted(&offsets, position, size, shape.len() > 1);
+        }
+        let values: Vec<Typed> = match value {
+            Local::Array(values, _) => values,
+            single => vec![self.as_node(span, &single)?],
+        };
+        if values.len() != offsets.len() {
+            let message = format!("{} values are given to {} elements", values.len(), offsets.len());
+            return Err(self.error(Code::ArrayShape, span, message));
+        }
+        let Some(first) = items.first() else { return Ok(()) };
+        let (first, count) = (self.register_of(span, first)?, items.len() as u32);
+        let mut nodes: Vec<NodeId> = values.iter().map(|value| value.node).collect();
+        if nodes.len() > 1 {
+            nodes = nodes.into_iter().map(|node| self.held(node)).collect();
+        }
+        for (offset, value) in offsets.into_iter().zip(nodes) {
+            match self.model.templates.arena.as_constant(offset) {
+                Some(k) => self.step(Step::Set(first + k as u32, value)),
+                None => self.step(Step::Store { first, count, index: offset, value }),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The turns of a loop.
+enum Turns {
+    /// `start + k*step` for `k` below `count`.
+    Even { start: NodeId, step: NodeId, count: NodeId, scalar: ScalarType },
+    /// The registers of a list.
+    List { first: u32, count: u32, scalar: ScalarType },
+}

@@ -1,0 +1,276 @@
+//! What is called and with what: the class of a function, its declarations, the values of its inputs.
+//!
+//! Arguments stand by position or by name, defaults may use inputs before them (Modelica 3.6, section 12.4.1).  An argument
+//! with more dimensions than the input asks for one call per element (section 12.4.6).
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use hyd_instance::class::elements;
+use hyd_instance::modifier::AstMod;
+use hyd_instance::shape::Shape;
+use hyd_instance::{InstId, LocalClass, Resolved, Scope};
+use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_syntax::tree::{Arguments, ClassDef, Component, ComponentRef, Direction, Element, Expr};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::function::simple_type;
+
+/// A function with all its declarations.
+#[derive(Clone)]
+pub(crate) struct Callee {
+    /// Scope of its text.
+    pub inst: InstId,
+    pub def: Arc<ClassDef>,
+    pub shape: Rc<Shape>,
+    /// Its inputs, outputs and locals, each with the frame its text belongs to.
+    pub components: Vec<(u32, Component)>,
+}
+
+impl Callee {
+    /// The inputs in their order.
+    pub fn inputs(&self) -> Vec<Component> {
+        self.with_direction(Direction::Input)
+    }
+
+    /// The outputs in their order.
+    pub fn outputs(&self) -> Vec<Component> {
+        self.with_direction(Direction::Output)
+    }
+
+    /// The derivatives that its annotation names (Modelica 3.6, section 12.7.1).
+    pub fn derivatives(&self) -> Vec<Arc<AstMod>> {
+        let Some(annotation) = &self.def.annotation else { return Vec::new() };
+        let tree = AstMod::from_syntax(annotation);
+        tree.children.into_iter().filter(|(name, _)| name.as_ref() == "derivative").map(|(_, tree)| tree).collect()
+    }
+
+    fn with_direction(&self, direction: Direction) -> Vec<Component> {
+        self.components.iter().map(|(_, c)| c).filter(|c| c.direction == Some(direction)).cloned().collect()
+    }
+
+    /// The surroundings of its text when it is called from `cx`, without names.
+    pub fn context(&self, cx: &Context) -> Context {
+        let mut inner =
+            Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst: self.inst, frame: 0 }) };
+        inner.counts.clone_from(&cx.counts);
+        inner.fixed.clone_from(&cx.fixed);
+        inner.implicit.clone_from(&cx.implicit);
+        inner.inputs = self.inputs().iter().map(|c| c.name.name.clone()).collect();
+        inner.called.clone_from(&cx.called);
+        inner.called.push((self.inst, false));
+        inner
+    }
+}
+
+/// The value of an input.
+pub(crate) struct Argument {
+    pub local: Local,
+    /// Sizes beyond those declared.
+    pub outer: Vec<usize>,
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
+        let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
+        let before = self.tree.table.diagnostics.len();
+        let resolved = self.tree.resolve(cx.scope, function);
+        if resolved.is_err() && function.parts.len() == 1 {
+            self.suggest_function(before, &function.parts[0].name.name, cx.scope);
+        }
+        match resolved? {
+            Resolved::Class(local) => {
+                let def = self.tree.table.class(local.class).def.clone();
+                Ok((local, def))
+            }
+            _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
+        }
+    }
+
+    /// The message for an unknown name in place of a function speaks of functions.
+    fn suggest_function(&mut self, before: usize, name: &str, scope: Scope) {
+        if self.tree.table.diagnostics.iter().skip(before).all(|d| d.code != Code::UnknownName) {
+            return;
+        }
+        let own = self.tree.visible_classes(scope);
+        let builtin = hyd_symbolic::Function::ALL.iter().map(|f| f.name());
+        let operators = ["der", "pre", "edge", "change", "sum", "product", "size", "fill", "zeros", "ones", "linspace"];
+        let help = did_you_mean(name, own.iter().map(|n| n.as_ref()).chain(builtin).chain(operators));
+        for message in self.tree.table.diagnostics.iter_mut().skip(before).filter(|d| d.code == Code::UnknownName) {
+            message.message = format!("there is no function `{name}` here");
+            message.notes = help.iter().cloned().collect();
+        }
+    }
+
+    /// The function and its declarations.
+    pub(crate) fn callee(&mut self, local: &LocalClass, def: Arc<ClassDef>) -> Result<Callee, Fail> {
+        let shape = self.tree.table.shape(local.class)?;
+        let inst = self.tree.package_of(local)?;
+        let mut components: Vec<(u32, Component)> = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let Element::Component(component) = &elements(&owner)[element.position as usize] else { continue };
+            let mut component = component.clone();
+            // What a short definition or an `extends` clause says of an input is its default.
+            let modified = shape.frames[element.frame as usize].modifications.iter().find_map(|(_, tree)| {
+                let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
+                inner.binding.clone()
+            });
+            if let Some(value) = modified {
+                component.modification.binding = Some((*value).clone());
+            }
+            components.push((element.frame, component));
+        }
+        Ok(Callee { inst, def, shape, components })
+    }
+
+    /// Calls with the arguments of the text: once, or once per element where they are arrays of what is declared.
+    pub(crate) fn call_with_arguments(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Vec<(hyd_syntax::tree::Name, Local)>, Fail> {
+        let values = self.values_of_inputs(span, callee, arguments, cx)?;
+        let Some(outer) = values.iter().map(|v| &v.outer).find(|outer| !outer.is_empty()).cloned() else {
+            let locals = values.into_iter().map(|v| v.local).collect();
+            return self.call_with(span, callee, locals, cx);
+        };
+        for value in values.iter().filter(|v| !v.outer.is_empty()) {
+            self.check_same_sizes("the arguments of a call per element", span, &value.outer, &outer)?;
+        }
+        let total: usize = outer.iter().product();
+        let mut results: Vec<(hyd_syntax::tree::Name, Local)> = Vec::new();
+        for k in 0..total {
+            let locals = values.iter().map(|v| slice(v, k, total)).collect();
+            for (position, (name, local)) in self.call_with(span, callee, locals, cx)?.into_iter().enumerate() {
+                let (items, inner) = match local {
+                    Local::Array(items, inner) => (items, inner),
+                    Local::Record(_) => {
+                        let message = "a function that gives a record cannot be called per element";
+                        return Err(self.error(Code::TypeMismatch, span, message));
+                    }
+                    single => (vec![self.as_node(span, &single)?], Vec::new()),
+                };
+                if k == 0 {
+                    let shape = outer.iter().chain(&inner).copied().collect();
+                    results.push((name, Local::Array(Vec::new(), shape)));
+                }
+                if let Local::Array(all, _) = &mut results[position].1 {
+                    all.extend(items);
+                }
+            }
+        }
+        if total == 0 {
+            let outputs = callee.outputs();
+            results = outputs.into_iter().map(|c| (c.name.name, Local::Array(Vec::new(), outer.clone()))).collect();
+        }
+        Ok(results)
+    }
+
+    /// The values of all inputs in their order, defaults in place of those not given.
+    fn values_of_inputs(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Vec<Argument>, Fail> {
+        let Arguments::List { positional, named } = arguments else {
+            let message = "only sum, product, min and max take `... for ... in ...`";
+            return Err(self.error(Code::BadArguments, span, message));
+        };
+        let inputs = callee.inputs();
+        if positional.len() > inputs.len() {
+            let message = format!("too many arguments: {} are taken, {} are given", inputs.len(), positional.len());
+            return Err(self.error(Code::BadArguments, span, message));
+        }
+        for (name, expr) in named {
+            let Some(k) = inputs.iter().position(|c| c.name.name == name.name) else {
+                let help = did_you_mean(&name.name, inputs.iter().map(|c| c.name.name.as_ref()));
+                let message = format!("there is no input `{}`", name.name);
+                self.report(Diagnostic::error(Code::BadArguments, message).at(name.span, "").maybe_help(help));
+                return Err(Fail::Reported);
+            };
+            if k < positional.len() {
+                let message = format!("the input `{}` has a value already, by its position", name.name);
+                return Err(self.error(Code::BadArguments, name.span.to(expr.span), message));
+            }
+        }
+        let mut defaults = callee.context(cx);
+        let mut values = Vec::with_capacity(inputs.len());
+        for (k, input) in inputs.iter().enumerate() {
+            let by_name = || named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e);
+            let (local, outer) = match (positional.get(k).or_else(by_name), &input.modification.binding) {
+                (Some(expr), _) => {
+                    let local = self.local_value(expr, cx)?;
+                    let outer = self.check_argument(expr, input, &local)?;
+                    (local, outer)
+                }
+                (None, Some(default)) => (self.local_value(&default.clone(), &mut defaults)?, Vec::new()),
+                (None, None) => {
+                    let message = format!("the input `{}` has no value", input.name.name);
+                    return Err(self.error(Code::BadArguments, span, message));
+                }
+            };
+            defaults.names.push((input.name.name.clone(), local.clone()));
+            values.push(Argument { local, outer });
+        }
+        Ok(values)
+    }
+
+    /// Rank and type of an argument against the declaration of the input.  An array more than is declared asks for
+    /// a call per element (12.4.6): the sizes of that array.
+    fn check_argument(&mut self, expr: &Expr, input: &Component, local: &Local) -> Result<Vec<usize>, Fail> {
+        let shape: &[usize] = match local {
+            Local::Array(_, shape) => shape,
+            _ => &[],
+        };
+        let rank = shape.len();
+        let outer = shape[..rank.saturating_sub(input.dims.len())].to_vec();
+        if rank < input.dims.len() && simple_type(input) {
+            let rank_text = |rank: usize| match rank {
+                0 => "a scalar".to_string(),
+                1 => "an array".to_string(),
+                _ => format!("an array with {rank} dimensions"),
+            };
+            let (wanted, given) = (rank_text(input.dims.len()), rank_text(rank));
+            let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
+            return Err(self.error(Code::ArrayShape, expr.span, message));
+        }
+        let wanted = input.class.parts[0].name.as_ref();
+        let given = match local {
+            Local::Node(typed) => typed.scalar.name().to_string(),
+            Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
+            Local::Index(_) => "Integer".to_string(),
+            Local::Value(value) => value.type_name(),
+            Local::Record(_) => return Ok(Vec::new()),
+        };
+        let fits = input.class.parts.len() > 1
+            || !matches!(wanted, "Real" | "Integer" | "Boolean")
+            || wanted == given
+            || wanted == "Real" && given == "Integer";
+        if fits {
+            return Ok(if simple_type(input) { outer } else { Vec::new() });
+        }
+        let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
+        Err(self.error(Code::TypeMismatch, expr.span, message))
+    }
+}
+
+/// Element `k` of `total` of an argument that is an array of what is declared.
+fn slice(argument: &Argument, k: usize, total: usize) -> Local {
+    match &argument.local {
+        Local::Array(items, shape) if !argument.outer.is_empty() => {
+            let size = items.len() / total.max(1);
+            let part = items[k * size..(k + 1) * size].to_vec();
+            match &shape[argument.outer.len()..] {
+                [] => Local::Node(part[0].clone()),
+                inner => Local::Array(part, inner.to_vec()),
+            }
+        }
+        other => other.clone(),
+    }
+}

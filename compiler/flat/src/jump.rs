@@ -1,0 +1,152 @@
+//! `floor`, `ceil`, `integer`, `div`, `mod` and `rem` of values that change continuously: events at their jumps.
+//!
+//! The whole number is a discrete variable of the translation's own: `q = if z < pre(q) then min(floor(z), pre(q) - 1) elseif
+//! z >= pre(q) + 1 then max(floor(z), pre(q) + 1) else pre(q)`, whose two relations are watched (Modelica 3.6, section 3.7.2.1).  So the solver never steps over a jump and
+//! between jumps `mod(x, y) = x - q*y` is smooth.  Inside `noEvent`, functions and `when` the functions are plain.
+
+use hyd_instance::ScalarType;
+use hyd_source::{Origin, Span};
+use hyd_symbolic::{Function, Node, NodeId, Relation};
+use hyd_system::ValueKind;
+
+use crate::context::{Context, Fail};
+use crate::flatten::{Flattener, scale};
+use crate::index::{Affine, Kind, SlotKey};
+use crate::lower::Typed;
+use crate::model::{Section, VarId};
+
+/// What a variable for a whole number belongs to: the expression, what its slots read, the loops around.
+pub(crate) type JumpKey = (NodeId, Vec<SlotKey>, Vec<usize>);
+
+impl Flattener<'_, '_> {
+    /// The function with events at its jumps; `None` where it is plain.
+    pub(crate) fn lower_jump(
+        &mut self,
+        span: Span,
+        function: Function,
+        values: &[Typed],
+        cx: &Context,
+    ) -> Result<Option<NodeId>, Fail> {
+        let jumps =
+            matches!(function, Function::Floor | Function::Ceil | Function::Div | Function::Mod | Function::Rem);
+        let plain = cx.no_event || cx.depth > 0 || cx.in_when;
+        if !jumps || plain || !values.iter().any(|value| self.changes_between_events(value.node)) {
+            return Ok(None);
+        }
+        Ok(Some(match (function, values) {
+            (Function::Floor, [x]) => self.whole_below(span, x.node, cx)?,
+            (Function::Ceil, [x]) => self.whole_above(span, x.node, cx)?,
+            (_, [x, y]) => {
+                let quotient = self.model.templates.arena.div(x.node, y.node);
+                let whole = match function {
+                    Function::Mod => self.whole_below(span, quotient, cx)?,
+                    _ => self.toward_zero(span, quotient, cx)?,
+                };
+                if function == Function::Div {
+                    return Ok(Some(whole));
+                }
+                let arena = &mut self.model.templates.arena;
+                let part = arena.mul(whole, y.node);
+                arena.sub(x.node, part)
+            }
+            _ => return Ok(None),
+        }))
+    }
+
+    fn whole_above(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
+        let minus = self.model.templates.arena.neg(z);
+        let below = self.whole_below(span, minus, cx)?;
+        Ok(self.model.templates.arena.neg(below))
+    }
+
+    fn toward_zero(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
+        let (below, above) = (self.whole_below(span, z, cx)?, self.whole_above(span, z, cx)?);
+        let arena = &mut self.model.templates.arena;
+        let zero = arena.constant(0.0);
+        let positive = arena.event(Relation::GreaterEqual, z, zero);
+        Ok(arena.select(positive, below, above))
+    }
+
+    /// True if the value may change between events.
+    pub(crate) fn changes_between_events(&self, node: NodeId) -> bool {
+        let arena = &self.model.templates.arena;
+        hyd_symbolic::contains_time(arena, node)
+            || hyd_symbolic::slots(arena, &[node]).iter().any(|slot| match &self.slots.keys[slot.0 as usize] {
+                SlotKey::Variable(Kind::Der, ..) => true,
+                SlotKey::Variable(Kind::Var, v, _) => self.varies(*v),
+                _ => false,
+            })
+    }
+
+    /// The largest whole number not above `z`, as a discrete variable.
+    fn whole_below(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
+        let counts = cx.loop_counts();
+        let slots = hyd_symbolic::slots(&self.model.templates.arena, &[z]);
+        let keys: Vec<SlotKey> = slots.iter().map(|slot| self.slots.keys[slot.0 as usize].clone()).collect();
+        let key = (z, keys, counts.clone());
+        let known = self.jumps.iter().find(|(k, _)| *k == key).map(|(_, v)| *v);
+        let first = match known {
+            Some(first) => first,
+            None => {
+                let origin = Origin { path: self.path(cx.scope.inst), span };
+                let name = format!("$whole{}", self.jumps.len() + 1);
+                let first = self.internal_boolean(name, &counts, origin.clone());
+                let (block, _) = self.model.locate(first);
+                self.model.variables[block].kind = ValueKind::Integer;
+                self.jumps.push((key, first));
+                self.emit_jump(first, z, &counts, cx, &origin)?;
+                first
+            }
+        };
+        self.whole_slot(Kind::Var, first, &counts, cx)
+    }
+
+    /// The element of the variable that belongs to the turn of the loops around.
+    fn whole_slot(&mut self, kind: Kind, first: VarId, counts: &[usize], cx: &Context) -> Result<NodeId, Fail> {
+        let fixed = cx.fixed.as_ref().map_or(0, Vec::len);
+        let mut offset = Affine::constant(0);
+        for (k, &size) in counts.iter().enumerate() {
+            let at = if k < fixed { Affine::constant(0) } else { Affine::counter(crate::index::CounterId(k as u32)) };
+            offset = scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
+        }
+        let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
+        Ok(self.model.templates.arena.slot(slot))
+    }
+
+    fn emit_jump(
+        &mut self,
+        first: VarId,
+        z: NodeId,
+        counts: &[usize],
+        cx: &Context,
+        origin: &Origin,
+    ) -> Result<(), Fail> {
+        let (now, before) =
+            (self.whole_slot(Kind::Var, first, counts, cx)?, self.whole_slot(Kind::Pre, first, counts, cx)?);
+        let arena = &mut self.model.templates.arena;
+        let one = arena.constant(1.0);
+        let next = arena.add(before, one);
+        let low = arena.event(Relation::Less, z, before);
+        let high = arena.event(Relation::GreaterEqual, z, next);
+        // At an instant known in advance the relations tell what holds just after it, the value of z does not yet.
+        let floor = arena.call1(Function::Floor, z);
+        let less = arena.sub(before, one);
+        let (down, up) = (arena.call2(Function::Min, floor, less), arena.call2(Function::Max, floor, next));
+        let rising = arena.select(high, up, before);
+        let moved = arena.select(low, down, rising);
+        let initial = arena.intern(Node::Initial);
+        let value = arena.select(initial, floor, moved);
+        self.emit(Section::Discrete, now, value, counts, origin);
+        Ok(())
+    }
+
+    /// `integer(x)`: the largest whole number not above, as an Integer.
+    pub(crate) fn lower_integer(&mut self, span: Span, value: &Typed, cx: &Context) -> Result<Typed, Fail> {
+        self.want_number(span, "`integer`", value)?;
+        let node = match self.lower_jump(span, Function::Floor, std::slice::from_ref(value), cx)? {
+            Some(node) => node,
+            None => self.model.templates.arena.call1(Function::Floor, value.node),
+        };
+        Ok(Typed { node, scalar: ScalarType::Integer })
+    }
+}
