@@ -5,11 +5,10 @@
 //! function stand for registers.  A body is made once per function and sizes of its arguments; Strings and whole numbers
 //! that size its arrays are fixed in it.  A call is a node over the nodes of the arguments.
 
-use hyd_instance::modifier::AstMod;
-use hyd_instance::{InstId, Resolved, ScalarType, Scope, Value};
+use hyd_instance::{InstId, ScalarType, Scope, Value};
 use hyd_source::{Code, Span};
-use hyd_symbolic::{Body, BodyId, BodyOutput, Derivative, NodeId, SlotId, Step};
-use hyd_syntax::tree::{ClassKind, Component, Direction, Element, ExprKind, Name};
+use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, SlotId, Step};
+use hyd_syntax::tree::{ClassKind, Component, Direction, Element, Name};
 
 use crate::callee::Callee;
 use crate::context::{Context, Fail, Local};
@@ -29,7 +28,7 @@ pub(crate) enum Form {
 
 impl Form {
     /// The types of its registers in order.
-    fn scalars(&self) -> Vec<ScalarType> {
+    pub(crate) fn scalars(&self) -> Vec<ScalarType> {
         match self {
             Form::Scalar(scalar) => vec![scalar.clone()],
             Form::Array(scalar, shape) => vec![scalar.clone(); shape.iter().product()],
@@ -62,7 +61,7 @@ impl Form {
 /// A body that is made or being made.
 pub(crate) struct KnownBody {
     function: InstId,
-    inputs: Vec<Form>,
+    pub inputs: Vec<Form>,
     pub id: BodyId,
     outputs: Vec<(Name, Form)>,
     done: bool,
@@ -246,7 +245,13 @@ impl Flattener<'_, '_> {
     }
 
     /// The body for arguments of these forms: position in the list of bodies.
-    fn body_for(&mut self, span: Span, callee: &Callee, inputs: Vec<Form>, cx: &Context) -> Result<usize, Fail> {
+    pub(crate) fn body_for(
+        &mut self,
+        span: Span,
+        callee: &Callee,
+        inputs: Vec<Form>,
+        cx: &Context,
+    ) -> Result<usize, Fail> {
         let same = |body: &KnownBody| body.function == callee.inst && body.inputs == inputs;
         if let Some(known) = self.bodies.iter().position(same) {
             return Ok(known);
@@ -438,114 +443,6 @@ impl Flattener<'_, '_> {
             }
         }
         Ok(Form::Record(fields))
-    }
-
-    /// The derivatives that the annotation of the function names.
-    fn give_derivatives(&mut self, span: Span, callee: &Callee, position: usize, cx: &Context) -> Result<(), Fail> {
-        let (id, inputs) = (self.bodies[position].id, self.bodies[position].inputs.clone());
-        for tree in callee.derivatives() {
-            if order(&tree) == 1
-                && let Some((target, derivative)) = self.derivative_body(span, callee, &tree, &inputs, cx)?
-            {
-                let mut body = Body::clone(self.model.templates.arena.body(id));
-                let count = body.inputs;
-                let chained: Vec<(u32, u32)> = derivative.of.iter().zip(count..).map(|(&x, dx)| (x, dx)).collect();
-                body.derivatives.push(derivative.clone());
-                self.model.templates.arena.set_body(id, body);
-                self.give_second(span, &target, (derivative.body, chained, count), cx)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// `annotation(derivative(order = 2) = g)` of a first derivative.
-    fn give_second(
-        &mut self,
-        span: Span,
-        first: &Callee,
-        (id, chained, count): (BodyId, Vec<(u32, u32)>, u32),
-        cx: &Context,
-    ) -> Result<(), Fail> {
-        let Some(position) = self.bodies.iter().position(|body| body.id == id) else { return Ok(()) };
-        let inputs = self.bodies[position].inputs.clone();
-        for tree in first.derivatives() {
-            if order(&tree) != 2 {
-                continue;
-            }
-            let Some((_, derivative)) = self.derivative_body(span, first, &tree, &inputs, cx)? else { continue };
-            let of: Vec<u32> = (count..count + chained.len() as u32).collect();
-            let mut body = Body::clone(self.model.templates.arena.body(id));
-            body.derivatives.push(Derivative { of, chained: chained.clone(), ..derivative });
-            self.model.templates.arena.set_body(id, body);
-        }
-        Ok(())
-    }
-
-    /// The body of a derivative and what it takes; `None` for records, whose derivative is found by differentiation.
-    fn derivative_body(
-        &mut self,
-        span: Span,
-        callee: &Callee,
-        tree: &AstMod,
-        inputs: &[Form],
-        cx: &Context,
-    ) -> Result<Option<(Callee, Derivative)>, Fail> {
-        let Some(expr) = tree.binding.as_deref() else { return Ok(None) };
-        let ExprKind::Ref(reference) = &expr.kind else {
-            return Err(self.error(Code::BadArguments, expr.span, "`derivative` names a function"));
-        };
-        let Resolved::Class(local) = self.tree.resolve(Scope { inst: callee.inst, frame: 0 }, reference)? else {
-            return Err(self.error(Code::BadArguments, expr.span, "`derivative` names a function"));
-        };
-        let def = self.tree.table.class(local.class).def.clone();
-        if def.kind != ClassKind::Function || inputs.iter().any(|form| matches!(form, Form::Record(_))) {
-            return Ok(None);
-        }
-        let named = |what: &str, name: &Name| {
-            let says = |expr: &hyd_syntax::tree::Expr| matches!(&expr.kind, ExprKind::Ref(r) if r.parts[r.parts.len() - 1].name.name == *name);
-            tree.children.iter().any(|(n, child)| n.as_ref() == what && child.binding.as_deref().is_some_and(says))
-        };
-        let second = order(tree) == 2;
-        let target = self.callee(&local, def)?;
-        let mut forms = inputs.to_vec();
-        let (mut of, mut constant, mut at) = (Vec::new(), Vec::new(), 0u32);
-        let declared = callee.inputs();
-        let wanted = target.inputs().len().saturating_sub(inputs.len());
-        // A second derivative takes one more rate for each rate: the last inputs.
-        let from = if second { inputs.len().saturating_sub(wanted) } else { 0 };
-        for (k, (input, form)) in declared.iter().zip(inputs).enumerate() {
-            let count = form.scalars().len() as u32;
-            let real = form.scalars().contains(&ScalarType::Real);
-            if named("zeroDerivative", &input.name.name) {
-                constant.extend(at..at + count);
-            } else if real && k >= from && !named("noDerivative", &input.name.name) {
-                of.extend(at..at + count);
-                forms.push(form.clone());
-            }
-            at += count;
-        }
-        if forms.len() != target.inputs().len() {
-            let message = format!(
-                "the derivative `{}` takes {} inputs, but {} are given by the inputs of `{}`",
-                target.def.name.name,
-                target.inputs().len(),
-                forms.len(),
-                callee.def.name.name
-            );
-            return Err(self.error(Code::BadArguments, expr.span, message));
-        }
-        let position = self.body_for(span, &target, forms, cx)?;
-        let body = self.bodies[position].id;
-        Ok(Some((target, Derivative { body, of, constant, chained: Vec::new() })))
-    }
-}
-
-/// The order of a derivative in an annotation, 1 if it does not say.
-fn order(tree: &AstMod) -> i64 {
-    let given = tree.children.iter().find(|(name, _)| name.as_ref() == "order");
-    match given.and_then(|(_, child)| child.binding.as_deref()).map(|expr| &expr.kind) {
-        Some(ExprKind::Integer(k)) => *k,
-        _ => 1,
     }
 }
 

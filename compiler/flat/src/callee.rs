@@ -72,7 +72,11 @@ pub(crate) struct Argument {
 }
 
 impl Flattener<'_, '_> {
-    pub(crate) fn called_class(&mut self, function: &ComponentRef, cx: &Context) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
+    pub(crate) fn called_class(
+        &mut self,
+        function: &ComponentRef,
+        cx: &Context,
+    ) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
         let before = self.tree.table.diagnostics.len();
         let resolved = self.tree.resolve(cx.scope, function);

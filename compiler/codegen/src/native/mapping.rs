@@ -82,8 +82,9 @@ impl NativeCode {
             // relocations, and the pages are executable and outlive the call.
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(pages.as_ptr().add(start as usize)) };
             // SAFETY: the code stays inside the areas, because `check` compared their lengths with the highest positions
-            // it touches, table entries included; it never writes unknowns and rates (`Extents::of` refuses that), and the
-            // context outlives the call.
+            // it touches, table entries included; it never writes unknowns and rates (`Extents::of` refuses that); bodies of
+            // functions touch only their own frames and those of their callers, with a check of every computed place and a
+            // limit on their depth; the context outlives the call.
             unsafe { entry(&raw const context) };
         }
     }
