@@ -12,7 +12,10 @@ mod closed_form;
 use std::path::{Path, PathBuf};
 
 use case::{check_topics, folder, run_topic};
-use hyd_tests::models::root;
+use hyd_compiler::Goal;
+use hyd_system::DaeSystem;
+use hyd_tests::models::{compile_file, messages, root};
+use hyd_tests::runs::{instance, on_grid, run, translated};
 
 macro_rules! domains {
     ($($name:ident)*) => {
@@ -92,6 +95,29 @@ fn every_component_is_tested() {
     }
     assert!(checked > 80, "only {checked} components found");
     assert!(missing.is_empty(), "no case uses {missing:?}");
+}
+
+/// The examples of the domains run as their annotations say, and something moves in each.
+#[test]
+fn examples_run() {
+    let files: Vec<PathBuf> =
+        texts(&root().join("stdlib/Hyd")).into_iter().filter(|f| f.to_string_lossy().contains("Examples")).collect();
+    let mut ran = 0;
+    for file in files.iter().filter(|file| stem(file) != "package") {
+        let path = file.strip_prefix(root()).expect("below the root").display().to_string();
+        let flat = compile_file(&path, &[], Goal::Flat);
+        let stop = flat.flat.as_ref().and_then(|flat| flat.experiment.stop);
+        let stop = stop.unwrap_or_else(|| panic!("{path} has no experiment\n{}", messages(&flat)));
+        let unknowns = instance(&translated(&path, &[]), &[]).structure().unknowns;
+        let run = run(&path, &[], &on_grid(stop, 100, 1e-6));
+        let moves = (0..unknowns).any(|k| {
+            let values = run.values(&run.rows.tables().unknown_name(k));
+            values.iter().any(|value| (value - values[0]).abs() > 1e-3 * values[0].abs())
+        });
+        assert!(moves, "nothing happens in {path}");
+        ran += 1;
+    }
+    assert!(ran >= 6, "only {ran} examples");
 }
 
 #[test]
