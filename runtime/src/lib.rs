@@ -17,6 +17,7 @@
 //! ```
 
 mod bdf;
+mod delay;
 mod error;
 mod events;
 mod first_step;

@@ -4,7 +4,7 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, EvalFailure, Place, Source, Structure};
+use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Place, Source, Structure};
 
 use crate::bdf::Bdf;
 use crate::error::{SolveError, Stage};

@@ -5,10 +5,11 @@
 use hyd_system::DaeSystem;
 
 use crate::Statistics;
+use crate::delay::Delaying;
 
 /// A system and what it has cost so far.
 pub(crate) struct Problem<'a> {
-    pub(crate) system: &'a mut dyn DaeSystem,
+    pub(crate) system: Delaying<'a>,
     pub(crate) statistics: Statistics,
 }
 

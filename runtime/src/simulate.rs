@@ -7,6 +7,7 @@ use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
 use crate::bdf::Bdf;
+use crate::delay::{DelayWork, Delaying};
 use crate::error::SolveError;
 use crate::events::iteration::{Chatter, settle};
 use crate::events::roots::RootWatch;
@@ -55,6 +56,7 @@ pub struct Simulator {
     roots: RootWatch,
     output: Output,
     first_step: FirstStep,
+    delays: DelayWork,
     point: Point,
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
@@ -111,6 +113,7 @@ impl Simulator {
             roots: RootWatch::new(structure),
             output: Output::new(structure),
             first_step: FirstStep::new(n),
+            delays: DelayWork::new(structure),
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
@@ -138,7 +141,9 @@ impl Simulator {
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, SolveError> {
         options.check()?;
-        let mut problem = Problem { system, statistics: Statistics::default() };
+        let mut delays = std::mem::take(&mut self.delays);
+        delays.restart(options.tolerance);
+        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
         self.output.restart();
         let mut run = Run {
             problem: &mut problem,
@@ -151,6 +156,7 @@ impl Simulator {
         let result = self.begin(&mut run).and_then(|()| self.advance(&mut run, stop));
         let terminated = run.terminated;
         self.statistics = problem.statistics;
+        self.delays = delays;
         let time = result?;
         Ok(Summary { time, statistics: self.statistics, warnings: self.output.warnings.clone(), terminated })
     }
@@ -186,6 +192,7 @@ impl Simulator {
 
     /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
     fn restart(&mut self, run: &mut Run<'_, '_>, t: f64) {
+        run.problem.system.begin_segment(t, &self.point.y, &self.point.yp);
         run.time_event = run.problem.system.next_time_event(t);
         let rest = run.limit() - t;
         if rest <= 0.0 {
@@ -244,6 +251,11 @@ impl Simulator {
         if let Err(failure) = self.bdf.step(run.problem, &mut self.weights, run.limit()) {
             let attempt = self.bdf.last_attempt();
             return Err(SolveError::step(failure, from, attempt, self.bdf.y(), run.problem));
+        }
+        let interpolate = |t: f64, y: &mut [f64], yp: &mut [f64]| self.bdf.interpolate(t, y, yp);
+        let ends = ((from, self.bdf.t()), (self.bdf.y(), self.bdf.yp()));
+        if run.problem.system.record_step(ends.0, ends.1, &interpolate) && self.bdf.t() < run.time_event {
+            run.time_event = run.problem.system.next_time_event(self.bdf.t());
         }
         let state_event = self.roots.check(run.problem, &self.bdf, &mut self.consistency, &self.weights);
         let t = state_event.unwrap_or(self.bdf.t());

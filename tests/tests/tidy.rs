@@ -190,3 +190,19 @@ fn texts_speak_of_the_product_alone() {
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
+
+/// A method of the contract with a body of its own would be answered by that body, not by the system behind the wrapper.
+#[test]
+fn the_wrapper_of_delays_passes_every_call_on() {
+    let methods = |path: &str| -> Vec<String> {
+        let text = read(&root().join(path));
+        let names = text.lines().filter_map(|line| line.strip_prefix("    fn "));
+        names.filter_map(|rest| rest.split('(').next()).map(str::to_string).collect()
+    };
+    let text = read(&root().join("runtime/system/src/dae.rs"));
+    let start = text.find("pub trait DaeSystem").expect("the trait");
+    let wanted = text[start..].lines().filter_map(|line| line.strip_prefix("    fn ")?.split('(').next());
+    let passed = methods("runtime/src/delay/system.rs");
+    let missing: Vec<&str> = wanted.filter(|name| !passed.iter().any(|known| known == name)).collect();
+    assert!(missing.is_empty(), "not passed on: {missing:?}");
+}

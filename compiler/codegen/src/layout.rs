@@ -2,9 +2,9 @@
 //!
 //! The data area holds, in this order: time and the `initial()` flag, the constants pool, parameter values, for each
 //! parameter that can be set a flag and a given value, start values, discrete variables, their values before the event,
-//! such values of continuous variables, held relations, and which candidates are states.  Unknowns and rates are the solver's vectors, assigned
-//! variables stand in the work area by their number in the plan.  The initial and the simulation plan have each their own
-//! [`PlanPlaces`] over the same data area.
+//! such values of continuous variables, held relations, which candidates are states, and delayed values with their rates.
+//! Unknowns and rates are the solver's vectors, assigned variables stand in the work area by their number in the plan.  The
+//! initial and the simulation plan have each their own [`PlanPlaces`] over the same data area.
 
 use std::ops::Range;
 
@@ -64,6 +64,10 @@ pub struct Layout {
     pub held: Range<u32>,
     /// Which candidates are states, 1 or 0 (`Target::Chosen`).
     pub chosen: Range<u32>,
+    /// Delayed values per site.
+    pub delayed: Range<u32>,
+    /// Delayed rates per site.
+    pub delayed_rates: Range<u32>,
     /// Positions with a value other than zero before anything is computed (constants, default start values).
     pub preset: Vec<(u32, f64)>,
     of: Positions,
@@ -101,6 +105,8 @@ impl Layout {
             pre_continuous: Vec::new(),
             held: 0..0,
             chosen: 0..0,
+            delayed: 0..0,
+            delayed_rates: 0..0,
             preset: Vec::new(),
             of: Positions {
                 values: IndexVec::filled(None, count),
@@ -115,6 +121,9 @@ impl Layout {
         layout.place_discrete(sorted);
         layout.held = layout.take(sorted.relations.len());
         layout.chosen = layout.take(sorted.selections.iter().map(Selection::choices).sum());
+        let sites = sorted.system.flat.delay_sites() as usize;
+        layout.delayed = layout.take(sites);
+        layout.delayed_rates = layout.take(sites);
         layout
     }
 
@@ -248,6 +257,8 @@ impl Layout {
             Target::Pre(v) => self.of.pres[v].map(Place::data),
             Target::Held(r) => Some(Place::data(self.held.start + r)),
             Target::Chosen(k) => Some(Place::data(self.chosen.start + k)),
+            Target::Delayed(site) => Some(Place::data(self.delayed.start + site)),
+            Target::DelayedRate(site) => Some(Place::data(self.delayed_rates.start + site)),
             Target::Var(_) | Target::Der(_) => places.get(target),
         };
         let name = || format!("`{}` is used but never computed", sorted.system.flat.operand_name(operand));

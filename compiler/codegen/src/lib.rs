@@ -6,6 +6,7 @@
 //! over all equations and Jacobian entries; large ones loops over slot tables whose number does not grow with the
 //! number of equations.  Knows nothing of syntax, of solvers or of results.
 
+mod delay;
 mod diagnose;
 mod engine;
 mod events;

@@ -7,8 +7,9 @@ use hyd_flat::{Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::NodeId;
-use hyd_system::{InitialStructure, NamePattern, Pattern, Structure, Tables, ValueKind};
+use hyd_system::{DelaySite, InitialStructure, NamePattern, Pattern, Structure, Tables, ValueKind};
 
+use crate::delay::{SitePlaces, site_places, sites};
 use crate::engine::Engine;
 use crate::layout::{Given, Layout, Place};
 use crate::lower::plan::PlanCode;
@@ -49,6 +50,7 @@ pub(crate) struct Shared {
     pub initial: InitialTransfer,
     pub origins: Origins,
     pub candidates: Vec<CandidateSet>,
+    pub delays: Vec<SitePlaces>,
     pub statistics: CodeStatistics,
 }
 
@@ -155,6 +157,7 @@ impl Origins {
             Target::Const(_) => "a number".into(),
             Target::Held(r) => format!("relation {}", r + 1),
             Target::Chosen(k) => format!("chosen {}", k + 1),
+            Target::Delayed(_) | Target::DelayedRate(_) => "a delayed value".into(),
         }
     }
 }
@@ -164,9 +167,10 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
     let engine = Engine::new(&lowered.program, options.interpret)?;
     let row = OutputRow::new(sorted, &lowered.layout);
     let tables = Describe { sorted, lowered: &lowered, files, row: &row }.tables()?;
+    let delays = site_places(sorted, &lowered.layout, [&lowered.places, &lowered.initial_places])?;
     let flat = &sorted.system.flat;
     Ok(Shared {
-        structure: structure(sorted, &lowered, &row),
+        structure: structure(sorted, &lowered, &row, sites(&delays)),
         tables: Arc::new(tables),
         nominals: nominals(sorted),
         parameters: parameters(sorted, &lowered.layout),
@@ -181,6 +185,7 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
         lowered,
         engine,
         row,
+        delays,
     })
 }
 
@@ -194,7 +199,7 @@ fn statistics(sorted: &SortedSystem, lowered: &Lowered, code_bytes: usize) -> Co
     CodeStatistics { templates: templates.len(), kernels, code_bytes }
 }
 
-fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow) -> Structure {
+fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: Vec<DelaySite>) -> Structure {
     let plan = &sorted.simulation;
     let patterns = |code: &PlanCode| -> (Pattern, Pattern) { (code.state_pattern.clone(), code.rate_pattern.clone()) };
     let (state_pattern, rate_pattern) = patterns(&lowered.simulation);
@@ -203,12 +208,13 @@ fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow) -> Struc
         differential: plan.unknowns.iter().map(|u| u.differential).collect(),
         state_pattern,
         rate_pattern,
-        roots: lowered.events.rooted.len(),
+        roots: lowered.events.rooted.len() + delays.iter().filter(|site| site.varying).count(),
         outputs: row.len(),
         initial: InitialStructure {
             unknowns: sorted.initial.unknowns.len(),
             pattern: lowered.initial.state_pattern.clone(),
         },
+        delays,
     }
 }
 

@@ -281,6 +281,7 @@ impl DaeSystem for CompiledSystem {
         for &(from, to) in &transfer.values {
             self.memory.data[to as usize] = self.read(from, z);
         }
+        self.start_delayed(z);
         if !y.iter().chain(yp.iter()).all(|value| value.is_finite()) {
             return Err(self.initial_failure(z));
         }
@@ -364,6 +365,19 @@ impl DaeSystem for CompiledSystem {
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
         self.set_time(t, false);
         self.failed_assertions(y, yp, out);
+    }
+
+    fn delay_bounds(&mut self, out: &mut [f64]) {
+        self.bounds_of_delays(out);
+    }
+
+    fn delay_points(&mut self, t: f64, y: &[f64], yp: &[f64], sources: &mut [f64], times: &mut [f64]) {
+        self.set_time(t, false);
+        self.points_of_delays(Point { unknown: y, rate: yp }, sources, times);
+    }
+
+    fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
+        self.take_delayed(values, rates, times);
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {

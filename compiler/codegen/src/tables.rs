@@ -84,10 +84,18 @@ impl Describe<'_> {
     /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
     pub fn tables(&self) -> Result<Tables, String> {
         let flat = self.flat();
+        let mut delayed: Vec<VarId> = flat.delays.iter().flat_map(|d| [d.source, d.value, d.time]).collect();
+        delayed.sort_unstable();
+        let unknown_blocks = match delayed.is_empty() {
+            true => Vec::new(),
+            false => self.unknown_blocks(),
+        };
         let mut variables = Vec::new();
         let mut shown: Vec<Option<u32>> = Vec::with_capacity(flat.variables.len());
         for block in flat.variables.iter() {
-            let hide = block.internal && block.variability != Variability::Continuous || block.count == 0;
+            let hide = block.internal && block.variability != Variability::Continuous
+                || block.count == 0
+                || delayed.binary_search(&block.first).is_ok() && unknown_blocks.binary_search(&block.first).is_err();
             shown.push((!hide).then_some(variables.len() as u32));
             if !hide {
                 variables.push(self.variable(block)?);
@@ -112,10 +120,23 @@ impl Describe<'_> {
             unknowns: unknowns.ok_or("an unknown has no name")?,
             rows: self.rows(&self.sorted.simulation),
             equations: flat.equations.iter().map(|e| self.equation(&e.origin.path, e.origin.span)).collect(),
-            roots: self.roots(),
+            roots: self.roots().into_iter().chain(crate::delay::roots(self.sorted, self.files)).collect(),
             initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
             initial_rows: self.rows(initial),
         })
+    }
+
+    /// First element of the blocks of all unknowns.
+    fn unknown_blocks(&self) -> Vec<VarId> {
+        let flat = self.flat();
+        let block = |target: Target| match target {
+            Target::Var(v) => Some(flat.variables[flat.locate(v).0].first),
+            _ => None,
+        };
+        let mut blocks: Vec<VarId> = self.sorted.simulation.unknowns.iter().filter_map(|u| block(u.target)).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
     }
 
     fn flat(&self) -> &FlatModel {
@@ -263,6 +284,12 @@ impl Describe<'_> {
             line: self.files.location(span).line,
         }
     }
+}
+
+/// The text a variable comes from.
+pub fn span_of_variable(sorted: &SortedSystem, v: VarId) -> Span {
+    let flat = &sorted.system.flat;
+    flat.variables[flat.locate(v).0].origin.span
 }
 
 /// The text an equation stands in.

@@ -50,7 +50,7 @@ pub(crate) fn list_names(names: impl IntoIterator<Item = String>) -> String {
 pub(crate) fn variable_of(target: Target) -> Option<VarId> {
     match target {
         Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
-        Target::Const(_) | Target::Held(_) | Target::Chosen(_) => None,
+        Target::Const(_) | Target::Held(_) | Target::Chosen(_) | Target::Delayed(_) | Target::DelayedRate(_) => None,
     }
 }
 

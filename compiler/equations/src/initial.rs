@@ -37,7 +37,8 @@ pub(crate) fn initial_plan(
     check_fixed_aliases(system)?;
     let unknowns = initial_unknowns(system, bindings);
     let mut rows = system.equations_in(Section::Continuous);
-    rows.retain(|&eq| !bindings.used[eq]);
+    // At the start a delayed value is its source, as an initial equation says.
+    rows.retain(|&eq| !bindings.used[eq] && !system.is_delay(eq));
     for eq in system.equations_in(Section::Initial) {
         if discrete_start_slot(system, algebra, &bindings.known, eq).is_none() {
             rows.push(eq);

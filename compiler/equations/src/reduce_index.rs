@@ -67,7 +67,7 @@ fn reduce_rounds(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>, open:
         }
         let plan = plan_reduction(system, &mut algebra, open)?;
         notes.extend(doubt(system, &plan.uncertain));
-        apply(system, &plan);
+        apply(system, &plan)?;
         *system = eliminate_aliases(std::mem::take(system));
         if !candidates_are_distinct(system) {
             return Err(high_index(system, &constraints));
@@ -88,16 +88,23 @@ fn doubt(system: &EquationSystem, equations: &[EqId]) -> Option<Diagnostic> {
     (!equations.is_empty()).then(|| mark_equations(note, system, equations))
 }
 
-fn apply(system: &mut EquationSystem, plan: &ReductionPlan) {
+fn apply(system: &mut EquationSystem, plan: &ReductionPlan) -> Result<(), Diagnostic> {
     let variables: Vec<(VarId, u32, u32)> = plan.variables.iter().copied().filter(|entry| entry.1 > 0).collect();
     let open = plan.sets.iter().flat_map(|set| set.candidates.iter().map(|&(_, v, order)| (v, order)));
     let derivatives = Derivatives::make(system, &variables, &open.collect::<Vec<_>>());
     let written = system.operands.len();
-    append_derivatives(system, &plan.equations, &derivatives);
+    append_derivatives(system, &plan.equations, &derivatives).map_err(|eq| twice_delayed(system, eq))?;
     replace_rates(system, written, &derivatives);
     append_chains(system, &derivatives.chains);
     append_selections(system, &plan.sets, &derivatives);
     system.reduction.demoted.sort_unstable();
+    Ok(())
+}
+
+fn twice_delayed(system: &EquationSystem, eq: EqId) -> Diagnostic {
+    let message = "a delayed value would have to be differentiated twice, because of constraints between states";
+    let fault = Diagnostic::error(Code::HighIndex, message).help("delay the derivative itself: `delay(der(x), time)`");
+    mark_equations(fault, system, &[eq])
 }
 
 /// The equations `der(x) = v` of states that are derivatives themselves.

@@ -117,6 +117,13 @@ impl EquationSystem {
         self.left_slot(id).map(|slot| self.operands_of(self.equations[id].operands)[slot.index()])
     }
 
+    /// True for an equation `value = delayed(source)`, which holds while the model runs but not at the start.
+    pub fn is_delay(&self, id: EqId) -> bool {
+        let equation = self.equations[id];
+        let reads = self.operands_of(equation.operands);
+        equation.order == 0 && reads.iter().any(|operand| matches!(operand.target(), Target::Delayed(_)))
+    }
+
     /// Variables that stand for themselves.
     pub fn is_own(&self, v: VarId) -> bool {
         self.resolution[v] == Resolution::Own

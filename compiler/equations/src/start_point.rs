@@ -63,7 +63,8 @@ impl StartPoint {
             Target::Start(v) | Target::Pre(v) => self.start[v].unwrap_or(0.0),
             Target::Der(v) => typical(v.0 ^ 0x5555),
             Target::Const(c) => system.flat.constants[c],
-            Target::Held(_) | Target::Chosen(_) => 0.0,
+            Target::Held(_) | Target::Chosen(_) | Target::DelayedRate(_) => 0.0,
+            Target::Delayed(site) => typical(site ^ 0x3333),
         };
         if operand.negated() { -value } else { value }
     }

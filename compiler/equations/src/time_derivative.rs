@@ -2,7 +2,8 @@
 //!
 //! The derivative of a template is a template whose slots are those of the original and, for each slot that varies
 //! continuously, one for its derivative; parameters, discrete values and `pre` are constant, `time` has derivative 1, and
-//! piecewise expressions are differentiated branch by branch.  Equations of one template whose slots vary alike share the
+//! piecewise expressions are differentiated branch by branch;
+//! a delayed value has the delayed rate as its derivative.  Equations of one template whose slots vary alike share the
 //! result, so that loops keep sharing code.
 
 use hyd_flat::{Operand, Target, VarId};
@@ -19,6 +20,8 @@ use crate::system::{Equation, EquationSystem};
 enum Read {
     /// The derivative of a variable of some order, possibly negated.
     Varying { v: VarId, order: u32, negated: bool },
+    /// The delayed value of a site, possibly negated; its derivative is the delayed rate, which has none.
+    Delayed { site: u32, negated: bool },
     /// Something without derivative.
     Fixed(Operand),
 }
@@ -26,14 +29,24 @@ enum Read {
 type Known = FxHashMap<(TemplateId, Vec<bool>), (TemplateId, Vec<SlotId>)>;
 
 /// Appends the derivatives of the given equations up to the given orders.
-pub(crate) fn append_derivatives(system: &mut EquationSystem, equations: &[(EqId, u32)], derivatives: &Derivatives) {
+///
+/// # Errors
+/// An equation in which a delayed rate would have to be differentiated: the past is known with its first derivative only.
+pub(crate) fn append_derivatives(
+    system: &mut EquationSystem,
+    equations: &[(EqId, u32)],
+    derivatives: &Derivatives,
+) -> Result<(), EqId> {
     let mut known = Known::default();
     for &(eq, order) in equations {
         let mut equation = system.equations[eq];
         let operands = system.operands_of(equation.operands);
         let mut reads: Vec<Read> = operands.iter().map(|&operand| read(system, operand)).collect();
         for _ in 0..order {
-            let varying: Vec<bool> = reads.iter().map(|read| matches!(read, Read::Varying { .. })).collect();
+            if equation.order > 0 && reads.iter().any(is_delayed_rate) {
+                return Err(eq);
+            }
+            let varying: Vec<bool> = reads.iter().map(|read| !matches!(read, Read::Fixed(_))).collect();
             let templates = &mut system.flat.templates;
             let key = (equation.template, varying);
             if !known.contains_key(&key) {
@@ -49,6 +62,11 @@ pub(crate) fn append_derivatives(system: &mut EquationSystem, equations: &[(EqId
             system.equations.push(equation);
         }
     }
+    Ok(())
+}
+
+fn is_delayed_rate(read: &Read) -> bool {
+    matches!(read, Read::Fixed(operand) if matches!(operand.target(), Target::DelayedRate(_)))
 }
 
 /// Lets the first `count` operands read what stands for a derivative now.
@@ -83,6 +101,9 @@ fn raise(reads: &[Read], slot: SlotId) -> Read {
     match (reads.get(slot.index()), slot.index().checked_sub(reads.len()).map(|k| reads[k])) {
         (Some(&read), _) => read,
         (None, Some(Read::Varying { v, order, negated })) => Read::Varying { v, order: order + 1, negated },
+        (None, Some(Read::Delayed { site, negated })) => {
+            Read::Fixed(Operand::new(Target::DelayedRate(site)).signed(negated))
+        }
         (None, Some(fixed)) => fixed,
         (None, None) => unreachable!("invariant: a slot is below the arity or one of the derivatives above"),
     }
@@ -93,6 +114,7 @@ fn read(system: &EquationSystem, operand: Operand) -> Read {
     match operand.target() {
         Target::Var(v) if system.roles[v].is_continuous() => Read::Varying { v, order: 0, negated },
         Target::Der(v) => Read::Varying { v, order: 1, negated },
+        Target::Delayed(site) => Read::Delayed { site, negated },
         _ => Read::Fixed(operand),
     }
 }
@@ -100,6 +122,7 @@ fn read(system: &EquationSystem, operand: Operand) -> Read {
 fn operand(read: Read, derivatives: &Derivatives) -> Operand {
     match read {
         Read::Varying { v, order, negated } => Operand::new(derivatives.target(v, order)).signed(negated),
+        Read::Delayed { site, negated } => Operand::new(Target::Delayed(site)).signed(negated),
         Read::Fixed(operand) => operand,
     }
 }

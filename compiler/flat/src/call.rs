@@ -14,7 +14,6 @@ use crate::reference::Range;
 
 /// Operators and functions of Modelica that this profile does not read yet or not at all.
 const OUTSIDE: &[(&str, &str)] = &[
-    ("delay", "`delay` is not supported"),
     ("spatialDistribution", "`spatialDistribution` is outside the language profile"),
     ("inStream", "stream connectors are outside the language profile"),
     ("actualStream", "stream connectors are outside the language profile"),
@@ -35,6 +34,7 @@ pub(crate) fn is_predefined(name: &str) -> bool {
         "edge",
         "change",
         "sample",
+        "delay",
         "initial",
         "terminal",
         "noEvent",
@@ -156,6 +156,7 @@ impl Flattener<'_, '_> {
             "homotopy" => self.expect_arguments(span, name, list, 2).and_then(|()| self.lower(&list[0], cx, index)),
             "semiLinear" => self.lower_semi_linear(span, list, cx),
             "sample" => self.lower_sample(span, list, cx),
+            "delay" => self.lower_delay(span, list, cx, index),
             "size" | "ndims" | "zeros" | "ones" | "fill" | "identity" | "linspace" => {
                 self.lower_constructor(span, name, list, cx, index)
             }
@@ -508,7 +509,7 @@ impl Flattener<'_, '_> {
             "linspace" => sizes(self, cx, list.get(2..3).unwrap_or(&[])),
             "size" if list.len() == 1 => Ok(vec![self.shape(&list[0], cx)?.len()]),
             _ if ARRAY_FUNCTIONS.contains(&name) => self.shape_of_array_function(span, name, list, cx),
-            "der" | "pre" | "noEvent" | "edge" | "change" | "homotopy" | "integer" => {
+            "der" | "pre" | "noEvent" | "edge" | "change" | "homotopy" | "integer" | "delay" => {
                 list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))
             }
             "smooth" => list.get(1).map_or(Ok(Vec::new()), |e| self.shape(e, cx)),

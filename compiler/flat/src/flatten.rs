@@ -42,6 +42,15 @@ pub struct Flattener<'t, 's> {
     paths: FxHashMap<InstId, Arc<str>>,
 }
 
+/// Lengths of the tables of the model.
+struct Made {
+    variables: usize,
+    scalars: u32,
+    equations: usize,
+    delays: usize,
+    messages: usize,
+}
+
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
 pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
     let root = tree.root;
@@ -112,10 +121,12 @@ impl Flattener<'_, '_> {
         self.slots = Slots::default();
         let mut cx = start.clone();
         let mark = self.tree.table.diagnostics.len();
+        let made = self.made();
         match body(self, &mut cx) {
             Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
                 self.tree.table.diagnostics.truncate(mark);
+                self.take_back(&made);
                 self.expand(&start, Vec::new(), body);
             }
         }
@@ -131,10 +142,12 @@ impl Flattener<'_, '_> {
         let errors = self.tree.table.diagnostics.len();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         self.slots = Slots::default();
+        let made = self.made();
         match body(self, &mut cx) {
             Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
                 self.tree.table.diagnostics.truncate(errors);
+                self.take_back(&made);
                 let Some(&count) = cx.counts.get(fixed.len()) else {
                     let span = self.tree.instances[start.scope.inst].span;
                     let _ = self.error(Code::NotStructural, span, "a subscript here cannot be computed before the run");
@@ -150,6 +163,27 @@ impl Flattener<'_, '_> {
                 }
             }
         }
+    }
+
+    /// What there is before an attempt.
+    fn made(&self) -> Made {
+        Made {
+            variables: self.model.variables.len(),
+            scalars: self.model.scalars,
+            equations: self.model.equations.len(),
+            delays: self.model.delays.len(),
+            messages: self.model.messages.len(),
+        }
+    }
+
+    /// Takes back what an attempt has made beside its own equation (delays, samples).
+    fn take_back(&mut self, made: &Made) {
+        self.model.variables.raw.truncate(made.variables);
+        self.model.scalars = made.scalars;
+        self.model.equations.truncate(made.equations);
+        self.model.delays.truncate(made.delays);
+        self.model.messages.truncate(made.messages);
+        self.samples.retain(|_, due| due.0 < made.scalars);
     }
 
     /// Adds `left = right` for all values of the counters.

@@ -88,6 +88,10 @@ pub enum Kind {
     Pre,
     /// `Target::Start`
     Start,
+    /// `Target::Delayed`; the number is that of the site.
+    Delayed,
+    /// `Target::DelayedRate`; the number is that of the site.
+    DelayedRate,
 }
 
 impl Kind {
@@ -98,6 +102,8 @@ impl Kind {
             Kind::Der => Target::Der(v),
             Kind::Pre => Target::Pre(v),
             Kind::Start => Target::Start(v),
+            Kind::Delayed => Target::Delayed(v.0),
+            Kind::DelayedRate => Target::DelayedRate(v.0),
         }
     }
 }

@@ -14,6 +14,7 @@ mod call;
 mod callee;
 mod connect;
 mod context;
+mod delay;
 mod flatten;
 mod function;
 mod given_derivative;
@@ -36,7 +37,7 @@ mod when;
 
 pub use flatten::flatten;
 pub use model::{
-    BlockId, ConstId, EquationBlock, Experiment, FlatModel, Message, Operand, PerElement, Section, StateSelect, Target,
-    VarId, VariableBlock,
+    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, Operand, PerElement, Section,
+    StateSelect, Target, VarId, VariableBlock,
 };
 pub use verify::verify;

@@ -46,6 +46,10 @@ pub enum Target {
     /// 1 while a candidate is a state, else 0 (index of the choice; data that may change during the run; used behind the flat
     /// model only).
     Chosen(u32),
+    /// The delayed value of a site ([`DelayBlock`]); where the delay time varies, the value plus rate times delay time.
+    Delayed(u32),
+    /// The rate of the source of a site at the delayed time.
+    DelayedRate(u32),
 }
 
 /// A target with a sign, packed into four bytes.
@@ -68,6 +72,8 @@ impl Operand {
             Target::Const(c) => (4, c.0),
             Target::Held(r) => (5, r),
             Target::Chosen(k) => (6, k),
+            Target::Delayed(site) => (7, 2 * site),
+            Target::DelayedRate(site) => (7, 2 * site + 1),
         };
         debug_assert!(index <= Self::MASK, "invariant: checked against Operand::LIMIT when variables are made");
         Self(kind << (Self::INDEX_BITS + 1) | index & Self::MASK)
@@ -98,7 +104,9 @@ impl Operand {
             3 => Target::Start(VarId(index)),
             4 => Target::Const(ConstId(index)),
             5 => Target::Held(index),
-            _ => Target::Chosen(index),
+            6 => Target::Chosen(index),
+            _ if index % 2 == 0 => Target::Delayed(index / 2),
+            _ => Target::DelayedRate(index / 2),
         }
     }
 }
@@ -233,6 +241,26 @@ impl EquationBlock {
     }
 }
 
+/// Delay sites that were made together: site `first + k` delays element `k` of the source.
+///
+/// The value obeys `value = delayed(source)` while the model runs and `value = source` at the start (Modelica 3.6,
+/// section 3.7.4.1).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DelayBlock {
+    /// First site.
+    pub first: u32,
+    /// Number of sites.
+    pub count: u32,
+    /// What is delayed.
+    pub source: VarId,
+    /// The delayed value.
+    pub value: VarId,
+    /// The delay time in s.
+    pub time: VarId,
+    /// Its upper bound in s, where the delay time varies during the run.
+    pub most: Option<VarId>,
+}
+
 /// Text of an `assert` or `terminate`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Message {
@@ -272,6 +300,8 @@ pub struct FlatModel {
     pub templates: Templates,
     /// Equations in the order of the text, connection equations last.
     pub equations: Vec<EquationBlock>,
+    /// Delays in the order of their sites.
+    pub delays: Vec<DelayBlock>,
     /// Texts of assertions and terminations.
     pub messages: Vec<Message>,
     /// The `experiment` annotation.
@@ -292,6 +322,22 @@ impl FlatModel {
         self.variables[block].name.element(k)
     }
 
+    /// The delay block of a site and the position of the site in it.
+    pub fn delay(&self, site: u32) -> Option<(&DelayBlock, u32)> {
+        let block = self.delays.partition_point(|b| b.first <= site).checked_sub(1)?;
+        let block = &self.delays[block];
+        (site < block.first + block.count).then(|| (block, site - block.first))
+    }
+
+    /// Number of delay sites.
+    pub fn delay_sites(&self) -> u32 {
+        self.delays.last().map_or(0, |block| block.first + block.count)
+    }
+
+    fn source_name(&self, site: u32) -> String {
+        self.delay(site).map_or_else(|| "?".into(), |(block, k)| self.var_name(VarId(block.source.0 + k)))
+    }
+
     /// What a slot reads, in the user's words, without its sign.
     pub fn target_name(&self, operand: Operand) -> String {
         match operand.target() {
@@ -302,6 +348,8 @@ impl FlatModel {
             Target::Const(c) => self.constants[c].to_string(),
             Target::Held(r) => format!("relation {}", r + 1),
             Target::Chosen(k) => format!("chosen {}", k + 1),
+            Target::Delayed(site) => format!("delayed({})", self.source_name(site)),
+            Target::DelayedRate(site) => format!("delayed(der({}))", self.source_name(site)),
         }
     }
 

@@ -7,7 +7,7 @@
 use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{Function, Node, Relation};
 use hyd_syntax::tree::Expr;
-use hyd_system::ValueKind;
+use hyd_system::{ValueKind, Variability};
 
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
@@ -53,9 +53,9 @@ impl Flattener<'_, '_> {
         self.want_number(start.span, "`sample`", &first)?;
         self.want_number(interval.span, "`sample`", &step)?;
         let number = self.samples.len() + 1;
-        let next = self.internal_boolean(format!("$sample{number}.next"), &[], origin.clone());
+        let shape = (ValueKind::Real, Variability::Discrete);
+        let next = self.internal(format!("$sample{number}.next"), &[], origin.clone(), shape);
         let (block, _) = self.model.locate(next);
-        self.model.variables[block].kind = ValueKind::Real;
         self.model.variables[block].has_start = true;
         let due = self.internal_boolean(format!("$sample{number}.due"), &[], origin.clone());
         let (next_start, next_pre) = (self.variable_slot(Kind::Start, next), self.variable_slot(Kind::Pre, next));

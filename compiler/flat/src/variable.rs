@@ -87,6 +87,17 @@ impl Flattener<'_, '_> {
 
     /// A discrete Boolean that the translation needs (a condition of a `when`), one per element of the loops around it.
     pub(crate) fn internal_boolean(&mut self, name: String, dims: &[usize], origin: Origin) -> VarId {
+        self.internal(name, dims, origin, (ValueKind::Boolean, Variability::Discrete))
+    }
+
+    /// A variable that the translation needs, one per element of the loops around it.
+    pub(crate) fn internal(
+        &mut self,
+        name: String,
+        dims: &[usize],
+        origin: Origin,
+        (kind, variability): (ValueKind, Variability),
+    ) -> VarId {
         let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
         let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
         let first = VarId(self.model.scalars);
@@ -96,8 +107,8 @@ impl Flattener<'_, '_> {
             name: pattern,
             first,
             count,
-            kind: ValueKind::Boolean,
-            variability: Variability::Discrete,
+            kind,
+            variability,
             unit: None,
             display_unit: None,
             description: None,
@@ -105,7 +116,7 @@ impl Flattener<'_, '_> {
             protected: true,
             internal: true,
             has_start: false,
-            fixed: PerElement::All(false),
+            fixed: PerElement::All(variability <= Variability::Parameter),
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],

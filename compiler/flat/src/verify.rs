@@ -22,6 +22,7 @@ pub fn verify(model: &FlatModel) -> Result<(), String> {
                 Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => v.0 < model.scalars,
                 Target::Const(c) => c.index() < model.constants.len(),
                 Target::Held(_) | Target::Chosen(_) => false,
+                Target::Delayed(site) | Target::DelayedRate(site) => site < model.delay_sites(),
             };
             if !inside {
                 return Err(format!("equation block {k} reads {operand:?}, which does not exist"));

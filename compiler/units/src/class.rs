@@ -94,6 +94,8 @@ const NUMBER: u64 = 1 << 34;
 /// The class of every scalar.
 pub struct Classes {
     of_scalar: Vec<u32>,
+    /// What each delay site delays.
+    sources: Vec<VarId>,
     units: Vec<Unit>,
     offsets: bool,
     /// First scalar that each unknown unit stands for.
@@ -108,6 +110,7 @@ impl Classes {
         let mut numbers: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
         let mut result = Self {
             of_scalar: Vec::with_capacity(flat.scalars as usize),
+            sources: flat.delays.iter().flat_map(|d| (0..d.count).map(|k| VarId(d.source.0 + k))).collect(),
             units: Vec::new(),
             offsets: false,
             unknowns: Vec::new(),
@@ -153,6 +156,8 @@ impl Classes {
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => u64::from(self.of_scalar[v.index()]) | sign,
             Target::Der(v) => u64::from(self.of_scalar[v.index()]) | DER,
             Target::Const(c) if exact => NUMBER | c.0 as u64 | if operand.negated() { NEGATED } else { 0 },
+            Target::Delayed(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]),
+            Target::DelayedRate(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]) | DER,
             Target::Const(_) | Target::Held(_) | Target::Chosen(_) => u64::from(COUNT << TAG_SHIFT),
         }
     }

@@ -156,6 +156,9 @@ impl Reporter<'_> {
     fn variable(&self, operand: Operand) -> Option<VarId> {
         match operand.target() {
             Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
+            Target::Delayed(site) | Target::DelayedRate(site) => {
+                self.flat.delay(site).map(|(delay, k)| VarId(delay.source.0 + k))
+            }
             Target::Const(_) | Target::Held(_) | Target::Chosen(_) => None,
         }
     }

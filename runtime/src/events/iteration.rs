@@ -4,7 +4,7 @@
 //! part is made consistent and they run again.  Many events without progress in time are chattering and end
 //! the run with the relation's text, because integration would take forever.
 
-use hyd_system::{EventChange, EventPhase};
+use hyd_system::{DaeSystem, EventChange, EventPhase};
 
 use super::{held_changes, relations};
 use crate::error::{SolveError, Stage};

@@ -6,7 +6,7 @@
 //! truth holds.  Every point tried is made consistent first, so that roots of algebraic unknowns see the values
 //! that the event will see.  Two changes of one relation within a single step are not seen.
 
-use hyd_system::Structure;
+use hyd_system::{DaeSystem, Structure};
 
 use crate::bdf::Bdf;
 use crate::initial::consistent::Consistency;

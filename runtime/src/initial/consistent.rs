@@ -6,7 +6,7 @@
 //! it is regular for systems of index 1 whose differential equations determine the rates.  Two ways:
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
-use hyd_system::{Pattern, Structure};
+use hyd_system::{DaeSystem, Pattern, Structure};
 
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
 use crate::newton::{Newton, NewtonFailure, Target};

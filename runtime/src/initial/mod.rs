@@ -7,7 +7,7 @@
 
 pub(crate) mod consistent;
 
-use hyd_system::{EventPhase, Pattern, Structure};
+use hyd_system::{DaeSystem, EventPhase, Pattern, Structure};
 
 use crate::error::{SolveError, Stage};
 use crate::events::held_changes;

@@ -73,6 +73,16 @@ pub struct Structure {
     pub outputs: usize,
     /// The initial system.
     pub initial: InitialStructure,
+    /// Delay sites: values of the past that the equations read.  The last root functions belong to the sites with varying
+    /// delay time, one each in order; the solver computes them, `roots` and `held` leave them as they are.
+    pub delays: Vec<DelaySite>,
+}
+
+/// A value of the past that the equations read, `source(t - delay time)`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DelaySite {
+    /// The delay time may change during the run; otherwise it is fixed by the parameters.
+    pub varying: bool,
 }
 
 /// Sizes of the initial system `G(z) = 0`, square.
@@ -221,6 +231,17 @@ pub trait DaeSystem: Send {
 
     /// Appends the assertions that do not hold at this point.
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>);
+
+    /// Upper bounds of the delay times in s, one per delay site (the delay time itself where it is fixed).
+    fn delay_bounds(&mut self, _out: &mut [f64]) {}
+
+    /// What each delay site delays, and its delay time in s, at a point.
+    fn delay_points(&mut self, _t: f64, _y: &[f64], _yp: &[f64], _sources: &mut [f64], _times: &mut [f64]) {}
+
+    /// Hands over the values and rates of the sources at the delayed times, and the delay times (s) that they belong to; they
+    /// hold until the next call.  The solver calls this before every evaluation of which they are a part.  `initial_store`
+    /// sets the values itself: at the start they are those of the sources, with rate 0.
+    fn set_delayed(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
 
     /// Finds the equation that makes an evaluation non-finite (slow, for messages).
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure>;

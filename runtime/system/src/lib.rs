@@ -13,8 +13,8 @@ mod tables;
 mod text;
 
 pub use dae::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError, Pattern,
-    Structure,
+    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError,
+    Pattern, Structure,
 };
 pub use tables::{
     EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability, VariableInfo,

@@ -83,6 +83,7 @@ impl<M: Model> Hand<M> {
             roots: model.relations().len(),
             outputs: 2 * n + discrete.len(),
             initial: InitialStructure { unknowns: initial, pattern: Pattern::dense(initial, initial) },
+            delays: Vec::new(),
         };
         let tables = Arc::new(tables(&model));
         Self { model, structure, tables }

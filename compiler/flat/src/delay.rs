@@ -1,0 +1,195 @@
+//! `delay(expr, time)` and `delay(expr, time, most)`: the value of an expression some time ago.
+//!
+//! A call becomes a delay site: internal variables for what is delayed, for the delay time and for the delayed value `d`,
+//! one element per element of the loops around.  While the model runs `d` is what the solver has recorded of
+//! the source; where the delay time varies, `d = c - r*time` with `c` and `r` handed over such that this is the delayed value
+//! and has the right slope in the delay time, so that Jacobian and index reduction need no further rule.  At the start `d`
+//! is the source itself (Modelica 3.6, section 3.7.4.1).  How the past is kept is the solver's affair.
+
+use hyd_instance::ScalarType;
+use hyd_source::{Code, Diagnostic, Origin, Span};
+use hyd_symbolic::{NodeId, Relation, contains_initial, contains_time, slots};
+use hyd_syntax::tree::Expr;
+use hyd_system::{ValueKind, Variability};
+
+use crate::context::{Context, Fail};
+use crate::flatten::{Flattener, scale};
+use crate::index::{Affine, CounterId, Kind, SlotKey};
+use crate::lower::Typed;
+use crate::model::{DelayBlock, Message, Section, VarId};
+
+/// The parts of a call, lowered.
+struct Parts {
+    value: NodeId,
+    time: NodeId,
+    most: Option<NodeId>,
+    varying: bool,
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn lower_delay(
+        &mut self,
+        span: Span,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let (expr, time, most) = match list {
+            [expr, time] => (expr, time, None),
+            [expr, time, most] => (expr, time, Some(most)),
+            _ => {
+                let message = "`delay` takes an expression, the delay time and, if that varies, its upper bound";
+                return Err(self.error(Code::BadArguments, span, message));
+            }
+        };
+        if cx.depth > 0 {
+            return Err(self.error(Code::Misplaced, span, "`delay` is not allowed inside a function"));
+        }
+        let value = self.argument(expr, "`delay`", cx, index)?;
+        let delay = self.argument(time, "the delay time", cx, index)?;
+        let bound = most.map(|most| self.argument(most, "the upper bound of the delay time", cx, index)).transpose()?;
+        if self.is_fixed(value) {
+            return Ok(Typed::real(value));
+        }
+        if let Some(seconds) = self.model.templates.arena.as_constant(delay)
+            && seconds < 0.0
+        {
+            return Err(self.error(Code::Value, time.span, format!("the delay time {seconds} s is negative")));
+        }
+        let varying = !self.is_fixed(delay);
+        match (bound, most) {
+            (None, _) if varying => {
+                let message = "the delay time changes during the run, so its upper bound is needed";
+                let fault = Diagnostic::error(Code::BadArguments, message).at(time.span, "this is no parameter");
+                self.report(fault.help("`delay(expression, time, most)` takes the upper bound as third argument"));
+                return Err(Fail::Reported);
+            }
+            (Some(bound), Some(most)) if !self.is_fixed(bound) => {
+                let message = "the upper bound of a delay time must be a parameter";
+                return Err(self.error(Code::NotStructural, most.span, message));
+            }
+            _ => {}
+        }
+        let parts = Parts { value, time: delay, most: bound, varying };
+        let node = self.make_site(span, &parts, cx)?;
+        Ok(Typed { node, scalar: ScalarType::Real })
+    }
+
+    /// A number for one element of the call; a scalar argument serves all elements.
+    fn argument(&mut self, expr: &Expr, what: &str, cx: &mut Context, index: &[Affine]) -> Result<NodeId, Fail> {
+        let rank = self.shape(expr, cx)?.len();
+        let value = self.lower(expr, cx, if rank == 0 { &[] } else { index })?;
+        self.want_number(expr.span, what, &value)?;
+        Ok(value.node)
+    }
+
+    /// True if a value cannot change during the run.
+    fn is_fixed(&self, node: NodeId) -> bool {
+        let arena = &self.model.templates.arena;
+        let fixed = |slot: &hyd_symbolic::SlotId| match &self.slots.keys[slot.0 as usize] {
+            SlotKey::Number(_) => true,
+            SlotKey::Variable(Kind::Start, ..) => true,
+            SlotKey::Variable(Kind::Var, v, _) => {
+                self.model.variables[self.model.locate(*v).0].variability <= Variability::Parameter
+            }
+            SlotKey::Variable(..) => false,
+        };
+        !contains_time(arena, node) && !contains_initial(arena, node) && slots(arena, &[node]).iter().all(fixed)
+    }
+
+    /// The internal variables and equations of a call; returns the delayed value.
+    fn make_site(&mut self, span: Span, parts: &Parts, cx: &Context) -> Result<NodeId, Fail> {
+        let origin = Origin { path: self.path(cx.scope.inst), span };
+        let dims = cx.loop_counts();
+        let offset = offset(cx)?;
+        let name = self.site_name(span, &origin);
+        let real = |variability| (ValueKind::Real, variability);
+        let moving = real(Variability::Continuous);
+        let source = self.internal(format!("{name}.source"), &dims, origin.clone(), moving.clone());
+        let value = self.internal(name.clone(), &dims, origin.clone(), moving);
+        let kind = if parts.varying { Variability::Continuous } else { Variability::Parameter };
+        let time = self.internal(format!("{name}.time"), &dims, origin.clone(), real(kind));
+        self.give_unit(time, "s");
+        let most = parts.most.map(|_| {
+            let most = self.internal(format!("{name}.most"), &dims, origin.clone(), real(Variability::Parameter));
+            self.give_unit(most, "s");
+            most
+        });
+        let first = self.model.delay_sites();
+        let count = dims.iter().product::<usize>() as u32;
+        self.model.delays.push(DelayBlock { first, count, source, value, time, most: most.filter(|_| parts.varying) });
+
+        let mut slot = |kind: Kind, first: VarId| {
+            let slot = self.slots.slot(SlotKey::Variable(kind, first, offset.clone()));
+            self.model.templates.arena.slot(slot)
+        };
+        let (source, value, time) = (slot(Kind::Var, source), slot(Kind::Var, value), slot(Kind::Var, time));
+        let most = most.map(|most| slot(Kind::Var, most));
+        let delayed = slot(Kind::Delayed, VarId(first));
+        let rate = slot(Kind::DelayedRate, VarId(first));
+        let arena = &mut self.model.templates.arena;
+        let delayed = match parts.varying {
+            true => {
+                let way = arena.mul(rate, time);
+                arena.sub(delayed, way)
+            }
+            false => delayed,
+        };
+        let timed = if parts.varying { Section::Continuous } else { Section::Binding };
+        self.emit(Section::Continuous, source, parts.value, &dims, &origin);
+        self.emit(timed, time, parts.time, &dims, &origin);
+        if let (Some(most), Some(bound)) = (most, parts.most) {
+            self.emit(Section::Binding, most, bound, &dims, &origin);
+        }
+        self.emit(Section::Continuous, value, delayed, &dims, &origin);
+        self.emit(Section::Initial, value, source, &dims, &origin);
+        if self.model.templates.arena.as_constant(parts.time).is_none() {
+            self.check_time(time, most, &dims, &origin);
+        }
+        Ok(value)
+    }
+
+    /// `assert(0 <= time and time <= most, ...)`
+    fn check_time(&mut self, time: NodeId, most: Option<NodeId>, dims: &[usize], origin: &Origin) {
+        let call = self.call_text(origin.span);
+        let arena = &mut self.model.templates.arena;
+        let zero = arena.constant(0.0);
+        let mut holds = arena.compare(Relation::LessEqual, zero, time);
+        let mut text = format!("the delay time of `{call}` is negative");
+        if let Some(most) = most {
+            let below = arena.compare(Relation::LessEqual, time, most);
+            holds = arena.and(holds, below);
+            text = format!("{text} or above its upper bound");
+        }
+        let message = self.model.messages.len() as u32;
+        self.model.messages.push(Message { text: text.into(), error: true });
+        self.emit(Section::Assert(message), holds, zero, dims, origin);
+    }
+
+    fn give_unit(&mut self, v: VarId, unit: &str) {
+        if let Some(block) = self.model.variables.raw.last_mut().filter(|block| block.first == v) {
+            block.unit = Some(unit.into());
+        }
+    }
+
+    /// The call as it stands in the text, behind the path of its component.
+    fn site_name(&self, span: Span, origin: &Origin) -> String {
+        let call = self.call_text(span);
+        if origin.path.is_empty() { call } else { format!("{}.{call}", origin.path) }
+    }
+
+    fn call_text(&self, span: Span) -> String {
+        self.tree.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// Position of the element for the counters: fixed ones count once.
+fn offset(cx: &Context) -> Result<Affine, Fail> {
+    let fixed = cx.fixed.as_ref().map_or(0, Vec::len);
+    let mut offset = Affine::constant(0);
+    for (k, &size) in cx.loop_counts().iter().enumerate() {
+        let at = if k < fixed { Affine::constant(0) } else { Affine::counter(CounterId(k as u32)) };
+        offset = scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
+    }
+    Ok(offset)
+}

@@ -1,0 +1,216 @@
+//! Delays: the recorded past of what the equations delay, and the system as the solver sees it with its past.
+//!
+//! [`DelayWork`] records the sources of all delay sites over accepted steps ([`past`], [`record`]): polynomials of degree 4
+//! over as many parts of a step as the tolerance asks for, sampled from the integrator's dense output with everything
+//! explicit computed anew, so that the past is as exact as the solution.  [`Delaying`] wraps a system and hands it the
+//! delayed values before every evaluation, so that the integrators know no delays.  Events of the past come back as
+//! events ([`breaks`]): at a known instant where the delay time is fixed, by a root function where it varies.
+//!
+//! A step may be longer than a delay.  Then the delayed time lies within the step, and its value is taken from the polynomial
+//! through the iterate and the newest points; the Jacobian knows nothing of this, so that Newton's method limits the step
+//! where it matters (Bellen, Zennaro 2003, section 4.3: overlapping).  Sources that depend on their own delayed value at once
+//! are iterated to rest within an evaluation.
+
+mod breaks;
+mod past;
+mod polynomial;
+mod record;
+mod system;
+
+use hyd_system::{DelaySite, Structure};
+
+use breaks::Breaks;
+use past::Past;
+
+pub(crate) use system::Delaying;
+
+/// Two instants closer than this many units in the last place are the same.
+const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
+/// Points of the past, beside the iterate, for a value within the step in work.
+const NEWEST_POINTS: usize = 4;
+/// They lie at least this part of the step in work apart, so that differences are no noise.
+const NEWEST_DISTANCE: f64 = 0.25;
+
+/// The past of a run and all work space; used for run after run.
+#[derive(Default)]
+pub(crate) struct DelayWork {
+    sites: Vec<DelaySite>,
+    any_varying: bool,
+    /// The past is recorded (not yet during the start).
+    recording: bool,
+    past: Past,
+    breaks: Breaks,
+    /// Per site: upper bound of the delay time, the delay time now (s), and the largest value so far.
+    bounds: Vec<f64>,
+    times: Vec<f64>,
+    scale: Vec<f64>,
+    /// Smallest of the fixed delay times (s).
+    shortest_fixed: f64,
+    /// Per site: the source at the iterate (or at the end of the step being recorded), and the delayed value and rate.
+    sources: Vec<f64>,
+    values: Vec<f64>,
+    rates: Vec<f64>,
+    /// Results of one evaluation.
+    new_sources: Vec<f64>,
+    new_times: Vec<f64>,
+    /// End of the step being recorded (s), with the sources there.
+    anchor: Option<f64>,
+    anchor_values: Vec<f64>,
+    /// Time for which `values` hold, if they depend on nothing else (s).
+    cached: Option<f64>,
+    tolerance: f64,
+    limits: Vec<f64>,
+    record: record::Record,
+}
+
+impl DelayWork {
+    /// Work space for systems of this structure.
+    pub(crate) fn new(structure: &Structure) -> Self {
+        let n = structure.delays.len();
+        let zero = || vec![0.0; n];
+        Self {
+            sites: structure.delays.clone(),
+            any_varying: structure.delays.iter().any(|site| site.varying),
+            bounds: zero(),
+            times: zero(),
+            scale: zero(),
+            sources: zero(),
+            values: zero(),
+            rates: zero(),
+            new_sources: zero(),
+            new_times: zero(),
+            anchor_values: zero(),
+            limits: zero(),
+            record: record::Record::new(n, structure.unknowns),
+            ..Self::default()
+        }
+    }
+
+    /// Prepares a run with the given relative tolerance.
+    pub(crate) fn restart(&mut self, tolerance: f64) {
+        self.recording = false;
+        self.anchor = None;
+        self.cached = None;
+        self.tolerance = tolerance;
+        self.sources.fill(0.0);
+    }
+
+    /// True if some delayed time lies within the step to `t` (s), so that its value depends on the iterate.
+    fn reaches_into_step(&self, t: f64) -> bool {
+        t - self.shortest_fixed > self.past.end() || self.shortest_fixed == 0.0 && t >= self.past.end()
+    }
+
+    /// Delayed values and rates at time `t` (s) from delay times and sources as they are known.
+    fn evaluate(&mut self, t: f64) {
+        for site in 0..self.sites.len() {
+            (self.values[site], self.rates[site]) = self.delayed(site, t);
+        }
+    }
+
+    fn delayed(&mut self, site: usize, t: f64) -> (f64, f64) {
+        let at = t - self.times[site];
+        let cursor = &mut self.breaks.cursors[site];
+        let (anchor, source) = match self.anchor {
+            Some(end) => (end, self.anchor_values[site]),
+            None => (t, self.sources[site]),
+        };
+        let within = at > self.past.end() || self.times[site] == 0.0 && at >= self.past.end();
+        if within && cursor.high.is_none() && source.is_finite() {
+            let (value, rate) = self.within_step(site, at.min(anchor), (anchor, source));
+            return if at >= anchor { (source, rate) } else { (value, rate) };
+        }
+        self.past.at(site, at, (cursor.low, cursor.high), &mut cursor.hint)
+    }
+
+    /// Value and rate at `at` (s) on the polynomial through the newest points and the iterate.
+    fn within_step(&mut self, site: usize, at: f64, (t, source): (f64, f64)) -> (f64, f64) {
+        let mut times = [0.0; NEWEST_POINTS + 1];
+        let mut values = [0.0; NEWEST_POINTS + 1];
+        let distance = NEWEST_DISTANCE * (t - self.past.end());
+        if distance <= 0.0 {
+            return (source, 0.0);
+        }
+        (times[0], values[0]) = (t, source);
+        let count = 1 + self.past.newest_times(&mut times[1..], distance);
+        let cursor = self.breaks.cursors[site];
+        let mut hint = cursor.hint;
+        for k in 1..count {
+            values[k] = self.past.at(site, times[k], (cursor.low, None), &mut hint).0;
+        }
+        if count == 1 {
+            return (source, 0.0);
+        }
+        polynomial::through(&times[..count], &mut values[..count], at)
+    }
+
+    /// Takes over sources and delay times of an evaluation; true if nothing that matters has changed.
+    fn settled(&mut self) -> bool {
+        let mut settled = true;
+        for site in 0..self.sites.len() {
+            let (source, time) = (self.new_sources[site], self.new_times[site]);
+            settled &= (source - self.sources[site]).abs() <= 1e-3 * self.limits[site].max(f64::MIN_POSITIVE);
+            self.sources[site] = source;
+            if self.sites[site].varying && time.is_finite() {
+                let time = time.clamp(0.0, self.bounds[site].max(0.0));
+                settled &= (time - self.times[site]).abs() <= SAME_INSTANT * self.bounds[site];
+                self.times[site] = time;
+            }
+        }
+        settled
+    }
+
+    /// The largest value of each source so far counts for what the tolerance lets pass.
+    fn widen(&mut self, sources: &[f64]) {
+        for (site, &value) in sources.iter().enumerate() {
+            if value.is_finite() {
+                self.scale[site] = self.scale[site].max(value.abs());
+                self.limits[site] = self.tolerance * self.scale[site];
+            }
+        }
+    }
+
+    /// Width of an instant at `t` (s).
+    fn slack(&self, site: usize, t: f64) -> f64 {
+        SAME_INSTANT * t.abs().max(self.times[site].abs())
+    }
+
+    /// The first instant after `t` (s) at which a break comes back to a site with fixed delay time.
+    fn next_break(&self, t: f64) -> f64 {
+        let mut next = f64::INFINITY;
+        for site in (0..self.sites.len()).filter(|&site| !self.sites[site].varying) {
+            if let Some(high) = self.breaks.cursors[site].high {
+                let back = self.past.begin_of(high) + self.times[site];
+                if back > t + self.slack(site, t) {
+                    next = next.min(back);
+                }
+            }
+        }
+        next
+    }
+
+    /// Lets all sites cross the breaks that they have reached at `t` (s); true if one has.
+    fn cross(&mut self, t: f64) -> bool {
+        let mut crossed = false;
+        for site in 0..self.sites.len() {
+            let (at, slack) = (t - self.times[site], self.slack(site, t));
+            crossed |= self.breaks.cross(&self.past, site, at, slack);
+        }
+        if crossed {
+            self.cached = None;
+        }
+        crossed
+    }
+
+    /// Root functions of the sites with varying delay time: positive while no break is reached.
+    fn roots(&self, t: f64, out: &mut [f64]) {
+        let varying = (0..self.sites.len()).filter(|&site| self.sites[site].varying);
+        for (value, site) in out.iter_mut().zip(varying) {
+            let at = t - self.times[site];
+            let cursor = &self.breaks.cursors[site];
+            let above = cursor.high.map_or(f64::MAX, |high| self.past.begin_of(high) - at);
+            let low = self.past.begin_of(cursor.low);
+            let below = if low.is_finite() { at - low + 4.0 * self.slack(site, t) } else { f64::MAX };
+            *value = above.min(below);
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Polynomials through values: of degree 4 through five equally spaced ones, and of any degree through given points.
+//!
+//! The first is the form in which the past is kept; the others serve where only scattered points are known.  Source: Newton's
+//! divided differences and Neville's scheme, for instance Stoer, Bulirsch, "Introduction to Numerical Analysis"
+//! (Springer 2002), section 2.1.
+
+/// Values per piece.
+pub(super) const NODES: usize = 5;
+
+/// Differences of five values `f_k` at `s = k`, so that `f(s) = sum d_j binomial(s, j)`.
+fn differences(nodes: &[f64; NODES]) -> [f64; NODES] {
+    let mut d = *nodes;
+    for order in 1..NODES {
+        for k in (order..NODES).rev() {
+            d[k] -= d[k - 1];
+        }
+    }
+    d
+}
+
+/// The polynomial at `part` of the interval, 0 at its begin and 1 at its end.
+pub(super) fn value(nodes: &[f64; NODES], part: f64) -> f64 {
+    let d = differences(nodes);
+    let s = part * (NODES - 1) as f64;
+    let mut sum = d[4];
+    for j in (0..4).rev() {
+        sum = d[j] + sum * (s - j as f64) / (j + 1) as f64;
+    }
+    sum
+}
+
+/// Its derivative with respect to `part`.
+pub(super) fn rate(nodes: &[f64; NODES], part: f64) -> f64 {
+    let d = differences(nodes);
+    let s = part * (NODES - 1) as f64;
+    let (mut sum, mut slope) = (d[4], 0.0);
+    for j in (0..4).rev() {
+        let below = (j + 1) as f64;
+        slope = (slope * (s - j as f64) + sum) / below;
+        sum = d[j] + sum * (s - j as f64) / below;
+    }
+    slope * (NODES - 1) as f64
+}
+
+/// The fourth difference: the size of the highest term.
+pub(super) fn highest(nodes: &[f64; NODES]) -> f64 {
+    differences(nodes)[4]
+}
+
+/// The derivative at the first of five points with distance `step`, backwards if that is negative.
+pub(super) fn end_slope(nodes: &[f64; NODES], step: f64) -> f64 {
+    let [a, b, c, d, e] = *nodes;
+    (-25.0 * a + 48.0 * b - 36.0 * c + 16.0 * d - 3.0 * e) / (12.0 * step)
+}
+
+/// Value and derivative at `x` of the polynomial through `(xs[k], ys[k])`; `ys` is overwritten.
+pub(super) fn through(xs: &[f64], ys: &mut [f64], x: f64) -> (f64, f64) {
+    let n = xs.len();
+    for order in 1..n {
+        for k in (order..n).rev() {
+            ys[k] = (ys[k] - ys[k - 1]) / (xs[k] - xs[k - order]);
+        }
+    }
+    let (mut sum, mut slope) = (ys[n - 1], 0.0);
+    for k in (0..n - 1).rev() {
+        slope = slope * (x - xs[k]) + sum;
+        sum = ys[k] + sum * (x - xs[k]);
+    }
+    (sum, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn f(x: f64) -> f64 {
+        x.powi(4) - 2.0 * x.powi(3) + x - 5.0
+    }
+
+    fn slope(x: f64) -> f64 {
+        4.0 * x.powi(3) - 6.0 * x * x + 1.0
+    }
+
+    #[test]
+    fn quartics_are_exact() {
+        let nodes = std::array::from_fn(|k| f(2.0 + 3.0 * k as f64 / 4.0));
+        for part in [0.0, 0.1, 0.5, 0.77, 1.0, 1.2] {
+            let x = 2.0 + 3.0 * part;
+            assert!((value(&nodes, part) - f(x)).abs() < 1e-11, "{part}");
+            assert!((rate(&nodes, part) / 3.0 - slope(x)).abs() < 1e-11, "{part}");
+        }
+        assert!((end_slope(&nodes, 0.75) - slope(2.0)).abs() < 1e-12);
+        assert!((highest(&nodes) - 24.0 * 0.75f64.powi(4)).abs() < 1e-10);
+        let xs = [0.0, 1.0, 1.5, -1.0, 3.0];
+        let (v, s) = through(&xs, &mut xs.map(f), 2.2);
+        assert!((v - f(2.2)).abs() < 1e-12 && (s - slope(2.2)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,114 @@
+//! Recording an accepted step: the sources as polynomials over parts of the step.
+//!
+//! A part is halved until the highest of five differences is small enough that the error of the polynomial is a tenth of
+//! the tolerance.  With equally spaced points that error is at most `2.96e-5 h^5 u'''''` and the difference `h^4 u''''/256`,
+//! so that for an oscillation of any frequency `error = 0.030 difference^1.25`, both relative to its size (error of
+//! interpolation: Stoer, Bulirsch 2002, section 2.1.4).
+
+use super::polynomial::{NODES, highest};
+use super::system::Delaying;
+
+/// Most halvings of a step.
+const MOST_HALVINGS: usize = 10;
+/// The part of the tolerance that the recorded past may be wrong by.
+const PART_OF_TOLERANCE: f64 = 0.1;
+const ERROR_CONSTANT: f64 = 0.030;
+
+/// Work space.
+#[derive(Default)]
+pub(super) struct Record {
+    /// Values at the nodes per halving.
+    levels: Vec<Vec<f64>>,
+    y: Vec<f64>,
+    yp: Vec<f64>,
+}
+
+impl Record {
+    pub(super) fn new(sites: usize, unknowns: usize) -> Self {
+        let levels = if sites == 0 { 0 } else { MOST_HALVINGS + 1 };
+        Self {
+            levels: (0..levels).map(|_| vec![0.0; NODES * sites]).collect(),
+            y: vec![0.0; if sites == 0 { 0 } else { unknowns }],
+            yp: vec![0.0; if sites == 0 { 0 } else { unknowns }],
+        }
+    }
+}
+
+/// Gives `y` and `y'` at a time within the step.
+pub(crate) type Interpolate<'i> = &'i dyn Fn(f64, &mut [f64], &mut [f64]);
+
+impl Delaying<'_> {
+    /// Records the step from `from` to `to` (s), at whose end the unknowns are `y` and `yp`.  True if breaks have turned out
+    /// to be smooth, so that the next time event may have moved.
+    pub(crate) fn record_step(
+        &mut self,
+        (from, to): (f64, f64),
+        (y, yp): (&[f64], &[f64]),
+        interpolate: Interpolate<'_>,
+    ) -> bool {
+        if self.work.sites.is_empty() || !self.work.recording || to <= from {
+            return false;
+        }
+        let n = self.work.sites.len();
+        self.sources_at(to, y, yp);
+        self.work.anchor = Some(to);
+        self.work.anchor_values.copy_from_slice(&self.work.new_sources);
+        let mut levels = std::mem::take(&mut self.work.record.levels);
+        levels[0][4 * n..].copy_from_slice(&self.work.anchor_values);
+        for k in 0..4 {
+            let t = from + (to - from) * k as f64 / 4.0;
+            self.sample(t, interpolate, &mut levels[0][k * n..(k + 1) * n]);
+        }
+        self.part((from, to), interpolate, &mut levels);
+        self.work.record.levels = levels;
+        self.work.anchor = None;
+        self.work.cached = None;
+        self.work.sources.copy_from_slice(&self.work.anchor_values);
+        let work = &mut *self.work;
+        let reach = work.bounds.iter().copied().fold(0.0, f64::max);
+        work.past.drop_before(to - reach, work.breaks.oldest_read());
+        work.breaks.drop_before(work.past.oldest());
+        work.breaks.decide(&work.past, &work.times, &work.limits)
+    }
+
+    /// The sources at a time within the step.
+    fn sample(&mut self, t: f64, interpolate: Interpolate<'_>, out: &mut [f64]) {
+        let (mut y, mut yp) = (std::mem::take(&mut self.work.record.y), std::mem::take(&mut self.work.record.yp));
+        interpolate(t, &mut y, &mut yp);
+        self.sources_at(t, &y, &yp);
+        out.copy_from_slice(&self.work.new_sources);
+        (self.work.record.y, self.work.record.yp) = (y, yp);
+    }
+
+    /// Adds a part of the step whose nodes stand in `levels[0]`, or its halves.
+    fn part(&mut self, (from, to): (f64, f64), interpolate: Interpolate<'_>, levels: &mut [Vec<f64>]) {
+        let n = self.work.sites.len();
+        let [nodes, rest @ ..] = levels else { return };
+        let limit = (PART_OF_TOLERANCE / ERROR_CONSTANT * self.work.tolerance).powf(0.8);
+        for k in 0..NODES {
+            self.work.widen(&nodes[k * n..(k + 1) * n]);
+        }
+        let fine = |site: usize| {
+            let difference = highest(&std::array::from_fn(|k| nodes[k * n + site]));
+            difference.abs() <= limit * self.work.scale[site] || !difference.is_finite()
+        };
+        if rest.is_empty() || (0..n).all(fine) {
+            self.work.past.push(from, to, nodes);
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        for (half, (begin, end)) in [(from, middle), (middle, to)].into_iter().enumerate() {
+            for k in 0..NODES {
+                let to = k * n..(k + 1) * n;
+                if k % 2 == 0 {
+                    let old = 2 * half + k / 2;
+                    rest[0][to].copy_from_slice(&nodes[old * n..(old + 1) * n]);
+                } else {
+                    let t = begin + (end - begin) * k as f64 / 4.0;
+                    self.sample(t, interpolate, &mut rest[0][to]);
+                }
+            }
+            self.part((begin, end), interpolate, rest);
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! A system with its past: hands over the delayed values before every evaluation, and adds the events of the past.
+
+use std::sync::Arc;
+
+use hyd_system::{AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables};
+
+use super::DelayWork;
+
+/// Most evaluations until delayed values, sources and delay times agree.
+const MOST_PASSES: usize = 30;
+
+/// A system and its past.  Without delay sites every call goes straight through.
+pub(crate) struct Delaying<'a> {
+    pub(super) inner: &'a mut dyn DaeSystem,
+    pub(super) work: &'a mut DelayWork,
+}
+
+impl<'a> Delaying<'a> {
+    /// Both together; `work` must be made for the structure of the system.
+    pub(crate) fn new(inner: &'a mut dyn DaeSystem, work: &'a mut DelayWork) -> Self {
+        Self { inner, work }
+    }
+
+    /// Hands over the delayed values that belong to a point.
+    fn prepare(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        if self.work.sites.is_empty() || !self.work.recording {
+            return;
+        }
+        let by_time_alone = !self.work.any_varying && (self.work.anchor.is_some() || !self.work.reaches_into_step(t));
+        if by_time_alone {
+            if self.work.cached != Some(t) {
+                self.work.evaluate(t);
+                self.hand_over();
+                self.work.cached = Some(t);
+            }
+            return;
+        }
+        self.work.cached = None;
+        for _ in 0..MOST_PASSES {
+            self.work.evaluate(t);
+            self.hand_over();
+            self.ask(t, y, yp);
+            if self.work.settled() {
+                return;
+            }
+        }
+    }
+
+    fn hand_over(&mut self) {
+        self.inner.set_delayed(&self.work.values, &self.work.rates, &self.work.times);
+    }
+
+    /// Sources and delay times at a point with the delayed values as they are.
+    fn ask(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        let (sources, times) = (&mut self.work.new_sources, &mut self.work.new_times);
+        self.inner.delay_points(t, y, yp, sources, times);
+    }
+
+    /// The sources at a point, into `new_sources`.
+    pub(super) fn sources_at(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        self.prepare(t, y, yp);
+        self.ask(t, y, yp);
+    }
+
+    /// The values at `t` (s) are those after the start or an event: the past goes on from here in a new segment.
+    pub(crate) fn begin_segment(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        if self.work.sites.is_empty() {
+            return;
+        }
+        if !self.work.recording {
+            self.begin_past(t, y, yp);
+        } else if t < self.work.past.end() {
+            self.work.past.cut(t);
+        }
+        let work = &mut *self.work;
+        work.cached = None;
+        for (site, left) in work.new_times.iter_mut().enumerate() {
+            let newest = work.past.newest();
+            *left = work.past.at(site, t, (newest, None), &mut 0).0;
+        }
+        let mut left = std::mem::take(&mut self.work.anchor_values);
+        left.copy_from_slice(&self.work.new_times);
+        if self.work.past.begin_of(self.work.past.newest()) < t {
+            self.work.past.begin_segment(t);
+        }
+        self.sources_at(t, y, yp);
+        let mut right = std::mem::take(&mut self.work.new_sources);
+        self.work.widen(&right);
+        let work = &mut *self.work;
+        work.sources.copy_from_slice(&right);
+        work.breaks.add(&work.past, &left, &right, &work.limits);
+        std::mem::swap(&mut work.new_sources, &mut right);
+        std::mem::swap(&mut work.anchor_values, &mut left);
+        // Without delay there is nothing to wait for.
+        for site in 0..work.sites.len() {
+            let slack = work.slack(site, t);
+            if work.times[site] <= slack {
+                work.breaks.cross(&work.past, site, t, slack);
+            }
+        }
+    }
+
+    /// The first values of a run.
+    fn begin_past(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        self.inner.delay_bounds(&mut self.work.bounds);
+        self.ask(t, y, yp);
+        let work = &mut *self.work;
+        for (site, &time) in work.new_times.iter().enumerate() {
+            work.times[site] = if time.is_finite() { time.clamp(0.0, work.bounds[site].max(0.0)) } else { 0.0 };
+        }
+        let fixed = work.times.iter().zip(&work.sites).filter(|(_, site)| !site.varying);
+        work.shortest_fixed = fixed.map(|(&time, _)| time).fold(f64::INFINITY, f64::min);
+        work.scale.fill(0.0);
+        work.limits.fill(0.0);
+        work.past.restart(t, &work.new_sources);
+        work.breaks.restart(work.sites.len());
+        work.sources.copy_from_slice(&work.new_sources);
+        work.recording = true;
+    }
+}
+
+impl DaeSystem for Delaying<'_> {
+    fn structure(&self) -> &Structure {
+        self.inner.structure()
+    }
+
+    fn tables(&self) -> &Arc<Tables> {
+        self.inner.tables()
+    }
+
+    fn parameters(&self) -> &[f64] {
+        self.inner.parameters()
+    }
+
+    fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError> {
+        self.inner.set_parameter(index, value)
+    }
+
+    fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
+        self.inner.bind(t0)
+    }
+
+    fn nominals(&self, out: &mut [f64]) {
+        self.inner.nominals(out);
+    }
+
+    fn initial_nominals(&self, out: &mut [f64]) {
+        self.inner.initial_nominals(out);
+    }
+
+    fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure> {
+        self.inner.initial_guess(t0, z)
+    }
+
+    fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure> {
+        self.inner.initial_residual(t0, z, out)
+    }
+
+    fn initial_jacobian(&mut self, t0: f64, z: &[f64], values: &mut [f64]) -> Result<(), EvalFailure> {
+        self.inner.initial_jacobian(t0, z, values)
+    }
+
+    fn initial_store(&mut self, t0: f64, z: &[f64], y: &mut [f64], yp: &mut [f64]) -> Result<(), EvalFailure> {
+        self.inner.initial_store(t0, z, y, yp)
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.residual(t, y, yp, out);
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.jacobian(t, y, yp, state_values, rate_values);
+    }
+
+    fn states(&self, out: &mut [bool]) {
+        self.inner.states(out);
+    }
+
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+        self.prepare(t, y, yp);
+        self.inner.choose_states(t, y, yp)
+    }
+
+    fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.roots(t, y, yp, out);
+        let varying = self.work.sites.iter().filter(|site| site.varying).count();
+        let first = out.len() - varying;
+        self.work.roots(t, &mut out[first..]);
+    }
+
+    fn held(&self, out: &mut [bool]) {
+        self.inner.held(out);
+        let varying = self.work.sites.iter().filter(|site| site.varying).count();
+        let first = out.len() - varying;
+        out[first..].fill(true);
+    }
+
+    fn next_time_event(&mut self, t: f64) -> f64 {
+        let next = self.inner.next_time_event(t);
+        if self.work.recording { next.min(self.work.next_break(t)) } else { next }
+    }
+
+    fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {
+        self.prepare(t, y, yp);
+        let mut change = self.inner.event_pass(phase, t, y, yp)?;
+        // Values before the event are those before the break; the new ones count from the next pass on.
+        if self.work.recording && phase == EventPhase::First {
+            change.changed |= self.work.cross(t);
+        }
+        Ok(change)
+    }
+
+    fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.outputs(t, y, yp, out);
+    }
+
+    fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
+        self.prepare(t, y, yp);
+        self.inner.assertions(t, y, yp, out);
+    }
+
+    fn delay_bounds(&mut self, out: &mut [f64]) {
+        self.inner.delay_bounds(out);
+    }
+
+    fn delay_points(&mut self, t: f64, y: &[f64], yp: &[f64], sources: &mut [f64], times: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.delay_points(t, y, yp, sources, times);
+    }
+
+    fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
+        self.inner.set_delayed(values, rates, times);
+    }
+
+    fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
+        self.prepare(t, y, yp);
+        self.inner.diagnose(t, y, yp)
+    }
+
+    fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
+        self.inner.diagnose_initial(t0, z)
+    }
+}
