@@ -105,7 +105,7 @@ impl Operand {
             4 => Target::Const(ConstId(index)),
             5 => Target::Held(index),
             6 => Target::Chosen(index),
-            _ if index % 2 == 0 => Target::Delayed(index / 2),
+            _ if index & 1 == 0 => Target::Delayed(index / 2),
             _ => Target::DelayedRate(index / 2),
         }
     }
