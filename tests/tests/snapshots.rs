@@ -33,7 +33,8 @@ fn stem(file: &str) -> &str {
 
 /// Parameters under which a model is printed.
 fn set(file: &str) -> &'static [(&'static str, &'static str)] {
-    if file.starts_with("models/hydraulic_line/") { &[("N", "4")] } else { &[] }
+    let has_cells = file.starts_with("models/hydraulic_line/") && text_of(file).contains("parameter Integer N");
+    if has_cells { &[("N", "4")] } else { &[] }
 }
 
 /// The complete model of the same folder or of the one around it that a model extends, if it does.

@@ -45,6 +45,8 @@ pub(crate) struct Shared {
     pub tables: Arc<Tables>,
     pub row: OutputRow,
     pub nominals: Vec<f64>,
+    /// Nominal values of the unknowns of the initial system.
+    pub initial_nominals: Vec<f64>,
     pub parameters: Parameters,
     pub checks: Vec<CheckInfo>,
     pub initial: InitialTransfer,
@@ -172,7 +174,8 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
     Ok(Shared {
         structure: structure(sorted, &lowered, &row, sites(&delays)),
         tables: Arc::new(tables),
-        nominals: nominals(sorted),
+        nominals: nominals(sorted, &sorted.simulation.unknowns),
+        initial_nominals: nominals(sorted, &sorted.initial.unknowns),
         parameters: parameters(sorted, &lowered.layout),
         checks: checks(sorted, files),
         initial: transfer(sorted, &lowered),
@@ -218,7 +221,8 @@ fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: 
     }
 }
 
-fn nominals(sorted: &SortedSystem) -> Vec<f64> {
+/// Nominal values of unknowns, one where the text gives none.
+fn nominals(sorted: &SortedSystem, unknowns: &[hyd_equations::Unknown]) -> Vec<f64> {
     let flat = &sorted.system.flat;
     let nominal = |target: Target| match target {
         Target::Var(v) => {
@@ -228,8 +232,7 @@ fn nominals(sorted: &SortedSystem) -> Vec<f64> {
         _ => None,
     };
     let positive = |value: &f64| value.is_finite() && *value > 0.0;
-    let unknowns = sorted.simulation.unknowns.iter();
-    unknowns.map(|u| nominal(u.target).map(f64::abs).filter(positive).unwrap_or(1.0)).collect()
+    unknowns.iter().map(|u| nominal(u.target).map(f64::abs).filter(positive).unwrap_or(1.0)).collect()
 }
 
 fn parameters(sorted: &SortedSystem, layout: &Layout) -> Parameters {

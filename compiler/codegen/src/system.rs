@@ -245,6 +245,10 @@ impl DaeSystem for CompiledSystem {
         out.copy_from_slice(&self.shared.nominals);
     }
 
+    fn initial_nominals(&self, out: &mut [f64]) {
+        out.copy_from_slice(&self.shared.initial_nominals);
+    }
+
     fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure> {
         self.set_time(t0, true);
         for (value, start) in z.iter_mut().zip(&self.shared.initial.guess) {
