@@ -8,7 +8,8 @@
 //!
 //! A step may be longer than a delay.  Then the delayed time lies within the step, and its value is taken from the polynomial
 //! through the iterate and the newest points; the Jacobian knows nothing of this, so that Newton's method limits the step
-//! where it matters (Bellen, Zennaro 2003, section 4.3: overlapping).  Sources that depend on their own delayed value at once
+//! where it matters; where the newest points are too few or too far apart, the value is withheld (not a number), which makes the
+//! step shorter (Bellen, Zennaro 2003, section 4.3: overlapping).  Sources that depend on their own delayed value at once
 //! are iterated to rest within an evaluation.
 
 mod breaks;
@@ -56,6 +57,10 @@ pub(crate) struct DelayWork {
     /// End of the step being recorded (s), with the sources there.
     anchor: Option<f64>,
     anchor_values: Vec<f64>,
+    /// The sources at the begin of the newest segment.
+    begun: Vec<f64>,
+    /// A value within the step in work is not known well enough.
+    coarse: bool,
     /// Time for which `values` hold, if they depend on nothing else (s).
     cached: Option<f64>,
     tolerance: f64,
@@ -80,6 +85,7 @@ impl DelayWork {
             new_sources: zero(),
             new_times: zero(),
             anchor_values: zero(),
+            begun: zero(),
             limits: zero(),
             record: record::Record::new(n, structure.unknowns),
             ..Self::default()
@@ -102,6 +108,7 @@ impl DelayWork {
 
     /// Delayed values and rates at time `t` (s) from delay times and sources as they are known.
     fn evaluate(&mut self, t: f64) {
+        self.coarse = false;
         for site in 0..self.sites.len() {
             (self.values[site], self.rates[site]) = self.delayed(site, t);
         }
@@ -131,16 +138,23 @@ impl DelayWork {
             return (source, 0.0);
         }
         (times[0], values[0]) = (t, source);
-        let count = 1 + self.past.newest_times(&mut times[1..], distance);
+        let mut count = 1 + self.past.newest_times(&mut times[1..], distance);
         let cursor = self.breaks.cursors[site];
         let mut hint = cursor.hint;
         for k in 1..count {
             values[k] = self.past.at(site, times[k], (cursor.low, None), &mut hint).0;
         }
         if count == 1 {
-            return (source, 0.0);
+            (times[1], values[1], count) = (self.past.end(), self.begun[site], 2);
         }
-        polynomial::through(&times[..count], &mut values[..count], at)
+        let mut fewer = values;
+        let rougher = polynomial::through(&times[..count - 1], &mut fewer[..count - 1], at).0;
+        let finer = polynomial::through(&times[..count], &mut values[..count], at);
+        // A polynomial of degree n - 1 is wrong by d, so one of degree n by about d^((n + 1)/n), relative to the values.
+        let difference = (finer.0 - rougher).abs() / self.scale[site].max(f64::MIN_POSITIVE);
+        let degree = (count - 1) as f64;
+        self.coarse |= self.anchor.is_none() && difference.powf((degree + 1.0) / degree) > self.tolerance;
+        finer
     }
 
     /// Takes over sources and delay times of an evaluation; true if nothing that matters has changed.

@@ -88,7 +88,7 @@ impl Past {
 
     /// Forgets what lies after `t` (s) in the newest segment.
     pub(super) fn cut(&mut self, t: f64) {
-        let first = self.starts[self.starts.len() - 1] - self.dropped;
+        let first = self.starts[self.starts.len() - 1].saturating_sub(self.dropped);
         while self.pieces.len() > first && self.pieces[self.pieces.len() - 1].from >= t {
             self.pieces.pop();
             self.values.truncate(self.pieces.len() * NODES * self.sites);
@@ -240,5 +240,9 @@ mod tests {
             assert!((past.at(0, t, (1, None), &mut hint).0 - f(t)).abs() < 1e-10);
         }
         assert_eq!(past.begin_of(1), 0.0);
+        past.cut(9.995);
+        assert!(
+            (past.end() - 9.995).abs() < 1e-12 && (past.at(0, 9.99, (1, None), &mut hint).0 - f(9.99)).abs() < 1e-10
+        );
     }
 }

@@ -41,8 +41,12 @@ impl<'a> Delaying<'a> {
             self.hand_over();
             self.ask(t, y, yp);
             if self.work.settled() {
-                return;
+                break;
             }
+        }
+        if self.work.coarse {
+            self.work.values.fill(f64::NAN);
+            self.hand_over();
         }
     }
 
@@ -88,6 +92,7 @@ impl<'a> Delaying<'a> {
         self.work.widen(&right);
         let work = &mut *self.work;
         work.sources.copy_from_slice(&right);
+        work.begun.copy_from_slice(&right);
         work.breaks.add(&work.past, &left, &right, &work.limits);
         std::mem::swap(&mut work.new_sources, &mut right);
         std::mem::swap(&mut work.anchor_values, &mut left);
