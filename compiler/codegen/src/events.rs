@@ -234,7 +234,7 @@ impl CompiledSystem {
         self.run_own(shared.lowered.events.checks, point);
         let mut fired =
             shared.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
-        fired.next().map(|(check, _)| check.message.to_string())
+        fired.next().map(|(check, _)| check.text(&self.memory.out))
     }
 
     /// Appends the assertions that do not hold.
@@ -248,7 +248,7 @@ impl CompiledSystem {
         self.run_own(shared.lowered.events.checks, point);
         for (check, &holds) in shared.checks.iter().zip(&self.memory.out) {
             if !check.terminate && holds == 0.0 {
-                let (message, file) = (check.message.to_string(), check.file.clone());
+                let (message, file) = (check.text(&self.memory.out), check.file.clone());
                 out.push(AssertionReport { message, error: check.error, file, line: check.line });
             }
         }

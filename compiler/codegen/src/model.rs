@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use hyd_equations::{Plan, SortedSystem};
-use hyd_flat::{Target, VarId};
+use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::NodeId;
@@ -77,6 +77,11 @@ pub(crate) struct Parameters {
 #[derive(Clone, Debug)]
 pub(crate) struct CheckInfo {
     pub message: Arc<str>,
+    /// Pieces of the message if it shows values.
+    pub parts: Vec<MessagePart>,
+    /// Number of values that it shows, and where they begin in the results of `checks`.
+    pub values: usize,
+    pub first_value: usize,
     pub error: bool,
     pub terminate: bool,
     pub file: Arc<str>,
@@ -250,18 +255,41 @@ fn parameters(sorted: &SortedSystem, layout: &Layout) -> Parameters {
 }
 
 fn checks(sorted: &SortedSystem, files: &Files) -> Vec<CheckInfo> {
-    let info = |check: &hyd_equations::Check| {
+    let mut first_value = sorted.checks.len();
+    let info = |(check, values): (&hyd_equations::Check, Vec<_>)| {
         let message = sorted.system.flat.messages.get(check.message as usize);
         let span = span_of(sorted, check.condition.equation);
+        let first = first_value;
+        first_value += values.len();
         CheckInfo {
             message: message.map_or_else(|| "".into(), |m| m.text.clone()),
+            parts: message.map_or_else(Vec::new, |m| m.parts.clone()),
+            values: values.len(),
+            first_value: first,
             error: message.is_none_or(|m| m.error),
             terminate: check.terminate,
             file: files.name(span.file).clone(),
             line: files.location(span).line,
         }
     };
-    sorted.checks.iter().map(info).collect()
+    sorted.checks.iter().zip(lower::message_values(sorted)).map(info).collect()
+}
+
+impl CheckInfo {
+    /// The message with the values that it shows; `out` holds the results of the routine `checks`.
+    pub fn text(&self, out: &[f64]) -> String {
+        if self.parts.is_empty() {
+            return self.message.to_string();
+        }
+        let mut values = out[self.first_value..].iter();
+        let piece = |part: &MessagePart| match part {
+            MessagePart::Text(text) => text.to_string(),
+            MessagePart::Value(format, kind) => {
+                values.next().map_or_else(String::new, |&value| format.text(value, kind))
+            }
+        };
+        self.parts.iter().map(piece).collect()
+    }
 }
 
 fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {

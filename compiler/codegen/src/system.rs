@@ -62,7 +62,8 @@ impl CompiledSystem {
         let work = shared.origins.plans.iter().map(|trace| trace.equations.len()).max().unwrap_or(0);
         let events = &shared.lowered.events;
         let pivots = shared.candidates.iter().map(CandidateSet::entries).sum();
-        let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), shared.checks.len(), pivots];
+        let checks = shared.checks.iter().map(|check| 1 + check.values).sum();
+        let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), checks, pivots];
         let memory = Own {
             data,
             work: vec![0.0; work],

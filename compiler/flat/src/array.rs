@@ -5,7 +5,7 @@
 
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
-use hyd_syntax::tree::Expr;
+use hyd_syntax::tree::{BinaryOp, Expr, ExprKind};
 
 use crate::context::{Context, Fail};
 use crate::flatten::{Flattener, sizes_text};
@@ -202,6 +202,33 @@ impl Flattener<'_, '_> {
             position -= size;
         }
         Err(Fail::Reported)
+    }
+
+    /// `A^n` of a square matrix and a whole number from 0: a product (10.6.7).
+    pub(crate) fn lower_matrix_power(
+        &mut self,
+        span: Span,
+        a: &Expr,
+        b: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let power = self.affine(b, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+        match power {
+            0 => {
+                let [i, j] = constants(index)?;
+                Ok(self.literal(f64::from(u8::from(i == j)), ScalarType::Integer))
+            }
+            1 => self.lower(a, cx, index),
+            2..=64 => {
+                let expr = |kind| Expr { kind, span };
+                let less = expr(ExprKind::Integer(power - 1));
+                let rest = expr(ExprKind::Binary(BinaryOp::Pow, Box::new(a.clone()), Box::new(less)));
+                let product = expr(ExprKind::Binary(BinaryOp::Mul, Box::new(a.clone()), Box::new(rest)));
+                self.lower(&product, cx, index)
+            }
+            _ => Err(self.error(Code::Value, b.span, "the power of a matrix is a whole number from 0 to 64")),
+        }
     }
 
     /// Sizes of `[a, b; c, d]`: parts side by side, rows below each other, a vector being a column.

@@ -86,6 +86,9 @@ impl Flattener<'_, '_> {
             return self.call_compiled(span, callee, values, cx);
         }
         // A call of itself that the run decides would never end here.
+        if cx.called.contains(&(callee.inst, true)) && self.in_body(cx) {
+            return self.call_compiled(span, callee, values, cx);
+        }
         if cx.called.contains(&(callee.inst, true)) {
             self.opaque_at = span;
             return Err(Fail::Opaque);

@@ -261,6 +261,9 @@ impl Flattener<'_, '_> {
             let (x, y) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
             return self.combine(span, op, x, y);
         }
+        if op == Op::Pow {
+            return self.lower_matrix_power(span, a, b, cx, index);
+        }
         let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
         let x = self.lower(a, cx, if left.is_empty() { &[] } else { index })?;
         let y = self.lower(b, cx, if right.is_empty() { &[] } else { index })?;

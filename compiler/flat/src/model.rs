@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_index::{IndexVec, TypedIndex, typed_index};
 use hyd_source::{Origin, Span};
 use hyd_symbolic::{TemplateId, Templates};
-use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
 
 typed_index!(
     /// A scalar variable, parameter or constant.
@@ -213,9 +213,9 @@ pub enum Section {
     Pivot,
     /// At an event: the state in the left slot takes the value on the right (the state itself when not fired).
     Reinit,
-    /// `assert(left, ...)`; right is unused; index into [`FlatModel::messages`].
+    /// `assert(left, ...)`; right holds the values of the message; index into [`FlatModel::messages`].
     Assert(u32),
-    /// `terminate` when left is true; index into [`FlatModel::messages`].
+    /// `terminate` when left is true, right as for assertions; index into [`FlatModel::messages`].
     Terminate(u32),
 }
 
@@ -261,11 +261,23 @@ pub struct DelayBlock {
     pub most: Option<VarId>,
 }
 
+/// A piece of the text of a message.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum MessagePart {
+    /// Fixed text.
+    Text(Arc<str>),
+    /// A value of the run, written in this way.
+    Value(TextFormat, ValueKind),
+}
+
 /// Text of an `assert` or `terminate`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Message {
-    /// The user's text.
+    /// The user's text, values of the run as they are written.
     pub text: Arc<str>,
+    /// The same with the values of the run, which stand on the right side of the equation in their order
+    /// ([`Node::Pair`](hyd_symbolic::Node::Pair)); empty if there are none.
+    pub parts: Vec<MessagePart>,
     /// Stops the run (level error) or is only reported (level warning).
     pub error: bool,
 }

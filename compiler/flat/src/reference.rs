@@ -422,6 +422,27 @@ impl Flattener<'_, '_> {
         })
     }
 
+    /// A range of Real values inside a function, whose ends may be variables of the function that are known here.
+    fn real_steps(&mut self, parts: [&Expr; 3], stepped: bool, cx: &mut Context) -> Result<Range, Fail> {
+        let mut values = [0.0, 1.0, 0.0];
+        for (k, part) in parts.into_iter().enumerate() {
+            if k == 1 && !stepped {
+                continue;
+            }
+            let node = self.lower(part, cx, &[])?.node;
+            match self.model.templates.arena.as_constant(node) {
+                Some(value) => values[k] = value,
+                None => return self.opaque(part.span),
+            }
+        }
+        let [start, step, stop] = values;
+        let count = ((stop - start) / step + 1e-10).floor() + 1.0;
+        if !(count.is_finite() && count < 1e6) {
+            return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
+        }
+        Ok(Range::Values((0..count.max(0.0) as usize).map(|k| Value::Real(start + step * k as f64)).collect()))
+    }
+
     pub(crate) fn steps_of(
         &mut self,
         start: &Expr,
@@ -432,6 +453,9 @@ impl Flattener<'_, '_> {
         let (env, _) = cx.env();
         for part in [Some(start), step, Some(stop)].into_iter().flatten() {
             if matches!(part.kind, ExprKind::Real(_)) {
+                if cx.depth > 0 {
+                    return self.real_steps([start, step.unwrap_or(start), stop], step.is_some(), cx);
+                }
                 let whole = Expr {
                     kind: ExprKind::Range(
                         Box::new(start.clone()),

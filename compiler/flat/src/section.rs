@@ -14,7 +14,7 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::model::{Message, Section};
+use crate::model::Section;
 use crate::reference::Range;
 
 /// What surrounds an equation in the text: loops not yet entered, from the outside in.
@@ -201,23 +201,46 @@ impl Flattener<'_, '_> {
                 return Err(flat.error(Code::BadArguments, right.span, message));
             }
             for (target, (_, value)) in targets.iter().zip(&outputs) {
-                let Some(target) = target else { continue };
-                let shape = flat.shape(target, cx)?;
-                for k in 0..shape.iter().product::<usize>() {
-                    let mut rest = k;
-                    let mut at = vec![Affine::constant(0); shape.len()];
-                    for (position, &size) in shape.iter().enumerate().rev() {
-                        at[position] = Affine::constant((rest % size) as i64);
-                        rest /= size;
-                    }
-                    let (a, b) = (flat.lower(target, cx, &at)?, flat.element_of_local(right.span, value, &at)?);
-                    flat.check_sides(equation, target, right, &a, &b)?;
-                    let section = flat.section_of(&a, initial);
-                    flat.emit(section, a.node, b.node, &cx.loop_counts(), &origin);
+                if let Some(target) = target {
+                    flat.equal_output(equation, (target, right), value, cx, initial, &origin)?;
                 }
             }
             Ok(())
         });
+    }
+
+    /// `target = value` for one result of a call: element by element, field by field.
+    fn equal_output(
+        &mut self,
+        equation: &Equation,
+        (target, right): (&Expr, &Expr),
+        value: &Local,
+        cx: &mut Context,
+        initial: bool,
+        origin: &Origin,
+    ) -> Result<(), Fail> {
+        if let Local::Record(fields) = value {
+            for (position, (name, inner)) in fields.iter().enumerate() {
+                if let Field::Expr(part) = field(target, name, position, true) {
+                    self.equal_output(equation, (&part, right), inner, cx, initial, origin)?;
+                }
+            }
+            return Ok(());
+        }
+        let shape = self.shape(target, cx)?;
+        for k in 0..shape.iter().product::<usize>() {
+            let mut rest = k;
+            let mut at = vec![Affine::constant(0); shape.len()];
+            for (position, &size) in shape.iter().enumerate().rev() {
+                at[position] = Affine::constant((rest % size) as i64);
+                rest /= size;
+            }
+            let (a, b) = (self.lower(target, cx, &at)?, self.element_of_local(right.span, value, &at)?);
+            self.check_sides(equation, target, right, &a, &b)?;
+            let section = self.section_of(&a, initial);
+            self.emit(section, a.node, b.node, &cx.loop_counts(), origin);
+        }
+        Ok(())
     }
 
     fn section_of(&self, side: &Typed, initial: bool) -> Section {
@@ -446,7 +469,7 @@ impl Flattener<'_, '_> {
             Some(Err(Reported)) => return,
             _ => true,
         };
-        let message = self.message(text, scope, error);
+        let (message, values) = self.message(text, scope, error);
         let origin = self.origin(scope, equation);
         let start = self.context_of(scope);
         self.with_loops(start, &mut |flat, cx| {
@@ -454,32 +477,9 @@ impl Flattener<'_, '_> {
             cx.no_event = true;
             let test = flat.lower(condition, cx, &[])?;
             flat.want_boolean(condition.span, "`assert`", &test)?;
-            let zero = flat.model.templates.arena.constant(0.0);
-            flat.emit(Section::Assert(message), test.node, zero, &cx.loop_counts(), &origin);
+            let values = flat.message_values(&values, cx)?;
+            flat.emit(Section::Assert(message), test.node, values, &cx.loop_counts(), &origin);
             Ok(())
         });
-    }
-
-    /// The text of a message; parts that are computed are shown as they are written.
-    pub(crate) fn message(&mut self, text: &Expr, scope: Scope, error: bool) -> u32 {
-        let text = self.message_text(text, scope);
-        self.model.messages.push(Message { text: text.into(), error });
-        self.model.messages.len() as u32 - 1
-    }
-
-    fn message_text(&mut self, expr: &Expr, scope: Scope) -> String {
-        match &expr.kind {
-            ExprKind::Text(text) => text.to_string(),
-            ExprKind::Binary(hyd_syntax::tree::BinaryOp::Add, a, b) => {
-                self.message_text(a, scope) + &self.message_text(b, scope)
-            }
-            ExprKind::Ref(_) if self.known_before_run(expr, scope) => {
-                match self.tree.evaluate(expr, scope, &hyd_instance::Env::default()) {
-                    Ok(Value::Text(text)) => text.to_string(),
-                    _ => self.tree.table.files.snippet(expr.span).to_string(),
-                }
-            }
-            _ => self.tree.table.files.snippet(expr.span).to_string(),
-        }
     }
 }

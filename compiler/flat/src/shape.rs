@@ -162,6 +162,7 @@ impl Flattener<'_, '_> {
                 Ok(shape)
             }
             BinaryOp::Div if !right.is_empty() => mismatch(self),
+            BinaryOp::Pow if matches!(left.as_slice(), [n, m] if n == m) && right.is_empty() => Ok(left),
             BinaryOp::Pow => mismatch(self),
             _ if left.is_empty() => Ok(right),
             _ if right.is_empty() || left == right => Ok(left),

@@ -4,13 +4,15 @@
 //! of an `assert` or `terminate` is a sum of Strings, of which `String(x)` may depend on the run: its expressions become
 //! rows of their own, written into the text when the message is given.
 
-use hyd_instance::{Resolved, ScalarType, Value};
-use hyd_symbolic::Relation;
-use hyd_syntax::tree::{BinaryOp, Expr, ExprKind};
+use hyd_instance::{Env, Resolved, ScalarType, Scope, Value};
+use hyd_symbolic::{NodeId, Relation};
+use hyd_syntax::tree::{Arguments, BinaryOp, Expr, ExprKind};
+use hyd_system::ValueKind;
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::lower::Typed;
+use crate::model::{Message, MessagePart};
 
 impl Flattener<'_, '_> {
     /// True if the value of the expression is a String.
@@ -75,5 +77,74 @@ impl Flattener<'_, '_> {
             Value::Text(text) => text.to_string(),
             other => other.text(),
         })
+    }
+
+    /// Adds the message of an `assert` or `terminate`: its number, and the expressions whose values it shows.
+    pub(crate) fn message(&mut self, text: &Expr, scope: Scope, error: bool) -> (u32, Vec<Expr>) {
+        let (mut parts, mut values) = (Vec::new(), Vec::new());
+        let shown = self.message_parts(text, scope, &mut parts, &mut values);
+        if values.is_empty() {
+            parts.clear();
+        }
+        self.model.messages.push(Message { text: shown.into(), parts, error });
+        (self.model.messages.len() as u32 - 1, values)
+    }
+
+    /// The pieces of a text; returns it as it is written.
+    fn message_parts(
+        &mut self,
+        expr: &Expr,
+        scope: Scope,
+        parts: &mut Vec<MessagePart>,
+        values: &mut Vec<Expr>,
+    ) -> String {
+        if let ExprKind::Binary(BinaryOp::Add, a, b) = &expr.kind {
+            return self.message_parts(a, scope, parts, values) + &self.message_parts(b, scope, parts, values);
+        }
+        // A number shown stays one of the run, so that parameters can still be set.
+        let number = matches!(&expr.kind, ExprKind::Call(function, _)
+            if function.parts.len() == 1 && function.parts[0].name.name.as_ref() == "String");
+        let known = matches!(expr.kind, ExprKind::Text(_)) || !number && self.known_before_run(expr, scope);
+        let fixed = match known.then(|| self.tree.evaluate(expr, scope, &Env::default())) {
+            Some(Ok(Value::Text(text))) => Some(text.to_string()),
+            _ => None,
+        };
+        if let (None, ExprKind::Call(_, Arguments::List { positional, named })) = (&fixed, &expr.kind)
+            && number
+            && let Some(value) = positional.first()
+            && let Ok(format) = self.tree.text_format(expr.span, positional, named, scope, &Env::default())
+        {
+            // Which type it is shows when the value is lowered.
+            parts.push(MessagePart::Value(format, ValueKind::Real));
+            values.push(value.clone());
+            return self.tree.table.files.snippet(expr.span).to_string();
+        }
+        let text = fixed.unwrap_or_else(|| self.tree.table.files.snippet(expr.span).to_string());
+        parts.push(MessagePart::Text(text.clone().into()));
+        text
+    }
+
+    /// The values that the message added last shows, as the right side of its equation.
+    pub(crate) fn message_values(&mut self, values: &[Expr], cx: &mut Context) -> Result<NodeId, Fail> {
+        let mut nodes = Vec::with_capacity(values.len());
+        let mut kinds = Vec::with_capacity(values.len());
+        for expr in values {
+            let value = self.lower(expr, cx, &[])?;
+            kinds.push(match &value.scalar {
+                ScalarType::Integer => ValueKind::Integer,
+                ScalarType::Boolean => ValueKind::Boolean,
+                ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
+                _ => ValueKind::Real,
+            });
+            nodes.push(value.node);
+        }
+        if let Some(message) = self.model.messages.last_mut() {
+            let shown = message.parts.iter_mut().filter_map(|part| match part {
+                MessagePart::Value(_, kind) => Some(kind),
+                MessagePart::Text(_) => None,
+            });
+            shown.zip(kinds).for_each(|(kind, found)| *kind = found);
+        }
+        Ok(self.model.templates.arena.argument_list(&nodes))
     }
 }

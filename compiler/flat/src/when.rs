@@ -190,19 +190,19 @@ impl Flattener<'_, '_> {
         match (name.as_ref(), positional.as_slice()) {
             ("reinit", [state, value]) => self.reinit(equation, state, value, branch, conditions, scope, loops),
             ("terminate", [text]) => {
-                let message = self.message(text, scope, false);
+                let (message, values) = self.message(text, scope, false);
                 let origin = Origin { path: self.path(scope.inst), span: equation.span };
                 let start = Context { in_when: true, ..self.context_of(scope) };
                 self.with_loops(start, &mut |flat, cx| {
                     flat.enter_all(cx, loops)?;
                     let fires = flat.fires(conditions, cx)?;
-                    let zero = flat.model.templates.arena.constant(0.0);
-                    flat.emit(Section::Terminate(message), fires[branch], zero, &cx.loop_counts(), &origin);
+                    let values = flat.message_values(&values, cx)?;
+                    flat.emit(Section::Terminate(message), fires[branch], values, &cx.loop_counts(), &origin);
                     Ok(())
                 });
             }
             ("assert", [condition, text, ..]) => {
-                let message = self.message(text, scope, true);
+                let (message, values) = self.message(text, scope, true);
                 let origin = Origin { path: self.path(scope.inst), span: equation.span };
                 let start = Context { in_when: true, ..self.context_of(scope) };
                 self.with_loops(start, &mut |flat, cx| {
@@ -213,8 +213,8 @@ impl Flattener<'_, '_> {
                     let arena = &mut flat.model.templates.arena;
                     let idle = arena.not(fires[branch]);
                     let holds = arena.or(idle, test.node);
-                    let zero = arena.constant(0.0);
-                    flat.emit(Section::Assert(message), holds, zero, &cx.loop_counts(), &origin);
+                    let values = flat.message_values(&values, cx)?;
+                    flat.emit(Section::Assert(message), holds, values, &cx.loop_counts(), &origin);
                     Ok(())
                 });
             }

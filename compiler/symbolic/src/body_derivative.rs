@@ -28,7 +28,7 @@ pub(crate) fn apply(
     });
     if let Some(given) = given {
         let (target, of) = (given.body, given.of.clone());
-        if of.iter().all(|&k| rate(k).is_none()) {
+        if given.chained.is_empty() && of.iter().all(|&k| rate(k).is_none()) {
             return None;
         }
         let mut all = arguments.to_vec();

@@ -89,6 +89,19 @@ pub struct EventCode {
     pub pivots: RoutineId,
 }
 
+/// The values that the message of each assertion or termination shows; they follow the conditions in `checks`.
+pub fn message_values(sorted: &SortedSystem) -> Vec<Vec<(NodeId, OperandRange)>> {
+    let flat = &sorted.system.flat;
+    let values = |check: &hyd_equations::Check| {
+        if flat.messages.get(check.message as usize).is_none_or(|message| message.parts.is_empty()) {
+            return Vec::new();
+        }
+        let list = flat.templates.get(sorted.system.equations[check.condition.equation].template).right;
+        flat.templates.arena.arguments(list).into_iter().map(|value| (value, check.condition.operands)).collect()
+    };
+    sorted.checks.iter().map(values).collect()
+}
+
 /// Lowers a system.
 ///
 /// # Errors
@@ -206,7 +219,8 @@ impl EventLowering<'_> {
             .collect();
         let reinits: Vec<_> = self.sorted.reinits.iter().map(|a| (a.value, a.operands)).collect();
         let pivots: Vec<_> = self.sorted.pivots.iter().map(|p| (p.value, p.operands)).collect();
-        let checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
+        let mut checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
+        checks.extend(message_values(self.sorted).into_iter().flatten());
         Ok(EventCode {
             truths: self.rows(program, "truths", truths)?,
             instants: self.rows(program, "instants", &instants)?,

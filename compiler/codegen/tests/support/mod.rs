@@ -273,7 +273,7 @@ impl Maker {
     pub fn check(&mut self, text: &str, terminate: bool, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let (value, operands, equation) = self.expression("check", grow);
         let message = self.sorted.system.flat.messages.len() as u32;
-        self.sorted.system.flat.messages.push(Message { text: text.into(), error: true });
+        self.sorted.system.flat.messages.push(Message { text: text.into(), parts: Vec::new(), error: true });
         let condition = Residual { value, operands, equation };
         self.sorted.checks.push(Check { condition, message, terminate });
     }
