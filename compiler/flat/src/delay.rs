@@ -162,7 +162,7 @@ impl Flattener<'_, '_> {
             text = format!("{text} or above its upper bound");
         }
         let message = self.model.messages.len() as u32;
-        self.model.messages.push(Message { text: text.into(), error: true });
+        self.model.messages.push(Message { text: text.into(), parts: Vec::new(), error: true });
         self.emit(Section::Assert(message), holds, zero, dims, origin);
     }
 

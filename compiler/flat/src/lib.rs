@@ -37,7 +37,7 @@ mod when;
 
 pub use flatten::flatten;
 pub use model::{
-    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, MessagePart, Operand, PerElement, Section,
-    StateSelect, Target, VarId, VariableBlock,
+    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, MessagePart, Operand, PerElement,
+    Section, StateSelect, Target, VarId, VariableBlock,
 };
 pub use verify::verify;

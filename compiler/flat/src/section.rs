@@ -477,7 +477,7 @@ impl Flattener<'_, '_> {
             cx.no_event = true;
             let test = flat.lower(condition, cx, &[])?;
             flat.want_boolean(condition.span, "`assert`", &test)?;
-            let values = flat.message_values(&values, cx)?;
+            let values = flat.message_values(message, &values, cx)?;
             flat.emit(Section::Assert(message), test.node, values, &cx.loop_counts(), &origin);
             Ok(())
         });

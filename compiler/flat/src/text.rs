@@ -124,8 +124,8 @@ impl Flattener<'_, '_> {
         text
     }
 
-    /// The values that the message added last shows, as the right side of its equation.
-    pub(crate) fn message_values(&mut self, values: &[Expr], cx: &mut Context) -> Result<NodeId, Fail> {
+    /// The values that a message shows, as the right side of its equation.
+    pub(crate) fn message_values(&mut self, message: u32, values: &[Expr], cx: &mut Context) -> Result<NodeId, Fail> {
         let mut nodes = Vec::with_capacity(values.len());
         let mut kinds = Vec::with_capacity(values.len());
         for expr in values {
@@ -138,7 +138,7 @@ impl Flattener<'_, '_> {
             });
             nodes.push(value.node);
         }
-        if let Some(message) = self.model.messages.last_mut() {
+        if let Some(message) = self.model.messages.get_mut(message as usize) {
             let shown = message.parts.iter_mut().filter_map(|part| match part {
                 MessagePart::Value(_, kind) => Some(kind),
                 MessagePart::Text(_) => None,

@@ -196,7 +196,7 @@ impl Flattener<'_, '_> {
                 self.with_loops(start, &mut |flat, cx| {
                     flat.enter_all(cx, loops)?;
                     let fires = flat.fires(conditions, cx)?;
-                    let values = flat.message_values(&values, cx)?;
+                    let values = flat.message_values(message, &values, cx)?;
                     flat.emit(Section::Terminate(message), fires[branch], values, &cx.loop_counts(), &origin);
                     Ok(())
                 });
@@ -213,7 +213,7 @@ impl Flattener<'_, '_> {
                     let arena = &mut flat.model.templates.arena;
                     let idle = arena.not(fires[branch]);
                     let holds = arena.or(idle, test.node);
-                    let values = flat.message_values(&values, cx)?;
+                    let values = flat.message_values(message, &values, cx)?;
                     flat.emit(Section::Assert(message), holds, values, &cx.loop_counts(), &origin);
                     Ok(())
                 });
