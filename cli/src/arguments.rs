@@ -151,12 +151,22 @@ pub struct Simulate {
 /// Methods of integration.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Solver {
-    /// The tool chooses.
+    /// Chosen during the run: BDF, esdirk where lightly damped oscillations limit it.
     Auto,
     /// Backward differentiation formulas of order 1 to 5.
     Bdf,
-    /// A diagonally implicit Runge-Kutta method.
+    /// An L-stable one-step method of order 4.
     Esdirk,
+}
+
+impl Solver {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Solver::Auto => "auto",
+            Solver::Bdf => "bdf",
+            Solver::Esdirk => "esdirk",
+        }
+    }
 }
 
 /// `hyd plot`

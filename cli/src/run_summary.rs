@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hyd_runtime::Statistics;
+use hyd_runtime::{MethodPhase, Statistics};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// Counters of the solver.
@@ -10,6 +10,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 pub(crate) struct Counters {
     steps: u64,
     steps_by_order: [u64; 5],
+    one_step_steps: u64,
     residuals: u64,
     jacobians: u64,
     factorisations: u64,
@@ -25,6 +26,7 @@ impl From<&Statistics> for Counters {
         Self {
             steps: s.steps,
             steps_by_order: s.steps_by_order,
+            one_step_steps: s.one_step_steps,
             residuals: s.residuals,
             jacobians: s.jacobians,
             factorisations: s.factorisations,
@@ -34,6 +36,20 @@ impl From<&Statistics> for Counters {
             state_events: s.state_events,
             time_events: s.time_events,
         }
+    }
+}
+
+/// A method from a time on, and why.
+#[derive(serde::Serialize, Clone, PartialEq, Debug)]
+pub(crate) struct MethodUse {
+    from: f64,
+    method: &'static str,
+    reason: String,
+}
+
+impl From<&MethodPhase> for MethodUse {
+    fn from(phase: &MethodPhase) -> Self {
+        Self { from: phase.from, method: phase.method.name(), reason: phase.reason.to_string() }
     }
 }
 
@@ -65,6 +81,9 @@ impl Serialize for FinalValues {
     }
 }
 
+/// Changes of method that the text shows.
+const MOST_CHANGES: usize = 4;
+
 /// The summary of a run; the fields are those of the JSON object.  Times in s, `translate_s` and `simulate_s` CPU seconds.
 #[derive(serde::Serialize, Clone, PartialEq, Debug)]
 pub(crate) struct RunSummary {
@@ -78,6 +97,7 @@ pub(crate) struct RunSummary {
     pub(crate) time: f64,
     pub(crate) tolerance: f64,
     pub(crate) solver: &'static str,
+    pub(crate) methods: Vec<MethodUse>,
     pub(crate) states: usize,
     pub(crate) unknowns: usize,
     pub(crate) templates: usize,
@@ -130,6 +150,7 @@ impl RunSummary {
             c.steps, c.error_rejections, c.convergence_failures, c.residuals, c.jacobians, c.factorisations
         )?;
         writeln!(out, "  {} state events, {} time events", c.state_events, c.time_events)?;
+        self.write_methods(out)?;
         let (translated, simulated) = (duration(self.translate_s), duration(self.simulate_s));
         writeln!(out, "  translated in {translated}, simulated in {simulated} of CPU time")?;
         for (what, path) in [("results", &self.result), ("picture", &self.plot)] {
@@ -138,6 +159,27 @@ impl RunSummary {
             }
         }
         self.write_values(out)
+    }
+
+    /// The methods by number of steps, and the first changes with their reasons.
+    fn write_methods(&self, out: &mut String) -> std::fmt::Result {
+        let one_step = self.counters.one_step_steps;
+        if one_step == 0 && self.methods.len() < 2 {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "  method {}: {} steps of bdf, {one_step} of esdirk",
+            self.solver,
+            self.counters.steps - one_step
+        )?;
+        for change in self.methods.iter().skip(1).take(MOST_CHANGES) {
+            writeln!(out, "    from {} s {}: {}", significant(change.from), change.method, change.reason)?;
+        }
+        match self.methods.len().saturating_sub(1 + MOST_CHANGES) {
+            0 => Ok(()),
+            more => writeln!(out, "    and {more} more changes"),
+        }
     }
 
     fn write_values(&self, out: &mut String) -> std::fmt::Result {
@@ -212,6 +254,7 @@ mod tests {
             time: 2.0,
             tolerance: 1e-6,
             solver: "bdf",
+            methods: Vec::new(),
             states: 2,
             unknowns: 3,
             templates: 4,
@@ -231,8 +274,8 @@ mod tests {
         assert_eq!(summary.text(), text);
         let json = concat!(
             r#"{"status":"done","message":null,"model":"Fall","start":0.0,"stop":2.0,"time":2.0,"tolerance":1e-6,"#,
-            r#""solver":"bdf","states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.25,"simulate_s":1.5,"#,
-            r#""counters":{"steps":7,"steps_by_order":[0,0,0,0,0],"residuals":9,"jacobians":0,"factorisations":0,"#,
+            r#""solver":"bdf","methods":[],"states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.25,"simulate_s":1.5,"#,
+            r#""counters":{"steps":7,"steps_by_order":[0,0,0,0,0],"one_step_steps":0,"residuals":9,"jacobians":0,"factorisations":0,"#,
             r#""newton_iterations":0,"error_rejections":0,"convergence_failures":0,"state_events":0,"time_events":0},"#,
             r#""warnings":[],"result":"fall.csv","plot":null,"final":{"h":1.5,"speed":null}}"#,
             "\n"

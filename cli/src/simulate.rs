@@ -14,7 +14,7 @@ use hyd_system::DaeSystem;
 
 use crate::arguments::{Simulate, Solver};
 use crate::picture::{picture_format, write_picture};
-use crate::run_summary::{Counters, FinalValues, RunSummary, Status};
+use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::translate::{self, translate};
 use crate::whole_file::WholeFile;
@@ -68,7 +68,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         stop: options.stop,
         time: time_reached(&outcome, &options),
         tolerance: options.tolerance,
-        solver: "bdf",
+        solver: arguments.solver.name(),
+        methods: simulator.phases().iter().map(MethodUse::from).collect(),
         states: structure.differential.iter().filter(|&&state| state).count(),
         unknowns: structure.unknowns,
         templates: code.templates,
@@ -86,11 +87,6 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
 
 /// What can be refused before any work; gives the choice of variables.
 fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
-    if arguments.solver == Solver::Esdirk {
-        return Err(Failure::Usage(
-            "--solver esdirk: this method is not part of this version; `auto` and `bdf` are".to_string(),
-        ));
-    }
     if let Some(path) = &arguments.result {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         if matches!(extension.as_str(), "hyd" | "mo" | "toml") || same_file(path, &arguments.model.file) {
@@ -125,6 +121,11 @@ fn options(arguments: &Simulate, experiment: &Experiment) -> Result<Options, Fai
     }
     options.intervals = arguments.intervals.unwrap_or(options.intervals);
     options.every_step = arguments.every_step;
+    options.solver = match arguments.solver {
+        Solver::Auto => hyd_runtime::Solver::Auto,
+        Solver::Bdf => hyd_runtime::Solver::Bdf,
+        Solver::Esdirk => hyd_runtime::Solver::Esdirk,
+    };
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
 }

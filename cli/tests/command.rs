@@ -84,10 +84,6 @@ fn explanations_are_printed_whole() {
 fn wrong_usage_is_exit_code_two() {
     let folder = Folder::new("usage", &[("decay.hyd", DECAY), ("r.csv", b"time,x\n0,1\n1,2\n")]);
     let cases: &[(&[&str], &str)] = &[
-        (
-            &["simulate", "decay.hyd", "--solver", "esdirk"],
-            "error: --solver esdirk: this method is not part of this version; `auto` and `bdf` are\n",
-        ),
         (&["simulate", "decay.hyd", "--result", "a.mat"], "error: `a.mat`: this version writes results as .csv only\n"),
         (&["simulate", "decay.hyd", "--plot", "a.pdf"], "error: `a.pdf`: a picture ends in .svg or .png\n"),
         (&["plot", "r.csv", "-o", "a"], "error: `a`: a picture ends in .svg or .png\n"),

@@ -125,6 +125,8 @@ pub enum SolveError {
         time: f64,
         /// Events in a row.
         events: u32,
+        /// Their distances shrink towards a point in time (a bouncing ball); otherwise they only are close.
+        accumulating: bool,
         /// Relations of the last event.
         relations: Vec<RootInfo>,
     },

@@ -14,6 +14,10 @@ const PROBE: f64 = 1e-4;
 /// Error of the first step that is aimed at, in tolerances: little, because the steps of order 1 after every event are the
 /// least accurate of a run, and growing out of them costs three steps more.
 const AIM: f64 = 1e-4;
+/// The same for the first step of order four, which is not followed by less accurate ones.
+const AIM_FOURTH: f64 = 0.1;
+/// Part of the way to a change of the size of the values that counts as time scale.
+const TURNING: f64 = 0.03;
 /// The first step is at most this part of the time to the next known stop.
 const MOST_OF_REST: f64 = 0.01;
 
@@ -22,6 +26,29 @@ pub(crate) struct FirstStep {
     y: Vec<f64>,
     yp: Vec<f64>,
     rates: Vec<f64>,
+}
+
+/// First steps (s) for formulas of order one and four.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct FirstSteps {
+    pub(crate) first_order: f64,
+    pub(crate) fourth_order: f64,
+}
+
+impl FirstSteps {
+    fn equal(h: f64) -> Self {
+        Self { first_order: h, fourth_order: h }
+    }
+}
+
+/// First step of the one-step method, whose error estimate is about `1e-3 h^4 y`; `y` is taken for `y'' / tau^2` with the
+/// time scale `tau = |y'| / |y''|`, at a turning point `sqrt(|y| / |y''|)`.
+fn fourth_order(speed: f64, curvature: f64, tolerance: f64, most: f64) -> f64 {
+    if curvature == 0.0 {
+        return most;
+    }
+    let tau = (speed / curvature).max(TURNING * (tolerance * curvature).sqrt().recip());
+    (1e3 * AIM_FOURTH * tau * tau / curvature).powf(0.25).min(most)
 }
 
 impl FirstStep {
@@ -38,7 +65,7 @@ impl FirstStep {
         weights: &Weights,
         (t, rest, tolerance, smallest): (f64, f64, f64, f64),
         (y, yp, differential): (&[f64], &mut [f64], &[bool]),
-    ) -> f64 {
+    ) -> FirstSteps {
         for k in 0..y.len() {
             if !differential[k] {
                 yp[k] = 0.0;
@@ -57,7 +84,7 @@ impl FirstStep {
             || consistency.solve(problem, ahead, weights, &mut self.y, &mut self.yp).is_ok();
         if !found {
             let h = if speed > 0.0 { 0.5 / speed } else { most };
-            return h.min(most).max(smallest);
+            return FirstSteps::equal(h.min(most).max(smallest));
         }
         let mut fastest_algebraic = 0.0f64;
         for k in 0..y.len() {
@@ -69,10 +96,14 @@ impl FirstStep {
                 fastest_algebraic = fastest_algebraic.max(yp[k].abs() * weights.all[k]);
             }
         }
+        if !fastest_algebraic.is_finite() {
+            return FirstSteps::equal((0.5 / speed).min(most).max(smallest));
+        }
         let curvature = weights.norm(&self.rates);
-        let h = if curvature > 0.0 { (4.0 * AIM / curvature).sqrt() } else { most };
         // Beyond the probed part of the solution nothing is known.
-        let h = h.min(most).min(if speed > 0.0 { 1e2 * probe } else { most });
-        if fastest_algebraic.is_finite() { h.max(smallest) } else { (0.5 / speed).min(most).max(smallest) }
+        let horizon = most.min(if speed > 0.0 { 1e2 * probe } else { most });
+        let h = if curvature > 0.0 { (4.0 * AIM / curvature).sqrt() } else { most };
+        let first_order = h.min(horizon).max(smallest);
+        FirstSteps { first_order, fourth_order: fourth_order(speed, curvature, tolerance, most).max(smallest) }
     }
 }

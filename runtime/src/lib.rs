@@ -1,9 +1,9 @@
 //! The integrator: from a system `F(t, y, y') = 0` with events to rows of results.
 //!
 //! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: `initial`
-//! finds consistent values, `bdf` steps, `events` finds and settles events, `output` writes rows, `linear` factors
-//! matrices.  Every outcome comes with [`Statistics`]; every failure is a [`SolveError`] that says when, where
-//! and in which variable.  The crate knows no compiler and no file format.
+//! finds consistent values, `bdf` and `esdirk` step, `integrator` chooses between them, `events` finds and settles
+//! events, `output` writes rows, `linear` factors matrices.  Every outcome comes with [`Statistics`]; every failure is a
+//! [`SolveError`] that says when, where and in which variable.  The crate knows no compiler and no file format.
 //!
 //! ```
 //! # use hyd_runtime::{Options, simulate};
@@ -19,9 +19,11 @@
 mod bdf;
 mod delay;
 mod error;
+mod esdirk;
 mod events;
 mod first_step;
 mod initial;
+mod integrator;
 mod linear;
 mod message;
 mod newton;
@@ -33,6 +35,7 @@ mod statistics;
 mod weights;
 
 pub use error::{Cause, Place, SolveError, Stage, StepReport};
-pub use options::{OptionError, Options};
+pub use integrator::{Method, MethodPhase, Reason};
+pub use options::{OptionError, Options, Solver};
 pub use simulate::{Simulator, Summary, Warning, simulate};
 pub use statistics::Statistics;

@@ -76,11 +76,20 @@ impl Display for SolveError {
                 relation_lines(f, relations)?;
                 hint(f, "two conditions may switch each other; `pre` breaks such a loop")
             }
-            SolveError::Chattering { time, events, relations } => {
+            SolveError::Chattering { time, events, accumulating: false, relations } => {
                 let time = shown(*time);
                 write!(f, "chattering at t = {time} s: {events} events without time going on")?;
                 relation_lines(f, relations)?;
                 hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
+            }
+            SolveError::Chattering { time, accumulating: true, relations, .. } => {
+                let time = shown(*time);
+                write!(f, "events accumulate at t = {time} s: each follows the last sooner than that the one before")?;
+                relation_lines(f, relations)?;
+                hint(
+                    f,
+                    "let the motion come to rest: a Boolean that ends it when the speed at an impact is below a limit",
+                )
             }
             SolveError::Assertion { time, report } => {
                 let time = shown(*time);

@@ -4,6 +4,18 @@
 
 use std::fmt;
 
+/// Method of integration.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Solver {
+    /// Chosen during the run from what steps cost and how far they lead.
+    #[default]
+    Auto,
+    /// Backward differentiation formulas of order 1 to 5.
+    Bdf,
+    /// The L-stable one-step method of order 4.
+    Esdirk,
+}
+
 /// Choices for one run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Options {
@@ -13,6 +25,8 @@ pub struct Options {
     pub stop: f64,
     /// Relative tolerance of the local error; the error of `y_i` is weighed against `tolerance * (|y_i| + nominal_i)`.
     pub tolerance: f64,
+    /// Method of integration.
+    pub solver: Solver,
     /// Number of equal intervals between output points.
     pub intervals: usize,
     /// Rows at every accepted step instead of at equal intervals.
@@ -38,6 +52,7 @@ impl Options {
             start,
             stop,
             tolerance: 1e-6,
+            solver: Solver::Auto,
             intervals: 500,
             every_step: false,
             event_rows: true,

@@ -6,9 +6,9 @@
 use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Place, Source, Structure};
 
-use crate::bdf::Bdf;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
+use crate::integrator::Integrator;
 use crate::problem::Problem;
 use crate::weights::Weights;
 use crate::{Options, Warning};
@@ -83,11 +83,11 @@ impl Output {
         problem: &mut Problem<'_>,
         sink: &mut dyn Sink,
         options: &Options,
-        (bdf, consistency, weights): (&Bdf, &mut Consistency, &Weights),
+        (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         (end, inclusive): (f64, bool),
     ) -> Result<(), SolveError> {
         if options.every_step {
-            return if inclusive { self.point(problem, sink, (bdf, consistency, weights), end) } else { Ok(()) };
+            return if inclusive { self.point(problem, sink, (past, consistency, weights), end) } else { Ok(()) };
         }
         let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
         while self.next <= options.intervals {
@@ -96,7 +96,7 @@ impl Output {
                 break;
             }
             self.next += 1;
-            self.point(problem, sink, (bdf, consistency, weights), t)?;
+            self.point(problem, sink, (past, consistency, weights), t)?;
         }
         Ok(())
     }
@@ -106,13 +106,14 @@ impl Output {
         &mut self,
         problem: &mut Problem<'_>,
         sink: &mut dyn Sink,
-        (bdf, consistency, weights): (&Bdf, &mut Consistency, &Weights),
+        (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         t: f64,
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
-        bdf.interpolate(t, &mut y, &mut yp);
-        consistency.project(problem, (t, bdf.step_size()), weights, &mut y, &mut yp);
+        past.interpolate(t, &mut y, &mut yp);
+        consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
         let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal);
+        let result = result.and_then(|()| self.assertions(problem, t, (&y, &yp)));
         (self.y, self.yp) = (y, yp);
         result
     }

@@ -6,14 +6,14 @@
 use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
-use crate::bdf::Bdf;
 use crate::delay::{DelayWork, Delaying};
 use crate::error::SolveError;
 use crate::events::iteration::{Chatter, settle};
 use crate::events::roots::RootWatch;
-use crate::first_step::FirstStep;
+use crate::first_step::{FirstStep, FirstSteps};
 use crate::initial::consistent::Consistency;
 use crate::initial::{InitialSystem, Start};
+use crate::integrator::{Integrator, MethodPhase};
 use crate::output::Output;
 use crate::problem::Problem;
 use crate::weights::Weights;
@@ -43,13 +43,15 @@ pub struct Summary {
     pub statistics: Statistics,
     /// Assertions of level warning that did not hold, in the order of time.
     pub warnings: Vec<Warning>,
+    /// Which methods were used from when on.
+    pub phases: Vec<MethodPhase>,
     /// Message of `terminate`, if that ended the run.
     pub terminated: Option<String>,
 }
 
 /// The integrator with its work space for systems of one structure.
 pub struct Simulator {
-    bdf: Bdf,
+    integrator: Integrator,
     weights: Weights,
     consistency: Consistency,
     initial: InitialSystem,
@@ -106,7 +108,7 @@ impl Simulator {
     pub fn new(structure: &Structure) -> Self {
         let n = structure.unknowns;
         Self {
-            bdf: Bdf::new(structure),
+            integrator: Integrator::new(structure),
             weights: Weights::new(n),
             consistency: Consistency::new(structure),
             initial: InitialSystem::new(structure),
@@ -129,6 +131,11 @@ impl Simulator {
     /// Warnings of the last run, however it ended.
     pub fn warnings(&self) -> &[Warning] {
         &self.output.warnings
+    }
+
+    /// Methods used in the last run, however it ended.
+    pub fn phases(&self) -> &[MethodPhase] {
+        self.integrator.phases()
     }
 
     /// Runs the system from start to stop and hands rows to the sink.  `stop` is asked after every step; true ends the run with
@@ -158,7 +165,8 @@ impl Simulator {
         self.statistics = problem.statistics;
         self.delays = delays;
         let time = result?;
-        Ok(Summary { time, statistics: self.statistics, warnings: self.output.warnings.clone(), terminated })
+        let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());
+        Ok(Summary { time, statistics: self.statistics, warnings, phases, terminated })
     }
 
     /// Values at the start, the first row, and the integrator made ready.
@@ -173,7 +181,8 @@ impl Simulator {
         self.consistency.read_states(run.problem);
         let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
         let max_step = run.options.max_step.unwrap_or(share * span);
-        self.bdf.configure(run.options.max_order, max_step, 1e-6 * span, &self.weights.nominals);
+        let (solver, max_order) = (run.options.solver, run.options.max_order);
+        self.integrator.configure((solver, max_order), (t, max_step, 1e-6 * span), &self.weights.nominals);
         let time_scale = if span > 0.0 { START_SCALE * span } else { 1.0 };
         let mut start = Start { t, time_scale, weights: &self.weights, consistency: &mut self.consistency };
         let Point { y, yp } = &mut self.point;
@@ -201,9 +210,9 @@ impl Simulator {
         self.weights.update(&self.point.y);
         self.consistency.choose_states(run.problem, t, &self.point.y, &self.point.yp);
         self.states.copy_from_slice(self.consistency.states());
-        let smallest = 16.0 * self.bdf.smallest_step(t);
-        let h = match run.options.initial_step {
-            Some(h) => h,
+        let smallest = 16.0 * self.integrator.smallest_step(t);
+        let first = match run.options.initial_step {
+            Some(h) => FirstSteps { first_order: h, fourth_order: h },
             None => self.first_step.estimate(
                 run.problem,
                 &mut self.consistency,
@@ -212,7 +221,8 @@ impl Simulator {
                 (&self.point.y, &mut self.point.yp, &self.states),
             ),
         };
-        self.bdf.restart(t, &self.point.y, &self.point.yp, h);
+        let structure = run.problem.system.structure();
+        self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
         self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
     }
 
@@ -224,14 +234,14 @@ impl Simulator {
                 return Err(SolveError::Interrupted { time: t });
             }
             if run.problem.statistics.steps >= run.options.max_steps {
-                let (steps, step) = (run.problem.statistics.steps, self.bdf.step_size());
+                let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
                 return Err(SolveError::TooManySteps { time: t, steps, step });
             }
-            if run.limit() - t <= 16.0 * self.bdf.smallest_step(t) {
+            if run.limit() - t <= 16.0 * self.integrator.smallest_step(t) {
                 // Closer than a step can be: the same instant.
                 t = run.limit();
-                self.point.y.copy_from_slice(self.bdf.y());
-                self.point.yp.copy_from_slice(self.bdf.yp());
+                self.point.y.copy_from_slice(self.integrator.y());
+                self.point.yp.copy_from_slice(self.integrator.yp());
                 if t == run.time_event {
                     run.problem.statistics.time_events += 1;
                     self.event(run, t)?;
@@ -247,27 +257,29 @@ impl Simulator {
 
     /// One step with what it passes: events, rows, assertions.  Returns the time reached.
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
-        let from = self.bdf.t();
-        if let Err(failure) = self.bdf.step(run.problem, &mut self.weights, run.limit()) {
-            let attempt = self.bdf.last_attempt();
-            return Err(SolveError::step(failure, from, attempt, self.bdf.y(), run.problem));
+        let from = self.integrator.t();
+        if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, run.limit()) {
+            let attempt = self.integrator.last_attempt();
+            return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
         }
-        let interpolate = |t: f64, y: &mut [f64], yp: &mut [f64]| self.bdf.interpolate(t, y, yp);
-        let ends = ((from, self.bdf.t()), (self.bdf.y(), self.bdf.yp()));
-        if run.problem.system.record_step(ends.0, ends.1, &interpolate) && self.bdf.t() < run.time_event {
-            run.time_event = run.problem.system.next_time_event(self.bdf.t());
+        let interpolate = |t: f64, y: &mut [f64], yp: &mut [f64]| self.integrator.interpolate(t, y, yp);
+        let ends = ((from, self.integrator.t()), (self.integrator.y(), self.integrator.yp()));
+        if run.problem.system.record_step(ends.0, ends.1, &interpolate) && self.integrator.t() < run.time_event {
+            run.time_event = run.problem.system.next_time_event(self.integrator.t());
         }
-        let state_event = self.roots.check(run.problem, &self.bdf, &mut self.consistency, &self.weights);
-        let t = state_event.unwrap_or(self.bdf.t());
+        let spacing = run.span() / run.options.intervals as f64;
+        let past = (&self.integrator, &mut self.consistency, &self.weights);
+        let state_event = self.roots.check(run.problem, past.0, past.1, past.2, spacing);
+        let t = state_event.unwrap_or(self.integrator.t());
         let is_event = state_event.is_some() || t >= run.time_event;
-        let past = (&self.bdf, &mut self.consistency, &self.weights);
+        let past = (&self.integrator, &mut self.consistency, &self.weights);
         self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event))?;
         if !is_event {
-            self.output.assertions(run.problem, t, (self.bdf.y(), self.bdf.yp()))?;
-            if self.consistency.choose_states(run.problem, t, self.bdf.y(), self.bdf.yp()) {
+            self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            if self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp()) {
                 // The past of the unknowns is as good as before; only the equations that hold them together have changed.
                 run.problem.statistics.state_choices += 1;
-                self.bdf.drop_matrix();
+                self.integrator.drop_matrix();
             }
             return Ok(t);
         }
@@ -280,9 +292,9 @@ impl Simulator {
         if t >= run.time_event {
             run.problem.statistics.time_events += 1;
             if state_event.is_none() {
-                y.copy_from_slice(self.bdf.y());
-                yp.copy_from_slice(self.bdf.yp());
-                self.consistency.refine(run.problem, (t, self.bdf.step_size()), &self.weights, y, yp);
+                y.copy_from_slice(self.integrator.y());
+                yp.copy_from_slice(self.integrator.yp());
+                self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
         self.event(run, t)?;
@@ -295,19 +307,24 @@ impl Simulator {
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
         if rows {
-            self.consistency.project(run.problem, (t, self.bdf.step_size()), &self.weights, y, yp);
+            self.consistency.project(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent)?;
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        let at = (EventPhase::First, t, self.bdf.step_size());
+        let at = (EventPhase::First, t, self.integrator.step_size());
         let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
         run.terminated = outcome.terminated.or(run.terminated.take());
+        let place = (t, self.integrator.step_size());
+        if outcome.reinitialised && self.roots.turn_back(run.problem, place, (y, yp, self.consistency.states())) {
+            let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+            run.terminated = outcome.terminated.or(run.terminated.take());
+        }
         if rows {
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent)?;
             self.output.skip_to(run.options, t);
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        if outcome.changed || t != self.bdf.t() {
+        if outcome.changed || t != self.integrator.t() {
             self.restart(run, t);
         } else {
             // Nothing that the integrator sees has changed: it keeps its past.

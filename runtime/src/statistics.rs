@@ -12,6 +12,8 @@ pub struct Statistics {
     pub steps: u64,
     /// Accepted steps by order, 1 to 5.
     pub steps_by_order: [u64; 5],
+    /// Accepted steps of the one-step method, not among those by order.
+    pub one_step_steps: u64,
     /// Evaluations of the residual.
     pub residuals: u64,
     /// Evaluations of the Jacobian.
@@ -35,7 +37,11 @@ pub struct Statistics {
 impl fmt::Display for Statistics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [a, b, c, d, e] = self.steps_by_order;
-        writeln!(f, "steps                  {} (by order 1 to 5: {a} {b} {c} {d} {e})", self.steps)?;
+        writeln!(
+            f,
+            "steps                  {} (by order 1 to 5: {a} {b} {c} {d} {e}, one-step {})",
+            self.steps, self.one_step_steps
+        )?;
         writeln!(f, "residuals              {}", self.residuals)?;
         writeln!(f, "Jacobians              {}", self.jacobians)?;
         writeln!(f, "factorisations         {}", self.factorisations)?;

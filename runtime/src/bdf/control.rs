@@ -13,8 +13,9 @@ use crate::weights::Weights;
 /// Estimates of one step.
 #[derive(Clone, Copy, Default, Debug)]
 pub(super) struct Estimates {
-    /// Norm of the correction.
+    /// Norm of the correction and of the difference below it.
     norm: f64,
+    norm_below: f64,
     /// Local error at the order of the step and one below.
     at_order: f64,
     below: f64,
@@ -30,12 +31,13 @@ impl Estimates {
         let norm = weights.tested_norm(correction);
         let at_order = history.sigma[k] * norm;
         let term = (k + 1) as f64 * at_order;
-        let mut estimates = Self { norm, at_order, below: 0.0, order: k, error: at_order };
+        let mut estimates = Self { norm, norm_below: norm, at_order, below: 0.0, order: k, error: at_order };
         if k > 1 {
             for ((sum, phi), e) in lower_sum.iter_mut().zip(history.phi(k)).zip(correction) {
                 *sum = phi + e;
             }
-            estimates.below = history.sigma[k - 1] * weights.tested_norm(lower_sum);
+            estimates.norm_below = weights.tested_norm(lower_sum);
+            estimates.below = history.sigma[k - 1] * estimates.norm_below;
             let term_below = k as f64 * estimates.below;
             let lower = if k > 2 {
                 let second = weights.tested_norm_of_sum(history.phi(k - 1), lower_sum, 1.0);
@@ -49,6 +51,11 @@ impl Estimates {
             }
         }
         estimates
+    }
+
+    /// Ratio of the last two differences: small where the step resolves the solution, near one where it does not.
+    pub(super) fn ratio(&self) -> f64 {
+        if self.norm_below > 0.0 { self.norm / self.norm_below } else { 0.0 }
     }
 
     /// The error test.
@@ -89,6 +96,11 @@ pub(super) struct Selection {
 }
 
 impl Selection {
+    /// After a past has been taken over: no growing phase.
+    pub(super) fn resumed() -> Self {
+        Self { settled: true, steps_since_restart: 0 }
+    }
+
     /// Sets order and size of the next step after an accepted one.  Call before the history takes the correction;
     /// `previous_order` is the order of the step before, `max_step` in s.
     pub(super) fn next(

@@ -6,7 +6,9 @@
 //! Sources: Brenan, Campbell, Petzold 1996, section 5.2.3; Hindmarsh et al., ACM TOMS 31 (2005) 363, section 2.3.
 //! Outcomes other than convergence are for the step to handle (renew the matrix, shorten the step).
 
-use hyd_system::Structure;
+use std::ops::RangeInclusive;
+
+use hyd_system::{Pattern, Structure};
 
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
 use crate::problem::{Problem, all_finite};
@@ -20,15 +22,13 @@ const EPSILON: f64 = 0.1;
 const TINY: f64 = 1e-4;
 /// Convergence slower than this counts as none.
 const SLOWEST: f64 = 0.9;
-/// Renew the matrix when `c/c_J` leaves this range.
-const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
 /// `rho/(1-rho)` assumed after a renewal and after a change of `c`.
 const RATE_AFTER_RENEWAL: f64 = 20.0;
 const RATE_AFTER_CHANGE: f64 = 100.0;
 
 /// What came of a correction.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Correction {
+pub(crate) enum Correction {
     Converged,
     Diverged,
     NotFinite,
@@ -44,25 +44,27 @@ pub(super) enum Correction {
 }
 
 /// Where the step leads: time, leading coefficient and the predicted values.
-pub(super) struct Prediction<'a> {
-    pub(super) t: f64,
-    pub(super) leading: f64,
-    pub(super) y: &'a [f64],
-    pub(super) yp: &'a [f64],
+pub(crate) struct Prediction<'a> {
+    pub(crate) t: f64,
+    pub(crate) leading: f64,
+    pub(crate) y: &'a [f64],
+    pub(crate) yp: &'a [f64],
 }
 
 /// Iteration matrix, its parts, and the vectors of the iteration.
-pub(super) struct Corrector {
+pub(crate) struct Corrector {
     merged: MergedPattern,
+    rate_pattern: Pattern,
+    leading_range: RangeInclusive<f64>,
     solver: LinearSolver,
     state_values: Vec<f64>,
     rate_values: Vec<f64>,
     values: Vec<f64>,
     /// Corrected values.
-    pub(super) y: Vec<f64>,
-    pub(super) yp: Vec<f64>,
+    pub(crate) y: Vec<f64>,
+    pub(crate) yp: Vec<f64>,
     /// Sum of all corrections, `y - y_pred`.
-    pub(super) correction: Vec<f64>,
+    pub(crate) correction: Vec<f64>,
     residual: Vec<f64>,
     /// Last iterate's change.
     delta: Vec<f64>,
@@ -75,7 +77,8 @@ pub(super) struct Corrector {
 }
 
 impl Corrector {
-    pub(super) fn new(structure: &Structure) -> Self {
+    /// A matrix with leading coefficient `c_J` serves for `c` while `c / c_J` is in `leading_range`.
+    pub(crate) fn new(structure: &Structure, leading_range: RangeInclusive<f64>) -> Self {
         let n = structure.unknowns;
         let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
         Self {
@@ -84,6 +87,8 @@ impl Corrector {
             rate_values: vec![0.0; structure.rate_pattern.entries()],
             values: vec![0.0; merged.pattern.entries()],
             merged,
+            rate_pattern: structure.rate_pattern.clone(),
+            leading_range,
             y: vec![0.0; n],
             yp: vec![0.0; n],
             correction: vec![0.0; n],
@@ -97,20 +102,20 @@ impl Corrector {
     }
 
     /// Sets the sizes of the unknowns and drops the matrix.
-    pub(super) fn reset(&mut self, nominals: &[f64]) {
+    pub(crate) fn reset(&mut self, nominals: &[f64]) {
         self.solver.set_column_scale(nominals);
         self.drop_matrix();
     }
 
     /// The matrix no longer fits the system (after events): renew it before use.
-    pub(super) fn drop_matrix(&mut self) {
+    pub(crate) fn drop_matrix(&mut self) {
         self.have_matrix = false;
     }
 
     /// Corrects a prediction; with an old matrix that fails, once more with a new one.
-    pub(super) fn correct(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
+    pub(crate) fn correct(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
         let ratio = at.leading / self.factored_leading;
-        let mut renew = !self.have_matrix || !LEADING_RANGE.contains(&ratio);
+        let mut renew = !self.have_matrix || !self.leading_range.contains(&ratio);
         if at.leading != self.last_leading {
             self.rate = RATE_AFTER_CHANGE;
         }
@@ -190,17 +195,31 @@ impl Corrector {
         Correction::Diverged
     }
 
+    /// `v := c (dF/dy + c dF/dy')^{-1} dF/dy' v` with the last matrix: leaves slow components of an error as they are and damps
+    /// stiff ones.
+    pub(crate) fn filter(&mut self, v: &mut [f64]) {
+        self.delta.fill(0.0);
+        for (column, &value) in v.iter().enumerate() {
+            for entry in self.rate_pattern.column(column) {
+                let row = self.rate_pattern.row_indices[entry] as usize;
+                self.delta[row] += self.factored_leading * self.rate_values[entry] * value;
+            }
+        }
+        self.solver.solve(&mut self.delta);
+        v.copy_from_slice(&self.delta);
+    }
+
     fn checked(&self) -> Correction {
         if all_finite(&self.y) { Correction::Converged } else { Correction::NotFinite }
     }
 
     /// After divergence: the row of largest residual at the last iterate, each row measured by its largest entry.
-    pub(super) fn worst_row(&self) -> Option<usize> {
+    pub(crate) fn worst_row(&self) -> Option<usize> {
         largest((0..self.residual.len()).map(|k| self.residual[k] * self.solver.row_scale(k)))
     }
 
     /// The unknown that moved most in the last iteration, or, over the whole correction.
-    pub(super) fn worst_unknown(&self, weights: &Weights, last_iteration: bool) -> Option<usize> {
+    pub(crate) fn worst_unknown(&self, weights: &Weights, last_iteration: bool) -> Option<usize> {
         weights.worst(if last_iteration { &self.delta } else { &self.correction })
     }
 }

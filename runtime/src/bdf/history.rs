@@ -85,6 +85,29 @@ impl History {
         self.psi[0] = h;
     }
 
+    /// Takes over a known past: `phi_j` from the values at `t, t - h, .., t - order h`, which `value` writes; next step `h`.
+    pub(super) fn resume(&mut self, t: f64, h: f64, order: usize, mut value: impl FnMut(f64, &mut [f64])) {
+        for j in 0..=order {
+            value(t - j as f64 * h, self.phi_mut(j));
+        }
+        // Backward differences in place; with equal spacing they are the modified divided differences.
+        let n = self.n;
+        for j in 1..=order {
+            for i in (j..=order).rev() {
+                let (low, high) = self.phi.split_at_mut(i * n);
+                for (value, newer) in high[..n].iter_mut().zip(&low[(i - 1) * n..]) {
+                    *value = newer - *value;
+                }
+            }
+        }
+        self.phi[(order + 1) * n..].fill(0.0);
+        for (j, psi) in self.psi.iter_mut().enumerate() {
+            *psi = (j + 1) as f64 * h;
+        }
+        (self.t, self.h, self.order) = (t, h, order);
+        (self.h_used, self.order_used, self.steady) = (h, order, 0);
+    }
+
     /// Coefficients for a step of size `h` at the order in work; brings the differences to the new step and moves `t`.
     pub(super) fn advance(&mut self, target: f64) -> f64 {
         let (h, k) = (self.h, self.order);

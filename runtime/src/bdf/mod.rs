@@ -7,7 +7,7 @@
 //! A step allocates nothing.  The integrator knows no events and no output: it stops where it is told.
 
 mod control;
-mod correct;
+pub(crate) mod correct;
 mod history;
 
 use hyd_system::Structure;
@@ -20,6 +20,9 @@ use history::History;
 
 /// Highest order; BDF of order 6 has too small a region of stability.
 pub(crate) const MAX_ORDER: usize = 5;
+
+/// Renew the matrix when `c/c_J` leaves this range.
+const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
 
 /// Failed attempts of one kind after which a step is given up.
 const MOST_FAILURES: u32 = 12;
@@ -63,6 +66,7 @@ pub(crate) struct Bdf {
     max_step: f64,
     min_step_scale: f64,
     t_before: f64,
+    ratio: f64,
 }
 
 impl Bdf {
@@ -71,7 +75,7 @@ impl Bdf {
         let n = structure.unknowns;
         Self {
             history: History::new(n),
-            corrector: Corrector::new(structure),
+            corrector: Corrector::new(structure, LEADING_RANGE),
             selection: Selection::default(),
             predicted: vec![0.0; n],
             predicted_rate: vec![0.0; n],
@@ -80,6 +84,7 @@ impl Bdf {
             max_step: f64::INFINITY,
             min_step_scale: 0.0,
             t_before: 0.0,
+            ratio: 0.0,
         }
     }
 
@@ -101,9 +106,34 @@ impl Bdf {
         self.t_before = t;
     }
 
-    /// Drops the iteration matrix after the equations, but not their solution, have changed.
+    /// Goes on from a past known elsewhere, at `order` with step `h` (s); `value` gives values at times back to `t - order h`,
+    /// `yp` are the rates at `t`.
+    pub(crate) fn resume(&mut self, (t, h, order): (f64, f64, usize), yp: &[f64], value: impl FnMut(f64, &mut [f64])) {
+        self.history.resume(t, h, order.min(self.max_order), value);
+        self.corrector.y.copy_from_slice(self.history.phi(0));
+        self.corrector.yp.copy_from_slice(yp);
+        self.selection = Selection::resumed();
+        self.t_before = t;
+    }
+
+    /// The matrix no longer fits the system (after events, or when other states were chosen).
     pub(crate) fn drop_matrix(&mut self) {
         self.corrector.drop_matrix();
+    }
+
+    /// Sets the highest order for the following steps.
+    pub(crate) fn set_max_order(&mut self, order: usize) {
+        self.max_order = order;
+    }
+
+    /// Ratio of the two highest differences at the last accepted step, and its order.
+    pub(crate) fn falling(&self) -> (f64, usize) {
+        (self.ratio, self.history.order_used)
+    }
+
+    /// Size of the step to be tried next (s).
+    pub(crate) fn next_step(&self) -> f64 {
+        self.history.h
     }
 
     /// Time of the newest accepted point (s).
@@ -227,6 +257,7 @@ impl Bdf {
         let step = self.history.h;
         problem.statistics.steps += 1;
         problem.statistics.steps_by_order[order - 1] += 1;
+        self.ratio = estimates.ratio();
         let limits = (self.max_order, self.max_step);
         self.selection.next(&mut self.history, estimates, &self.corrector.correction, weights, limits);
         let next = (self.history.order, self.history.h);

@@ -2,7 +2,8 @@
 //!
 //! Discrete equations run once with `pre` as before the event; while a relation or a discrete variable changes, the continuous
 //! part is made consistent and they run again.  Many events without progress in time are chattering and end
-//! the run with the relation's text, because integration would take forever.
+//! the run with the relation's text, because integration would take forever.  So are events at ever shorter distance: beyond
+//! the point where they accumulate the model says nothing, and rounding would let a ball fall through its floor.
 
 use hyd_system::{DaeSystem, EventChange, EventPhase};
 
@@ -17,12 +18,17 @@ const MOST_PASSES: usize = 100;
 /// Events in a row, each closer to the last than `CLOSE` of the run, that count as chattering.
 const MOST_CLOSE_EVENTS: u32 = 200;
 const CLOSE: f64 = 1e-9;
+/// Close events in a row, each nearer to the last than that was to the one before, that count as accumulating.
+const MOST_SHRINKING_GAPS: u32 = 5;
+const CLOSE_SHRINKING: f64 = 1e-8;
 
 /// What an event did.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct EventOutcome {
     /// The equations or values are no longer what they were: the past is worthless.
     pub(crate) changed: bool,
+    /// `reinit` wrote into `y`.
+    pub(crate) reinitialised: bool,
     /// Message of `terminate`.
     pub(crate) terminated: Option<String>,
 }
@@ -53,6 +59,7 @@ pub(crate) fn settle(
             return Ok(outcome);
         }
         outcome.changed = true;
+        outcome.reinitialised |= change.reinitialised;
         if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {
             return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
         }
@@ -61,22 +68,29 @@ pub(crate) fn settle(
     Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
 }
 
-/// Counts events that follow each other closely.
+/// Counts events that follow each other closely, and those at ever shorter distance.
 #[derive(Clone, Copy, Default, Debug)]
 pub(crate) struct Chatter {
     last: Option<f64>,
-    count: u32,
+    gap: f64,
+    close: u32,
+    shrinking: u32,
 }
 
 impl Chatter {
-    /// Notes an event at `t` of a run of length `span` (s); an error if there were too many close by.
+    /// Notes an event at `t` of a run of length `span` (s); an error if there were too many close by, or if their distances shrink
+    /// towards a point in time that no number of events will reach (a bouncing ball).
     pub(crate) fn note(&mut self, t: f64, span: f64, fired: &[bool], problem: &Problem<'_>) -> Result<(), SolveError> {
-        let close = self.last.is_some_and(|last| t - last <= CLOSE * span);
-        self.count = if close { self.count + 1 } else { 0 };
-        self.last = Some(t);
-        if self.count < MOST_CLOSE_EVENTS {
+        let gap = self.last.map_or(f64::INFINITY, |last| t - last);
+        let close = gap <= CLOSE * span;
+        self.close = if close { self.close + 1 } else { 0 };
+        self.shrinking = if gap <= CLOSE_SHRINKING * span && gap < self.gap { self.shrinking + 1 } else { 0 };
+        (self.last, self.gap) = (Some(t), gap);
+        let accumulating = self.shrinking >= MOST_SHRINKING_GAPS;
+        if self.close < MOST_CLOSE_EVENTS && !accumulating {
             return Ok(());
         }
-        Err(SolveError::Chattering { time: t, events: self.count, relations: relations(problem, fired) })
+        let relations = relations(problem, fired);
+        Err(SolveError::Chattering { time: t, events: self.close, accumulating, relations })
     }
 }

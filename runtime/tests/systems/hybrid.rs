@@ -67,6 +67,56 @@ impl Model for Ball {
     }
 }
 
+/// x' = 1, and the relation `(x - 0.5)^2 < width^2`, true for `2 width` seconds; `count` counts how often it became true.
+pub struct Touch {
+    pub width: f64,
+    near: bool,
+    count: f64,
+}
+
+impl Touch {
+    pub fn new(width: f64) -> Self {
+        Self { width, near: false, count: 0.0 }
+    }
+}
+
+impl Model for Touch {
+    fn names(&self) -> Vec<String> {
+        vec!["x".into()]
+    }
+    fn start(&self) -> Vec<f64> {
+        vec![0.0]
+    }
+    fn bind(&mut self) {
+        (self.near, self.count) = (false, 0.0);
+    }
+    fn residual(&self, _t: f64, _y: &[f64], yp: &[f64], out: &mut [f64]) {
+        out[0] = yp[0] - 1.0;
+    }
+    fn jacobian(&self, _t: f64, _y: &[f64], _yp: &[f64], _state: &mut [f64], rate: &mut [f64]) {
+        rate[0] = 1.0;
+    }
+    fn relations(&self) -> Vec<&'static str> {
+        vec!["(x - 0.5)^2 < width^2"]
+    }
+    fn roots(&self, _t: f64, y: &[f64], _yp: &[f64], out: &mut [f64]) {
+        out[0] = self.width.powi(2) - (y[0] - 0.5).powi(2);
+    }
+    fn held(&self, out: &mut [bool]) {
+        out[0] = self.near;
+    }
+    fn event(&mut self, _phase: EventPhase, _t: f64, y: &mut [f64], _yp: &[f64]) -> EventChange {
+        let near = (y[0] - 0.5).abs() < self.width;
+        let changed = near != self.near;
+        self.count += f64::from(near && !self.near);
+        self.near = near;
+        EventChange { changed, ..EventChange::default() }
+    }
+    fn discrete(&self) -> Vec<(&'static str, f64)> {
+        vec![("count", self.count)]
+    }
+}
+
 /// tau u' = s - u with s switching between 1 and 0 every `half` seconds.
 pub struct SwitchedRc {
     pub tau: f64,

@@ -8,6 +8,7 @@ pub mod drive;
 pub mod hybrid;
 pub mod smooth;
 pub mod stiff;
+pub mod waves;
 
 use std::sync::Arc;
 

@@ -1,0 +1,55 @@
+//! Choice of the step from the estimated error: a proportional-integral controller.
+//!
+//! `h := h * 0.9 err_n^(-0.7/4) err_{n-1}^(0.4/4)` after success, `h * 0.9 err^(-1/4)` after failure.  A step that would grow only a
+//! little keeps its size, so that the factored matrix stays valid.  Source: Hairer, Wanner, "Solving Ordinary Differential
+//! Equations II" (Springer 1996), section IV.2.
+
+/// Aim below the tolerance.
+const SAFETY: f64 = 0.9;
+/// Exponents of the last error and of the one before; the estimate is of order 4 in the step.
+const LAST: f64 = 0.7 / 4.0;
+const BEFORE: f64 = 0.4 / 4.0;
+/// Least and greatest change of a step.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 5.0;
+/// A growth below this is not worth a new matrix.
+const WORTHWHILE: f64 = 1.2;
+/// An error below this says no more.
+const LEAST_ERROR: f64 = 1e-6;
+
+/// Memory of the controller.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepControl {
+    before: f64,
+    rejected: bool,
+}
+
+impl Default for StepControl {
+    fn default() -> Self {
+        Self { before: 1.0, rejected: false }
+    }
+}
+
+impl StepControl {
+    /// Factor of the step after one with error `error`, at most 1 in tolerances.
+    pub(super) fn after_success(&mut self, error: f64) -> f64 {
+        let error = error.max(LEAST_ERROR);
+        let factor = SAFETY * error.powf(-LAST) * self.before.powf(BEFORE);
+        self.before = error.max(1e-2);
+        let most = if std::mem::take(&mut self.rejected) { 1.0 } else { GROW };
+        let factor = factor.clamp(SHRINK, most);
+        if (1.0..WORTHWHILE).contains(&factor) { 1.0 } else { factor }
+    }
+
+    /// Factor of the step after one with error `error` above 1.
+    pub(super) fn after_failure(&mut self, error: f64) -> f64 {
+        self.rejected = true;
+        (SAFETY * error.powf(-0.25)).clamp(SHRINK, SAFETY)
+    }
+
+    /// The step was shortened because the iteration did not converge.
+    pub(super) fn after_divergence(&mut self) -> f64 {
+        self.rejected = true;
+        0.25
+    }
+}
