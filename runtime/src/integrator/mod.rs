@@ -6,7 +6,7 @@
 mod monitor;
 mod phases;
 
-use hyd_system::Structure;
+use hyd_system::{DaeSystem, Structure};
 
 use crate::bdf::{Bdf, StepFailure};
 use crate::esdirk::{Esdirk, ORDER};
@@ -45,8 +45,8 @@ pub(crate) struct Integrator {
     solver: Solver,
     limits: Limits,
     monitor: Monitor,
-    /// The monitor watches: the system is large enough, and its choice of states does not change during the run; one that does
-    /// must be judged at every step of BDF, whose steps are short enough for it.
+    /// The monitor watches: the system is large enough, has no delays, and its choice of states does not change during the run; one
+    /// that does must be judged at every step of BDF, whose steps are short enough for it.
     watched: bool,
     /// The step to come is the first after an event: it is one of the one-step method, whose past BDF takes over at order 4.
     starting: bool,
@@ -130,9 +130,10 @@ impl Integrator {
         (y, yp, states): (&[f64], &[f64], &[bool]),
         first: FirstSteps,
     ) {
-        let fixed_states = states == structure.differential;
-        self.starting = std::mem::replace(&mut self.begun, true) && fixed_states;
-        self.watched = structure.unknowns >= LEAST_UNKNOWNS && fixed_states;
+        // Stages within a step do not come in the order of time, which values of the past within the step rely on.
+        let plain = states == structure.differential && structure.delays.is_empty();
+        self.starting = std::mem::replace(&mut self.begun, true) && plain;
+        self.watched = structure.unknowns >= LEAST_UNKNOWNS && plain;
         self.monitor.restart();
         self.drop_matrix();
         self.active = self.wanted();
