@@ -258,7 +258,8 @@ impl Simulator {
     /// One step with what it passes: events, rows, assertions.  Returns the time reached.
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let from = self.integrator.t();
-        if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, run.limit()) {
+        let limit = run.limit().min(from + run.problem.system.longest_step());
+        if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
             let attempt = self.integrator.last_attempt();
             return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
         }

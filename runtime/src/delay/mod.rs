@@ -25,6 +25,8 @@ use past::Past;
 
 pub(crate) use system::Delaying;
 
+/// Without states a step may have at least this part of the bound of a varying delay time.
+const SHORTEST_PART: f64 = 1e-3;
 /// Two instants closer than this many units in the last place are the same.
 const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
 /// Points of the past, beside the iterate, for a value within the step in work.
@@ -37,6 +39,7 @@ const NEWEST_DISTANCE: f64 = 0.25;
 pub(crate) struct DelayWork {
     sites: Vec<DelaySite>,
     any_varying: bool,
+    has_states: bool,
     /// The past is recorded (not yet during the start).
     recording: bool,
     past: Past,
@@ -76,6 +79,7 @@ impl DelayWork {
         Self {
             sites: structure.delays.clone(),
             any_varying: structure.delays.iter().any(|site| site.varying),
+            has_states: structure.differential.contains(&true),
             bounds: zero(),
             times: zero(),
             scale: zero(),
@@ -186,6 +190,20 @@ impl DelayWork {
     /// Width of an instant at `t` (s).
     fn slack(&self, site: usize, t: f64) -> f64 {
         SAME_INSTANT * t.abs().max(self.times[site].abs())
+    }
+
+    /// Longest sensible step (s).  Without states nothing tests the error of a step and no iteration can fail, so no step may be
+    /// longer than the delay times at its begin; a delay time that vanishes counts as a small part of its bound.
+    fn longest_step(&self) -> f64 {
+        if self.has_states || !self.recording {
+            return f64::INFINITY;
+        }
+        let site = |site: usize| match self.sites[site].varying {
+            true => self.times[site].max(SHORTEST_PART * self.bounds[site]),
+            false if self.times[site] == 0.0 => f64::INFINITY,
+            false => self.times[site],
+        };
+        (0..self.sites.len()).map(site).fold(f64::INFINITY, f64::min)
     }
 
     /// The first instant after `t` (s) at which a break comes back to a site with fixed delay time.

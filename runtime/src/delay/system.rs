@@ -36,18 +36,26 @@ impl<'a> Delaying<'a> {
             return;
         }
         self.work.cached = None;
+        let mut settled = false;
         for _ in 0..MOST_PASSES {
             self.work.evaluate(t);
             self.hand_over();
             self.ask(t, y, yp);
-            if self.work.settled() {
+            settled = self.work.settled();
+            if settled {
                 break;
             }
         }
-        if self.work.coarse {
+        // A shorter step knows better, or reads the past alone.
+        if self.work.coarse || !settled {
             self.work.values.fill(f64::NAN);
             self.hand_over();
         }
+    }
+
+    /// Longest sensible step from here (s).
+    pub(crate) fn longest_step(&self) -> f64 {
+        self.work.longest_step()
     }
 
     fn hand_over(&mut self) {
