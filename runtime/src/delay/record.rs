@@ -66,7 +66,8 @@ impl Delaying<'_> {
         self.work.sources.copy_from_slice(&self.work.anchor_values);
         let work = &mut *self.work;
         let reach = work.bounds.iter().copied().fold(0.0, f64::max);
-        work.past.drop_before(to - reach, work.breaks.oldest_read());
+        // Output points and events within the step are still to come.
+        work.past.drop_before(from - reach, work.breaks.oldest_read());
         work.breaks.drop_before(work.past.oldest());
         work.breaks.decide(&work.past, &work.times, &work.limits)
     }
