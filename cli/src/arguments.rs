@@ -26,7 +26,7 @@ impl Arguments {
             Verb::Check(verb) => verb.model.message_format,
             Verb::Simulate(verb) => verb.model.message_format,
             Verb::Equations(verb) => verb.model.message_format,
-            Verb::Plot(_) | Verb::Explain(_) => MessageFormat::Text,
+            Verb::Plot(_) | Verb::Compare(_) | Verb::Explain(_) => MessageFormat::Text,
         }
     }
 }
@@ -42,6 +42,8 @@ pub enum Verb {
     Equations(Equations),
     /// Draw results, several runs overlaid
     Plot(Plot),
+    /// Hold two results against each other
+    Compare(Compare),
     /// Explain an error code, or list all of them
     Explain(Explain),
 }
@@ -134,8 +136,8 @@ pub struct Simulate {
     /// Method of integration
     #[arg(long, value_name = "METHOD", default_value = "auto")]
     pub solver: Solver,
-    /// Writes results to F.csv
-    #[arg(long, value_name = "F.csv")]
+    /// Writes results in the format of the name
+    #[arg(long, value_name = "F.csv|.mat|.parquet")]
     pub result: Option<PathBuf>,
     /// Variables that are written, drawn and listed: those whose full name matches
     #[arg(long, value_name = "REGEX")]
@@ -173,7 +175,7 @@ impl Solver {
 #[derive(Args, Debug)]
 pub struct Plot {
     /// Result files; several are overlaid
-    #[arg(value_name = "F.csv", required = true)]
+    #[arg(value_name = "F.csv|F.mat", required = true)]
     pub files: Vec<PathBuf>,
     /// Variables to draw: those whose full name matches
     #[arg(long, value_name = "REGEX")]
@@ -195,6 +197,32 @@ pub struct Plot {
     pub model: Option<String>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
+}
+
+/// `hyd compare`
+#[derive(Args, Debug)]
+pub struct Compare {
+    /// A result file
+    #[arg(value_name = "A.csv|A.mat")]
+    pub first: PathBuf,
+    /// Another one
+    #[arg(value_name = "B.csv|B.mat")]
+    pub second: PathBuf,
+    /// Largest deviation, as a part of a variable's range, that counts as equal
+    #[arg(long, value_name = "R", default_value_t = 1e-3, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Jumps may lie this far apart in s [default: 1e-4 of the common time]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    pub time_tolerance: Option<f64>,
+    /// Variables to compare: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// Lists all variables, not only those that deviate most
+    #[arg(long)]
+    pub all: bool,
+    /// Prints the deviations as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `hyd explain`

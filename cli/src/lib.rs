@@ -1,18 +1,20 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
-//! One file per verb (`check`, `simulate`, `equations`, `plot`, `explain`); `translate` takes a model file to the compiler with
+//! One file per verb (`check`, `simulate`, `equations`, `plot`, `compare`, `explain`); `translate` takes a model file to the compiler with
 //! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
 //! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
 
 mod arguments;
 mod check;
 pub mod clock;
+mod compare;
 mod equations;
 mod explain;
 mod interrupt;
 mod library;
 mod output;
 mod parameters;
+mod parquet_stream;
 mod picture;
 mod plot;
 mod progress;
@@ -22,7 +24,6 @@ mod selection;
 mod simulate;
 mod text_file;
 mod translate;
-mod whole_file;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -77,6 +78,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Simulate(verb) => simulate::simulate(verb),
         Verb::Equations(verb) => equations::equations(verb),
         Verb::Plot(verb) => plot::plot(verb),
+        Verb::Compare(verb) => compare::compare(verb),
         Verb::Explain(verb) => explain::explain(verb),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };

@@ -5,7 +5,7 @@ use std::path::Path;
 use hyd_report::Figure;
 
 use crate::Failure;
-use crate::whole_file::write_whole;
+use hyd_results::write_whole;
 
 /// Image pixels per pixel of the drawing: 192 dpi.
 const PNG_SCALE: f64 = 2.0;

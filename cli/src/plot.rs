@@ -33,7 +33,8 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     output::print(&format!("picture in {}\n", path.display()))
 }
 
-fn read(file: &Path) -> Result<Table, Failure> {
+/// A result file, or a sentence why not.
+pub(crate) fn read(file: &Path) -> Result<Table, Failure> {
     if file.is_dir() {
         return Err(Failure::Fault(format!("`{}` is a folder, not a file", file.display())));
     }

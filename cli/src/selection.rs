@@ -45,6 +45,11 @@ impl Selection {
         if self.is_explicit() { self.matches(name) } else { is_variable(variable, name) }
     }
 
+    /// The same for formats that store parameters and aliases once.
+    pub(crate) fn keeps_everything(&self, variable: &VariableInfo, name: &str) -> bool {
+        if self.is_explicit() { self.matches(name) } else { !variable.protected }
+    }
+
     /// What pictures and summaries show, with units.
     pub(crate) fn shown(&self, tables: &Tables) -> Vec<Shown> {
         if self.is_explicit() {

@@ -3,21 +3,20 @@
 //! Times and tolerance come from the command line, else from the model's `experiment` annotation, else 1 s and 1e-6.  A result
 //! file is whole or absent: a run that fails leaves what it computed as `F.partial.csv`, one that Ctrl-C stops as `F.csv`.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use hyd_compiler::{Compilation, Goal};
 use hyd_flat::Experiment;
-use hyd_results::CsvStream;
+use hyd_results::{Format, ResultFile};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
-use hyd_system::DaeSystem;
+use hyd_system::{DaeSystem, VariableInfo};
 
 use crate::arguments::{Simulate, Solver};
+use crate::parquet_stream::ParquetStream;
 use crate::picture::{picture_format, write_picture};
 use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::translate::{self, translate};
-use crate::whole_file::WholeFile;
 use crate::{Failure, clock, interrupt, output, parameters, run_failure};
 
 mod recorder;
@@ -42,9 +41,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let experiment = compilation.flat.as_ref().map(|flat| flat.experiment.clone()).unwrap_or_default();
     let options = options(arguments, &experiment)?;
     let shown = shown(arguments, &selection, &system)?;
-    let results = ResultFile::open(arguments.result.as_deref())?;
     let mut recorder = Recorder::new(shown, arguments.plot.is_some(), (options.start, options.stop));
-    recorder.csv = results.as_ref().map(|results| results.stream(&selection)).transpose()?;
+    recorder.file = result_file(arguments.result.as_deref(), &selection)?;
 
     interrupt::listen();
     let mut simulator = Simulator::new(system.structure());
@@ -54,7 +52,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     recorder.end();
 
     let status = status(&outcome);
-    let result = results.map(|results| results.close(&mut recorder, status)).transpose()?.flatten();
+    let result = match (recorder.file.take(), &arguments.result) {
+        (Some(file), Some(path)) => close(file, path, status)?,
+        _ => None,
+    };
     let picture = arguments.plot.as_ref().filter(|_| recorder.rows > 0);
     if let Some(path) = picture {
         write_picture(path, &recorder.figure())?;
@@ -91,11 +92,9 @@ fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         if matches!(extension.as_str(), "hyd" | "mo" | "toml") || same_file(path, &arguments.model.file) {
             let path = path.display();
-            return Err(Failure::Usage(format!("--result `{path}` would replace a source text; results end in .csv")));
-        }
-        if matches!(extension.as_str(), "mat" | "parquet") {
-            let path = path.display();
-            return Err(Failure::Usage(format!("`{path}`: this version writes results as .csv only")));
+            return Err(Failure::Usage(format!(
+                "--result `{path}` would replace a source text; results end in .csv, .mat or .parquet"
+            )));
         }
     }
     if let Some(path) = &arguments.plot {
@@ -142,43 +141,30 @@ fn shown(arguments: &Simulate, selection: &Selection, system: &dyn DaeSystem) ->
     Ok(shown)
 }
 
-/// The file of `--result` while the run lasts.
-struct ResultFile {
-    path: PathBuf,
-    file: WholeFile,
+/// Opens the file of `--result` in the format of its name.
+fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<ResultFile>, Failure> {
+    let Some(path) = path else { return Ok(None) };
+    let selection = selection.clone();
+    let all = Format::of(path) == Format::Mat;
+    let keep = move |variable: &VariableInfo, name: &str| match all {
+        true => selection.keeps_everything(variable, name),
+        false => selection.keeps(variable, name),
+    };
+    let opened = match is_parquet(path) {
+        true => ResultFile::with(path, |file| Ok(Box::new(ParquetStream::new(file, keep)))),
+        false => ResultFile::create(path, keep),
+    };
+    opened.map(Some).map_err(|error| unwritable(path, &error))
 }
 
-impl ResultFile {
-    fn open(path: Option<&Path>) -> Result<Option<Self>, Failure> {
-        let Some(path) = path else { return Ok(None) };
-        let file = WholeFile::create(path).map_err(|error| unwritable(path, &error))?;
-        Ok(Some(Self { path: path.to_path_buf(), file }))
-    }
-
-    fn stream(&self, selection: &Selection) -> Result<CsvStream<File>, Failure> {
-        let selection = selection.clone();
-        let writer = self.file.writer().map_err(|error| unwritable(&self.path, &error))?;
-        Ok(CsvStream::new(writer, move |variable, name| selection.keeps(variable, name)))
-    }
-
-    /// Gives the file its name; says which, or `None` if there is nothing worth keeping.
-    fn close(self, recorder: &mut Recorder, status: Status) -> Result<Option<PathBuf>, Failure> {
-        let written = recorder.csv.take().map_or(Ok(()), |mut stream| stream.flush());
-        let kept = match status {
-            _ if recorder.rows == 0 => return Ok(None),
-            Status::Failed => written.and_then(|()| self.file.finish_as(&partial(&self.path))),
-            _ => written.and_then(|()| self.file.finish()),
-        };
-        kept.map(Some).map_err(|error| unwritable(&self.path, &error))
-    }
+fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
-/// `F.csv` to `F.partial.csv`.
-fn partial(path: &Path) -> PathBuf {
-    match path.extension() {
-        Some(extension) => path.with_extension(format!("partial.{}", extension.to_string_lossy())),
-        None => path.with_extension("partial"),
-    }
+/// Gives the file its name; says which, or `None` if there is nothing worth keeping.
+fn close(file: ResultFile, path: &Path, status: Status) -> Result<Option<PathBuf>, Failure> {
+    let closed = if status == Status::Failed { file.partial() } else { file.complete() };
+    closed.map_err(|error| unwritable(path, &error))
 }
 
 fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
@@ -247,15 +233,4 @@ fn finish(
         SolveError::Assertion { .. } => Failure::Reported,
         _ => Failure::SolverReported,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn partial_results_have_a_name_of_their_own() {
-        assert_eq!(partial(Path::new("a/b.csv")), Path::new("a/b.partial.csv"));
-        assert_eq!(partial(Path::new("b")), Path::new("b.partial"));
-    }
 }

@@ -1,11 +1,10 @@
 //! The sink of a run: streams rows to the result file, keeps the few variables that are shown, tells the progress.
 
-use std::fs::File;
 use std::io;
 use std::sync::Arc;
 
 use hyd_report::{Curve, Figure};
-use hyd_results::{CsvStream, RowKind, Sink};
+use hyd_results::{ResultFile, RowKind, Sink};
 use hyd_system::Tables;
 
 use crate::progress::Progress;
@@ -14,7 +13,7 @@ use crate::selection::Shown;
 /// Takes the rows of one run.
 pub(super) struct Recorder {
     /// Where all chosen variables go, if a file was asked for.
-    pub(super) csv: Option<CsvStream<File>>,
+    pub(super) file: Option<ResultFile>,
     /// Number of rows so far.
     pub(super) rows: usize,
     shown: Vec<Shown>,
@@ -32,7 +31,7 @@ impl Recorder {
     /// `keep`: all values of the shown variables are needed, not only the last; `span`: start and stop (s).
     pub(super) fn new(shown: Vec<Shown>, keep: bool, span: (f64, f64)) -> Self {
         Self {
-            csv: None,
+            file: None,
             rows: 0,
             values: vec![Vec::new(); shown.len()],
             last: vec![f64::NAN; shown.len()],
@@ -77,7 +76,7 @@ impl Sink for Recorder {
         self.model = tables.model.to_string();
         self.parameters = parameters.to_vec();
         self.rows = 0;
-        self.csv.as_mut().map_or(Ok(()), |csv| csv.begin(tables, parameters))
+        self.file.as_mut().map_or(Ok(()), |file| file.begin(tables, parameters))
     }
 
     fn row(&mut self, t: f64, values: &[f64], kind: RowKind) -> io::Result<()> {
@@ -94,6 +93,6 @@ impl Sink for Recorder {
         if let Some(progress) = &mut self.progress {
             progress.at(t, self.span.0, self.span.1);
         }
-        self.csv.as_mut().map_or(Ok(()), |csv| csv.row(t, values, kind))
+        self.file.as_mut().map_or(Ok(()), |file| file.row(t, values, kind))
     }
 }

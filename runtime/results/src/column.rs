@@ -5,6 +5,9 @@
 
 use hyd_system::{Place, Source, Tables, Variability, VariableInfo};
 
+/// Decides by variable and full name of the element whether it becomes a column.
+pub type Keep = Box<dyn FnMut(&VariableInfo, &str) -> bool + Send>;
+
 /// A named value of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Column {
@@ -37,13 +40,21 @@ pub fn is_variable(variable: &VariableInfo, _name: &str) -> bool {
 }
 
 /// The columns of all elements that `keep` accepts, in the order of the tables.
-pub fn columns(tables: &Tables, mut keep: impl FnMut(&VariableInfo, &str) -> bool) -> Vec<Column> {
+pub fn columns(tables: &Tables, keep: impl FnMut(&VariableInfo, &str) -> bool) -> Vec<Column> {
+    described_columns(tables, keep).into_iter().map(|(column, _)| column).collect()
+}
+
+/// The same, each with the variable that it is an element of.
+pub fn described_columns(
+    tables: &Tables,
+    mut keep: impl FnMut(&VariableInfo, &str) -> bool,
+) -> Vec<(Column, &VariableInfo)> {
     let mut all = Vec::new();
     for variable in &tables.variables {
         for (element, &source) in variable.sources.iter().enumerate() {
             let name = variable.name.element(element);
             if keep(variable, &name) {
-                all.push(Column { name, source });
+                all.push((Column { name, source }, variable));
             }
         }
     }

@@ -29,6 +29,12 @@ pub trait Sink {
     fn row(&mut self, t: f64, values: &[f64], kind: RowKind) -> io::Result<()>;
 }
 
+/// A sink that ends up in a file.
+pub trait RowFile: Sink {
+    /// Writes out what is buffered and whatever the format wants at the end; no rows may follow.
+    fn finish(&mut self) -> io::Result<()>;
+}
+
 /// A sink that keeps nothing.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Discard;

@@ -1,13 +1,13 @@
 //! A result file read back: named columns over time.
 //!
-//! Reads what [`crate::CsvFile`] writes and what other tools write alike: a header line, the first column the time,
+//! Reads what [`crate::ResultFile`] writes and what other tools write alike.  CSV: a header line, the first column the time,
 //! numbers in every further cell.  Anything else is refused with line and column; nothing is guessed.
 
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
 
-use crate::{Side, interpolate};
+use crate::{Format, Side, interpolate};
 
 /// Columns of numbers over ascending times.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -18,6 +18,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// Values, one vector per name.
     pub columns: Vec<Vec<f64>>,
+    /// What does not change during the run, where the format tells it apart.
+    pub constants: Vec<(String, f64)>,
 }
 
 /// Why a result file cannot be read.
@@ -36,6 +38,10 @@ pub enum ReadError {
         /// What stands there.
         text: String,
     },
+    /// The file cannot be opened or read.
+    Io(std::io::Error),
+    /// It is no result in MAT format: why.
+    Mat(String),
     /// Time runs backwards at this line.
     TimeDescends {
         /// Line in the file, from 1.
@@ -52,6 +58,8 @@ impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ReadError::Csv(error) => write!(f, "{error}"),
+            ReadError::Io(error) => write!(f, "{error}"),
+            ReadError::Mat(reason) => write!(f, "{reason}"),
             ReadError::NoHeader => write!(f, "the file has no header line `time,<variable>,...`"),
             ReadError::NotANumber { line, column, text } => {
                 write!(f, "line {line}, column `{column}`: `{text}` is not a number")
@@ -71,10 +79,18 @@ impl From<csv::Error> for ReadError {
 }
 
 impl Table {
-    /// Reads a CSV file.
+    /// Reads a file in the format of its name.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        if Format::of(path) == Format::Mat {
+            return Self::from_mat(&std::fs::read(path).map_err(ReadError::Io)?);
+        }
         let file = std::fs::File::open(path).map_err(csv::Error::from)?;
         Self::parse(file)
+    }
+
+    /// Reads the bytes of a MAT file.
+    pub fn from_mat(bytes: &[u8]) -> Result<Self, ReadError> {
+        crate::mat_reader::read(bytes).map_err(ReadError::Mat)
     }
 
     /// Reads CSV text.
@@ -90,7 +106,7 @@ impl Table {
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(ReadError::Duplicate { name: pair[0].clone() });
         }
-        let mut table = Table { times: Vec::new(), columns: vec![Vec::new(); names.len()], names };
+        let mut table = Table { times: Vec::new(), columns: vec![Vec::new(); names.len()], names, ..Table::default() };
         let mut record = csv::StringRecord::new();
         while csv.read_record(&mut record)? {
             let line = record.position().map_or(0, csv::Position::line);

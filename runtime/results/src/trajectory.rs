@@ -82,6 +82,7 @@ impl Trajectory {
             times: self.times.clone(),
             columns: columns.iter().map(|column| self.series_of(column.source).values()).collect(),
             names: columns.into_iter().map(|column| column.name).collect(),
+            constants: Vec::new(),
         }
     }
 

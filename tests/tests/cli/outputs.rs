@@ -93,6 +93,38 @@ fn a_run_that_fails_keeps_what_it_computed_under_another_name() {
     assert!(rows.last().unwrap().0 > 0.9);
 }
 
+#[test]
+fn formats_hold_the_same_values_and_compare_says_so() {
+    let folder = decay();
+    for name in ["r.csv", "r.mat"] {
+        let outcome = run(folder.path(), &["simulate", "decay.hyd", "--result", name]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    }
+    let other = shifted(&folder);
+    let same = run(folder.path(), &["compare", "r.csv", "r.mat", "--tolerance", "0"]);
+    assert_eq!((same.code, same.stderr.as_str()), (Some(0), ""), "{}", same.stdout);
+    let different = run(folder.path(), &["compare", "r.mat", &other, "--json"]);
+    assert_eq!(different.code, Some(1), "{}", different.stderr);
+    let found: serde_json::Value = serde_json::from_str(&different.stdout).unwrap();
+    let worst = &found["variables"][0];
+    // 1.01 exp(-t) against exp(-t): at most 0.01, at the start; the window of time takes 1e-4 of it away.
+    assert_eq!((worst["name"].as_str(), worst["time"].as_f64()), (Some("x"), Some(0.0)));
+    assert!((worst["deviation"].as_f64().unwrap() - 0.01).abs() < 2e-4, "{worst}");
+    let nothing = run(folder.path(), &["compare", "r.csv", "decay.hyd"]);
+    assert_eq!(nothing.code, Some(1));
+}
+
+/// The same result with all values of `x` one percent larger.
+fn shifted(folder: &Scratch) -> String {
+    let text = folder.read("r.csv");
+    let lines = text.lines().enumerate().map(|(k, line)| {
+        let cells: Vec<f64> = line.split(',').filter_map(|cell| cell.parse().ok()).collect();
+        if k == 0 { line.to_string() } else { format!("{},{},{}", cells[0], 1.01 * cells[1], 1.01 * cells[2]) }
+    });
+    folder.write("shifted.csv", lines.collect::<Vec<_>>().join("\n"));
+    "shifted.csv".to_string()
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_a_whole_file() {

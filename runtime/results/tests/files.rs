@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use hyd_results::{CsvFile, CsvStream, RowKind, Side, Sink, Table, Trajectory, format_number, is_variable};
+use hyd_results::{CsvStream, ResultFile, RowFile, RowKind, Side, Sink, Table, Trajectory, format_number, is_variable};
 use hyd_system::{NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
 
 fn variable(name: NamePattern, variability: Variability, places: &[(Place, bool)]) -> VariableInfo {
@@ -49,7 +49,7 @@ fn stream_writes_names_signs_and_shortest_digits() {
     let mut bytes = Vec::new();
     let mut stream = CsvStream::new(&mut bytes, is_variable);
     fill(&mut stream);
-    stream.flush().unwrap();
+    stream.finish().unwrap();
     drop(stream);
     assert_eq!(String::from_utf8(bytes).unwrap(), TEXT);
 }
@@ -59,18 +59,67 @@ fn file_appears_when_whole_and_not_before() {
     let folder = std::env::temp_dir().join(format!("hyd-results-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("run.csv");
-    let mut dropped = CsvFile::create(&path, is_variable).unwrap();
+    let mut dropped = ResultFile::create(&path, is_variable).unwrap();
     fill(&mut dropped);
     drop(dropped);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "an unfinished file leaves nothing");
-    let mut file = CsvFile::create(&path, is_variable).unwrap();
+    let mut file = ResultFile::create(&path, is_variable).unwrap();
     fill(&mut file);
     assert!(!path.exists());
-    file.finish().unwrap();
+    file.complete().unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), TEXT);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
     let table = Table::read(&path).unwrap();
     assert_eq!(table.column("der(x)"), Some(&[-0.1, 0.0, -1.0 / 3.0][..]));
+    let mut failed = ResultFile::create(&path, is_variable).unwrap();
+    fill(&mut failed);
+    assert_eq!(failed.partial().unwrap(), Some(folder.join("run.partial.csv")));
+    assert!(ResultFile::create(&path, is_variable).unwrap().complete().unwrap().is_none(), "no rows, no file");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn mat_files_read_back_with_signs_and_constants() {
+    let folder = std::env::temp_dir().join(format!("hyd-mat-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("run.mat");
+    let mut file = ResultFile::create(&path, |_, _| true).unwrap();
+    fill(&mut file);
+    file.complete().unwrap();
+    let table = Table::read(&path).unwrap();
+    assert_eq!(table.times, [0.0, 0.5, 0.5]);
+    assert_eq!(table.names, ["a[1].b[1,1]", "a[1].b[1,2]", "der(x)"]);
+    assert_eq!(table.column("der(x)"), Some(&[-0.1, 0.0, -1.0 / 3.0][..]));
+    assert_eq!(table.constants, [("p".to_string(), 7.0), ("c".to_string(), 2.5)]);
+
+    // Whatever is cut off or changed ends in a sentence, not in a wrong table.
+    let whole = std::fs::read(&path).unwrap();
+    for length in 0..whole.len() {
+        assert!(Table::from_mat(&whole[..length]).is_err(), "{length} bytes");
+    }
+    for place in 0..whole.len() {
+        let mut broken = whole.clone();
+        broken[place] ^= 0xff;
+        let _ = Table::from_mat(&broken);
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_mat_file_that_is_not_finished_is_readable() {
+    let folder = std::env::temp_dir().join(format!("hyd-mat-killed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("run.mat");
+    let mut file = ResultFile::create(&path, is_variable).unwrap();
+    file.begin(&tables(), &[7.0]).unwrap();
+    for k in 0..100_000 {
+        file.row(f64::from(k), &[1.0, 2.0], RowKind::Normal).unwrap();
+    }
+    let temporary = std::fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
+    std::fs::copy(&temporary, &path).unwrap();
+    std::mem::forget(file);
+    let rows = Table::read(&path).unwrap().times.len();
+    assert!(rows > 90_000 && rows < 100_000, "{rows}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// A file in the making.
 #[derive(Debug)]
-pub(crate) struct WholeFile {
+pub struct WholeFile {
     file: File,
     path: PathBuf,
     temporary: Option<PathBuf>,
@@ -18,7 +18,7 @@ pub(crate) struct WholeFile {
 
 impl WholeFile {
     /// Opens a temporary file in the folder of `path`; fails if nothing can be written there.
-    pub(crate) fn create(path: &Path) -> io::Result<Self> {
+    pub fn create(path: &Path) -> io::Result<Self> {
         let special = match fs::metadata(path) {
             Ok(metadata) if metadata.is_dir() => {
                 return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
@@ -40,18 +40,18 @@ impl WholeFile {
     }
 
     /// Another handle to write through.
-    pub(crate) fn writer(&self) -> io::Result<File> {
+    pub fn writer(&self) -> io::Result<File> {
         self.file.try_clone()
     }
 
     /// Gives the file its name; an older file of that name is replaced.
-    pub(crate) fn finish(self) -> io::Result<PathBuf> {
+    pub fn finish(self) -> io::Result<PathBuf> {
         let path = self.path.clone();
         self.finish_as(&path)
     }
 
     /// Gives the file another name in the same folder.
-    pub(crate) fn finish_as(mut self, path: &Path) -> io::Result<PathBuf> {
+    pub fn finish_as(mut self, path: &Path) -> io::Result<PathBuf> {
         if let Some(temporary) = &self.temporary {
             self.file.sync_all()?;
             fs::rename(temporary, path)?;
@@ -71,7 +71,7 @@ impl Drop for WholeFile {
 }
 
 /// Writes a whole file at once.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let file = WholeFile::create(path)?;
     file.writer()?.write_all(bytes)?;
     file.finish().map(|_| ())

@@ -1,0 +1,128 @@
+//! `hyd compare A B`: how far two results lie apart.
+//!
+//! The deviation of a variable is a part of the range of its values; one beyond the tolerance ends the command with code 1.
+
+use std::path::Path;
+
+use hyd_results::{Deviation, Table, deviations};
+use serde_json::json;
+
+use crate::arguments::Compare;
+use crate::selection::Selection;
+use crate::{Failure, output};
+
+/// Variables that are listed when nobody asks for all.
+const FEW: usize = 20;
+/// Window of time, as a part of the common time, when nobody says which.
+const WINDOW: f64 = 1e-4;
+
+/// Runs the verb.
+pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
+    if !(arguments.tolerance >= 0.0 && arguments.tolerance.is_finite()) {
+        return Err(Failure::Usage("--tolerance: expected a number that is not negative".to_string()));
+    }
+    if arguments.time_tolerance.is_some_and(|w| !(w >= 0.0 && w.is_finite())) {
+        return Err(Failure::Usage("--time-tolerance: expected a time in s that is not negative".to_string()));
+    }
+    let selection = Selection::new(arguments.variables.as_deref())?;
+    let (a, b) = (crate::plot::read(&arguments.first)?, crate::plot::read(&arguments.second)?);
+    let (from, to) = common_time(&a, &b, arguments)?;
+    let window = arguments.time_tolerance.unwrap_or(WINDOW * (to - from));
+    let mut found = deviations(&a, &b, window);
+    found.retain(|deviation| selection.matches(&deviation.name));
+    if found.is_empty() {
+        return Err(Failure::Fault("the two results have no variable in common that is to be compared".to_string()));
+    }
+    // Largest first; equal ones keep the order of the file.
+    found.sort_by(|x, y| y.relative().total_cmp(&x.relative()));
+    let beyond = found.iter().filter(|deviation| deviation.relative() > arguments.tolerance).count();
+    let missing = missing(&a, &b, &selection);
+    let text = match arguments.json {
+        true => json_text(arguments, &found, &missing, (from, to), beyond),
+        false => table_text(arguments, &found, &missing, (from, to), beyond),
+    };
+    output::print(&text)?;
+    if beyond > 0 { Err(Failure::Reported) } else { Ok(()) }
+}
+
+fn common_time(a: &Table, b: &Table, arguments: &Compare) -> Result<(f64, f64), Failure> {
+    let span = |table: &Table, path: &Path| match (table.times.first(), table.times.last()) {
+        (Some(&first), Some(&last)) => Ok((first, last)),
+        _ => Err(Failure::Fault(format!("`{}` has no rows", path.display()))),
+    };
+    let (of_a, of_b) = (span(a, &arguments.first)?, span(b, &arguments.second)?);
+    let (from, to) = (of_a.0.max(of_b.0), of_a.1.min(of_b.1));
+    if from <= to { Ok((from, to)) } else { Err(Failure::Fault("the two results have no time in common".to_string())) }
+}
+
+/// Variables that only one of the results has.
+fn missing(a: &Table, b: &Table, selection: &Selection) -> (Vec<String>, Vec<String>) {
+    let only = |x: &Table, y: &Table| {
+        let known: std::collections::BTreeSet<&String> = y.names.iter().collect();
+        x.names.iter().filter(|name| !known.contains(name) && selection.matches(name)).cloned().collect()
+    };
+    (only(a, b), only(b, a))
+}
+
+fn table_text(
+    arguments: &Compare,
+    found: &[Deviation],
+    missing: &(Vec<String>, Vec<String>),
+    (from, to): (f64, f64),
+    beyond: usize,
+) -> String {
+    let few = if arguments.all { found.len() } else { FEW.min(found.len()) };
+    let width = found[..few].iter().map(|d| d.name.chars().count()).max().unwrap_or(0).max("variable".len());
+    let mut text = format!("{:<width$}  {:>12}  {:>12}  {:>12}\n", "variable", "deviation", "of range", "at s");
+    for deviation in &found[..few] {
+        let mark = if deviation.relative() > arguments.tolerance { "  beyond" } else { "" };
+        text.push_str(&format!(
+            "{:<width$}  {:>12.4e}  {:>12.4e}  {:>12.6}{mark}\n",
+            deviation.name,
+            deviation.largest,
+            deviation.relative(),
+            deviation.time,
+        ));
+    }
+    if few < found.len() {
+        text.push_str(&format!("... and {} with smaller deviations (--all lists them)\n", found.len() - few));
+    }
+    for (names, path) in [(&missing.0, &arguments.first), (&missing.1, &arguments.second)] {
+        if !names.is_empty() {
+            let shown = names.iter().take(5).map(String::as_str).collect::<Vec<_>>().join(", ");
+            let more = if names.len() > 5 { ", ..." } else { "" };
+            text.push_str(&format!("only in {}: {} ({shown}{more})\n", path.display(), names.len()));
+        }
+    }
+    text.push_str(&format!(
+        "{} compared from {from} to {to} s, {beyond} beyond {} of their range\n",
+        if found.len() == 1 { "1 variable".to_string() } else { format!("{} variables", found.len()) },
+        arguments.tolerance,
+    ));
+    text
+}
+
+fn json_text(
+    arguments: &Compare,
+    found: &[Deviation],
+    missing: &(Vec<String>, Vec<String>),
+    (from, to): (f64, f64),
+    beyond: usize,
+) -> String {
+    // An infinite deviation (not a number on one side only) has no JSON number and becomes null.
+    let variables: Vec<_> = found
+        .iter()
+        .map(|d| json!({"name": d.name, "deviation": d.largest, "relative": d.relative(), "time": d.time, "scale": d.scale}))
+        .collect();
+    let object = json!({
+        "status": if beyond == 0 { "equal" } else { "different" },
+        "tolerance": arguments.tolerance,
+        "from": from,
+        "to": to,
+        "beyond": beyond,
+        "variables": variables,
+        "only_first": missing.0,
+        "only_second": missing.1,
+    });
+    format!("{object}\n")
+}

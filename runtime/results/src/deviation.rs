@@ -1,0 +1,157 @@
+//! How far two results lie apart, variable by variable.
+//!
+//! The results may have different times.  A value of one is held against all values that the other takes within a short
+//! window of time, so that a jump that comes a little earlier or later is no deviation; this is done both ways.  The window
+//! makes a tube around each curve (as `csv-compare` of the Modelica Association does), here with flat sides.
+
+use crate::{Side, Table, interpolate};
+
+/// How far one variable lies apart in two results.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Deviation {
+    /// Full name.
+    pub name: String,
+    /// Largest distance of a value from the other result's window, in the variable's unit.
+    pub largest: f64,
+    /// Time (s) of it.
+    pub time: f64,
+    /// What it is to be measured by: the larger range of values of the two, or the value where nothing changes.
+    pub scale: f64,
+}
+
+impl Deviation {
+    /// The largest distance as a part of the scale; 0 where both are 0.
+    pub fn relative(&self) -> f64 {
+        if self.largest == 0.0 { 0.0 } else { self.largest / self.scale.max(f64::MIN_POSITIVE) }
+    }
+}
+
+/// Deviations of all variables that both results have, in the order of `a`; `window` (s) is the half width of the window.
+/// Only the time that both cover is looked at.  A value that is not finite in one result only is infinitely far away.
+pub fn deviations(a: &Table, b: &Table, window: f64) -> Vec<Deviation> {
+    let (a_to_b, b_to_a) = (windows(&a.times, &b.times, window), windows(&b.times, &a.times, window));
+    let mut all = Vec::new();
+    for (name, of_a) in a.names.iter().zip(&a.columns) {
+        let Some(of_b) = b.column(name) else { continue };
+        let first = farthest((&a.times, of_a), (&b.times, of_b), &a_to_b, window);
+        let second = farthest((&b.times, of_b), (&a.times, of_a), &b_to_a, window);
+        let (largest, time) = if second.0 > first.0 { second } else { first };
+        all.push(Deviation { name: name.clone(), largest, time, scale: range(of_a).max(range(of_b)) });
+    }
+    let start = a.times.first().copied().unwrap_or(0.0);
+    for (name, value) in &a.constants {
+        if let Some((_, other)) = b.constants.iter().find(|(n, _)| n == name) {
+            let largest = distance(*value, *other, *other);
+            all.push(Deviation { name: name.clone(), largest, time: start, scale: value.abs().max(other.abs()) });
+        }
+    }
+    all
+}
+
+/// For each time of `of` the rows of `within` that lie in its window, as a half-open range; `None` outside the common time.
+fn windows(of: &[f64], within: &[f64], window: f64) -> Vec<Option<(usize, usize)>> {
+    let (Some(&first), Some(&last)) = (within.first(), within.last()) else { return vec![None; of.len()] };
+    let (mut low, mut high) = (0, 0);
+    let mut find = |&t: &f64| {
+        if t < first || t > last {
+            return None;
+        }
+        while low < within.len() && within[low] < t - window {
+            low += 1;
+        }
+        while high < within.len() && within[high] <= t + window {
+            high += 1;
+        }
+        Some((low, high.max(low)))
+    };
+    of.iter().map(&mut find).collect()
+}
+
+/// Largest distance of the points of one curve from the windows of another, and its time.
+fn farthest(
+    (times, values): (&[f64], &[f64]),
+    (other_times, other): (&[f64], &[f64]),
+    windows: &[Option<(usize, usize)>],
+    window: f64,
+) -> (f64, f64) {
+    let mut worst = (0.0, times.first().copied().unwrap_or(0.0));
+    for ((&t, &value), rows) in times.iter().zip(values).zip(windows) {
+        let Some((low, high)) = *rows else { continue };
+        let (from, to) = (other_times[0], other_times[other_times.len() - 1]);
+        let ends = [(t - window).clamp(from, to), (t + window).clamp(from, to)];
+        let at = |t: f64, side| interpolate(other_times, |k| other[k], t, side);
+        let ends =
+            [at(ends[0], Side::Before), at(ends[0], Side::After), at(ends[1], Side::Before), at(ends[1], Side::After)];
+        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+        for &v in other[low..high].iter().chain(&ends) {
+            bounds = (bounds.0.min(v), bounds.1.max(v));
+        }
+        let apart = distance(value, bounds.0, bounds.1);
+        if apart > worst.0 {
+            worst = (apart, t);
+        }
+    }
+    worst
+}
+
+fn distance(value: f64, low: f64, high: f64) -> f64 {
+    if !value.is_finite() || !low.is_finite() || !high.is_finite() {
+        let alike = value.is_finite() == (low.is_finite() && high.is_finite());
+        return if alike { 0.0 } else { f64::INFINITY };
+    }
+    (value - high).max(low - value).max(0.0)
+}
+
+fn range(values: &[f64]) -> f64 {
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    match high - low {
+        range if range > 0.0 => range,
+        _ if high.is_finite() => high.abs(),
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Table {
+        Table::parse(text.as_bytes()).unwrap()
+    }
+
+    #[test]
+    fn a_ramp_against_itself_on_another_grid_does_not_deviate() {
+        let a = table("time,x\n0,0\n1,1\n2,2\n");
+        let b = table("time,x\n0,0\n0.3,0.3\n1.7,1.7\n2,2\n");
+        let found = deviations(&a, &b, 0.0);
+        assert!(found[0].largest < 1e-15 && found[0].scale == 2.0, "{found:?}");
+    }
+
+    #[test]
+    fn a_late_jump_is_forgiven_within_the_window_only() {
+        let a = table("time,x\n0,0\n1,0\n1,5\n2,5\n");
+        let b = table("time,x\n0,0\n1.01,0\n1.01,5\n2,5\n");
+        assert_eq!(deviations(&a, &b, 0.02)[0].largest, 0.0);
+        let found = &deviations(&a, &b, 0.001)[0];
+        assert_eq!((found.largest, found.relative()), (5.0, 1.0));
+        assert!((found.time - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn an_offset_is_found_where_it_is_largest() {
+        let a = table("time,x\n0,0\n1,1\n2,0\n");
+        let b = table("time,x\n0,0\n1,1.5\n2,0\n");
+        let found = &deviations(&a, &b, 0.0)[0];
+        assert_eq!((found.largest, found.time, found.scale), (0.5, 1.0, 1.5));
+    }
+
+    #[test]
+    fn what_is_not_a_number_on_one_side_is_far_away() {
+        let a = table("time,x,y\n0,0,NaN\n1,NaN,NaN\n");
+        let b = table("time,x,y\n0,0,NaN\n1,1,NaN\n");
+        let found = deviations(&a, &b, 0.0);
+        assert_eq!((found[0].largest, found[1].largest), (f64::INFINITY, 0.0));
+    }
+}
