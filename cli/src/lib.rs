@@ -14,7 +14,6 @@ mod interrupt;
 mod library;
 mod output;
 mod parameters;
-mod parquet_stream;
 mod picture;
 mod plot;
 mod progress;

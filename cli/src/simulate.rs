@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use hyd_compiler::{Compilation, Goal};
 use hyd_flat::Experiment;
+use hyd_frames::RunStream;
 use hyd_results::{Format, ResultFile};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, VariableInfo};
 
 use crate::arguments::{Simulate, Solver};
-use crate::parquet_stream::ParquetStream;
 use crate::picture::{picture_format, write_picture};
 use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
@@ -151,7 +151,7 @@ fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<Resu
         false => selection.keeps(variable, name),
     };
     let opened = match is_parquet(path) {
-        true => ResultFile::with(path, |file| Ok(Box::new(ParquetStream::new(file, keep)))),
+        true => ResultFile::with(path, |file| Ok(Box::new(RunStream::new(file, keep)))),
         false => ResultFile::create(path, keep),
     };
     opened.map(Some).map_err(|error| unwritable(path, &error))

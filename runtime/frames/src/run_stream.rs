@@ -9,31 +9,26 @@ use std::sync::Arc;
 
 use hyd_results::{Column, Keep, RowFile, RowKind, Sink, described_columns};
 use hyd_system::{Place, Tables, Variability, VariableInfo};
-use parquet::basic::{Repetition, Type as Physical};
-use parquet::data_type::DoubleType;
-use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
+
+use crate::{Cells, FrameWriter, Kind};
 
 /// Values that are collected before a row group is written.
 const GROUP: usize = 1 << 21;
 
 /// Parquet rows into a file.
-pub(crate) struct ParquetStream {
+pub struct RunStream {
     file: Option<File>,
     keep: Keep,
-    writer: Option<SerializedFileWriter<File>>,
+    writer: Option<FrameWriter>,
     columns: Vec<Column>,
     parameters: Vec<f64>,
     /// Time, then the columns.
     values: Vec<Vec<f64>>,
 }
 
-impl ParquetStream {
+impl RunStream {
     /// Rows into `file` for the variables that `keep` accepts.
-    pub(crate) fn new(file: File, keep: impl FnMut(&VariableInfo, &str) -> bool + Send + 'static) -> Self {
+    pub fn new(file: File, keep: impl FnMut(&VariableInfo, &str) -> bool + Send + 'static) -> Self {
         Self {
             file: Some(file),
             keep: Box::new(keep),
@@ -46,19 +41,18 @@ impl ParquetStream {
 
     fn write_group(&mut self) -> io::Result<()> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
-        write_columns(writer, &self.values).map_err(into_io)?;
-        self.values.iter_mut().for_each(Vec::clear);
-        Ok(())
+        let cells: Vec<Cells> = self.values.iter_mut().map(|values| Cells::Numbers(std::mem::take(values))).collect();
+        writer.group(&cells)
     }
 }
 
-impl Sink for ParquetStream {
+impl Sink for RunStream {
     fn begin(&mut self, tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
         let described = described_columns(tables, &mut self.keep);
         let metadata = metadata(tables, &described, parameters);
-        let names = described.iter().map(|(column, _)| column.name.as_str());
+        let names = std::iter::once("time").chain(described.iter().map(|(column, _)| column.name.as_str()));
         let file = self.file.take().ok_or_else(|| io::Error::other("a Parquet file holds one run"))?;
-        self.writer = Some(open(file, std::iter::once("time").chain(names), metadata).map_err(into_io)?);
+        self.writer = Some(FrameWriter::new(file, names.map(|name| (name, Kind::Number)), &metadata)?);
         self.columns = described.into_iter().map(|(column, _)| column).collect();
         self.parameters = parameters.to_vec();
         self.values = vec![Vec::new(); self.columns.len() + 1];
@@ -74,47 +68,16 @@ impl Sink for ParquetStream {
     }
 }
 
-impl RowFile for ParquetStream {
+impl RowFile for RunStream {
     fn finish(&mut self) -> io::Result<()> {
         if self.values.first().is_some_and(|times| !times.is_empty()) {
             self.write_group()?;
         }
-        match self.writer.take() {
-            Some(writer) => writer.close().map(|_| ()).map_err(into_io),
-            None => Ok(()),
-        }
+        self.writer.take().map_or(Ok(()), FrameWriter::finish)
     }
 }
 
-/// A writer for required columns of doubles with these names.
-pub(crate) fn open<'a>(
-    file: File,
-    names: impl Iterator<Item = &'a str>,
-    metadata: Vec<KeyValue>,
-) -> Result<SerializedFileWriter<File>, ParquetError> {
-    let field = |name: &str| {
-        let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
-        field.build().map(Arc::new)
-    };
-    let fields = names.map(field).collect::<Result<Vec<_>, ParquetError>>()?;
-    let schema = Type::group_type_builder("run").with_fields(fields).build()?;
-    let properties = WriterProperties::builder().set_dictionary_enabled(false).set_key_value_metadata(Some(metadata));
-    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))
-}
-
-/// A row group of equally long columns.
-pub(crate) fn write_columns(writer: &mut SerializedFileWriter<File>, columns: &[Vec<f64>]) -> Result<(), ParquetError> {
-    let mut group = writer.next_row_group()?;
-    for values in columns {
-        if let Some(mut column) = group.next_column()? {
-            column.typed::<DoubleType>().write_batch(values, None, None)?;
-            column.close()?;
-        }
-    }
-    group.close().map(|_| ())
-}
-
-fn metadata(tables: &Tables, described: &[(Column, &VariableInfo)], parameters: &[f64]) -> Vec<KeyValue> {
+fn metadata(tables: &Tables, described: &[(Column, &VariableInfo)], parameters: &[f64]) -> Vec<(String, String)> {
     let by_name = |text: fn(&VariableInfo) -> &str| {
         let stated = described.iter().filter(|(_, variable)| !text(variable).is_empty());
         stated.map(|(column, variable)| (column.name.clone(), text(variable).into())).collect()
@@ -132,20 +95,9 @@ fn metadata(tables: &Tables, described: &[(Column, &VariableInfo)], parameters: 
         })
     });
     vec![
-        KeyValue::new("model".to_string(), tables.model.to_string()),
-        KeyValue::new("units".to_string(), json(by_name(|variable| &variable.unit))),
-        KeyValue::new("descriptions".to_string(), json(by_name(|variable| &variable.description))),
-        KeyValue::new("parameters".to_string(), json(settings.collect())),
+        ("model".to_string(), tables.model.to_string()),
+        ("units".to_string(), json(by_name(|variable| &variable.unit))),
+        ("descriptions".to_string(), json(by_name(|variable| &variable.description))),
+        ("parameters".to_string(), json(settings.collect())),
     ]
-}
-
-/// The system's error where there is one behind it, so that a full disk is called one.
-pub(crate) fn into_io(error: ParquetError) -> io::Error {
-    match error {
-        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
-            Ok(error) => *error,
-            Err(other) => io::Error::other(other.to_string()),
-        },
-        other => io::Error::other(other.to_string()),
-    }
 }

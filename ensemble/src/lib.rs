@@ -1,0 +1,21 @@
+//! Many runs of one model: which parameter values, on which cores, into which files.
+//!
+//! A [`Plan`] says what varies; [`Members`] are its parameter values, number by number, the same on every machine; [`run`] works
+//! a share of them off in chunks, each of which becomes a whole file, so that a killed sweep goes on where it was; [`merge`]
+//! joins the files.  A member that fails is a row that says so.  The crate knows no compiler and no command line.
+
+mod chunk;
+mod folder;
+mod members;
+mod merge;
+mod plan;
+mod random;
+mod run;
+mod variation;
+
+pub use folder::{Folder, FolderError};
+pub use members::Members;
+pub use merge::{MergeError, merge};
+pub use plan::{Method, Plan, PlanError, Shard};
+pub use run::{Job, Kept, Report, run};
+pub use variation::{Variation, VariationError};

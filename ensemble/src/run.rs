@@ -1,0 +1,181 @@
+//! Works off a share of an ensemble on several threads.
+//!
+//! Each thread has a system and a simulator of its own and takes the next chunk that nobody has; a chunk is written when all
+//! its members have run.  Nothing depends on which thread does what, so results are the same for any number of threads.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use hyd_results::{Column, columns};
+use hyd_runtime::{Options, Simulator, SolveError, Summary};
+use hyd_system::{DaeSystem, VariableInfo};
+
+use crate::chunk::{Ending, Recorder, Rows, Table};
+use crate::{Folder, Members, Shard};
+
+/// What is kept of each run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kept {
+    /// The values at its end.
+    Final,
+    /// All rows as well.
+    Rows,
+}
+
+/// A share of an ensemble.
+pub struct Job<'a> {
+    /// The values.
+    pub members: &'a Members,
+    /// Names of the varied parameters.
+    pub names: Vec<String>,
+    /// For each of them where it stands in `DaeSystem::parameters` (an array may take several places), with its sign.
+    pub places: Vec<Vec<(usize, f64)>>,
+    /// Makes a system, ready but for the varied parameters.
+    pub system: &'a (dyn Fn() -> Box<dyn DaeSystem> + Sync),
+    /// Times and tolerance of every run.
+    pub options: Options,
+    /// Which variables are kept.
+    pub keep: &'a (dyn Fn(&VariableInfo, &str) -> bool + Sync),
+    /// What is kept of each run.
+    pub kept: Kept,
+    /// Where results go.
+    pub folder: &'a Folder,
+    /// Which chunks.
+    pub shard: Shard,
+    /// Number of threads.
+    pub threads: usize,
+}
+
+/// What came out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Report {
+    /// Members of the share.
+    pub members: usize,
+    /// Members that had been run before.
+    pub before: usize,
+    /// Members run now, failed ones included.
+    pub now: usize,
+    /// Members run now that failed.
+    pub failed: usize,
+    /// The caller asked to stop.
+    pub interrupted: bool,
+}
+
+/// Runs what is left of the share.  `progress` gets the numbers of members done and of the whole share; when `stop` says so,
+/// chunks that are not done are given up and done anew next time.
+///
+/// # Errors
+/// When a result cannot be written; what was written before stays.
+pub fn run(
+    job: &Job<'_>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> io::Result<Report> {
+    let share: Vec<usize> = (0..job.folder.chunks()).filter(|&chunk| job.shard.holds(chunk)).collect();
+    let size = |chunks: &[usize]| chunks.iter().map(|&chunk| job.folder.members_of(chunk).len()).sum::<usize>();
+    let left: Vec<usize> = share.iter().copied().filter(|&chunk| !job.folder.is_done(chunk)).collect();
+    let mut report = Report { members: size(&share), ..Report::default() };
+    report.before = report.members - size(&left);
+
+    let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(0));
+    let halted = AtomicBool::new(false);
+    let fault: Mutex<Option<io::Error>> = Mutex::new(None);
+    let halt = || halted.load(Ordering::Relaxed) || stop();
+    let counted = |failures: usize| {
+        failed.fetch_add(failures, Ordering::Relaxed);
+        let now = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress(report.before + now, report.members);
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..job.threads.clamp(1, left.len().max(1)) {
+            scope.spawn(|| {
+                let mut worker = Worker::new(job);
+                while let Some(&chunk) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if halt() {
+                        break;
+                    }
+                    if let Err(error) = worker.chunk(chunk, &counted, &halt) {
+                        fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                        halted.store(true, Ordering::Relaxed);
+                    }
+                }
+            });
+        }
+    });
+    if let Some(error) = fault.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    report.now = done.into_inner();
+    report.failed = failed.into_inner();
+    report.interrupted = stop();
+    Ok(report)
+}
+
+/// What a thread works with.
+struct Worker<'a> {
+    job: &'a Job<'a>,
+    system: Box<dyn DaeSystem>,
+    simulator: Simulator,
+    columns: Vec<Column>,
+}
+
+impl<'a> Worker<'a> {
+    fn new(job: &'a Job<'a>) -> Self {
+        let system = (job.system)();
+        let simulator = Simulator::new(system.structure());
+        let columns = columns(system.tables(), |variable, name| (job.keep)(variable, name));
+        Self { job, system, simulator, columns }
+    }
+
+    fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize), halt: &dyn Fn() -> bool) -> io::Result<()> {
+        let job = self.job;
+        let mut table = Table::new(job.names.len(), self.columns.len());
+        let mut rows = Rows::default();
+        for member in job.folder.members_of(chunk) {
+            let values = job.members.values(member);
+            let kept = (job.kept == Kept::Rows).then_some(&mut rows);
+            let mut recorder = Recorder::new(&self.columns, kept, member);
+            let Some(ending) = one(&mut *self.system, &mut self.simulator, job, &values, &mut recorder, halt)? else {
+                return Ok(());
+            };
+            counted(usize::from(ending.status == "failed"));
+            let last = std::mem::take(&mut recorder.last);
+            table.push(member, &values, ending, &last);
+        }
+        if job.kept == Kept::Rows {
+            rows.write(&job.folder.rows_file(chunk), &self.columns)?;
+        }
+        table.write(&job.folder.members_file(chunk), &job.names, &self.columns)
+    }
+}
+
+/// One run; `None` if it was stopped from outside.
+fn one(
+    system: &mut dyn DaeSystem,
+    simulator: &mut Simulator,
+    job: &Job<'_>,
+    values: &[f64],
+    recorder: &mut Recorder<'_>,
+    halt: &dyn Fn() -> bool,
+) -> io::Result<Option<Ending>> {
+    let start = job.options.start;
+    for ((name, places), &value) in job.names.iter().zip(&job.places).zip(values) {
+        for &(place, sign) in places {
+            if system.set_parameter(place, sign * value).is_err() {
+                let message = format!("`{name}` cannot be set to {value}");
+                return Ok(Some(Ending { status: "failed", message, time: start }));
+            }
+        }
+    }
+    Ok(Some(match simulator.run(system, &job.options, recorder, halt) {
+        Ok(Summary { terminated: Some(message), time, .. }) => Ending { status: "terminated", message, time },
+        Ok(Summary { time, .. }) => Ending { status: "done", message: String::new(), time },
+        Err(SolveError::Interrupted { .. }) => return Ok(None),
+        Err(SolveError::Sink { error, .. }) => return Err(error),
+        Err(error) => {
+            let time = error.time().unwrap_or(start);
+            Ending { status: "failed", message: error.to_string(), time }
+        }
+    }))
+}

@@ -1,0 +1,57 @@
+//! The values of a column.
+
+/// What a column holds.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// 64-bit floating point numbers.
+    Number,
+    /// 64-bit whole numbers.
+    Whole,
+    /// UTF-8 texts.
+    Text,
+}
+
+/// A part of a column.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Cells {
+    /// Floating point numbers.
+    Numbers(Vec<f64>),
+    /// Whole numbers.
+    Wholes(Vec<i64>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+impl Cells {
+    /// An empty column.
+    pub fn new(kind: Kind) -> Self {
+        match kind {
+            Kind::Number => Cells::Numbers(Vec::new()),
+            Kind::Whole => Cells::Wholes(Vec::new()),
+            Kind::Text => Cells::Texts(Vec::new()),
+        }
+    }
+
+    /// What it holds.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Cells::Numbers(_) => Kind::Number,
+            Cells::Wholes(_) => Kind::Whole,
+            Cells::Texts(_) => Kind::Text,
+        }
+    }
+
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            Cells::Numbers(values) => values.len(),
+            Cells::Wholes(values) => values.len(),
+            Cells::Texts(values) => values.len(),
+        }
+    }
+
+    /// True without values.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
