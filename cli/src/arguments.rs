@@ -26,6 +26,7 @@ impl Arguments {
             Verb::Check(verb) => verb.model.message_format,
             Verb::Simulate(verb) => verb.model.message_format,
             Verb::Equations(verb) => verb.model.message_format,
+            Verb::Sweep(verb) => verb.message_format,
             Verb::Plot(_) | Verb::Compare(_) | Verb::Explain(_) => MessageFormat::Text,
         }
     }
@@ -42,6 +43,8 @@ pub enum Verb {
     Equations(Equations),
     /// Draw results, several runs overlaid
     Plot(Plot),
+    /// Run a model many times with varied parameters, on all cores
+    Sweep(Box<Sweep>),
     /// Hold two results against each other
     Compare(Compare),
     /// Explain an error code, or list all of them
@@ -197,6 +200,81 @@ pub struct Plot {
     pub model: Option<String>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
+}
+
+/// `hyd sweep`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "VALUES: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C, or a distribution drawn --samples times: uniform(a, b), \
+                        loguniform(a, b), normal(mean, deviation), lognormal(median, deviation), triangular(low, mode, high).\n\
+                        A folder that holds part of the same sweep is completed.  `hyd sweep merge DIR` joins the parts of shards."
+)]
+pub struct Sweep {
+    /// The model's file, a plan (PLAN.toml), or `merge`
+    #[arg(value_name = "FILE|PLAN.toml|merge")]
+    pub file: PathBuf,
+    /// The folder whose parts `merge` joins
+    #[arg(value_name = "DIR")]
+    pub folder: Option<PathBuf>,
+    /// Varies a parameter (repeatable; the first changes slowest)
+    #[arg(long = "vary", value_name = "NAME=VALUES", value_parser = assignment)]
+    pub vary: Vec<(String, String)>,
+    /// Number of draws from distributions
+    #[arg(long, value_name = "N")]
+    pub samples: Option<usize>,
+    /// How draws fill their space: lhs (Latin hypercube) or random [default: lhs]
+    #[arg(long, value_name = "METHOD")]
+    pub method: Option<DrawMethod>,
+    /// Seed of the draws [default: 0]
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR")]
+    pub result: Option<PathBuf>,
+    /// Keeps all rows of every run, not only the last
+    #[arg(long)]
+    pub rows: bool,
+    /// Runs only share I of N, I from 0
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+    /// Number of threads [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<std::num::NonZeroUsize>,
+    /// Variables that are kept: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// Stop time in s
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub stop: Option<f64>,
+    /// Relative tolerance
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Number of equal output intervals per run
+    #[arg(long, value_name = "N")]
+    pub intervals: Option<usize>,
+    /// The class to take [default: the last complete model of the file]
+    #[arg(long, value_name = "CLASS")]
+    pub model: Option<String>,
+    /// Sets a parameter that does not vary, by its full name (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
+    /// How messages are written to standard error
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub message_format: MessageFormat,
+    /// Prints the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How draws are made.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DrawMethod {
+    /// Latin hypercube.
+    Lhs,
+    /// Independent draws.
+    Random,
 }
 
 /// `hyd compare`

@@ -5,7 +5,7 @@
 use hyd_compiler::{Code, Diagnostic};
 use hyd_flat::{FlatModel, VariableBlock};
 use hyd_source::did_you_mean;
-use hyd_system::{DaeSystem, NamePattern, Place, Settable, ValueKind, Variability, VariableInfo};
+use hyd_system::{DaeSystem, NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
 
 /// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -78,6 +78,39 @@ pub(crate) fn apply(system: &mut dyn DaeSystem, set: &[(String, String)], used: 
         }
     }
     Ok(())
+}
+
+/// Where a varied parameter stands in `DaeSystem::parameters`, with its sign; an array stands in several places.
+pub(crate) fn varied(tables: &Tables, name: &str) -> Result<Vec<(usize, f64)>, String> {
+    let found = tables.variables.iter().find_map(|info| Some((info, elements(&info.name, name)?)));
+    let Some((info, elements)) = found else {
+        let settable = tables.variables.iter().filter(|info| info.settable == Settable::Yes && info.name.count() > 0);
+        let names: Vec<String> = settable.map(|info| info.name.element(0)).collect();
+        let hint =
+            did_you_mean(name, names.iter().map(String::as_str)).map_or_else(String::new, |hint| format!("; {hint}"));
+        return Err(format!("the model has no parameter `{name}`{hint}"));
+    };
+    match info.settable {
+        Settable::Yes => {}
+        Settable::Structural => {
+            return Err(format!(
+                "`{name}` cannot be varied: it decides sizes or structure, so every value is a model of its own"
+            ));
+        }
+        Settable::No if info.variability > Variability::Parameter => {
+            return Err(format!("`{name}` cannot be varied: it is a variable, not a parameter"));
+        }
+        Settable::No => return Err(format!("`{name}` cannot be varied: it is constant, final or follows from others")),
+    }
+    let range = match elements {
+        Elements::One(k) => k..k + 1,
+        Elements::All => 0..info.sources.len(),
+    };
+    let place = |source: &Source| match source.place {
+        Place::Parameter(k) => Ok((k as usize, if source.negated { -1.0 } else { 1.0 })),
+        _ => Err(format!("`{name}` cannot be varied: its value is not kept as run-time data")),
+    };
+    info.sources.get(range).unwrap_or_default().iter().map(place).collect()
 }
 
 /// Positions in `DaeSystem::parameters` with their new values.

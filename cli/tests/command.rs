@@ -84,7 +84,7 @@ fn explanations_are_printed_whole() {
 fn wrong_usage_is_exit_code_two() {
     let folder = Folder::new("usage", &[("decay.hyd", DECAY), ("r.csv", b"time,x\n0,1\n1,2\n")]);
     let cases: &[(&[&str], &str)] = &[
-        (&["simulate", "decay.hyd", "--result", "a.mat"], "error: `a.mat`: this version writes results as .csv only\n"),
+        (&["sweep", "decay.hyd", "--vary", "k=1"], "error: --result DIR is needed: the folder of the results\n"),
         (&["simulate", "decay.hyd", "--plot", "a.pdf"], "error: `a.pdf`: a picture ends in .svg or .png\n"),
         (&["plot", "r.csv", "-o", "a"], "error: `a`: a picture ends in .svg or .png\n"),
         (&["simulate", "decay.hyd", "--variables", "^q$"], "error: no variable of the model matches `^q$`\n"),

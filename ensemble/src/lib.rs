@@ -16,6 +16,6 @@ mod variation;
 pub use folder::{Folder, FolderError};
 pub use members::Members;
 pub use merge::{MergeError, merge};
-pub use plan::{Method, Plan, PlanError, Shard};
+pub use plan::{Method, Plan, PlanError, Shard, Vary};
 pub use run::{Job, Kept, Report, run};
 pub use variation::{Variation, VariationError};

@@ -60,7 +60,8 @@ fn join(target: &Path, parts: impl Iterator<Item = PathBuf>) -> Result<PathBuf, 
     let mut writer: Option<(FrameWriter, Vec<(String, Kind)>)> = None;
     for part in parts {
         let frame = Frame::read(&part).map_err(failed(&part))?;
-        let head: Vec<(String, Kind)> = frame.columns.iter().map(|(name, cells)| (name.clone(), cells.kind())).collect();
+        let head: Vec<(String, Kind)> =
+            frame.columns.iter().map(|(name, cells)| (name.clone(), cells.kind())).collect();
         if writer.is_none() {
             let file = whole.writer().map_err(failed(target))?;
             let columns = head.iter().map(|(name, kind)| (name.as_str(), *kind));

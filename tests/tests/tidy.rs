@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 17] = [
+const ALLOWED: [(&str, &[&str]); 19] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source", "hyd-index"]),
@@ -44,6 +44,8 @@ const ALLOWED: [(&str, &[&str]); 17] = [
     ("hyd-system", &[]),
     ("hyd-results", &["hyd-system"]),
     ("hyd-runtime", &["hyd-system", "hyd-results"]),
+    ("hyd-frames", &["hyd-system", "hyd-results"]),
+    ("hyd-ensemble", &["hyd-system", "hyd-results", "hyd-runtime", "hyd-frames"]),
     ("hyd-discovery", &["hyd-compiler", "hyd-runtime", "hyd-results", "hyd-system"]),
     ("hyd-report", &["hyd-results", "hyd-discovery", "hyd-system"]),
     // A workspace of its own, for comparison.

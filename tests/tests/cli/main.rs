@@ -1,7 +1,7 @@
 //! The command line as its users meet it: the real program, its messages, exit codes and files.
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
-//! cannot be written, closed pipes and Ctrl-C.  What the models compute is tested elsewhere.
+//! cannot be written, closed pipes and Ctrl-C; `sweeps` many runs.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,3 +9,4 @@ mod bad_input;
 mod files;
 mod outputs;
 mod process;
+mod sweeps;

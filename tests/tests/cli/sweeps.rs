@@ -1,0 +1,141 @@
+//! Many runs: the same numbers as single runs, however they are cut into shards, killed and begun again.
+
+use std::process::Stdio;
+use std::time::Duration;
+
+use hyd_frames::{Cells, Frame};
+
+use crate::process::{Scratch, assert_no_panic, command, run};
+
+/// x(1) = a exp(-b); escapes before the end where b < -1 (x' = x^2 then).
+const MODEL: &str = "model Decay\n  parameter Real a = 1;\n  parameter Real b = 1;\n  parameter Integer n = 2;\n  \
+                     Real x(start = a, fixed = true);\n  Real y[n];\nequation\n  der(x) = if b < -1 then x^2*4 else -b*x;\n  \
+                     for k in 1:n loop\n    y[k] = k*x;\n  end for;\nend Decay;\n";
+
+fn folder() -> Scratch {
+    let folder = Scratch::new();
+    folder.write("decay.hyd", MODEL);
+    folder
+}
+
+fn sweep(folder: &Scratch, arguments: &[&str]) -> String {
+    let outcome = run(folder.path(), &[&["sweep", "decay.hyd"], arguments].concat());
+    assert_no_panic(&outcome);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    outcome.stdout
+}
+
+fn numbers(frame: &Frame, name: &str) -> Vec<f64> {
+    match frame.column(name) {
+        Some(Cells::Numbers(values)) => values.clone(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_member_is_what_a_single_run_gives() {
+    let folder = folder();
+    sweep(&folder, &["--vary", "a=1:2:3", "--vary", "b=0.5,1", "--rows", "--intervals", "5", "--result", "s"]);
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    assert_eq!(numbers(&members, "a"), [1.0, 1.0, 1.5, 1.5, 2.0, 2.0]);
+    assert_eq!(numbers(&members, "b"), [0.5, 1.0, 0.5, 1.0, 0.5, 1.0]);
+    let closed = |(a, b): (f64, f64)| a * (-b).exp();
+    let ends = numbers(&members, "a").into_iter().zip(numbers(&members, "b")).map(closed);
+    for (x, expected) in numbers(&members, "x").into_iter().zip(ends) {
+        assert!((x - expected).abs() < 1e-5, "{x} {expected}");
+    }
+    let single = ["simulate", "decay.hyd", "--set", "a=1.5", "--set", "b=1", "--intervals", "5", "--result", "r.csv"];
+    assert_eq!(run(folder.path(), &single).code, Some(0));
+    let rows = Frame::read(&folder.path().join("s/rows.parquet")).unwrap();
+    let Some(Cells::Wholes(of)) = rows.column("member") else { panic!() };
+    let text = folder.read("r.csv");
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let table: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    for (k, name) in names.iter().enumerate() {
+        let all = numbers(&rows, name);
+        let own: Vec<f64> = all.iter().zip(of).filter(|(_, member)| **member == 3).map(|(value, _)| *value).collect();
+        assert_eq!(own, table.iter().map(|row| row[k]).collect::<Vec<_>>(), "{name}");
+    }
+}
+
+#[test]
+fn shards_and_interruptions_change_nothing() {
+    let folder = folder();
+    let varied = ["--vary", "a=uniform(1, 2)", "--vary", "b=normal(1, 0.2)", "--samples", "150", "--seed", "5"];
+    let with = |rest: &[&'static str]| [&varied[..], rest].concat();
+    sweep(&folder, &with(&["--result", "whole"]));
+    let whole = std::fs::read(folder.path().join("whole/members.parquet")).unwrap();
+
+    for shard in ["2/3", "0/3", "1/3"] {
+        sweep(&folder, &[&with(&["--result", "parts", "--threads", "1", "--shard"])[..], &[shard]].concat());
+    }
+    let merged = run(folder.path(), &["sweep", "merge", "parts"]);
+    assert_eq!(merged.code, Some(0), "{}", merged.stderr);
+    assert!(std::fs::read(folder.path().join("parts/members.parquet")).unwrap() == whole);
+
+    // Killed at some moment, then begun again: the same file, and what was done is not done twice.
+    let arguments = [&["sweep", "decay.hyd"], &with(&["--result", "killed", "--threads", "1"])[..]].concat();
+    for pause in [20, 60, 100] {
+        let mut child = command(folder.path(), &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(pause));
+        let _ = child.kill();
+        child.wait().unwrap();
+    }
+    sweep(&folder, &with(&["--result", "killed"]));
+    assert!(std::fs::read(folder.path().join("killed/members.parquet")).unwrap() == whole);
+    let again = sweep(&folder, &with(&["--result", "killed"]));
+    assert!(again.starts_with("150 of 150 runs done, 150 of them before; 0 failed\n"), "{again}");
+}
+
+#[test]
+fn a_member_that_fails_is_a_row_that_says_so() {
+    let folder = folder();
+    let said = sweep(&folder, &["--vary", "b=1,-2,2", "--result", "s"]);
+    assert!(said.starts_with("3 of 3 runs done; 1 failed\n"), "{said}");
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    let Some(Cells::Texts(status)) = members.column("status") else { panic!() };
+    assert_eq!(status, &["done", "failed", "done"]);
+    // x' = 4 x^2 from 1 escapes at t = 1/4.
+    let times = numbers(&members, "time");
+    assert!((times[1] - 0.25).abs() < 1e-3 && times[2] == 1.0, "{times:?}");
+}
+
+#[test]
+fn a_plan_says_the_same_as_the_options() {
+    let folder = folder();
+    folder.write(
+        "plan.toml",
+        "model = \"decay.hyd\"\nstop = 0.5\n[set]\na = \"3\"\n[[vary]]\nparameter = \"b\"\nvalues = \"0:1:4\"\n",
+    );
+    let outcome = run(folder.path(), &["sweep", "plan.toml", "--result", "by_plan"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    sweep(&folder, &["--set", "a=3", "--stop", "0.5", "--vary", "b=0:1:4", "--result", "by_options"]);
+    let read = |name: &str| std::fs::read(folder.path().join(name).join("members.parquet")).unwrap();
+    assert!(read("by_plan") == read("by_options"));
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_and_leaves_nothing() {
+    let cases: [(&[&str], i32, &str); 7] = [
+        (&["--vary", "c=1:2:3"], 1, "error: the model has no parameter `c`"),
+        (&["--vary", "n=1,2"], 1, "error: `n` cannot be varied: it decides sizes or structure"),
+        (&["--vary", "x=1,2"], 1, "error: `x` cannot be varied: it is a variable, not a parameter"),
+        (&["--vary", "a=uniform(0, 1)"], 2, "error: `a` is drawn from a distribution; say how many samples"),
+        (&["--vary", "a=1", "--vary", "a=2"], 2, "error: `a` is varied twice"),
+        (&["--vary", "a=1:2:x"], 2, "error: values of `a`: the count in `1:2:x`"),
+        (&[], 2, "error: nothing is varied"),
+    ];
+    for (arguments, code, message) in cases {
+        let folder = folder();
+        let outcome = run(folder.path(), &[&["sweep", "decay.hyd", "--result", "s"], arguments].concat());
+        assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
+        assert!(outcome.stderr.starts_with(message), "{}", outcome.stderr);
+        assert_eq!(folder.names(), ["decay.hyd"]);
+    }
+    let folder = folder();
+    sweep(&folder, &["--vary", "a=1,2", "--result", "s"]);
+    let other = run(folder.path(), &["sweep", "decay.hyd", "--vary", "a=1,3", "--result", "s"]);
+    assert_eq!(other.code, Some(1));
+    assert!(other.stderr.contains("holds another sweep"), "{}", other.stderr);
+}
