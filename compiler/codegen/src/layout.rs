@@ -1,6 +1,6 @@
 //! Where every quantity of a sorted system stands in memory.
 //!
-//! The data area holds, in this order: time and the `initial()` flag, the constants pool, parameter values, for each
+//! The data area holds, in this order: time, the `initial()` flag, the share of `homotopy`, the constants pool, parameter values, for each
 //! parameter that can be set a flag and a given value, start values, discrete variables, their values before the event,
 //! such values of continuous variables, held relations, which candidates are states, and delayed values with their rates.
 //! Unknowns and rates are the solver's vectors, assigned variables stand in the work area by their number in the plan.  The
@@ -13,7 +13,7 @@ use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_system::{Settable, ValueKind};
 
-use crate::program::{Area, INITIAL};
+use crate::program::{Area, HOMOTOPY};
 
 /// A position in an area.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
@@ -92,7 +92,7 @@ impl Layout {
     /// Lays out the data area of a system.
     pub fn new(sorted: &SortedSystem) -> Self {
         let count = sorted.system.flat.scalars as usize;
-        let constants = INITIAL + 1;
+        let constants = HOMOTOPY + 1;
         let mut layout = Self {
             data: constants,
             constants,
@@ -115,6 +115,7 @@ impl Layout {
             },
         };
         let pool = layout.take(sorted.system.flat.constants.len());
+        layout.preset.push((HOMOTOPY, 1.0));
         layout.preset.extend(pool.zip(sorted.system.flat.constants.iter().copied()));
         layout.place_parameters(sorted);
         layout.place_starts(sorted);

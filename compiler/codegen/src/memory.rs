@@ -7,7 +7,7 @@
 use hyd_index::IndexVec;
 use hyd_symbolic::{NodeId, SlotId, slots};
 
-use crate::program::{AREAS, Address, Area, INITIAL, Kernel, Program, RoutineId, TABLE_SIGN};
+use crate::program::{AREAS, Address, Area, HOMOTOPY, Kernel, Program, RoutineId, TABLE_SIGN};
 
 /// The areas of one call.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl Extents {
         let mut needed = IndexVec::new();
         for routine in program.routines.iter() {
             let mut ends = [0u32; AREAS];
-            ends[Area::Data as usize] = INITIAL + 1; // behind `TIME`
+            ends[Area::Data as usize] = HOMOTOPY + 1; // the last of the fixed ones
             for kernel in &routine.kernels {
                 check_slots(program, kernel)?;
                 let stores = kernel.stores.iter().map(|store| (&store.to, true));

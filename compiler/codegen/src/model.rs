@@ -6,7 +6,7 @@ use hyd_equations::{Plan, SortedSystem};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Files};
-use hyd_symbolic::NodeId;
+use hyd_symbolic::{NodeId, contains_homotopy};
 use hyd_system::{DelaySite, InitialStructure, NamePattern, Pattern, Structure, Tables, ValueKind};
 
 use crate::delay::{SitePlaces, site_places, sites};
@@ -101,6 +101,8 @@ pub(crate) struct InitialTransfer {
     pub values: Vec<(Place, u32)>,
     /// Variables that must have their start values: variable, place, position of the start value.
     pub checked: Vec<(VarId, Place, u32)>,
+    /// `homotopy` occurs in the initial system.
+    pub homotopy: bool,
 }
 
 /// Where the rows of a plan come from.
@@ -314,12 +316,22 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {
     let unknowns = &sorted.simulation.unknowns;
     let checked = |&v: &VarId| Some((v, places.get(Target::Var(v))?, layout.start(v)?));
     InitialTransfer {
+        homotopy: uses_homotopy(sorted),
         checked: sorted.redundant_starts.iter().filter_map(checked).collect(),
         guess: sorted.initial.unknowns.iter().map(|u| guess(u.target)).collect(),
         states: unknowns.iter().map(|u| state(u.target)).collect(),
         rates: unknowns.iter().map(rate).collect(),
         values: known.filter_map(value).collect(),
     }
+}
+
+fn uses_homotopy(sorted: &SortedSystem) -> bool {
+    let (plan, arena) = (&sorted.initial, &sorted.system.flat.templates.arena);
+    let mut values: Vec<NodeId> =
+        plan.assignments.iter().map(|a| a.value).chain(plan.residuals.iter().map(|r| r.value)).collect();
+    values.sort_unstable();
+    values.dedup();
+    values.into_iter().any(|value| contains_homotopy(arena, value))
 }
 
 fn trace(sorted: &SortedSystem, plan: &Plan) -> PlanTrace {

@@ -103,7 +103,7 @@ pub struct Routine {
 /// Everything that is turned into code.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// Expressions of all kernels. `Node::Time` and `Node::Initial` read `Data[TIME]` and `Data[INITIAL]`;
+    /// Expressions of all kernels. `Node::Time`, `Node::Initial` and `Node::Homotopy` read `Data[TIME]` and so on;
     /// there are no `Node::Event` nodes left.
     pub arena: Arena,
     /// Routines.
@@ -116,3 +116,5 @@ pub struct Program {
 pub const TIME: u32 = 0;
 /// Position of the `initial()` flag in the data area.
 pub const INITIAL: u32 = 1;
+/// Position of the share of `homotopy` that is actual.
+pub const HOMOTOPY: u32 = 2;

@@ -12,7 +12,7 @@ use crate::layout::Place;
 use crate::lower::plan::{JacobianCode, PlanCode};
 use crate::memory::Memory;
 use crate::model::{CompiledModel, Shared, fits};
-use crate::program::{Area, INITIAL, RoutineId, TIME};
+use crate::program::{Area, HOMOTOPY, INITIAL, RoutineId, TIME};
 use crate::selection::{CandidateSet, Choice};
 use crate::vm::Registers;
 
@@ -257,6 +257,14 @@ impl DaeSystem for CompiledSystem {
         }
         self.guess_relations(z);
         Ok(())
+    }
+
+    fn has_homotopy(&self) -> bool {
+        self.shared.initial.homotopy
+    }
+
+    fn set_homotopy(&mut self, share: f64) {
+        self.memory.data[HOMOTOPY as usize] = share;
     }
 
     fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure> {

@@ -10,7 +10,7 @@ use hyd_symbolic::{Function, Machine, Node, NodeId, operate, post_order};
 use rustc_hash::FxHashMap;
 
 use crate::memory::{Extents, Memory};
-use crate::program::{Address, Area, INITIAL, Kernel, Program, RoutineId, TABLE_SIGN, TIME};
+use crate::program::{Address, Area, HOMOTOPY, INITIAL, Kernel, Program, RoutineId, TABLE_SIGN, TIME};
 
 /// A program prepared for interpretation.
 #[derive(Clone, Debug)]
@@ -132,6 +132,7 @@ impl Tape {
                 }
                 Node::Time => memory.read(Area::Data, TIME),
                 Node::Initial => memory.read(Area::Data, INITIAL),
+                Node::Homotopy => memory.read(Area::Data, HOMOTOPY),
                 Node::Apply(body, output, list) => machine.apply(&self.operations, values, (body, output, list)),
                 _ => operate(node, |id| values[id.index()]),
             };

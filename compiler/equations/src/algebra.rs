@@ -34,6 +34,8 @@ pub(crate) struct Solved {
     pub residual: NodeId,
     /// Slots in expressions divided by.
     pub divisors: Vec<SlotId>,
+    /// Those expressions.
+    pub divided_by: Vec<NodeId>,
     /// Something was divided by that is not a number.
     pub divides: bool,
     /// Time or `initial()` occurs in what was divided by.
@@ -161,6 +163,7 @@ fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solv
         negative,
         residual,
         divisors: slots(arena, &solution.divisors),
+        divided_by: solution.divisors.to_vec(),
         divides: !solution.divisors.is_empty(),
         clocked_divisor: solution.divisors.iter().any(|&divisor| is_clocked(templates, divisor)),
     })
@@ -194,8 +197,10 @@ fn plain_terms(templates: &Templates, template: Template) -> Vec<bool> {
     count.into_iter().map(|count| count == 1).collect()
 }
 
-/// True if time or `initial()` occurs.
+/// True if time, `initial()` or `homotopy` occurs.
 pub(crate) fn is_clocked(templates: &Templates, root: NodeId) -> bool {
     let arena = &templates.arena;
-    post_order(arena, &[root]).into_iter().any(|id| matches!(arena.node(id), Node::Time | Node::Initial))
+    post_order(arena, &[root])
+        .into_iter()
+        .any(|id| matches!(arena.node(id), Node::Time | Node::Initial | Node::Homotopy))
 }

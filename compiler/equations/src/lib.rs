@@ -14,6 +14,7 @@ mod classes;
 mod discrete;
 mod explain;
 mod higher;
+mod homotopy;
 mod incidence;
 mod initial;
 pub mod jacobian;

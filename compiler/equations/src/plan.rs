@@ -14,6 +14,7 @@ use hyd_symbolic::SlotId;
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::sorted::{Assignment, Block, EqId, Plan, Residual, Unknown};
+use crate::start_point::StartPoint;
 use crate::support::Supports;
 use crate::system::EquationSystem;
 
@@ -139,13 +140,39 @@ fn solvabilities(
     pattern: &Pattern,
 ) -> IndexVec<Entry, Solvability> {
     let mut table = Vec::with_capacity(pattern.incidence.entry_count());
+    let mut point = None;
     for row in pattern.incidence.rows() {
         let eq = pattern.rows[row.index()];
         for entry in pattern.incidence.entry_range(row) {
-            table.push(algebra.solvability(system, known, eq, pattern.slots[Entry::new(entry)]));
+            let slot = pattern.slots[Entry::new(entry)];
+            let mut class = algebra.solvability(system, known, eq, slot);
+            if class == Solvability::ByParameters {
+                let point = point.get_or_insert_with(|| StartPoint::new(system, algebra).ok());
+                if point.as_ref().is_none_or(|point| divides_by_zero(system, algebra, point, eq, slot)) {
+                    class = Solvability::Sometimes;
+                }
+            }
+            table.push(class);
         }
     }
     IndexVec::from_vec(table)
+}
+
+/// True if solving divides by parameters that are zero as they stand (a resistance of zero).
+fn divides_by_zero(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    point: &StartPoint,
+    eq: EqId,
+    slot: SlotId,
+) -> bool {
+    let equation = system.equations[eq];
+    let solved = algebra.solve(&mut system.flat.templates, equation.template, slot);
+    let divisors = solved.map(|solved| solved.divided_by.clone()).unwrap_or_default();
+    divisors.into_iter().any(|divisor| {
+        let value = point.evaluate(system, divisor, equation.operands);
+        value == 0.0 || !value.is_finite()
+    })
 }
 
 /// A pattern in which a rate or a candidate occurs only in the row that is matched to it.

@@ -14,6 +14,7 @@ use crate::balance::{add_candidate, simulation_equations};
 use crate::bindings::{Bindings, sort_bindings};
 use crate::discrete::{checks, reinits, sort_discrete, starts};
 use crate::explain::explain_parts;
+use crate::homotopy::{restore_simplified, take_actual};
 use crate::incidence::Unknowns;
 use crate::initial::initial_plan;
 use crate::plan::{Kind, Mismatch, Request, build_plan};
@@ -37,12 +38,14 @@ pub fn sort_system(system: EquationSystem) -> Outcome<Option<SortedSystem>> {
 
 fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Box<Diagnostic>> {
     let (mut system, mut relations) = extract_relations(system);
+    let simplified = take_actual(&mut system);
     let mut algebra = Algebra::default();
     let bindings = sort_bindings(&mut system, &mut algebra)?;
     find_time_events(&mut system, &mut relations, &bindings.known);
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings)?;
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
+    restore_simplified(&mut system, simplified);
     let (initial, redundant_starts) = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);

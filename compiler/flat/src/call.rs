@@ -153,7 +153,9 @@ impl Flattener<'_, '_> {
             "smooth" => {
                 self.expect_arguments(span, name, list, 2).and_then(|()| self.without_events(&list[1], cx, index))
             }
-            "homotopy" => self.expect_arguments(span, name, list, 2).and_then(|()| self.lower(&list[0], cx, index)),
+            "homotopy" => self
+                .expect_arguments(span, name, list, 2)
+                .and_then(|()| self.lower_homotopy(&list[0], &list[1], cx, index)),
             "semiLinear" => self.lower_semi_linear(span, list, cx),
             "sample" => self.lower_sample(span, list, cx),
             "delay" => self.lower_delay(span, list, cx, index),

@@ -18,6 +18,7 @@ mod delay;
 mod flatten;
 mod function;
 mod given_derivative;
+mod homotopy;
 mod index;
 mod jump;
 mod lower;

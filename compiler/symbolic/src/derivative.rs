@@ -134,7 +134,7 @@ fn derive(arena: &mut Arena, id: NodeId, node: Node, d: impl Fn(NodeId) -> Optio
             let rates: Vec<Option<NodeId>> = arguments.iter().map(|&argument| d(argument)).collect();
             crate::body_derivative::apply(arena, (body, output), &arguments, &rates)
         }
-        Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => None,
+        Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => None,
     }
 }
 

@@ -52,6 +52,7 @@ impl Evaluator {
                 Node::Slot(slot) => slots(slot),
                 Node::Time => time,
                 Node::Initial => truth(initial),
+                Node::Homotopy => 1.0,
                 Node::Apply(body, output, list) => self.machine.apply(&self.tape, &self.values, (body, output, list)),
                 operation => operate(operation, |id| self.values[id.index()]),
             };
@@ -69,7 +70,7 @@ pub fn operate(node: Node, value: impl Fn(NodeId) -> f64) -> f64 {
     let holds = |id| value(id) != 0.0;
     match node {
         Node::Const(number) => number.value(),
-        Node::Slot(_) | Node::Time | Node::Initial | Node::Pair(..) | Node::Apply(..) => f64::NAN,
+        Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy | Node::Pair(..) | Node::Apply(..) => f64::NAN,
         Node::Neg(a) => -value(a),
         Node::Not(a) => truth(!holds(a)),
         Node::Add(a, b) => value(a) + value(b),

@@ -74,7 +74,9 @@ pub use eval::{Evaluator, eval, operate};
 pub use hyd_system::math::Function;
 pub use machine::{Limits, MACHINE_LIMITS, Machine};
 pub use node::{Arena, BodyId, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
-pub use occurs::{contains, contains_event, contains_initial, contains_slot, contains_time, cost, size, slots};
+pub use occurs::{
+    contains, contains_event, contains_homotopy, contains_initial, contains_slot, contains_time, cost, size, slots,
+};
 pub use order::post_order;
 pub use print::{LONGEST_TEXT, format_number, print, print_signed, print_template};
 pub use simplify::simplify;

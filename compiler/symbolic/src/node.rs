@@ -78,6 +78,8 @@ pub enum Node {
     Time,
     /// `initial()`: 1 during initialisation, else 0.
     Initial,
+    /// How much of `homotopy` is actual rather than simplified: 1, but less on the way to the start if that needs it.
+    Homotopy,
     /// `-a`
     Neg(NodeId),
     /// `not a`
@@ -115,7 +117,7 @@ impl Node {
     /// The operands in order.
     pub fn operands(&self) -> impl Iterator<Item = NodeId> + use<> {
         let (a, b, c) = match *self {
-            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => (None, None, None),
+            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => (None, None, None),
             Node::Neg(a) | Node::Not(a) | Node::Call1(_, a) | Node::Apply(_, _, a) => (Some(a), None, None),
             Node::Add(a, b)
             | Node::Sub(a, b)
@@ -135,7 +137,7 @@ impl Node {
     /// The same operation on operands changed by `f`.
     pub fn map(self, mut f: impl FnMut(NodeId) -> NodeId) -> Node {
         match self {
-            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => self,
+            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => self,
             Node::Neg(a) => Node::Neg(f(a)),
             Node::Not(a) => Node::Not(f(a)),
             Node::Add(a, b) => Node::Add(f(a), f(b)),

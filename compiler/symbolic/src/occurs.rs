@@ -37,6 +37,11 @@ pub fn contains_initial(arena: &Arena, root: NodeId) -> bool {
     contains(arena, root, |node| node == Node::Initial)
 }
 
+/// True if `homotopy` occurs.
+pub fn contains_homotopy(arena: &Arena, root: NodeId) -> bool {
+    contains(arena, root, |node| node == Node::Homotopy)
+}
+
 /// True if a relation occurs that causes events.
 pub fn contains_event(arena: &Arena, root: NodeId) -> bool {
     contains(arena, root, |node| matches!(node, Node::Event(..)))
@@ -55,7 +60,7 @@ pub fn cost(arena: &Arena, roots: &[NodeId]) -> u64 {
 
 fn weight(node: Node) -> u64 {
     match node {
-        Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => 0,
+        Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => 0,
         Node::Pair(..) => 0,
         Node::Apply(..) => 200,
         Node::Div(..) => 5,

@@ -198,6 +198,7 @@ fn pieces(arena: &Arena, node: Node, list: &mut Vec<Piece>) {
         }
         Node::Time => list.push(Text("time")),
         Node::Initial => list.push(Text("initial()")),
+        Node::Homotopy => list.push(Text("homotopy()")),
         Node::Pair(a, b) => list.extend([Operand(a, Rank::Expression), Text(", "), Operand(b, Rank::Expression)]),
         Node::Const(_) | Node::Slot(_) | Node::Apply(..) => {}
     }

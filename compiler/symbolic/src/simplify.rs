@@ -27,7 +27,7 @@ impl Arena {
     /// The operation, simplified; operands should be simplified already.
     pub fn build(&mut self, node: Node) -> NodeId {
         match node {
-            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial => self.intern(node),
+            Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => self.intern(node),
             Node::Neg(a) => self.neg(a),
             Node::Not(a) => self.not(a),
             Node::Add(a, b) => self.add(a, b),

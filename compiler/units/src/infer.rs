@@ -101,7 +101,7 @@ impl Pass<'_, '_> {
             Node::Const(number) => self.literal(number.value()),
             Node::Slot(slot) => self.case.slots[slot.0 as usize].clone(),
             Node::Time => Form::Quantity(Product::rule(&Unit::SECOND)),
-            Node::Initial | Node::Not(_) | Node::And(..) | Node::Or(..) => Form::COUNT,
+            Node::Initial | Node::Homotopy | Node::Not(_) | Node::And(..) | Node::Or(..) => Form::COUNT,
             Node::Neg(a) => match self.of(a) {
                 Form::Quantity(p) => Form::Quantity(Product { offset: p.offset.map(|o| -o), ..p }),
                 Form::Number { plain, value } => Form::Number { plain, value: value.map(|v| -v) },

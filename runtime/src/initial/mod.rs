@@ -3,7 +3,8 @@
 //! Bind parameters, solve the initial system `G(z) = 0` by the damped method, store its solution as `(y, y')`, make that
 //! consistent ([`consistent`]) and run the event iteration of the start; as long as a relation or a discrete variable changes,
 //! the initial system is another one and is solved again from the last solution.  What `reinit` has written at the start
-//! is not overwritten by a later solution.
+//! is not overwritten by a later solution.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
+//! way leads over the simplified system.
 
 pub(crate) mod consistent;
 
@@ -19,6 +20,9 @@ use consistent::Consistency;
 
 /// Accepted size of a correction, relative to values and nominals.
 const TOLERANCE: f64 = 1e-11;
+/// First and smallest step from the simplified to the actual system.
+const FIRST_SHARE: f64 = 0.25;
+const SMALLEST_SHARE: f64 = 1e-4;
 /// Most passes of the event iteration at the start.
 const MOST_PASSES: usize = 100;
 
@@ -128,11 +132,42 @@ impl InitialSystem {
         if self.newton.x.is_empty() {
             return Ok(());
         }
-        let result = self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE);
+        let guess = if problem.system.has_homotopy() { self.newton.x.clone() } else { Vec::new() };
+        let mut result = self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE);
+        if result.is_err() && !guess.is_empty() {
+            self.newton.x.copy_from_slice(&guess);
+            result = self.continue_from_simplified(problem, t);
+            problem.system.set_homotopy(1.0);
+        }
         result.map_err(|cause| {
             let (row, unknown) = self.blame(cause);
             SolveError::initial(t, cause, (row, unknown), self.newton.attempt(), problem)
         })
+    }
+
+    /// From the simplified system to the actual one, each solution being the guess for the next (numerical continuation,
+    /// Allgower, Georg 2003, *Introduction to Numerical Continuation Methods*, chapter 2).
+    fn continue_from_simplified(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), NewtonFailure> {
+        problem.system.set_homotopy(0.0);
+        self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE)?;
+        let (mut share, mut step) = (0.0, FIRST_SHARE);
+        let mut last = self.newton.x.clone();
+        while share < 1.0 {
+            let next = f64::min(share + step, 1.0);
+            problem.system.set_homotopy(next);
+            match self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE) {
+                Ok(()) => {
+                    last.copy_from_slice(&self.newton.x);
+                    (share, step) = (next, 2.0 * step);
+                }
+                Err(failure) if step <= SMALLEST_SHARE => return Err(failure),
+                Err(_) => {
+                    self.newton.x.copy_from_slice(&last);
+                    step *= 0.25;
+                }
+            }
+        }
+        Ok(())
     }
 
     fn blame(&self, cause: NewtonFailure) -> (Option<usize>, Option<usize>) {

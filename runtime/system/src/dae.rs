@@ -184,6 +184,14 @@ pub trait DaeSystem: Send {
     /// First guess of the initial unknowns `z` (start values).
     fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure>;
 
+    /// True if the initial system has simplified forms of expressions (`homotopy`).
+    fn has_homotopy(&self) -> bool {
+        false
+    }
+
+    /// Lets the initial system be the simplified one (0), the actual one (1, after `bind`), or one between.
+    fn set_homotopy(&mut self, _share: f64) {}
+
     /// Residual G(z) of the initial system.
     fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure>;
 

@@ -11,7 +11,7 @@ use hyd_symbolic::{Arena, Node, NodeId, post_order};
 use rustc_hash::FxHashMap;
 
 use super::expression::{Calls, Values};
-use crate::program::{AREAS, Address, Area, INITIAL, Kernel, TABLE_SIGN, TIME};
+use crate::program::{AREAS, Address, Area, HOMOTOPY, INITIAL, Kernel, TABLE_SIGN, TIME};
 
 /// Bytes of a value.
 const BYTES: i64 = 8;
@@ -111,6 +111,7 @@ impl Frame<'_> {
             Node::Slot(slot) => Some(kernel.slots[slot.0 as usize]),
             Node::Time => Some(Address::Fixed { area: Area::Data, index: TIME, negated: false }),
             Node::Initial => Some(Address::Fixed { area: Area::Data, index: INITIAL, negated: false }),
+            Node::Homotopy => Some(Address::Fixed { area: Area::Data, index: HOMOTOPY, negated: false }),
             _ => None,
         }
     }
