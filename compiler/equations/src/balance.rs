@@ -13,7 +13,7 @@ use crate::algebra::Algebra;
 use crate::explain::{counted, explain_parts, list_names, mark_equations, mark_variables, smallest_over, variable_of};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::sorted::EqId;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EquationSystem, Reduction, Role};
 
 /// Equations that determine no derivative and no algebraic variable: they constrain states.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,8 +42,31 @@ pub(crate) fn check_balance(system: &mut EquationSystem, algebra: &mut Algebra) 
     if full.is_perfect() {
         return Ok(constraints(&rates, &matching));
     }
-    Err(imbalance(system, &all, &unknowns, &full))
+    Err(as_written(system).unwrap_or_else(|| imbalance(system, &all, &unknowns, &full)))
 }
+
+/// The same check before aliases were eliminated: its message speaks of the equations as they are written.  `None` if
+/// the numbers agree there, or the system is not the one that was written any more.
+fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
+    if system.reduction != Reduction::default() || system.flat.scalars > MOST_SCALARS {
+        return None;
+    }
+    let mut plain = crate::roles::assign_roles(system.flat.clone());
+    let mut unknowns = simulation_unknowns(&plain);
+    let columns: Vec<_> = unknowns.targets.iter_enumerated().map(|(column, &target)| (column, target)).collect();
+    for (column, target) in columns {
+        if let Target::Der(v) = target {
+            unknowns.point(Target::Var(v), column);
+        }
+    }
+    let rows = plain.equations_in(Section::Continuous);
+    let pattern = pattern(&mut plain, &mut Algebra::default(), rows, &unknowns);
+    let matching = maximum_matching(&pattern.incidence, None);
+    (!matching.is_perfect()).then(|| imbalance(&plain, &pattern, &unknowns, &matching))
+}
+
+/// Larger models are explained after alias elimination only.
+const MOST_SCALARS: u32 = 200_000;
 
 /// Derivatives of states and algebraic variables, in the order of declaration.
 pub(crate) fn simulation_unknowns(system: &EquationSystem) -> Unknowns {
@@ -78,8 +101,11 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let code = if rows == columns { Code::Singular } else { Code::Unbalanced };
     let message = match rows == columns {
         true => format!(
-            "the model is structurally singular: {} do not determine as many unknowns",
-            counted(rows + eliminated, "equation")
+            "the model is structurally singular: {}",
+            match rows + eliminated {
+                1 => "1 equation does not determine the only unknown".to_string(),
+                n => format!("{n} equations do not determine as many unknowns"),
+            }
         ),
         false => format!("{} for {}", counted(rows + eliminated, "equation"), counted(columns + eliminated, "unknown")),
     };

@@ -3,7 +3,7 @@
 //! The smallest over- or under-determined set is found by the Dulmage-Mendelsohn decomposition; here it becomes a
 //! sentence with labels at the equations and declarations.  Long lists are cut.
 
-use hyd_flat::{Target, VarId};
+use hyd_flat::{Operand, Target, VarId};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined};
 
@@ -13,16 +13,34 @@ use crate::system::EquationSystem;
 
 /// At most so many names or labels of a kind.
 const MOST_NAMED: usize = 8;
+/// At most so many sets are shown of a kind.
+const MOST_PARTS: usize = 3;
 /// At most so many unmatched equations or unknowns are tried to find the smallest set.
 const MOST_TRIED: usize = 32;
 
-/// The text of an equation with the operands it had in the flat model.
+/// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that.
 pub(crate) fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     let equation = system.equations[eq];
     let block = &system.flat.equations[equation.block as usize];
     let template = system.flat.templates.get(block.template);
     let operands = block.operands_of(equation.element as usize, template.arity as usize);
-    format!("{} = {}", system.flat.print(template.left, operands), system.flat.print(template.right, operands))
+    let (left, right) = (system.flat.print(template.left, operands), system.flat.print(template.right, operands));
+    let internal = |operand: &Operand| variable_of(operand.target()).is_some_and(|v| is_internal(system, v));
+    match operands.iter().find(|operand| internal(operand)) {
+        None => format!("{left} = {right}"),
+        Some(operand) if system.flat.operand_name(*operand) == left => format!("when {right}"),
+        Some(_) => format!("{left} := ... in a when"),
+    }
+}
+
+/// True for what the translation made, such as conditions of `when`.
+pub(crate) fn is_hidden(system: &EquationSystem, target: Target) -> bool {
+    variable_of(target).is_some_and(|v| is_internal(system, v))
+}
+
+/// A variable that the translation made.
+fn is_internal(system: &EquationSystem, v: VarId) -> bool {
+    system.flat.variables[system.flat.locate(v).0].internal
 }
 
 /// Where an equation stands.
@@ -74,7 +92,7 @@ pub(crate) fn mark_equations(mut diagnostic: Diagnostic, system: &EquationSystem
 
 /// Labels at the declarations.
 pub(crate) fn mark_variables(mut diagnostic: Diagnostic, system: &EquationSystem, variables: &[VarId]) -> Diagnostic {
-    for &v in variables.iter().take(MOST_NAMED) {
+    for &v in variables.iter().filter(|&&v| !is_internal(system, v)).take(MOST_NAMED) {
         let name = system.flat.var_name(v);
         diagnostic = diagnostic.with(variable_span(system, v), format!("`{name}` is declared here"));
     }
@@ -86,14 +104,6 @@ pub(crate) fn smallest_over(incidence: &Incidence, matching: &Matching) -> Optio
     let parts = matching.unmatched_rows().take(MOST_TRIED);
     let parts = parts.filter_map(|row| minimal_overdetermined(incidence, matching, row).ok());
     parts.min_by_key(|part| part.rows.len())
-}
-
-/// The smallest under-determined set found from the unmatched unknowns.
-pub(crate) fn smallest_under(incidence: &Incidence, matching: &Matching) -> Option<Part> {
-    let transpose = incidence.transpose();
-    let parts = matching.unmatched_columns().take(MOST_TRIED);
-    let parts = parts.filter_map(|column| minimal_underdetermined(&transpose, matching, column).ok());
-    parts.min_by_key(|part| part.columns.len())
 }
 
 /// Adds to a message what is over- and what is under-determined.
@@ -108,34 +118,91 @@ pub(crate) fn explain_parts(
     explain_under(diagnostic, system, pattern, unknowns, matching)
 }
 
-/// Adds the smallest over-determined set found.
+/// Adds the smallest over-determined sets found, those that share nothing with one before.
 pub(crate) fn explain_over(
-    diagnostic: Diagnostic,
+    mut diagnostic: Diagnostic,
     system: &EquationSystem,
     pattern: &Pattern,
     unknowns: &Unknowns,
     matching: &Matching,
 ) -> Diagnostic {
-    let Some(part) = smallest_over(&pattern.incidence, matching) else { return diagnostic };
-    let equations = part_equations(pattern, &part);
-    let diagnostic = mark_equations(diagnostic, system, &equations);
-    let diagnostic = diagnostic.help(over_sentence(system, unknowns, &part, &equations));
-    mark_variables(diagnostic, system, &part_variables(unknowns, &part))
+    let rows = matching.unmatched_rows().take(MOST_TRIED);
+    let parts = rows.filter_map(|row| minimal_overdetermined(&pattern.incidence, matching, row).ok());
+    let mut parts: Vec<Part> = parts.collect();
+    parts.sort_by_key(|part| part.rows.len());
+    let mut seen: Vec<EqId> = Vec::new();
+    let mut shown = 0;
+    for part in &parts {
+        let equations = part_equations(pattern, part);
+        if shown == MOST_PARTS || equations.iter().any(|eq| seen.contains(eq)) {
+            continue;
+        }
+        diagnostic = mark_equations(diagnostic, system, &equations);
+        diagnostic = diagnostic.help(over_sentence(system, unknowns, part, &equations));
+        diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, part));
+        seen.extend(equations);
+        shown += 1;
+    }
+    let rows = matching.unmatched_rows().map(|row| pattern.rows[hyd_index::TypedIndex::index(row)]);
+    let rest: Vec<EqId> = rows.filter(|eq| !seen.contains(eq)).collect();
+    if !rest.is_empty() && shown > 0 {
+        diagnostic = mark_equations(diagnostic, system, &rest);
+        let texts = list_names(rest.iter().map(|&eq| equation_text(system, eq)));
+        diagnostic = diagnostic.help(format!("left over as well: {texts}"));
+    }
+    diagnostic
 }
 
-/// Adds the smallest under-determined set found.
+/// Adds the unknowns that no equation is left for, then the smallest under-determined sets found.
 pub(crate) fn explain_under(
-    diagnostic: Diagnostic,
+    mut diagnostic: Diagnostic,
     system: &EquationSystem,
     pattern: &Pattern,
     unknowns: &Unknowns,
     matching: &Matching,
 ) -> Diagnostic {
-    let Some(part) = smallest_under(&pattern.incidence, matching) else { return diagnostic };
-    let equations = part_equations(pattern, &part);
-    let diagnostic = mark_equations(diagnostic, system, &equations);
-    let diagnostic = diagnostic.help(under_sentence(system, unknowns, &part, &equations));
-    mark_variables(diagnostic, system, &part_variables(unknowns, &part))
+    let transpose = pattern.incidence.transpose();
+    let columns = matching.unmatched_columns().take(MOST_TRIED);
+    let parts = columns.filter_map(|column| minimal_underdetermined(&transpose, matching, column).ok());
+    let (mut alone, mut parts): (Vec<Part>, Vec<Part>) = parts.partition(|part| part.rows.is_empty());
+    if let Some(mut first) = alone.pop() {
+        first.columns.extend(alone.iter().flat_map(|part| part.columns.iter().copied()));
+        first.columns.sort_unstable();
+        first.columns.dedup();
+        diagnostic = diagnostic.help(under_sentence(system, unknowns, &first, &[]));
+        diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, &first));
+        diagnostic = diagnostic.maybe_help(component_of(system, unknowns, &first));
+    }
+    parts.sort_by_key(|part| part.columns.len());
+    let mut seen: Vec<EqId> = Vec::new();
+    let mut shown = 0;
+    for part in &parts {
+        let equations = part_equations(pattern, part);
+        if shown == MOST_PARTS || equations.iter().any(|eq| seen.contains(eq)) {
+            continue;
+        }
+        diagnostic = mark_equations(diagnostic, system, &equations);
+        diagnostic = diagnostic.help(under_sentence(system, unknowns, part, &equations));
+        diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, part));
+        diagnostic = diagnostic.maybe_help(component_of(system, unknowns, part));
+        seen.extend(equations);
+        shown += 1;
+    }
+    diagnostic
+}
+
+/// The component that holds all variables of a part, if they share one below the top.
+fn component_of(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> Option<String> {
+    let paths = part_variables(unknowns, part).into_iter().map(|v| {
+        let name = system.flat.var_name(v);
+        let parts: Vec<String> = name.split('.').map(str::to_string).collect();
+        parts[..parts.len() - 1].to_vec()
+    });
+    let common = paths.reduce(|a, b| a.iter().zip(&b).take_while(|(x, y)| x == y).map(|(x, _)| x.clone()).collect())?;
+    let name = common.join(".");
+    (!name.is_empty()).then(|| {
+        format!("the component `{name}` lacks an equation, or a value or connection from outside that gives it one")
+    })
 }
 
 fn part_equations(pattern: &Pattern, part: &Part) -> Vec<EqId> {
@@ -152,9 +219,9 @@ fn part_variables(unknowns: &Unknowns, part: &Part) -> Vec<VarId> {
 
 /// Names of a part's unknowns, each variable once.
 pub(crate) fn part_names(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> String {
-    let names =
-        part.columns.iter().map(|&column| system.flat.operand_name(hyd_flat::Operand::new(unknowns.targets[column])));
-    list_names(names)
+    let named = |target: &Target| variable_of(*target).is_none_or(|v| !is_internal(system, v));
+    let targets = part.columns.iter().map(|&column| unknowns.targets[column]).filter(named);
+    list_names(targets.map(|target| system.flat.operand_name(Operand::new(target))))
 }
 
 fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {

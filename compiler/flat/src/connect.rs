@@ -77,17 +77,17 @@ impl Connections {
 }
 
 /// A variable of a connector: its path inside, the instance, elements per connector element.
-struct Leaf {
-    path: String,
-    inst: InstId,
-    flow: bool,
+pub(crate) struct Leaf {
+    pub(crate) path: String,
+    pub(crate) inst: InstId,
+    pub(crate) flow: bool,
 }
 
 /// One side of a connect: the connector, its elements for one value of the loops, which face.
-struct Side {
-    inst: InstId,
+pub(crate) struct Side {
+    pub(crate) inst: InstId,
     elements: Vec<u32>,
-    shape: Vec<usize>,
+    pub(crate) shape: Vec<usize>,
     face: u32,
 }
 
@@ -252,58 +252,8 @@ impl Flattener<'_, '_> {
         Ok((positions, reference_shape))
     }
 
-    fn check_connectors(
-        &mut self,
-        span: Span,
-        a: &ComponentRef,
-        b: &ComponentRef,
-        left: &Side,
-        right: &Side,
-    ) -> Result<(), Fail> {
-        if left.shape != right.shape {
-            let message = format!(
-                "the connectors have different sizes: {} and {}",
-                crate::flatten::sizes_text(&left.shape),
-                crate::flatten::sizes_text(&right.shape)
-            );
-            return Err(self.error(Code::ConnectorMismatch, span, message));
-        }
-        let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
-        let describe = |flat: &Self, leaf: &Leaf| {
-            let own = &flat.tree.instances[leaf.inst];
-            let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
-            (leaf.path.clone(), leaf.flow, scalar.to_string(), own.dims.clone())
-        };
-        let list = |leaves: &[Leaf]| leaves.iter().map(|l| describe(self, l)).collect::<Vec<_>>();
-        let (mut p, mut q) = (list(&x), list(&y));
-        p.sort();
-        q.sort();
-        if p == q {
-            return Ok(());
-        }
-        let names = |leaves: &[Leaf]| {
-            let dims = |l: &Leaf| self.tree.instances[l.inst].dims.clone();
-            let sizes = |l: &Leaf| if dims(l).is_empty() { String::new() } else { format!("{:?}", dims(l)) };
-            let texts: Vec<String> = leaves
-                .iter()
-                .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))
-                .collect();
-            texts.join(", ")
-        };
-        let (p, q) = (names(&x), names(&y));
-        let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
-        let message = format!("`{}` and `{}` are connectors of different kinds", text(a), text(b));
-        self.report(
-            Diagnostic::error(Code::ConnectorMismatch, message)
-                .at(span, "")
-                .with(a.span, format!("has {p}"))
-                .with(b.span, format!("has {q}")),
-        );
-        Err(Fail::Reported)
-    }
-
     /// The variables of a connector (itself, if it is one), in the order of the text.
-    fn leaves(&self, inst: InstId) -> Vec<Leaf> {
+    pub(crate) fn leaves(&self, inst: InstId) -> Vec<Leaf> {
         let mut result = Vec::new();
         self.collect_leaves(inst, String::new(), false, &mut result);
         result

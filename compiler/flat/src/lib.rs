@@ -13,6 +13,7 @@ mod body_store;
 mod call;
 mod callee;
 mod connect;
+mod connector_match;
 mod context;
 mod delay;
 mod flatten;

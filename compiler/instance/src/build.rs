@@ -41,6 +41,8 @@ pub struct InstanceTree<'s> {
     pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     pub(crate) depth: usize,
+    /// Values being computed, with the places that ask for them.
+    pub(crate) open_values: Vec<(InstId, Span)>,
     /// Statements of functions computed so far.
     pub(crate) statements: u64,
     /// Modifications from outside of the instances whose components are being made.
@@ -61,6 +63,7 @@ pub fn instantiate<'s>(
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         depth: 0,
+        open_values: Vec::new(),
         statements: 0,
         pending: FxHashMap::default(),
     };

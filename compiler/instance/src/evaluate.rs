@@ -356,23 +356,41 @@ impl InstanceTree<'_> {
             Known::Yes(value) => return Ok(value),
             Known::Failed => return Err(Reported),
             Known::Open => {
-                let name = path(&self.instances, inst);
-                let message = format!("the value of `{name}` depends on itself");
-                let declared = self.instances[inst].span;
-                self.table.report(
-                    Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here"),
-                );
-                return Err(Reported);
+                return Err(self.value_circle(inst, span));
             }
             Known::No => {}
         }
         self.instances[inst].known = Known::Open;
+        self.open_values.push((inst, span));
         let value = self.compute(inst, span);
+        self.open_values.pop();
         self.instances[inst].known = match &value {
             Ok(value) => Known::Yes(value.clone()),
             Err(Reported) => Known::Failed,
         };
         value
+    }
+
+    /// A value that is needed to compute itself, with those on the way.
+    fn value_circle(&mut self, inst: InstId, span: Span) -> Reported {
+        let start = self.open_values.iter().position(|(open, _)| *open == inst).unwrap_or(0);
+        let way: Vec<(InstId, Span)> = self.open_values[start..].to_vec();
+        let name = path(&self.instances, inst);
+        let declared = self.instances[inst].span;
+        let message = format!("the value of `{name}` depends on itself");
+        let mut diagnostic =
+            Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here");
+        if way.len() > 1 {
+            let mut chain: Vec<String> =
+                way.iter().map(|(open, _)| format!("`{}`", path(&self.instances, *open))).collect();
+            chain.push(format!("`{name}`"));
+            for (_, needed) in way.iter().skip(1).filter(|(_, needed)| *needed != span) {
+                diagnostic = diagnostic.with(*needed, "on the way");
+            }
+            diagnostic = diagnostic.help(format!("each needs the next: {}", chain.join(", ")));
+        }
+        self.table.report(diagnostic);
+        Reported
     }
 
     fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {

@@ -125,7 +125,10 @@ impl InstanceTree<'_> {
         let mut names = self.names_from(scope);
         let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
-        while let Some(outer) = around.and_then(|class| self.table.class(class).parent) {
+        let visible = |table: &ClassTable<'_>, class: ClassId| {
+            table.class(class).parent.filter(|_| !table.class(class).def.encapsulated)
+        };
+        while let Some(outer) = around.and_then(|class| visible(&self.table, class)) {
             // Of what is around a class only constants can be named.
             if let Ok(shape) = self.table.shape(outer) {
                 let package = self.table.class(outer).def.kind == hyd_syntax::tree::ClassKind::Package;

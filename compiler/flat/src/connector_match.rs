@@ -1,0 +1,111 @@
+//! Whether the two sides of a `connect` fit: sizes, and elements with name, flow or potential, type and sizes
+//! (Modelica 3.6, section 9.3).
+
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::ComponentRef;
+
+use crate::connect::{Leaf, Side};
+use crate::context::Fail;
+use crate::flatten::Flattener;
+
+impl Flattener<'_, '_> {
+    pub(crate) fn check_connectors(
+        &mut self,
+        span: Span,
+        a: &ComponentRef,
+        b: &ComponentRef,
+        left: &Side,
+        right: &Side,
+    ) -> Result<(), Fail> {
+        if left.shape != right.shape {
+            let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
+            let sizes = |shape: &[usize]| match shape {
+                [] => "is a single connector".to_string(),
+                shape => format!("has the sizes {shape:?}"),
+            };
+            let (p, q) = (sizes(&left.shape), sizes(&right.shape));
+            let message = format!("`{}` {p}, but `{}` {q}", text(a), text(b));
+            let (first, second) = (self.tree.instances[left.inst].span, self.tree.instances[right.inst].span);
+            let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "").with(first, p);
+            if second != first {
+                diagnostic = diagnostic.with(second, q);
+            }
+            self.report(diagnostic);
+            return Err(Fail::Reported);
+        }
+        let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
+        let describe = |flat: &Self, leaf: &Leaf| {
+            let own = &flat.tree.instances[leaf.inst];
+            let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
+            (leaf.path.clone(), leaf.flow, scalar.to_string(), own.dims.clone())
+        };
+        let list = |leaves: &[Leaf]| leaves.iter().map(|l| describe(self, l)).collect::<Vec<_>>();
+        let (mut p, mut q) = (list(&x), list(&y));
+        p.sort();
+        q.sort();
+        if p == q {
+            return Ok(());
+        }
+        let names = |leaves: &[Leaf]| {
+            let dims = |l: &Leaf| self.tree.instances[l.inst].dims.clone();
+            let sizes = |l: &Leaf| if dims(l).is_empty() { String::new() } else { format!("{:?}", dims(l)) };
+            let texts: Vec<String> = leaves
+                .iter()
+                .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))
+                .collect();
+            texts.join(", ")
+        };
+        let (p, q) = (names(&x), names(&y));
+        let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
+        let message = format!("`{}` and `{}` are connectors of different kinds", text(a), text(b));
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message)
+            .at(span, "")
+            .with(a.span, format!("has {p}"))
+            .with(b.span, format!("has {q}"));
+        if let Some((why, places)) = self.first_difference((&text(a), &x), (&text(b), &y)) {
+            for place in places {
+                diagnostic = diagnostic.with(place, "declared here");
+            }
+            diagnostic = diagnostic.help(why);
+        }
+        self.report(diagnostic);
+        Err(Fail::Reported)
+    }
+
+    /// The first element in which two connectors differ, and where it is declared.
+    fn first_difference(&self, left: (&str, &[Leaf]), right: (&str, &[Leaf])) -> Option<(String, Vec<Span>)> {
+        let of = |leaf: &Leaf| &self.tree.instances[leaf.inst];
+        for ((name, leaves), (other, others)) in [(left, right), (right, left)] {
+            for leaf in leaves {
+                let path = &leaf.path;
+                let Some(same) = others.iter().find(|l| l.path == *path) else {
+                    let near = hyd_source::did_you_mean(path, others.iter().map(|l| l.path.as_str()));
+                    let near = near.map(|hint| format!(" ({hint})")).unwrap_or_default();
+                    return Some((
+                        format!("`{other}` has no element `{path}`{near}, `{name}` has it"),
+                        vec![of(leaf).span],
+                    ));
+                };
+                let places = vec![of(leaf).span, of(same).span];
+                if leaf.flow != same.flow {
+                    let (flow, potential) = if leaf.flow { (name, other) } else { (other, name) };
+                    return Some((format!("`{path}` is a flow in `{flow}` and a potential in `{potential}`"), places));
+                }
+                if of(leaf).dims != of(same).dims {
+                    let sizes = |l: &Leaf| match of(l).dims.as_slice() {
+                        [] => "a scalar".to_string(),
+                        dims => format!("of size {dims:?}"),
+                    };
+                    let why = format!("`{path}` is {} in `{name}` and {} in `{other}`", sizes(leaf), sizes(same));
+                    return Some((why, places));
+                }
+                let scalar = |l: &Leaf| of(l).primitive.as_ref().map_or("?", |p| p.scalar.name()).to_string();
+                if scalar(leaf) != scalar(same) {
+                    let why = format!("`{path}` is {} in `{name}` and {} in `{other}`", scalar(leaf), scalar(same));
+                    return Some((why, places));
+                }
+            }
+        }
+        None
+    }
+}
