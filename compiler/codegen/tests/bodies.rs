@@ -4,7 +4,7 @@
 
 use hyd_codegen::memory::Memory;
 use hyd_codegen::native::{self, NativeCode};
-use hyd_codegen::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
+use hyd_codegen::program::{Address, Area, HOMOTOPY, Kernel, Program, Routine, RoutineId, Store};
 use hyd_codegen::vm::Vm;
 use hyd_symbolic::{
     Arena, Body, BodyId, BodyOutput, Function, Machine, Node, NodeId, Relation, SlotId, Step, eval, partial,
@@ -195,7 +195,7 @@ fn run(values: &[NodeId], arena: &Arena, point: [f64; 3], interpret: bool) -> Ve
     let stores: Vec<Store> = values.iter().enumerate().map(store).collect();
     let mut program = Program { arena: arena.clone(), ..Program::default() };
     program.routines.push(Routine { name: "test", kernels: vec![Kernel { count: 1, slots, stores }] });
-    let (mut data, mut work, mut out, mut out2) = ([0.0; 2], [], vec![0.0; values.len()], []);
+    let (mut data, mut work, mut out, mut out2) = ([0.0; HOMOTOPY as usize + 1], [], vec![0.0; values.len()], []);
     let mut memory =
         Memory { data: &mut data, unknown: &point, rate: &[], work: &mut work, out: &mut out, out2: &mut out2 };
     if interpret {
