@@ -187,6 +187,14 @@ impl DaeSystem for Delaying<'_> {
         self.inner.jacobian(t, y, yp, state_values, rate_values);
     }
 
+    fn has_homotopy(&self) -> bool {
+        self.inner.has_homotopy()
+    }
+
+    fn set_homotopy(&mut self, share: f64) {
+        self.inner.set_homotopy(share);
+    }
+
     fn states(&self, out: &mut [bool]) {
         self.inner.states(out);
     }
