@@ -139,6 +139,9 @@ pub struct Simulate {
     /// Method of integration
     #[arg(long, value_name = "METHOD", default_value = "auto")]
     pub solver: Solver,
+    /// Adds derivatives d(x)/d(P) of all recorded variables; P is a parameter, or a variable for its start value
+    #[arg(long, value_name = "P,...", value_parser = names)]
+    pub sensitivity: Option<Names>,
     /// Writes results in the format of the name
     #[arg(long, value_name = "F.csv|.mat|.parquet")]
     pub result: Option<PathBuf>,
@@ -152,6 +155,10 @@ pub struct Simulate {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Full names of variables, in the order of the command line.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Names(pub Vec<String>);
 
 /// Methods of integration.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
@@ -320,6 +327,25 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// Names between commas; commas inside brackets belong to subscripts.
+fn names(text: &str) -> Result<Names, String> {
+    let mut depth = 0;
+    let mut list = vec![String::new()];
+    for c in text.chars() {
+        match c {
+            '[' => depth += 1,
+            ']' => depth -= 1,
+            _ => {}
+        }
+        match list.last_mut() {
+            Some(last) if c != ',' || depth > 0 => last.push(c),
+            _ => list.push(String::new()),
+        }
+    }
+    let list: Vec<String> = list.iter().map(|name| name.trim().to_string()).collect();
+    if list.iter().any(String::is_empty) { Err("expected names between commas".into()) } else { Ok(Names(list)) }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -337,5 +363,12 @@ mod tests {
         for wrong in ["a", "=1", "a=", " = "] {
             assert_eq!(assignment(wrong), Err("expected NAME=VALUE".to_string()));
         }
+    }
+
+    #[test]
+    fn commas_in_subscripts_separate_nothing() {
+        let list = |text: &str| names(text).map(|names| names.0);
+        assert_eq!(list("g, a[1,2].k"), Ok(vec!["g".to_string(), "a[1,2].k".to_string()]));
+        assert!(list("a,,b").is_err() && list("").is_err());
     }
 }

@@ -125,6 +125,7 @@ fn options(arguments: &Simulate, experiment: &Experiment) -> Result<Options, Fai
         Solver::Bdf => hyd_runtime::Solver::Bdf,
         Solver::Esdirk => hyd_runtime::Solver::Esdirk,
     };
+    options.sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
 }

@@ -4,13 +4,15 @@
 //! -> sorted system with Jacobian -> native code.  Texts come through the trait [`Sources`]; nothing here opens a file,
 //! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
 
+mod injection;
 mod limits;
 mod override_value;
 mod pipeline;
 pub mod render;
 
 pub use hyd_codegen::{CodeStatistics, CompiledModel, CompiledSystem};
-pub use hyd_flat::FlatModel;
+pub use hyd_flat::{FlatModel, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources};
 pub use hyd_source::{Code, Diagnostic, Files, Severity};
-pub use pipeline::{Compilation, Goal, Options, Stage, StageTime, compile};
+pub use injection::{InjectionSite, injection_sites};
+pub use pipeline::{Compilation, Goal, Options, Stage, StageTime, compile, compile_with};

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
 use hyd_equations::{EquationSystem, PlanJacobian, SortedSystem};
-use hyd_flat::FlatModel;
+use hyd_flat::{FlatModel, Injection};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources};
 use hyd_source::{Code, Diagnostic, Files, Outcome, Severity, did_you_mean};
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
+use crate::injection::refusals;
 use crate::limits::check_limits;
 use crate::override_value::read_value;
 
@@ -137,7 +138,18 @@ impl Compilation {
 
 /// Compiles `text` (shown in messages as `name`) with the libraries that `sources` knows.
 pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
-    let mut result = front_end(sources, name, text, options);
+    compile_with(sources, name, text, options, &[])
+}
+
+/// The same with terms added to equations of the model.
+pub fn compile_with(
+    sources: &mut dyn Sources,
+    name: &str,
+    text: &str,
+    options: &Options,
+    terms: &[Injection],
+) -> Compilation {
+    let mut result = front_end(sources, name, text, options, terms);
     if options.goal == Goal::Flat || result.has_errors() {
         return result;
     }
@@ -145,7 +157,7 @@ pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Opti
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided_scalars();
     result.diagnostics.extend(units.diagnostics);
-    sort(&mut result, &flat, options);
+    sort(&mut result, &flat, options, terms);
     if options.goal == Goal::Run && !result.has_errors() {
         generate(&mut result, options);
     }
@@ -153,7 +165,7 @@ pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Opti
 }
 
 /// Text to flat model.
-fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
+fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options, terms: &[Injection]) -> Compilation {
     let start = (options.clock)();
     let mut table = ClassTable::new(sources);
     let classes = table.add_main(name, text);
@@ -170,7 +182,7 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
         Ok(mut tree) => {
             let instantiated = (options.clock)();
             debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
-            let flat = hyd_flat::flatten(&mut tree);
+            let flat = hyd_flat::flatten_with(&mut tree, terms);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
@@ -187,13 +199,14 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
 }
 
 /// Flat model to sorted system with its derivatives.
-fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options) {
+fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, terms: &[Injection]) {
     let system = result.stage(options.clock, "eliminate aliases", |_| hyd_equations::build_system(flat.clone()));
     let Outcome { value, diagnostics } =
         result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system.clone()));
     result.system = Some(system);
     result.diagnostics.extend(diagnostics);
     let Some(reduced) = value else { return };
+    result.diagnostics.extend(refusals(&reduced, terms));
     let Outcome { value, diagnostics } =
         result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced.clone()));
     result.reduced = Some(reduced);

@@ -2,8 +2,9 @@
 //!
 //! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: `initial`
 //! finds consistent values, `bdf` and `esdirk` step, `integrator` chooses between them, `events` finds and settles
-//! events, `output` writes rows, `linear` factors matrices.  Every outcome comes with [`Statistics`]; every failure is a
-//! [`SolveError`] that says when, where and in which variable.  The crate knows no compiler and no file format.
+//! events, `sensitivity` carries derivatives along, `output` writes rows, `linear` factors matrices.  Every outcome comes
+//! with [`Statistics`]; every failure is a [`SolveError`] that says when, where and in which variable.  The crate knows no
+//! compiler and no file format.
 //!
 //! ```
 //! # use hyd_runtime::{Options, simulate};
@@ -30,6 +31,7 @@ mod newton;
 mod options;
 mod output;
 mod problem;
+mod sensitivity;
 mod simulate;
 mod statistics;
 mod weights;

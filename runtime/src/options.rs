@@ -43,6 +43,9 @@ pub struct Options {
     pub max_order: usize,
     /// Leaves algebraic unknowns out of the local error test.
     pub suppress_algebraic: bool,
+    /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further
+    /// variables `d(x)/d(p)`; the name of a variable stands for its start value.
+    pub sensitivity: Vec<String>,
 }
 
 impl Options {
@@ -61,6 +64,7 @@ impl Options {
             max_steps: 50_000_000,
             max_order: 5,
             suppress_algebraic: false,
+            sensitivity: Vec::new(),
         }
     }
 
@@ -115,6 +119,13 @@ pub enum OptionError {
     Step,
     /// The highest order is not between 1 and 5.
     Order(usize),
+    /// There can be no sensitivity with respect to this name.
+    Sensitivity {
+        /// The name.
+        name: String,
+        /// Why.
+        reason: String,
+    },
 }
 
 impl fmt::Display for OptionError {
@@ -126,6 +137,7 @@ impl fmt::Display for OptionError {
             OptionError::Tolerance(value) => write!(f, "the tolerance {value} must lie between 1e-13 and 0.1"),
             OptionError::Intervals => write!(f, "there must be at least one output interval"),
             OptionError::Step => write!(f, "step sizes must be positive numbers"),
+            OptionError::Sensitivity { name, reason } => write!(f, "no sensitivity to `{name}`: {reason}"),
             OptionError::Order(value) => write!(f, "the highest order {value} must lie between 1 and 5"),
         }
     }

@@ -10,6 +10,7 @@ use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
 use crate::problem::Problem;
+use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
 use crate::{Options, Warning};
 
@@ -19,6 +20,7 @@ const SAME_TIME_ULPS: f64 = 16.0;
 /// Writes the rows of one run.
 pub(crate) struct Output {
     row: Vec<f64>,
+    outputs: usize,
     y: Vec<f64>,
     yp: Vec<f64>,
     next: usize,
@@ -33,6 +35,7 @@ impl Output {
         let n = structure.unknowns;
         Self {
             row: vec![0.0; structure.outputs],
+            outputs: structure.outputs,
             y: vec![0.0; n],
             yp: vec![0.0; n],
             next: 0,
@@ -41,8 +44,9 @@ impl Output {
         }
     }
 
-    /// Forgets the run before.
-    pub(crate) fn restart(&mut self) {
+    /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
+    pub(crate) fn restart(&mut self, extra: usize) {
+        self.row.resize(self.outputs + extra, 0.0);
         self.next = 1;
         self.reports.clear();
         self.warnings.clear();
@@ -56,9 +60,14 @@ impl Output {
         t: f64,
         (y, yp): (&[f64], &[f64]),
         kind: RowKind,
+        sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
-        problem.system.outputs(t, y, yp, &mut self.row);
-        if self.row.iter().any(|value| !value.is_finite()) {
+        let (row, derivatives) = self.row.split_at_mut(self.outputs);
+        problem.system.outputs(t, y, yp, row);
+        if let Some(sensitivity) = sensitivity {
+            sensitivity.outputs(problem, t, (y, yp), derivatives);
+        }
+        if self.row[..self.outputs].iter().any(|value| !value.is_finite()) {
             let failure = problem.system.diagnose(t, y, yp).unwrap_or_else(|| self.not_finite(problem));
             return Err(SolveError::evaluation(Stage::Step, t, failure, problem));
         }
@@ -85,9 +94,14 @@ impl Output {
         options: &Options,
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         (end, inclusive): (f64, bool),
+        mut sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
         if options.every_step {
-            return if inclusive { self.point(problem, sink, (past, consistency, weights), end) } else { Ok(()) };
+            return if inclusive {
+                self.point(problem, sink, (past, consistency, weights), end, sensitivity)
+            } else {
+                Ok(())
+            };
         }
         let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
         while self.next <= options.intervals {
@@ -96,7 +110,7 @@ impl Output {
                 break;
             }
             self.next += 1;
-            self.point(problem, sink, (past, consistency, weights), t)?;
+            self.point(problem, sink, (past, consistency, weights), t, sensitivity.as_deref_mut())?;
         }
         Ok(())
     }
@@ -108,11 +122,16 @@ impl Output {
         sink: &mut dyn Sink,
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         t: f64,
+        mut sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
         past.interpolate(t, &mut y, &mut yp);
         consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
-        let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal);
+        if let Some(sensitivity) = sensitivity.as_deref_mut() {
+            sensitivity.reach(problem, t)?;
+            sensitivity.interpolate(t);
+        }
+        let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal, sensitivity);
         let result = result.and_then(|()| self.assertions(problem, t, (&y, &yp)));
         (self.y, self.yp) = (y, yp);
         result

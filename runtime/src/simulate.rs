@@ -16,6 +16,7 @@ use crate::initial::{InitialSystem, Start};
 use crate::integrator::{Integrator, MethodPhase};
 use crate::output::Output;
 use crate::problem::Problem;
+use crate::sensitivity::{EventSource, Sensitivity};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
@@ -63,6 +64,8 @@ pub struct Simulator {
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
     states: Vec<bool>,
+    /// Present in runs that ask for sensitivities, and kept for the next one.
+    sensitivity: Option<Box<Sensitivity>>,
     statistics: Statistics,
 }
 
@@ -119,6 +122,7 @@ impl Simulator {
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
+            sensitivity: None,
             statistics: Statistics::default(),
         }
     }
@@ -148,10 +152,14 @@ impl Simulator {
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, SolveError> {
         options.check()?;
+        self.sensitivity = match options.sensitivity.as_slice() {
+            [] => None,
+            names => Some(Sensitivity::prepare(self.sensitivity.take(), system, names)?),
+        };
         let mut delays = std::mem::take(&mut self.delays);
         delays.restart(options.tolerance);
         let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
-        self.output.restart();
+        self.output.restart(self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
         let mut run = Run {
             problem: &mut problem,
             options,
@@ -184,16 +192,30 @@ impl Simulator {
         let (solver, max_order) = (run.options.solver, run.options.max_order);
         self.integrator.configure((solver, max_order), (t, max_step, 1e-6 * span), &self.weights.nominals);
         let time_scale = if span > 0.0 { START_SCALE * span } else { 1.0 };
-        let mut start = Start { t, time_scale, weights: &self.weights, consistency: &mut self.consistency };
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.begin(run.problem, t, run.options.tolerance, &self.weights.nominals);
+        }
+        let (weights, consistency) = (&self.weights, &mut self.consistency);
+        let mut start = Start { t, time_scale, weights, consistency, sensitivity: self.sensitivity.as_deref_mut() };
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
         // What `initial()` kept from firing, such as the first sample at the start, happens now.
         let at = (EventPhase::Started, t, time_scale);
-        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+        let sensitivity = self.sensitivity.as_deref_mut();
+        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
         run.terminated = run.terminated.take().or(outcome.terminated);
-        let begun = run.sink.begin(run.problem.system.tables(), run.problem.system.parameters());
+        let begun = match &mut self.sensitivity {
+            Some(sensitivity) => {
+                // The event may have changed discrete variables and with them rates.
+                sensitivity.consistent(run.problem, (crate::Stage::Start, t), y, yp)?;
+                let parameters = sensitivity.parameters(&mut run.problem.system);
+                run.sink.begin(sensitivity.tables(), &parameters)
+            }
+            None => run.sink.begin(run.problem.system.tables(), run.problem.system.parameters()),
+        };
         begun.map_err(|error| SolveError::Sink { time: t, error })?;
-        self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal)?;
+        let sensitivity = self.sensitivity.as_deref_mut();
+        self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
         self.output.assertions(run.problem, t, (y, yp))?;
         self.restart(run, t);
         Ok(())
@@ -223,6 +245,9 @@ impl Simulator {
         };
         let structure = run.problem.system.structure();
         self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.restart(t, &self.point.y, &self.point.yp);
+        }
         self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
     }
 
@@ -244,9 +269,14 @@ impl Simulator {
                 self.point.yp.copy_from_slice(self.integrator.yp());
                 if t == run.time_event {
                     run.problem.statistics.time_events += 1;
-                    self.event(run, t)?;
+                    self.event(run, t, EventSource::Time)?;
                 } else {
-                    self.output.row(run.problem, run.sink, t, (&self.point.y, &self.point.yp), RowKind::Normal)?;
+                    let Point { y, yp } = &self.point;
+                    if let Some(sensitivity) = &mut self.sensitivity {
+                        sensitivity.interpolate(t);
+                    }
+                    let sensitivity = self.sensitivity.as_deref_mut();
+                    self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
                 }
                 continue;
             }
@@ -273,8 +303,14 @@ impl Simulator {
         let state_event = self.roots.check(run.problem, past.0, past.1, past.2, spacing);
         let t = state_event.unwrap_or(self.integrator.t());
         let is_event = state_event.is_some() || t >= run.time_event;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
+            let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
+            sensitivity.follow(run.problem, t, values, self.integrator.order_used())?;
+        }
         let past = (&self.integrator, &mut self.consistency, &self.weights);
-        self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event))?;
+        let sensitivity = self.sensitivity.as_deref_mut();
+        self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event), sensitivity)?;
         if !is_event {
             self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
             if self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp()) {
@@ -285,7 +321,9 @@ impl Simulator {
             return Ok(t);
         }
         let Point { y, yp } = &mut self.point;
+        let mut source = EventSource::Time;
         if state_event.is_some() {
+            source = EventSource::Root(self.roots.fired.iter().position(|&fired| fired).unwrap_or(0));
             run.problem.statistics.state_events += 1;
             y.copy_from_slice(&self.roots.y);
             yp.copy_from_slice(&self.roots.yp);
@@ -298,34 +336,49 @@ impl Simulator {
                 self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
-        self.event(run, t)?;
+        self.event(run, t, source)?;
         Ok(t)
     }
 
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
-    fn event(&mut self, run: &mut Run<'_, '_>, t: f64) -> Result<(), SolveError> {
+    fn event(&mut self, run: &mut Run<'_, '_>, t: f64, source: EventSource) -> Result<(), SolveError> {
         run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.arrive(run.problem, t, y, yp)?;
+        }
         if rows {
             self.consistency.project(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
-            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent)?;
+            let sensitivity = self.sensitivity.as_deref_mut();
+            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent, sensitivity)?;
         }
         self.output.assertions(run.problem, t, (y, yp))?;
         let at = (EventPhase::First, t, self.integrator.step_size());
-        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.shift(run.problem, t, (y, yp), source);
+        }
+        let sensitivity = self.sensitivity.as_deref_mut();
+        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
         run.terminated = outcome.terminated.or(run.terminated.take());
         let place = (t, self.integrator.step_size());
         if outcome.reinitialised && self.roots.turn_back(run.problem, place, (y, yp, self.consistency.states())) {
-            let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, y, yp)?;
+            let sensitivity = self.sensitivity.as_deref_mut();
+            let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
             run.terminated = outcome.terminated.or(run.terminated.take());
         }
+        let mut changed = outcome.changed;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.depart(run.problem, t, y, yp)?;
+            changed |= sensitivity.changed;
+        }
         if rows {
-            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent)?;
+            let sensitivity = self.sensitivity.as_deref_mut();
+            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, sensitivity)?;
             self.output.skip_to(run.options, t);
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        if outcome.changed || t != self.integrator.t() {
+        if changed || t != self.integrator.t() {
             self.restart(run, t);
         } else {
             // Nothing that the integrator sees has changed: it keeps its past.

@@ -32,6 +32,8 @@ pub struct Statistics {
     pub time_events: u64,
     /// Changes of the choice of states between events.
     pub state_choices: u64,
+    /// Steps of the sensitivities, repeated ones included.
+    pub sensitivity_steps: u64,
 }
 
 impl fmt::Display for Statistics {
@@ -53,6 +55,9 @@ impl fmt::Display for Statistics {
         if self.state_choices > 0 {
             write!(f, "\nchanges of states      {}", self.state_choices)?;
         }
-        Ok(())
+        match self.sensitivity_steps {
+            0 => Ok(()),
+            steps => write!(f, "\nsensitivity steps      {steps}"),
+        }
     }
 }

@@ -20,6 +20,11 @@ fn tolerance(a: f64, b: f64) -> f64 {
     SAME_INSTANT * a.abs().max(b.abs())
 }
 
+/// True if two instants differ by no more than rounding.
+pub(crate) fn same_instant(a: f64, b: f64) -> bool {
+    (a - b).abs() <= tolerance(a, b)
+}
+
 impl CompiledSystem {
     /// The first instant of a time event that lies after `t` by more than rounding.
     pub(crate) fn following_instant(&mut self, t: f64) -> f64 {
@@ -172,7 +177,7 @@ impl CompiledSystem {
         let (truths, rest) = space.split_at_mut(third);
         let (instants, later) = rest.split_at_mut(third);
         self.run(events.instants, point, instants, &mut []);
-        let now = |instant: f64| (instant - t).abs() <= tolerance(instant, t);
+        let now = |instant: f64| same_instant(instant, t);
         if !instants[..events.timed.len()].iter().any(|&instant| now(instant)) {
             return;
         }

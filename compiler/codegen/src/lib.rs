@@ -19,6 +19,7 @@ pub mod program;
 mod selection;
 mod system;
 mod tables;
+mod tangent;
 pub mod vm;
 
 pub use lower::{Jacobians, Options};

@@ -1,6 +1,6 @@
 //! A compiled model: code, layout and tables, shared by all its instances.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use hyd_equations::{Plan, SortedSystem};
 use hyd_flat::{MessagePart, Target, VarId};
@@ -18,6 +18,7 @@ use crate::program::Area;
 use crate::selection::CandidateSet;
 use crate::system::CompiledSystem;
 use crate::tables::{Describe, OutputRow, row_equations, span_of};
+use crate::tangent::{TangentCode, output_variables};
 
 /// Sizes of the code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -54,6 +55,12 @@ pub(crate) struct Shared {
     pub candidates: Vec<CandidateSet>,
     pub delays: Vec<SitePlaces>,
     pub statistics: CodeStatistics,
+    /// Interpret instead of running native code.
+    pub interpret: bool,
+    /// Variable behind each output whose start value can be varied.
+    pub output_variables: Vec<Option<VarId>>,
+    /// Made when first asked for.
+    pub tangents: OnceLock<Result<Arc<TangentCode>, String>>,
 }
 
 /// What messages say of rows and variables.
@@ -192,11 +199,21 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
             names: flat.variables.iter().map(|block| (block.first, block.name.clone())).collect(),
         },
         statistics: statistics(sorted, &lowered, engine.code_bytes),
+        interpret: options.interpret,
+        output_variables: outputs(sorted, &lowered.layout, &row),
+        tangents: OnceLock::new(),
         lowered,
         engine,
         row,
         delays,
     })
+}
+
+fn outputs(sorted: &SortedSystem, layout: &Layout, row: &OutputRow) -> Vec<Option<VarId>> {
+    let plan = &sorted.simulation;
+    let assigned: Vec<Target> = plan.assignments.iter().map(|a| a.target).collect();
+    let unknowns: Vec<Target> = plan.unknowns.iter().map(|u| u.target).collect();
+    output_variables(&assigned, &unknowns, &row.states, &layout.discrete_vars)
 }
 
 fn statistics(sorted: &SortedSystem, lowered: &Lowered, code_bytes: usize) -> CodeStatistics {

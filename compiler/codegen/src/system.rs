@@ -6,7 +6,9 @@
 use std::sync::Arc;
 
 use hyd_flat::Target;
-use hyd_system::{AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables};
+use hyd_system::{
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, Tangents,
+};
 
 use crate::layout::Place;
 use crate::lower::plan::{JacobianCode, PlanCode};
@@ -14,6 +16,7 @@ use crate::memory::Memory;
 use crate::model::{CompiledModel, Shared, fits};
 use crate::program::{Area, HOMOTOPY, INITIAL, RoutineId, TIME};
 use crate::selection::{CandidateSet, Choice};
+use crate::tangent::TangentMemory;
 use crate::vm::Registers;
 
 /// A fixed start value may differ from what follows from others by this, relative to both or to 1.
@@ -43,6 +46,8 @@ pub(crate) struct Own {
     /// Which candidates are states, per set.
     choices: Vec<Choice>,
     registers: Registers,
+    /// Present once directions are set.
+    pub tangents: Option<Box<TangentMemory>>,
 }
 
 /// The vectors of the solver that a routine sees.
@@ -73,6 +78,7 @@ impl CompiledSystem {
             scratch: vec![0.0; scratch_length(&shared)],
             choices: shared.candidates.iter().map(CandidateSet::first_choice).collect(),
             registers: shared.engine.registers(),
+            tangents: None,
         };
         Self { shared, memory }
     }
@@ -401,5 +407,9 @@ impl DaeSystem for CompiledSystem {
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
         self.set_time(t0, true);
         self.find_failure(true, Point { unknown: z, rate: &[] })
+    }
+
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        Some(self)
     }
 }

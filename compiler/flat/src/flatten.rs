@@ -15,6 +15,7 @@ use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
 use crate::index::{Affine, SlotKey, Slots};
+use crate::inject::{Injection, Pending};
 use crate::jump::JumpKey;
 use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
 
@@ -38,6 +39,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) bodies: Vec<KnownBody>,
     /// Why the last function could not be run symbolically.
     pub(crate) opaque_at: Span,
+    /// Terms to be added to equations.
+    pub(crate) injections: Vec<Pending>,
     numbers: FxHashMap<u64, ConstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
@@ -53,6 +56,11 @@ struct Made {
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
 pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
+    flatten_with(tree, &[])
+}
+
+/// The same with terms added to equations.
+pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatModel {
     let root = tree.root;
     let class = tree.instances[root].class;
     let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
@@ -70,10 +78,12 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
         builders: Vec::new(),
         bodies: Vec::new(),
         opaque_at: span,
+        injections: Vec::new(),
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
     };
     flattener.read_experiment();
+    flattener.prepare_injections(terms);
     flattener.declare(root);
     let variables: Vec<InstId> = flattener.variable_instances();
     for &inst in &variables {
@@ -81,6 +91,7 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
         flattener.bind(inst);
     }
     flattener.sections(root);
+    flattener.check_injections();
     flattener.connect_all();
     flattener.settle();
     flattener.model

@@ -21,6 +21,7 @@ mod function;
 mod given_derivative;
 mod homotopy;
 mod index;
+mod inject;
 mod jump;
 mod lower;
 pub mod model;
@@ -37,7 +38,8 @@ mod verify;
 mod walk;
 mod when;
 
-pub use flatten::flatten;
+pub use flatten::{flatten, flatten_with};
+pub use inject::{Injection, TermShape};
 pub use model::{
     BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, MessagePart, Operand, PerElement,
     Section, StateSelect, Target, VarId, VariableBlock,

@@ -318,6 +318,8 @@ pub struct FlatModel {
     pub messages: Vec<Message>,
     /// The `experiment` annotation.
     pub experiment: Experiment,
+    /// Equations that terms can be injected into (indices into `equations`): those written as `left = right`.
+    pub injectable: Vec<u32>,
 }
 
 impl FlatModel {

@@ -137,9 +137,27 @@ impl Flattener<'_, '_> {
             let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
             flat.check_sides(equation, left, right, &a, &b)?;
             let section = flat.section_of(&a, initial);
-            flat.emit(section, a.node, b.node, &cx.loop_counts(), &origin);
-            Ok(())
+            flat.emit_equal(section, (a.node, b.node), cx, &index, &origin)
         });
+    }
+
+    /// Emits `left = right`, a continuous one with the terms that are injected into it.
+    fn emit_equal(
+        &mut self,
+        section: Section,
+        (left, right): (NodeId, NodeId),
+        cx: &mut Context,
+        index: &[Affine],
+        origin: &Origin,
+    ) -> Result<(), Fail> {
+        let open = section == Section::Continuous;
+        let right = if open { self.injected(right, origin, cx, index)? } else { right };
+        let block = self.model.equations.len() as u32;
+        self.emit(section, left, right, &cx.loop_counts(), origin);
+        if open && self.model.equations.len() as u32 > block {
+            self.model.injectable.push(block);
+        }
+        Ok(())
     }
 
     /// An equation between records is one between their fields; false if these are no records.
@@ -398,8 +416,7 @@ impl Flattener<'_, '_> {
             self.with_loops(start, &mut |flat, cx| {
                 flat.enter_all(cx, loops)?;
                 let (left, right, section) = flat.joined(branches, k, cx, initial)?;
-                flat.emit(section, left, right, &cx.loop_counts(), &origin);
-                Ok(())
+                flat.emit_equal(section, (left, right), cx, &[], &origin)
             });
         }
     }

@@ -94,6 +94,8 @@ codes! {
         "Start values and initial equations determine the start more than once, or not at all.";
     DiscreteLoop = "E0405", "discrete variables depend on each other in a circle",
         "The values of discrete variables are computed in the order of their dependence at an event; a circle without `pre` has no such order.";
+    Injection = "E0406", "a term cannot be injected here",
+        "A term can be added to an equation that is written as `left = right` and holds at all times, found by the path of its component and its line, unless the equation has to be differentiated to solve the system.";
     Codegen = "E0501", "code could not be made",
         "The translated model could not be turned into code for this machine.";
     Run = "E0601", "the run failed",

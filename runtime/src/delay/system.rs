@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use hyd_system::{AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables};
+use hyd_system::{
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, Tangents,
+};
 
 use super::DelayWork;
 
@@ -264,5 +266,9 @@ impl DaeSystem for Delaying<'_> {
 
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
         self.inner.diagnose_initial(t0, z)
+    }
+
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        self.inner.tangents()
     }
 }

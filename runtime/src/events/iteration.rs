@@ -11,6 +11,7 @@ use super::{held_changes, relations};
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::problem::Problem;
+use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
 
 /// Most passes at one instant.
@@ -33,14 +34,15 @@ pub(crate) struct EventOutcome {
     pub(crate) terminated: Option<String>,
 }
 
-/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of rates.
+/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of rates.  Sensitivities
+/// are carried along as total derivatives.
 pub(crate) fn settle(
     problem: &mut Problem<'_>,
     consistency: &mut Consistency,
     weights: &Weights,
     (first, t, time_scale): (EventPhase, f64, f64),
-    y: &mut [f64],
-    yp: &mut [f64],
+    (y, yp): (&mut [f64], &mut [f64]),
+    mut sensitivity: Option<&mut Sensitivity>,
 ) -> Result<EventOutcome, SolveError> {
     let mut outcome = EventOutcome::default();
     let mut phase = first;
@@ -50,10 +52,16 @@ pub(crate) fn settle(
             before.resize(problem.system.structure().roots, false);
             problem.system.held(&mut before);
         }
+        if let Some(sensitivity) = sensitivity.as_deref_mut() {
+            sensitivity.before_pass(problem, phase, t, y, yp);
+        }
         let change: EventChange = match problem.system.event_pass(phase, t, y, yp) {
             Ok(change) => change,
             Err(failure) => return Err(SolveError::evaluation(Stage::Event, t, failure, problem)),
         };
+        if let Some(sensitivity) = sensitivity.as_deref_mut() {
+            sensitivity.after_pass(problem, phase, t, yp);
+        }
         outcome.terminated = change.terminated.or(outcome.terminated);
         if !change.changed && !change.reinitialised {
             return Ok(outcome);
@@ -62,6 +70,9 @@ pub(crate) fn settle(
         outcome.reinitialised |= change.reinitialised;
         if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {
             return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
+        }
+        if let Some(sensitivity) = sensitivity.as_deref_mut() {
+            sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
         phase = EventPhase::Iterate;
     }

@@ -15,6 +15,7 @@ use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
 use crate::newton::{Newton, NewtonFailure, Target};
 use crate::problem::{Problem, all_finite};
+use crate::sensitivity::Sensitivity;
 use crate::weights::{Weights, largest};
 use consistent::Consistency;
 
@@ -71,6 +72,7 @@ pub(crate) struct Start<'a> {
     pub(crate) time_scale: f64,
     pub(crate) weights: &'a Weights,
     pub(crate) consistency: &'a mut Consistency,
+    pub(crate) sensitivity: Option<&'a mut Sensitivity>,
 }
 
 impl InitialSystem {
@@ -116,12 +118,23 @@ impl InitialSystem {
                     problem,
                 ));
             }
+            if let Some(sensitivity) = start.sensitivity.as_deref_mut() {
+                match reinitialised {
+                    false => sensitivity.initial(problem, t, &self.newton.x, y, yp)?,
+                    true => sensitivity.consistent(problem, (Stage::Start, t), y, yp)?,
+                }
+                sensitivity.before_pass(problem, EventPhase::Initial, t, y, yp);
+            }
             problem.system.held(&mut before);
             let result = problem.system.event_pass(EventPhase::Initial, t, y, yp);
             let change = result.map_err(|failure| failed(failure, problem))?;
             terminated = change.terminated.or(terminated);
+            let mut again = false;
+            if let Some(sensitivity) = start.sensitivity.as_deref_mut() {
+                again = sensitivity.after_pass(problem, EventPhase::Initial, t, yp);
+            }
             reinitialised |= change.reinitialised;
-            if !change.changed && !change.reinitialised {
+            if !again && !change.changed && !change.reinitialised {
                 return Ok(terminated);
             }
         }

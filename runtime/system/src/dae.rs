@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::Tables;
+use crate::{Tables, Tangents};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -256,4 +256,9 @@ pub trait DaeSystem: Send {
 
     /// The same for the initial system.
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure>;
+
+    /// Derivatives of all evaluations along directions, for sensitivities; none where the system has no derivatives.
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        None
+    }
 }

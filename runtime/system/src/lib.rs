@@ -10,6 +10,7 @@
 mod dae;
 pub mod math;
 mod tables;
+mod tangents;
 mod text;
 
 pub use dae::{
@@ -19,4 +20,5 @@ pub use dae::{
 pub use tables::{
     EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability, VariableInfo,
 };
+pub use tangents::{Along, Direction, DirectionError, Tangents};
 pub use text::TextFormat;

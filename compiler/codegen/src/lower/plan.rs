@@ -32,6 +32,19 @@ pub struct PlanCode {
     pub state_pattern: Pattern,
     /// Pattern of dF/dy'.
     pub rate_pattern: Pattern,
+    /// The plan as loops, whatever code is made of it.
+    pub plain: PlainPlan,
+}
+
+/// The kernels of a plan one row at a time, not composed: what its tangents are made from.
+#[derive(Clone, Debug, Default)]
+pub struct PlainPlan {
+    /// Assigned variables to the work area.
+    pub assign: Vec<Kernel>,
+    /// Residuals to `Out`.
+    pub residual: Vec<Kernel>,
+    /// Further rows to `Out`.
+    pub extra: Vec<Kernel>,
 }
 
 /// How Jacobian values come about.
@@ -76,7 +89,8 @@ impl PlanLowering<'_> {
         let rate_pattern = Pattern::from_pairs(n, n, &self.jacobian.rate_pattern);
         let mut routines = IndexVec::<RoutineId, Vec<Kernel>>::new();
         let patterns = (&state_pattern, &rate_pattern);
-        let (mut jacobian_kernel, mut loops) = (None, None);
+        let plain = self.plain(program, &rows)?;
+        let mut jacobian_kernel = None;
         if self.is_small(&program.arena, &rows) {
             let mut composer = Composer::new(&mut program.arena, self.sorted, self.layout, self.places, &rows)?;
             routines.push(vec![composer.kernel(composer.assigned(), Area::Work)]);
@@ -86,25 +100,15 @@ impl PlanLowering<'_> {
             }
             jacobian_kernel = self.straight_jacobian(&mut composer, &rows, patterns)?;
         } else {
-            let assign = self.assign_kernels(program, &rows)?;
-            let residuals: Vec<_> = self.plan.residuals.iter().map(|r| (r.value, r.operands)).collect();
-            let residuals = self.row_kernels(program, &residuals)?;
-            let extra = self.row_kernels(program, &self.extra)?;
+            let PlainPlan { assign, residual, extra } = plain.clone();
             routines.push(assign.clone());
-            routines.push(assign.iter().cloned().chain(residuals).collect());
-            routines.push(if extra.is_empty() { extra } else { assign.iter().cloned().chain(extra).collect() });
-            loops = Some(assign);
+            routines.push(assign.iter().cloned().chain(residual).collect());
+            routines.push(if extra.is_empty() { extra } else { assign.into_iter().chain(extra).collect() });
         }
         let [assign, residual, extra] = <[Vec<Kernel>; 3]>::try_from(routines.raw).unwrap_or_default();
         let jacobian = match jacobian_kernel {
             Some(kernel) => JacobianCode::Entries(push(program, names[2], vec![kernel])),
-            None => {
-                let assign = match loops {
-                    Some(assign) => assign,
-                    None => self.assign_kernels(program, &rows)?,
-                };
-                self.partials(program, &rows, patterns, assign, names[2])?
-            }
+            None => self.partials(program, &rows, patterns, plain.assign.clone(), names[2])?,
         };
         Ok(PlanCode {
             assign: push(program, names[0], assign),
@@ -113,6 +117,16 @@ impl PlanLowering<'_> {
             jacobian,
             state_pattern,
             rate_pattern,
+            plain,
+        })
+    }
+
+    fn plain(&self, program: &mut Program, rows: &Rows<'_>) -> Result<PlainPlan, String> {
+        let residuals: Vec<_> = self.plan.residuals.iter().map(|r| (r.value, r.operands)).collect();
+        Ok(PlainPlan {
+            assign: self.assign_kernels(program, rows)?,
+            residual: self.row_kernels(program, &residuals)?,
+            extra: self.row_kernels(program, &self.extra)?,
         })
     }
 

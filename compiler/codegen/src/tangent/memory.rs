@@ -1,0 +1,213 @@
+//! What an instance keeps for tangents: blocks of all areas, coefficients, and the rows that its directions reach.
+
+use std::sync::Arc;
+
+use hyd_flat::{Target, VarId};
+use hyd_system::{Along, Direction, DirectionError, Place as ValuePlace, Tables};
+
+use super::code::{PARTS, Part, TangentCode};
+use super::rows::Rows;
+use crate::layout::Place;
+use crate::model::Shared;
+use crate::program::{Area, TIME};
+use crate::vm::Registers;
+
+/// Tangents of one instance for chosen directions.
+#[derive(Clone, Debug)]
+pub(crate) struct TangentMemory {
+    pub(super) code: Arc<TangentCode>,
+    /// Number of directions.
+    pub(super) width: usize,
+    /// Derivatives, `width` per place.
+    pub(super) blocks: Vec<f64>,
+    pub(super) sum: Vec<f64>,
+    pub(super) coefficients: [Vec<f64>; PARTS],
+    pub(super) registers: Registers,
+    /// Block and direction of what is varied, ascending.
+    pub(super) seeds: Vec<(u32, u32)>,
+    pub(super) rows: ActiveRows,
+    /// Derivatives of discrete variables before a pass, and before a round of it.
+    pub(super) before: Vec<f64>,
+    pub(super) last: Vec<f64>,
+}
+
+/// The rows that the directions reach.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ActiveRows {
+    pub(super) bind: Rows,
+    pub(super) initial_assign: Rows,
+    pub(super) initial_residual: Rows,
+    /// All assigned variables, those that residuals need, those that root functions need.
+    pub(super) assign: Rows,
+    pub(super) for_residual: Rows,
+    pub(super) for_roots: Rows,
+    pub(super) residual: Rows,
+    pub(super) roots: Rows,
+    pub(super) instants: Rows,
+    pub(super) discrete: Rows,
+    pub(super) reinits: Rows,
+}
+
+impl TangentMemory {
+    /// Memory for these directions.
+    ///
+    /// # Errors
+    /// Position of the direction that is refused, and why.
+    pub(super) fn new(
+        shared: &Shared,
+        code: Arc<TangentCode>,
+        directions: &[Direction],
+    ) -> Result<Self, (usize, DirectionError)> {
+        let mut seeds = Vec::new();
+        for (k, &direction) in directions.iter().enumerate() {
+            if let Some(block) = seed(shared, direction).map_err(|error| (k, error))? {
+                seeds.push((block, k as u32));
+            }
+        }
+        seeds.sort_unstable();
+        let width = directions.len();
+        let discrete = shared.lowered.layout.discrete.len() * width;
+        Ok(Self {
+            width,
+            blocks: vec![0.0; code.spaces.length as usize * width],
+            sum: vec![0.0; width],
+            coefficients: std::array::from_fn(|part| code.stages[part].coefficients.clone()),
+            registers: code.engine.registers(),
+            rows: active_rows(shared, &code, &seeds),
+            seeds,
+            before: vec![0.0; discrete],
+            last: vec![0.0; discrete],
+            code,
+        })
+    }
+
+    /// Takes over the derivatives of time, unknowns and rates.
+    pub(super) fn load(&mut self, along: Along<'_>) {
+        self.put(TIME, along.t);
+        let spaces = self.code.spaces;
+        self.put(spaces.start(Area::Unknown, false), along.y);
+        self.put(spaces.start(Area::Rate, false), along.yp);
+    }
+
+    /// Writes blocks from a position on.
+    pub(super) fn put(&mut self, first: u32, values: &[f64]) {
+        let start = first as usize * self.width;
+        self.blocks[start..start + values.len()].copy_from_slice(values);
+    }
+
+    /// Reads blocks from a position on.
+    pub(super) fn get(&self, first: u32, out: &mut [f64]) {
+        let start = first as usize * self.width;
+        out.copy_from_slice(&self.blocks[start..start + out.len()]);
+    }
+
+    /// Copies one block.
+    pub(super) fn copy(&mut self, from: u32, to: u32) {
+        let (from, to) = (from as usize * self.width, to as usize * self.width);
+        self.blocks.copy_within(from..from + self.width, to);
+    }
+
+    /// The block of a place.
+    pub(super) fn block(&self, place: Place, initial: bool) -> u32 {
+        self.code.spaces.start(place.area, initial) + place.index
+    }
+
+    /// The chain rule over rows with the coefficients of a stage; seeds are added if `seeded`.
+    pub(super) fn chain(&mut self, part: Part, rows: fn(&ActiveRows) -> &Rows, seeded: bool) {
+        let coefficients = &self.coefficients[part as usize];
+        let seeds = if seeded { self.seeds.as_slice() } else { &[] };
+        let add = |to: u32, sum: &mut [f64]| {
+            if !seeds.is_empty() {
+                let first = seeds.partition_point(|&(block, _)| block < to);
+                for &(_, k) in seeds[first..].iter().take_while(|&&(block, _)| block == to) {
+                    sum[k as usize] += 1.0;
+                }
+            }
+        };
+        rows(&self.rows).apply(coefficients, &mut self.blocks, &mut self.sum, add);
+    }
+}
+
+/// The block in the data area that a direction varies.
+fn seed(shared: &Shared, direction: Direction) -> Result<Option<u32>, DirectionError> {
+    let layout = &shared.lowered.layout;
+    match direction {
+        Direction::None => Ok(None),
+        Direction::Parameter(k) => match layout.given.get(k as usize) {
+            Some(Some(_)) => Ok(Some(layout.parameters.start + k)),
+            _ => Err(DirectionError::NotSettable),
+        },
+        Direction::Start(variable, element) => {
+            let place = start_place(shared, &shared.tables, variable, element);
+            place.map(Some).ok_or(DirectionError::NoStart)
+        }
+    }
+}
+
+/// Where the start value stands that an unknown or discrete variable begins with.
+fn start_place(shared: &Shared, tables: &Tables, variable: u32, element: u32) -> Option<u32> {
+    let source = *tables.variables.get(variable as usize)?.sources.get(element as usize)?;
+    let ValuePlace::Output(position) = source.place else { return None };
+    let v: VarId = *shared.output_variables.get(position as usize)?.as_ref()?;
+    shared.lowered.layout.start(v)
+}
+
+fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> ActiveRows {
+    let (layout, spaces) = (&shared.lowered.layout, code.spaces);
+    let mut active = vec![false; spaces.length as usize];
+    seeds.iter().for_each(|&(block, _)| active[block as usize] = true);
+    active[TIME as usize] = true;
+    let unknowns = spaces.start(Area::Unknown, false)..spaces.start(Area::Work, false);
+    let initial = spaces.start(Area::Unknown, true)..spaces.start(Area::Work, true);
+    // What changes at events follows the instants of events.
+    let discrete = layout.discrete.clone().chain(layout.pre.clone());
+    let continuous = layout.pre_continuous.iter().map(|&(_, index)| index);
+    for block in unknowns.chain(initial).chain(discrete).chain(continuous) {
+        active[block as usize] = true;
+    }
+    let rows = |part: Part| &code.stage(part).rows;
+    let bind = rows(Part::Bind).active(&mut active);
+    let initial_assign = rows(Part::InitialAssign).active(&mut active);
+    let initial_residual = rows(Part::InitialResidual).filtered(&active);
+    for &(_, to) in &shared.initial.values {
+        active[to as usize] = true;
+    }
+    let assign = rows(Part::Assign).active(&mut active);
+    let residual = rows(Part::Residual).filtered(&active);
+    let roots = rows(Part::Roots).filtered(&active);
+    let needed = |rows: &Rows| {
+        let mut marked = vec![false; active.len()];
+        rows.mark_read(&mut marked);
+        assign.needed(&mut marked)
+    };
+    ActiveRows {
+        for_residual: needed(&residual),
+        for_roots: needed(&roots),
+        instants: rows(Part::Instants).filtered(&active),
+        discrete: rows(Part::Discrete).filtered(&active),
+        reinits: rows(Part::Reinits).filtered(&active),
+        bind,
+        initial_assign,
+        initial_residual,
+        assign,
+        residual,
+        roots,
+    }
+}
+
+/// Which variable each output is, where its start value may be varied: unknowns and discrete variables.
+pub(crate) fn output_variables(
+    assigned: &[Target],
+    unknowns: &[Target],
+    states: &[u32],
+    discrete: &[VarId],
+) -> Vec<Option<VarId>> {
+    let variable = |target: &Target| match *target {
+        Target::Var(v) => Some(v),
+        _ => None,
+    };
+    let mut list: Vec<Option<VarId>> = assigned.iter().chain(unknowns).map(variable).collect();
+    list.resize(list.len() + states.len(), None);
+    list.extend(discrete.iter().map(|&v| Some(v)));
+    list
+}

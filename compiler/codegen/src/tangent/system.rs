@@ -1,0 +1,281 @@
+//! The contract of tangents for compiled models: primal values, partial derivatives, chain rule.
+
+use std::sync::Arc;
+
+use hyd_flat::Target;
+use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
+
+use super::code::{Part, TangentCode};
+use super::memory::TangentMemory;
+use crate::events::same_instant;
+use crate::memory::Memory;
+use crate::program::Area;
+use crate::system::{CompiledSystem, Point};
+
+/// Rounds after which discrete equations that feed back through assigned variables are taken as they are.
+const ROUNDS: usize = 16;
+
+impl CompiledSystem {
+    fn take_tangents(&mut self) -> Box<TangentMemory> {
+        self.memory.tangents.take().expect("invariant: directions are set before tangents are asked for")
+    }
+
+    /// Coefficients of a stage at the values in memory.
+    fn partials(&mut self, tangents: &mut TangentMemory, part: Part, point: Point<'_>) {
+        let code = tangents.code.clone();
+        let mut memory = Memory {
+            data: &mut self.memory.data,
+            unknown: point.unknown,
+            rate: point.rate,
+            work: &mut self.memory.work,
+            out: &mut tangents.coefficients[part as usize],
+            out2: &mut [],
+        };
+        code.engine.run(code.stage(part).partials, &mut memory, &mut tangents.registers);
+    }
+
+    /// Assigned variables and their partial derivatives.
+    fn assign_partials(&mut self, tangents: &mut TangentMemory, point: Point<'_>) {
+        self.run(self.shared.lowered.simulation.assign, point, &mut [], &mut []);
+        self.partials(tangents, Part::Assign, point);
+    }
+
+    /// Tangents of the discrete equations, which may feed back through assigned variables; true if one changed.
+    fn settle_tangents(&mut self, tangents: &mut TangentMemory, point: Point<'_>) -> bool {
+        let shared = self.shared.clone();
+        let first = shared.lowered.layout.discrete.start;
+        let mut before = std::mem::take(&mut tangents.before);
+        let mut last = std::mem::take(&mut tangents.last);
+        tangents.get(first, &mut before);
+        self.partials(tangents, Part::Discrete, point);
+        for _ in 0..ROUNDS {
+            tangents.get(first, &mut last);
+            tangents.chain(Part::Assign, |rows| &rows.assign, false);
+            tangents.chain(Part::Discrete, |rows| &rows.discrete, false);
+            let start = first as usize * tangents.width;
+            if tangents.blocks[start..start + last.len()] == last[..] {
+                break;
+            }
+        }
+        let changed = before != last;
+        (tangents.before, tangents.last) = (before, last);
+        changed
+    }
+
+    /// Tangents of `reinit` into `dy` where it fired.
+    fn reinit_tangents(&mut self, tangents: &mut TangentMemory, point: Point<'_>, dy: &mut [f64]) {
+        let shared = self.shared.clone();
+        let unknowns = &shared.lowered.events.reinit_unknowns;
+        if unknowns.is_empty() {
+            return;
+        }
+        self.run_own(shared.lowered.events.reinits, point);
+        self.partials(tangents, Part::Reinits, point);
+        tangents.chain(Part::Reinits, |rows| &rows.reinits, false);
+        let width = tangents.width;
+        let out = tangents.code.spaces.start(Area::Out, false) as usize * width;
+        for (k, &unknown) in unknowns.iter().enumerate() {
+            let unknown = unknown as usize;
+            let result = &tangents.blocks[out + k * width..out + (k + 1) * width];
+            let kept = unknown * width..(unknown + 1) * width;
+            // As with the values: a `reinit` that did not fire returns the state itself.
+            let fired = self.memory.out[k].to_bits() != point.unknown[unknown].to_bits();
+            let own = tangents.code.spaces.start(Area::Unknown, false) as usize * width + kept.start;
+            if fired || *result != tangents.blocks[own..own + width] {
+                dy[kept].copy_from_slice(result);
+            }
+        }
+    }
+}
+
+impl Tangents for CompiledSystem {
+    fn set_directions(&mut self, directions: &[Direction]) -> Result<(), (usize, DirectionError)> {
+        let shared = self.shared.clone();
+        let make = || TangentCode::new(&shared.lowered, shared.interpret).map(Arc::new);
+        let code = shared.tangents.get_or_init(make).clone();
+        let code = code.map_err(|reason| (0, DirectionError::Unsupported(reason)))?;
+        self.memory.tangents = Some(Box::new(TangentMemory::new(&shared, code, directions)?));
+        Ok(())
+    }
+
+    fn bind_tangent(&mut self, t0: f64) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t0, true);
+        tangents.blocks.fill(0.0);
+        for k in 0..tangents.seeds.len() {
+            let (block, direction) = tangents.seeds[k];
+            tangents.blocks[block as usize * tangents.width + direction as usize] = 1.0;
+        }
+        self.partials(&mut tangents, Part::Bind, Point { unknown: &[], rate: &[] });
+        tangents.chain(Part::Bind, |rows| &rows.bind, true);
+        let shared = self.shared.clone();
+        let layout = &shared.lowered.layout;
+        for (k, &v) in layout.discrete_vars.iter().enumerate() {
+            if let Some(start) = layout.start(v) {
+                tangents.copy(start, layout.discrete.start + k as u32);
+                tangents.copy(start, layout.pre.start + k as u32);
+            }
+        }
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t0, true);
+        let point = Point { unknown: z, rate: &[] };
+        self.run(self.shared.lowered.initial.assign, point, &mut [], &mut []);
+        self.partials(&mut tangents, Part::InitialAssign, point);
+        self.partials(&mut tangents, Part::InitialResidual, point);
+        let first = tangents.code.spaces.start(Area::Unknown, true) as usize * tangents.width;
+        tangents.blocks[first..first + out.len()].fill(0.0);
+        tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
+        tangents.chain(Part::InitialResidual, |rows| &rows.initial_residual, false);
+        tangents.get(tangents.code.spaces.start(Area::Out, true), out);
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn initial_store_tangent(&mut self, t0: f64, z: &[f64], dz: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t0, true);
+        let point = Point { unknown: z, rate: &[] };
+        self.run(self.shared.lowered.initial.assign, point, &mut [], &mut []);
+        self.partials(&mut tangents, Part::InitialAssign, point);
+        tangents.put(tangents.code.spaces.start(Area::Unknown, true), dz);
+        tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
+        let shared = self.shared.clone();
+        let width = tangents.width;
+        let places = [(&shared.initial.states, dy), (&shared.initial.rates, dyp)];
+        for (list, out) in places {
+            for (place, out) in list.iter().zip(out.chunks_exact_mut(width)) {
+                match place {
+                    Some(place) => tangents.get(tangents.block(*place, true), out),
+                    None => out.fill(0.0),
+                }
+            }
+        }
+        for &(from, to) in &shared.initial.values {
+            tangents.copy(tangents.block(from, true), to);
+        }
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        let point = Point { unknown: y, rate: yp };
+        self.assign_partials(&mut tangents, point);
+        self.partials(&mut tangents, Part::Residual, point);
+        tangents.load(along);
+        tangents.chain(Part::Assign, |rows| &rows.for_residual, false);
+        tangents.chain(Part::Residual, |rows| &rows.residual, false);
+        tangents.get(tangents.code.spaces.start(Area::Out, false), out);
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        let point = Point { unknown: y, rate: yp };
+        self.assign_partials(&mut tangents, point);
+        self.partials(&mut tangents, Part::Roots, point);
+        tangents.load(along);
+        tangents.chain(Part::Assign, |rows| &rows.for_roots, false);
+        tangents.chain(Part::Roots, |rows| &rows.roots, false);
+        tangents.get(tangents.code.spaces.start(Area::Out, false), out);
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn instant_tangent(&mut self, t: f64, out: &mut [f64]) -> bool {
+        let shared = self.shared.clone();
+        let events = &shared.lowered.events;
+        if events.timed.is_empty() {
+            return false;
+        }
+        self.set_time(t, false);
+        let nothing = Point { unknown: &[], rate: &[] };
+        self.run_own(events.instants, nothing);
+        let Some(k) = self.memory.out[..events.timed.len()].iter().position(|&instant| same_instant(instant, t)) else {
+            return false;
+        };
+        let mut tangents = self.take_tangents();
+        self.partials(&mut tangents, Part::Instants, nothing);
+        tangents.chain(Part::Instants, |rows| &rows.instants, false);
+        tangents.get(tangents.code.spaces.start(Area::Out, false) + k as u32, out);
+        self.memory.tangents = Some(tangents);
+        true
+    }
+
+    fn before_event_pass(&mut self, phase: EventPhase, t: f64, y: &[f64], yp: &[f64], along: Along<'_>) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, phase == EventPhase::Initial);
+        let shared = self.shared.clone();
+        let layout = &shared.lowered.layout;
+        if phase != EventPhase::Initial {
+            for (from, to) in layout.discrete.clone().zip(layout.pre.clone()) {
+                tangents.copy(from, to);
+            }
+        }
+        if !layout.pre_continuous.is_empty() {
+            let point = Point { unknown: y, rate: yp };
+            self.assign_partials(&mut tangents, point);
+            tangents.load(along);
+            tangents.chain(Part::Assign, |rows| &rows.assign, false);
+            for &(v, index) in &layout.pre_continuous {
+                if let Some(place) = shared.lowered.places.get(Target::Var(v)) {
+                    tangents.copy(tangents.block(place, false), index);
+                }
+            }
+        }
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn after_event_pass(
+        &mut self,
+        phase: EventPhase,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+        along: Along<'_>,
+        dy: &mut [f64],
+    ) -> bool {
+        let layout = &self.shared.lowered.layout;
+        if layout.discrete.is_empty() && self.shared.lowered.events.reinit_unknowns.is_empty() {
+            return false;
+        }
+        let mut tangents = self.take_tangents();
+        self.set_time(t, phase == EventPhase::Initial);
+        let point = Point { unknown: y, rate: yp };
+        self.assign_partials(&mut tangents, point);
+        tangents.load(along);
+        let changed = self.settle_tangents(&mut tangents, point);
+        self.reinit_tangents(&mut tangents, point, dy);
+        self.memory.tangents = Some(tangents);
+        changed
+    }
+
+    fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
+        tangents.load(along);
+        tangents.chain(Part::Assign, |rows| &rows.assign, false);
+        let width = tangents.width;
+        let row = &self.shared.row;
+        let (assigned, rest) = out.split_at_mut(row.assigned as usize * width);
+        tangents.get(tangents.code.spaces.start(Area::Work, false), assigned);
+        let (unknowns, rest) = rest.split_at_mut(along.y.len());
+        unknowns.copy_from_slice(along.y);
+        let (rates, discrete) = rest.split_at_mut(row.states.len() * width);
+        for (out, &state) in rates.chunks_exact_mut(width).zip(&row.states) {
+            out.copy_from_slice(&along.yp[state as usize * width..(state as usize + 1) * width]);
+        }
+        tangents.get(self.shared.lowered.layout.discrete.start, discrete);
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn parameters_tangent(&self, out: &mut [f64]) {
+        if let Some(tangents) = &self.memory.tangents {
+            tangents.get(self.shared.lowered.layout.parameters.start, out);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Sensitivities across events.
+//!
+//! The instant `t_e` of an event depends on the parameters: `g(t_e, y, y', p) = 0` gives `dt_e = -(g_p + g_y s + g_y' s') / g_t`
+//! with the total time derivative `g_t` along the solution before the event; time events give their instant's derivative
+//! themselves.  While the event is settled all derivatives are *total* ones along the moving instant,
+//! `d y = s + y' dt_e`; they pass through discrete equations, `reinit` and the consistency solve like values do, and behind
+//! the event `s = d y - y' dt_e` with the rates there.  This is the saltation formula (Aizerman and Gantmacher 1958; for
+//! DAE with events Galan, Feehery, Barton, Appl. Numer. Math. 31 (1999) 17) with nothing special to any kind of event.
+//! An event that the solution only grazes has no derivative; its instant is taken as fixed.
+
+use hyd_system::{Along, EventPhase};
+
+use super::{Sensitivity, tangents};
+use crate::error::{SolveError, Stage};
+use crate::problem::Problem;
+
+/// What makes an event happen when it does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum EventSource {
+    /// This root function crosses zero.
+    Root(usize),
+    /// An instant known before.
+    Time,
+}
+
+impl Sensitivity {
+    /// Derivatives at the event, before it: of unknowns and rates with respect to parameters, and along time.
+    pub(crate) fn arrive(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+    ) -> Result<(), SolveError> {
+        self.changed = false;
+        self.reach(problem, t)?;
+        self.interpolate(t);
+        let last = self.width - 1;
+        for (k, block) in self.s.chunks_exact_mut(self.width).enumerate() {
+            block[last] = yp[k];
+        }
+        self.dt.fill(0.0);
+        self.dt[last] = 1.0;
+        self.consistent(problem, (Stage::Event, t), y, yp)?;
+        self.dt[last] = 0.0;
+        Ok(())
+    }
+
+    /// From derivatives at fixed time to total derivatives along the moving event; call after [`Sensitivity::arrive`].
+    pub(crate) fn shift(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), source: EventSource) {
+        let (width, last) = (self.width, self.width - 1);
+        self.dt.fill(0.0);
+        match source {
+            EventSource::Root(k) => {
+                self.dt[last] = 1.0;
+                let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+                tangents(&mut problem.system).roots_tangent(t, y, yp, along, &mut self.roots);
+                let root = &self.roots[k * width..(k + 1) * width];
+                let slope = root[last];
+                self.dt[last] = 0.0;
+                // A root function at rest is grazed, not crossed.
+                if slope != 0.0 {
+                    for (dt, change) in self.dt[..last].iter_mut().zip(root) {
+                        *dt = -change / slope;
+                    }
+                }
+            }
+            EventSource::Time => {
+                if tangents(&mut problem.system).instant_tangent(t, &mut self.dt) {
+                    self.dt[last] = 0.0;
+                } else {
+                    self.dt.fill(0.0);
+                }
+            }
+        }
+        for block in self.s.chunks_exact_mut(width).chain(self.sp.chunks_exact_mut(width)) {
+            let rate = std::mem::replace(&mut block[last], 0.0);
+            for (value, dt) in block.iter_mut().zip(&self.dt) {
+                *value += rate * dt;
+            }
+        }
+    }
+
+    /// Before a pass of the event iteration on `y`.
+    pub(crate) fn before_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, y: &[f64], yp: &[f64]) {
+        self.y_before.copy_from_slice(y);
+        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+        tangents(&mut problem.system).before_event_pass(phase, t, y, yp, along);
+    }
+
+    /// After it; true if a derivative of a discrete variable changed.
+    pub(crate) fn after_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, yp: &[f64]) -> bool {
+        self.base.copy_from_slice(&self.s);
+        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+        let changed =
+            tangents(&mut problem.system).after_event_pass(phase, t, &self.y_before, yp, along, &mut self.base);
+        std::mem::swap(&mut self.s, &mut self.base);
+        self.changed |= changed;
+        changed
+    }
+
+    /// Back to derivatives at fixed time, behind the event.
+    pub(crate) fn depart(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+    ) -> Result<(), SolveError> {
+        for (k, block) in self.s.chunks_exact_mut(self.width).enumerate() {
+            for (value, dt) in block.iter_mut().zip(&self.dt) {
+                *value -= yp[k] * dt;
+            }
+        }
+        self.dt.fill(0.0);
+        self.consistent(problem, (Stage::Event, t), y, yp)
+    }
+}

@@ -1,0 +1,123 @@
+//! Matrices of the linear systems behind sensitivities, and their solution for all directions.
+//!
+//! Three systems: the iteration matrix `dF/dy + c dF/dy'` of a step, the matrix of the consistency solve (columns of dF/dy'
+//! for differential and of dF/dy for algebraic unknowns), and the Jacobian of the initial system.  All are evaluated and
+//! factored at the point in question, because a linear system is solved once and has no iteration to make up for an old
+//! matrix.
+
+use hyd_system::{DaeSystem, Pattern, Structure};
+
+use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use crate::problem::Problem;
+
+/// A matrix with its factors and one column of work space.
+pub(super) struct Matrices {
+    merged: MergedPattern,
+    state_pattern: Pattern,
+    rate_pattern: Pattern,
+    solver: LinearSolver,
+    state_values: Vec<f64>,
+    rate_values: Vec<f64>,
+    values: Vec<f64>,
+    column: Vec<f64>,
+    initial_solver: LinearSolver,
+    initial_values: Vec<f64>,
+    initial_column: Vec<f64>,
+}
+
+impl Matrices {
+    /// Work space for systems of this structure.
+    pub(super) fn new(structure: &Structure) -> Self {
+        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
+        let initial = &structure.initial;
+        Self {
+            solver: LinearSolver::new(&merged.pattern),
+            state_values: vec![0.0; structure.state_pattern.entries()],
+            rate_values: vec![0.0; structure.rate_pattern.entries()],
+            values: vec![0.0; merged.pattern.entries()],
+            merged,
+            state_pattern: structure.state_pattern.clone(),
+            rate_pattern: structure.rate_pattern.clone(),
+            column: vec![0.0; structure.unknowns],
+            initial_solver: LinearSolver::new(&initial.pattern),
+            initial_values: vec![0.0; initial.pattern.entries()],
+            initial_column: vec![0.0; initial.unknowns],
+        }
+    }
+
+    /// Sets the sizes of the unknowns.
+    pub(super) fn reset(&mut self, nominals: &[f64]) {
+        self.solver.set_column_scale(nominals);
+    }
+
+    /// Factors `dF/dy + c dF/dy'`.
+    pub(super) fn factor_step(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, c): (f64, f64),
+        y: &[f64],
+        yp: &[f64],
+    ) -> Result<(), FactorError> {
+        problem.jacobian(t, y, yp, &mut self.state_values, &mut self.rate_values);
+        self.merged.combine(&self.state_values, &self.rate_values, c, &mut self.values);
+        problem.statistics.factorisations += 1;
+        self.solver.factor(&mut self.values)
+    }
+
+    /// Factors the matrix of the consistency solve.
+    pub(super) fn factor_consistent(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        (y, yp): (&[f64], &[f64]),
+        differential: &[bool],
+    ) -> Result<(), FactorError> {
+        problem.jacobian(t, y, yp, &mut self.state_values, &mut self.rate_values);
+        let parts = (&self.state_pattern, &self.rate_pattern);
+        self.merged.select(parts, &self.state_values, &self.rate_values, differential, &mut self.values);
+        problem.statistics.factorisations += 1;
+        self.solver.factor(&mut self.values)
+    }
+
+    /// Replaces the blocks of `b` by the solutions, direction by direction.
+    pub(super) fn solve(&mut self, b: &mut [f64], width: usize) {
+        solve_columns(&mut self.solver, &mut self.column, b, width);
+    }
+
+    /// Solves the initial system's linearisation at `z`.
+    pub(super) fn solve_initial(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        z: &[f64],
+        b: &mut [f64],
+        width: usize,
+    ) -> Result<(), FactorError> {
+        problem.statistics.jacobians += 1;
+        problem.statistics.factorisations += 1;
+        if problem.system.initial_jacobian(t, z, &mut self.initial_values).is_err() {
+            return Err(FactorError::NotFinite { row: 0, column: 0 });
+        }
+        problem.system.initial_nominals(&mut self.initial_column);
+        self.initial_solver.set_column_scale(&self.initial_column);
+        self.initial_solver.factor(&mut self.initial_values)?;
+        solve_columns(&mut self.initial_solver, &mut self.initial_column, b, width);
+        Ok(())
+    }
+}
+
+fn solve_columns(solver: &mut LinearSolver, column: &mut [f64], b: &mut [f64], width: usize) {
+    for direction in 0..width {
+        for (value, block) in column.iter_mut().zip(b.chunks_exact(width)) {
+            *value = block[direction];
+        }
+        // Directions that nothing drives are many at the start of a run.
+        if column.iter().all(|value| *value == 0.0) {
+            continue;
+        }
+        solver.solve(column);
+        for (value, block) in column.iter().zip(b.chunks_exact_mut(width)) {
+            block[direction] = *value;
+        }
+    }
+}
