@@ -10,6 +10,7 @@ use hyd::clock::cpu_seconds;
 use hyd_compiler::{Compilation, Goal, Options, compile};
 use hyd_results::Trajectory;
 use hyd_runtime::{Summary, simulate};
+use hyd_system::DaeSystem;
 use hyd_tests::models::{root, text_of};
 use hyd_tests::reference::Reference;
 use hyd_tests::runs::on_grid;
@@ -20,6 +21,7 @@ const LINE: &str = "models/hydraulic_line/line.hyd";
 fn main() {
     drive_translation();
     drive_simulation();
+    drive_sensitivities();
     line();
 }
 
@@ -86,6 +88,59 @@ fn drive_simulation() {
             1e3 * median(times),
             error("y", "y_m"),
             error("p_R", "pR_Pa"),
+        );
+    }
+}
+
+/// Ten parameters, each from another part of the drive.
+const VARIED: [&str; 10] = [
+    "p0",
+    "ro.rlc.U0",
+    "ro.rlc.C",
+    "ro.rlc.r.R",
+    "ro.su.mass.m",
+    "ro.su.spring.F_0",
+    "hy.qz.mu",
+    "sh.mass.m",
+    "sh.stop.k",
+    "sh.piston.p_b",
+];
+
+/// What sensitivities cost, in runs without.
+fn drive_sensitivities() {
+    println!("\n## Sensitivities of the drive to ten parameters\n");
+    println!(
+        "| tolerance | steps | steps of the sensitivities | plain run, CPU ms | with sensitivities, CPU ms | ratio |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|");
+    let compilation = translate(DRIVE, &[]);
+    let mut system = compilation.model.as_ref().expect("translated").instantiate();
+    let known = |name: &&str| system.tables().find(name).is_some();
+    let names: Vec<String> = VARIED.iter().filter(|name| known(name)).map(|name| name.to_string()).collect();
+    assert_eq!(names.len(), VARIED.len(), "parameters of the drive: {names:?}");
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let plain = on_grid(0.05, 500, tolerance);
+        let mut seconds = [Vec::new(), Vec::new()];
+        let mut steps = (0, 0);
+        let with = hyd_runtime::Options { sensitivity: names.clone(), ..plain.clone() };
+        let mut simulator = hyd_runtime::Simulator::new(system.structure());
+        for _ in 0..11 {
+            for (options, seconds) in [&plain, &with].into_iter().zip(&mut seconds) {
+                let mut rows = Trajectory::new();
+                let start = cpu_seconds();
+                let summary = simulator.run(&mut system, options, &mut rows, &|| false).expect("the drive runs");
+                seconds.push(cpu_seconds() - start);
+                steps = (summary.statistics.steps, summary.statistics.sensitivity_steps);
+            }
+        }
+        let [plain, with] = seconds.map(median);
+        let ratio = with / plain;
+        println!(
+            "| {tolerance:.0e} | {} | {} | {:.2} | {:.2} | {ratio:.1} |",
+            steps.0,
+            steps.1,
+            1e3 * plain,
+            1e3 * with
         );
     }
 }

@@ -16,6 +16,8 @@ use crate::vm::Registers;
 #[derive(Clone, Debug)]
 pub(crate) struct TangentMemory {
     pub(super) code: Arc<TangentCode>,
+    /// What is varied.
+    pub(super) directions: Vec<Direction>,
     /// Number of directions.
     pub(super) width: usize,
     /// Derivatives, `width` per place.
@@ -68,6 +70,7 @@ impl TangentMemory {
         let width = directions.len();
         let discrete = shared.lowered.layout.discrete.len() * width;
         Ok(Self {
+            directions: directions.to_vec(),
             width,
             blocks: vec![0.0; code.spaces.length as usize * width],
             sum: vec![0.0; width],

@@ -90,6 +90,10 @@ impl CompiledSystem {
 
 impl Tangents for CompiledSystem {
     fn set_directions(&mut self, directions: &[Direction]) -> Result<(), (usize, DirectionError)> {
+        // Run after run with the same directions uses the same memory.
+        if self.memory.tangents.as_ref().is_some_and(|tangents| tangents.directions == directions) {
+            return Ok(());
+        }
         let shared = self.shared.clone();
         let make = || TangentCode::new(&shared.lowered, shared.interpret).map(Arc::new);
         let code = shared.tangents.get_or_init(make).clone();
