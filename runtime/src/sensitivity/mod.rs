@@ -299,12 +299,17 @@ impl Sensitivity {
             self.trail.values(t, &mut y, &mut yp);
             let weights = self.past.derivative_weights(t, order);
             self.past.combine(&weights, order, &mut self.base);
-            if let Err(error) = self.stage(problem, t, (&y, &yp), weights[0]) {
-                break Err(error);
-            }
+            // Between two points a slope may have no finite value where the points themselves have one.
+            let solved = self.stage(problem, t, (&y, &yp), weights[0]);
             problem.statistics.sensitivity_steps += 1;
-            let errors = [order.wrapping_sub(1), order, order + 1].map(|order| self.error(t, order));
+            let errors = match solved {
+                Ok(()) => [order.wrapping_sub(1), order, order + 1].map(|order| self.error(t, order)),
+                Err(_) => [None, Some(f64::INFINITY), None],
+            };
             if self.control.judge(t - from, errors, self.most_order) {
+                if let Err(error) = solved {
+                    break Err(error);
+                }
                 self.past.push(t, order, &self.s);
                 self.rates.copy_from_slice(&self.sp);
                 self.trail.drop_before(t);
