@@ -125,6 +125,11 @@ impl Control {
         Self { h: f64::INFINITY, order: 1, ramp: true, attempts: 0 }
     }
 
+    /// The attempt in hand cannot be made smaller.
+    pub(super) fn insist(&mut self) {
+        self.attempts = MOST_ATTEMPTS;
+    }
+
     /// After an attempt of size `h`: true if it stands.  `errors` at the order below (if any), at the order, above (if known).
     pub(super) fn judge(&mut self, h: f64, errors: [Option<f64>; 3], most_order: usize) -> bool {
         let k = self.order;

@@ -35,6 +35,9 @@ pub(crate) use event::EventSource;
 /// Derivatives below this part of `nominal / parameter` count as zero in the error test.
 const LEAST: f64 = 1e-3;
 
+/// Smallest step, relative to the time.
+const SMALLEST: f64 = 1e3 * f64::EPSILON;
+
 /// Sensitivities of one run after the other.
 pub(crate) struct Sensitivity {
     names: Vec<String>,
@@ -291,11 +294,15 @@ impl Sensitivity {
     /// One step of the sensitivities along the trail.
     fn step(&mut self, problem: &mut Problem<'_>) -> Result<(), SolveError> {
         let from = self.past.newest();
+        let smallest = SMALLEST * from.abs().max(self.trail.end().abs());
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
         let result = loop {
             let order = self.control.order.min(self.past.count()).max(1);
             self.control.order = order;
-            let t = self.trail.target(from, self.control.h.min(self.trail.end() - from));
+            let t = self.trail.target(from, self.control.h.max(smallest).min(self.trail.end() - from));
+            if t - from <= 2.0 * smallest {
+                self.control.insist();
+            }
             self.trail.values(t, &mut y, &mut yp);
             let weights = self.past.derivative_weights(t, order);
             self.past.combine(&weights, order, &mut self.base);
