@@ -19,8 +19,9 @@ const SHARE: f64 = 0.999;
 const WORST: f64 = 5e-3;
 /// Differences are believed to a tenth of that.
 const BELIEVED: f64 = 1e-5;
-/// Folders not compared yet: in `servo_drive` `valve.dy` deviates by 3e-2 of its range at a point on an event, in `rail` and
-/// `with_pipe` a parameter stands on a branch that the estimate does not see.  Their cause is not known for sure.
+/// Folders not compared yet, because with them more values deviate than `SHARE` and `WORST` allow, by causes not found:
+/// in `servo_drive` `valve.dy` by 3e-2 of its range at 3 ms, in `rail` a force by 4e-2 for `wyp`, which stands on a branch;
+/// `with_pipe` stays below 1e-3 and was left out with them unexamined.
 const NOT_COMPARED: [&str; 3] = ["models/servo_drive/", "/rail/", "/with_pipe/"];
 /// Parameters per model, spread evenly over those there are.
 const PARAMETERS: usize = 5;
