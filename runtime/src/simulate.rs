@@ -190,7 +190,7 @@ impl Simulator {
         let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
         let max_step = run.options.max_step.unwrap_or(share * span);
         let (solver, max_order) = (run.options.solver, run.options.max_order);
-        self.integrator.configure((solver, max_order), (t, max_step, 1e-6 * span), &self.weights.nominals);
+        self.integrator.configure((solver, max_order), (t, max_step, 1e-15 * span), &self.weights.nominals);
         let time_scale = if span > 0.0 { START_SCALE * span } else { 1.0 };
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.begin(run.problem, t, run.options.tolerance, &self.weights.nominals);

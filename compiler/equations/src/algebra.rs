@@ -32,10 +32,10 @@ pub(crate) struct Solved {
     pub negative: NodeId,
     /// `slot - value`.
     pub residual: NodeId,
-    /// Slots in expressions divided by.
-    pub divisors: Vec<SlotId>,
-    /// Those expressions.
-    pub divided_by: Vec<NodeId>,
+    /// Expressions divided by that are not numbers.
+    pub divisors: Vec<NodeId>,
+    /// Slots in them.
+    pub divisor_slots: Vec<SlotId>,
     /// Something was divided by that is not a number.
     pub divides: bool,
     /// Time or `initial()` occurs in what was divided by.
@@ -134,9 +134,9 @@ impl Algebra {
             return Solvability::Never;
         };
         let operands = system.operands_of(equation.operands);
-        if !solved.divides {
+        if solved.divisors.is_empty() {
             Solvability::Always
-        } else if !solved.clocked_divisor && solved.divisors.iter().all(|s| known.is_known(operands[s.index()])) {
+        } else if !solved.clocked_divisor && solved.divisor_slots.iter().all(|s| known.is_known(operands[s.index()])) {
             Solvability::ByParameters
         } else {
             Solvability::Sometimes
@@ -162,10 +162,10 @@ fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solv
         value: solution.value,
         negative,
         residual,
-        divisors: slots(arena, &solution.divisors),
-        divided_by: solution.divisors.to_vec(),
+        divisor_slots: slots(arena, &solution.divisors),
         divides: !solution.divisors.is_empty(),
         clocked_divisor: solution.divisors.iter().any(|&divisor| is_clocked(templates, divisor)),
+        divisors: solution.divisors,
     })
 }
 

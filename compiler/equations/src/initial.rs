@@ -24,6 +24,7 @@ use crate::representative::block_of_variable;
 use crate::selection::dependent_at_start;
 use crate::sort::wishes;
 use crate::sorted::{EqId, Plan};
+use crate::start_point::StartPoint;
 use crate::system::{Equation, EquationSystem, Resolution, Role};
 
 /// The initial plan, and the variables whose fixed start values follow from others and are only checked; notes say which those
@@ -32,6 +33,7 @@ pub(crate) fn initial_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     bindings: &Bindings,
+    values: &StartPoint,
     notes: &mut Vec<Diagnostic>,
 ) -> Result<(Plan, Vec<VarId>), Box<Diagnostic>> {
     check_fixed_aliases(system)?;
@@ -75,7 +77,7 @@ pub(crate) fn initial_plan(
     };
     let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
     let wishes = wishes(system, &unknowns);
-    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &bindings.known };
+    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &bindings.known, values };
     let plan = build_plan(system, algebra, request).map_err(|mismatch| {
         let Mismatch { pattern, matching } = *mismatch;
         Box::new(overdetermined(system, &pattern, &unknowns, &matching))

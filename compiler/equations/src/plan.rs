@@ -50,6 +50,8 @@ pub(crate) struct Request<'a> {
     pub wishes: IndexVec<Column, i8>,
     /// What is known.
     pub known: &'a Known,
+    /// Its values as declared.
+    pub values: &'a StartPoint,
 }
 
 /// Why there is no plan: the equations do not match the unknowns.
@@ -67,7 +69,7 @@ pub(crate) fn build_plan(
     request: Request<'_>,
 ) -> Result<Plan, Box<Mismatch>> {
     let pattern = pattern(system, algebra, request.rows, request.unknowns);
-    let solvability = solvabilities(system, algebra, request.known, &pattern);
+    let solvability = solvabilities(system, algebra, (request.known, request.values), &pattern);
     let classes = IndexVec::from_vec(solvability.iter().map(|&class| class as u8).collect());
     let classes = prefer(system, &pattern, &request.kinds, classes);
     let matching = maximum_matching(&pattern.incidence, Some(&classes));
@@ -136,41 +138,35 @@ fn prefer(
 fn solvabilities(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
-    known: &Known,
+    (known, values): (&Known, &StartPoint),
     pattern: &Pattern,
 ) -> IndexVec<Entry, Solvability> {
     let mut table = Vec::with_capacity(pattern.incidence.entry_count());
-    let mut point = None;
     for row in pattern.incidence.rows() {
         let eq = pattern.rows[row.index()];
         for entry in pattern.incidence.entry_range(row) {
             let slot = pattern.slots[Entry::new(entry)];
-            let mut class = algebra.solvability(system, known, eq, slot);
-            if class == Solvability::ByParameters {
-                let point = point.get_or_insert_with(|| StartPoint::new(system, algebra).ok());
-                if point.as_ref().is_none_or(|point| divides_by_zero(system, algebra, point, eq, slot)) {
-                    class = Solvability::Sometimes;
-                }
-            }
-            table.push(class);
+            let class = algebra.solvability(system, known, eq, slot);
+            let vanishes = class == Solvability::ByParameters && divides_by_zero(system, algebra, values, eq, slot);
+            table.push(if vanishes { Solvability::Sometimes } else { class });
         }
     }
     IndexVec::from_vec(table)
 }
 
-/// True if solving divides by parameters that are zero as they stand (a resistance of zero).
+/// Solving would divide by parameters that are zero as declared, such as the empty places of a mass matrix.
 fn divides_by_zero(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
-    point: &StartPoint,
+    values: &StartPoint,
     eq: EqId,
     slot: SlotId,
 ) -> bool {
     let equation = system.equations[eq];
     let solved = algebra.solve(&mut system.flat.templates, equation.template, slot);
-    let divisors = solved.map(|solved| solved.divided_by.clone()).unwrap_or_default();
+    let divisors = solved.map_or(Vec::new(), |solved| solved.divisors.clone());
     divisors.into_iter().any(|divisor| {
-        let value = point.evaluate(system, divisor, equation.operands);
+        let value = values.evaluate(system, divisor, equation.operands);
         value == 0.0 || !value.is_finite()
     })
 }

@@ -21,6 +21,7 @@ use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
 use crate::representative::block_of_variable;
 use crate::sorted::{EqId, Plan, Residual, SortedSystem};
+use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};
 
 /// Sorts a system of index 1 or less.
@@ -42,11 +43,12 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     let mut algebra = Algebra::default();
     let bindings = sort_bindings(&mut system, &mut algebra)?;
     find_time_events(&mut system, &mut relations, &bindings.known);
-    let simulation = simulation_plan(&mut system, &mut algebra, &bindings)?;
+    let values = StartPoint::of_parameters(&system, &bindings.assignments);
+    let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values)?;
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
-    let (initial, redundant_starts) = initial_plan(&mut system, &mut algebra, &bindings, notes)?;
+    let (initial, redundant_starts) = initial_plan(&mut system, &mut algebra, &bindings, &values, notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
@@ -85,6 +87,7 @@ fn simulation_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     bindings: &Bindings,
+    values: &StartPoint,
 ) -> Result<Plan, Box<Diagnostic>> {
     let mut unknowns = Unknowns::new(system.roles.len());
     let mut kinds = IndexVec::new();
@@ -110,7 +113,7 @@ fn simulation_plan(
         known.bound[v] = true;
     }
     let wishes = wishes(system, &unknowns);
-    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &known };
+    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &known, values };
     build_plan(system, algebra, request).map_err(|mismatch| {
         let Mismatch { pattern, matching } = *mismatch;
         let diagnostic = Diagnostic::error(Code::Singular, "the continuous equations are structurally singular");

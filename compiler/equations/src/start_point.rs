@@ -24,12 +24,7 @@ impl StartPoint {
     /// The start point of a system; a circle among its parameters is an error.
     pub fn new(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Self, Diagnostic> {
         let bindings = sort_bindings(system, algebra)?;
-        let count = system.roles.len();
-        let time = system.flat.experiment.start.unwrap_or(0.0);
-        let mut point = Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time };
-        for a in &bindings.assignments {
-            point.execute(system, a);
-        }
+        let mut point = Self::of_parameters(system, &bindings.assignments);
         for eq in system.equations_in(Section::Start) {
             if let Some(a) = assignment(system, eq, 0) {
                 point.execute(system, &a);
@@ -39,6 +34,17 @@ impl StartPoint {
             point.value[v] = point.value[v].or(point.start[v]);
         }
         Ok(point)
+    }
+
+    /// Only what is known before the start, from its assignments in order.
+    pub fn of_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
+        let count = system.roles.len();
+        let time = system.flat.experiment.start.unwrap_or(0.0);
+        let mut point = Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time };
+        for a in bindings {
+            point.execute(system, a);
+        }
+        point
     }
 
     fn execute(&mut self, system: &EquationSystem, a: &Assignment) {
