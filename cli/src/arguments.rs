@@ -99,9 +99,23 @@ pub struct Check {
 pub struct Equations {
     #[command(flatten)]
     pub model: ModelArguments,
-    /// Which stage
+    #[command(flatten)]
+    pub wanted: EquationsWanted,
+}
+
+/// What is shown of the equations; one of them.
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+pub struct EquationsWanted {
+    /// Prints a stage of the translation
     #[arg(long, value_name = "STAGE")]
-    pub stage: StageName,
+    pub stage: Option<StageName>,
+    /// Explains a variable: what it equals, what it is solved from, in which block, and where that stands in the text
+    #[arg(long, value_name = "VARIABLE")]
+    pub explain: Option<String>,
+    /// Writes a page that shows the structure of the equations with the text they come from
+    #[arg(long, value_name = "F.html")]
+    pub html: Option<PathBuf>,
 }
 
 /// Stages of the translation.

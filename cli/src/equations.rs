@@ -1,21 +1,32 @@
-//! `hyd equations FILE --stage S`: prints a stage of the translation.
+//! `hyd equations FILE --stage S | --explain V | --html F`: shows what became of the equations.
 
 use hyd_compiler::{Goal, Stage};
 
-use crate::arguments::{Equations, StageName};
+use crate::arguments::{Equations, EquationsWanted, StageName};
 use crate::translate::translate;
+use crate::whole_file::write_whole;
 use crate::{Failure, output};
 
 /// Runs the verb.
 pub(crate) fn equations(arguments: &Equations) -> Result<(), Failure> {
-    let (stage, goal) = match arguments.stage {
-        StageName::Flat => (Stage::Flat, Goal::Flat),
-        StageName::System => (Stage::System, Goal::Check),
-        StageName::Reduced => (Stage::Reduced, Goal::Check),
-        StageName::Sorted => (Stage::Sorted, Goal::Check),
-        StageName::Jacobian => (Stage::Jacobian, Goal::Check),
+    let EquationsWanted { stage, explain, html } = &arguments.wanted;
+    let (stage, goal) = match stage {
+        Some(StageName::Flat) => (Stage::Flat, Goal::Flat),
+        Some(StageName::System) => (Stage::System, Goal::Check),
+        Some(StageName::Reduced) => (Stage::Reduced, Goal::Check),
+        Some(StageName::Sorted) | None => (Stage::Sorted, Goal::Check),
+        Some(StageName::Jacobian) => (Stage::Jacobian, Goal::Check),
     };
     let compilation = translate(&arguments.model, goal)?;
-    let text = compilation.print(stage);
-    output::print(&text.ok_or_else(|| Failure::Fault("the translation did not come to this stage".to_string()))?)
+    let unfinished = || Failure::Fault("the translation did not come to this stage".to_string());
+    if let Some(variable) = explain {
+        let text = compilation.explain(variable).ok_or_else(unfinished)?;
+        return output::print(&text.map_err(Failure::Fault)?);
+    }
+    if let Some(path) = html {
+        let page = compilation.page().ok_or_else(unfinished)?;
+        let failed = |error: std::io::Error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
+        return write_whole(path, page.as_bytes()).map_err(failed);
+    }
+    output::print(&compilation.print(stage).ok_or_else(unfinished)?)
 }

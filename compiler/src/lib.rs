@@ -7,6 +7,7 @@
 mod injection;
 mod limits;
 mod override_value;
+mod page;
 mod pipeline;
 pub mod render;
 

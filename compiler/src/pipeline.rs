@@ -110,6 +110,18 @@ impl Compilation {
         }
     }
 
+    /// What became of a variable, as text; a sentence if there is none of that name.
+    pub fn explain(&self, variable: &str) -> Option<Result<String, String>> {
+        let sorted = self.sorted.as_ref()?;
+        Some(hyd_equations::explain_variable(sorted, &self.files, variable))
+    }
+
+    /// A self-contained HTML page that shows the structure of the equations.
+    pub fn page(&self) -> Option<String> {
+        let (sorted, model) = (self.sorted.as_ref()?, self.model_name.as_deref().unwrap_or_default());
+        Some(crate::page::page(model, sorted, &self.files))
+    }
+
     fn new(files: Files, diagnostics: Vec<Diagnostic>) -> Self {
         Self {
             files,

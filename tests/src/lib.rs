@@ -13,3 +13,4 @@ pub mod numerics;
 pub mod other_drives;
 pub mod reference;
 pub mod runs;
+pub mod scale;

@@ -86,7 +86,8 @@ impl Problem {
 
     /// Runs to the end of the model's experiment and compares; the solver's message if it gives up.
     pub fn run(&self, compilation: &Compilation, tolerance: f64) -> Result<Outcome, String> {
-        let stop = compilation.flat.as_ref().and_then(|flat| flat.experiment.stop).expect("the model says where it ends");
+        let stop =
+            compilation.flat.as_ref().and_then(|flat| flat.experiment.stop).expect("the model says where it ends");
         let mut system = instance(compilation, &[]);
         let mut rows = Trajectory::new();
         let start = cpu_seconds();

@@ -5,17 +5,19 @@
 //! peeled off one after the other.  Parameters found at the start (`fixed = false`) and what depends on them are left to the
 //! initial system.
 
-use hyd_flat::{Section, Target, VarId};
+use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::components::{Digraph, strongly_connected_components};
 use hyd_structure::{Row, Transpose};
+use hyd_symbolic::SlotId;
 
 use crate::algebra::{Algebra, Known};
 use crate::balance::simulation_unknowns;
 use crate::explain::{list_names, mark_equations};
 use crate::incidence::{Pattern, pattern};
 use crate::plan::order_by_level;
+use crate::relations::append;
 use crate::representative::block_of_variable;
 use crate::sorted::{Assignment, EqId};
 use crate::system::{EquationSystem, Role};
@@ -82,7 +84,15 @@ pub(crate) fn assignment(system: &mut EquationSystem, eq: EqId, level: u32) -> O
         false => right,
         true => system.flat.templates.arena.neg(right),
     };
-    Some(Assignment { target: operand.target(), value, operands, equation: eq, level })
+    let target = operand.target();
+    // A number is data: assignments of numbers share one expression, whatever the numbers are.
+    if let Some(number) = system.flat.templates.arena.as_constant(value) {
+        let number = system.flat.constants.push(number);
+        let operands = append(system, &[Operand::new(target), Operand::new(Target::Const(number))]);
+        let value = system.flat.templates.arena.slot(SlotId(1));
+        return Some(Assignment { target, value, operands, equation: eq, level });
+    }
+    Some(Assignment { target, value, operands, equation: eq, level })
 }
 
 fn free_parameters(system: &EquationSystem) -> IndexVec<VarId, bool> {

@@ -19,12 +19,12 @@ const MOST_PARTS: usize = 3;
 const MOST_TRIED: usize = 32;
 
 /// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that.
-pub(crate) fn equation_text(system: &EquationSystem, eq: EqId) -> String {
+pub fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     let equation = system.equations[eq];
     let block = &system.flat.equations[equation.block as usize];
     let template = system.flat.templates.get(block.template);
     let operands = block.operands_of(equation.element as usize, template.arity as usize);
-    let (left, right) = (system.flat.print(template.left, operands), system.flat.print(template.right, operands));
+    let (left, right) = system.flat.print_sides(&template, operands);
     let internal = |operand: &Operand| variable_of(operand.target()).is_some_and(|v| is_internal(system, v));
     match operands.iter().find(|operand| internal(operand)) {
         None => format!("{left} = {right}"),

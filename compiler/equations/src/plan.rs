@@ -19,7 +19,7 @@ use crate::support::Supports;
 use crate::system::EquationSystem;
 
 /// A system with more equations is large.
-pub const LARGE: usize = 2000;
+pub const LARGE: usize = 1000;
 /// Longest chain of assignments in a large system.
 pub const LONGEST_CHAIN: u32 = 64;
 /// Most unknowns an assignment of a large system may depend on.
@@ -87,7 +87,8 @@ pub(crate) fn build_plan(
     );
     let options = TearingOptions { solvable: &solvable, wish: Some(&request.wishes), max_depth: None };
     let mut tearing = Tearing::new(&cut.incidence, options);
-    let count = pattern.rows.len();
+    let large = pattern.rows.len() > LARGE;
+    let supports = large.then(|| Supports::new(&system.flat, request.unknowns.targets.len()));
     let mut builder = Builder {
         system,
         algebra,
@@ -96,7 +97,7 @@ pub(crate) fn build_plan(
         cut: &cut,
         rows: &pattern.rows,
         level: IndexVec::filled(None, request.unknowns.targets.len()),
-        supports: (count > LARGE).then(|| Supports::new(request.unknowns.targets.len())),
+        supports,
         plan: Plan::default(),
     };
     for block in blocks.blocks() {
@@ -255,7 +256,8 @@ impl Builder<'_> {
             let operands = self.system.operands_of(self.system.equations[eq].operands);
             let read = facts.slots.iter().filter(|&&s| s != slot).map(|s| operands[s.index()].target());
             let narrow = supports.assign(self.system, self.unknowns, column, read);
-            if level >= LONGEST_CHAIN || !narrow {
+            let upper = supports.is_upper_level(operands);
+            if level >= LONGEST_CHAIN || !narrow || upper {
                 supports.release(column);
                 return self.iterate(row, column);
             }

@@ -13,7 +13,7 @@ use crate::sorted::{EqId, OperandRange};
 use crate::system::{EquationSystem, Resolution, Role};
 
 /// Longer runs of one template show the first two and the last.
-const LONGEST_RUN: usize = 8;
+pub(crate) const LONGEST_RUN: usize = 8;
 
 const DIFFERENTIATED: &str = "differentiated equations";
 
@@ -94,7 +94,8 @@ pub(crate) fn equation(system: &EquationSystem, eq: EqId) -> String {
     let equation = system.equations[eq];
     let operands = system.operands_of(equation.operands);
     let template = system.flat.templates.get(equation.template);
-    format!("{} = {}", system.flat.print(template.left, operands), system.flat.print(template.right, operands))
+    let (left, right) = system.flat.print_sides(&template, operands);
+    format!("{left} = {right}")
 }
 
 fn list_variables(system: &EquationSystem, text: &mut String) {

@@ -6,11 +6,14 @@
 use std::fmt;
 use std::fmt::Write;
 
-use hyd_flat::{Operand, Target};
+use hyd_flat::{BlockId, Operand, Target};
 use hyd_index::TypedIndex;
+use rustc_hash::FxHashMap;
 
+use crate::explain::variable_of;
 use crate::jacobian::PlanJacobian;
-use crate::print::{expression, section};
+use crate::print::{LONGEST_RUN, expression, section};
+use crate::representative::block_of_variable;
 use crate::sorted::{Assignment, Block, Plan, SortedSystem, Trigger};
 use crate::system::{EquationSystem, Role};
 
@@ -18,7 +21,8 @@ use crate::system::{EquationSystem, Role};
 pub fn print_sorted(sorted: &SortedSystem) -> String {
     let system = &sorted.system;
     let mut text = String::new();
-    let by_value = |a: &Assignment| a.value;
+    let blocks = block_of_variable(&system.flat);
+    let by_value = |a: &Assignment| (a.value, variable_of(a.target).map(|v| blocks[v]));
     let line = |a: &Assignment| assignment(system, a);
     section(&mut text, "before the run", &sorted.bindings, by_value, line);
     section(&mut text, "starts", &sorted.starts, by_value, line);
@@ -52,7 +56,9 @@ fn target_name(system: &EquationSystem, target: Target) -> String {
 }
 
 fn assignment(system: &EquationSystem, a: &Assignment) -> String {
-    format!("{} := {}", target_name(system, a.target), expression(system, a.value, a.operands))
+    let operands = system.operands_of(a.operands);
+    let value = system.flat.print_as(system.flat.kind_of(a.target), a.value, operands);
+    format!("{} := {value}", target_name(system, a.target))
 }
 
 fn relation(sorted: &SortedSystem, k: usize) -> String {
@@ -70,23 +76,48 @@ fn relation(sorted: &SortedSystem, k: usize) -> String {
 fn print_blocks(text: &mut String, title: &str, system: &EquationSystem, plan: &Plan) {
     let unknowns = plan.unknowns.len();
     let _ = writeln!(text, "{title}: {} assignments, {unknowns} unknowns for the solver", plan.assignments.len());
-    let numbered: Vec<usize> = (0..plan.blocks.len()).collect();
     section(
         text,
         &format!("{title} blocks"),
-        &numbered,
-        |&k| block_key(plan, k),
+        &loops_together(system, plan),
+        |&k| block_key(system, plan, k),
         |&k| format!("{}: {}", k + 1, block(system, plan, &plan.blocks[k])),
     );
 }
 
+/// Expression and array of a block of one equation, or the block's own number.
+type BlockKey = (u32, Option<BlockId>, usize);
+
+/// The numbers of the blocks; long loops, whose blocks alternate with others, stand together where the first of them is.
+fn loops_together(system: &EquationSystem, plan: &Plan) -> Vec<usize> {
+    let mut members: FxHashMap<BlockKey, Vec<usize>> = FxHashMap::default();
+    for k in 0..plan.blocks.len() {
+        members.entry(block_key(system, plan, k)).or_default().push(k);
+    }
+    let mut order = Vec::with_capacity(plan.blocks.len());
+    for k in 0..plan.blocks.len() {
+        let own = &members[&block_key(system, plan, k)];
+        match own.len() > LONGEST_RUN {
+            true if own[0] == k => order.extend_from_slice(own),
+            true => {}
+            false => order.push(k),
+        }
+    }
+    order
+}
+
 /// Blocks of one equation of the same expression are neighbours of one kind; others stand alone.
-fn block_key(plan: &Plan, k: usize) -> (u32, usize) {
+fn block_key(system: &EquationSystem, plan: &Plan, k: usize) -> BlockKey {
     let block = &plan.blocks[k];
+    let array = |target: Target| variable_of(target).map(|v| system.flat.locate(v).0);
     match (block.assignments.as_slice(), block.residuals.as_slice()) {
-        (&[a], []) => (plan.assignments[a as usize].value.0, usize::MAX),
-        ([], &[r]) => (plan.residuals[r as usize].value.0, usize::MAX - 1),
-        _ => (u32::MAX, k),
+        (&[a], []) => (plan.assignments[a as usize].value.0, array(plan.assignments[a as usize].target), usize::MAX),
+        ([], &[r]) => (
+            plan.residuals[r as usize].value.0,
+            array(plan.unknowns[block.unknowns[0] as usize].target),
+            usize::MAX - 1,
+        ),
+        _ => (u32::MAX, None, k),
     }
 }
 

@@ -3,9 +3,10 @@
 //! Eliminating a variable puts its support into every row that reads it; bounding the support bounds the fill of the
 //! composed Jacobian.  Supports are short sorted lists, merged as assignments are made.
 
-use hyd_flat::Target;
+use hyd_flat::{FlatModel, Operand, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_structure::Column;
+use hyd_system::Variability;
 
 use crate::incidence::Unknowns;
 use crate::plan::WIDEST_SUPPORT;
@@ -15,6 +16,8 @@ use crate::system::{EquationSystem, Role};
 pub(crate) struct Supports {
     /// Range in `members`, for assigned columns.
     range: IndexVec<Column, Option<(u32, u32)>>,
+    /// Parts of long folds: continuous variables of the translation.
+    parts: IndexVec<VarId, bool>,
     /// Keys of values (even) and derivatives (odd).
     members: Vec<u32>,
     scratch: Vec<u32>,
@@ -22,8 +25,14 @@ pub(crate) struct Supports {
 
 impl Supports {
     /// No assignments yet among `count` columns.
-    pub fn new(count: usize) -> Self {
-        Self { range: IndexVec::filled(None, count), members: Vec::new(), scratch: Vec::new() }
+    pub fn new(flat: &FlatModel, count: usize) -> Self {
+        let mut parts = IndexVec::filled(false, flat.scalars as usize);
+        for block in flat.variables.iter().filter(|b| b.internal && b.variability == Variability::Continuous) {
+            for k in 0..block.count {
+                parts[VarId(block.first.0 + k)] = true;
+            }
+        }
+        Self { parts, range: IndexVec::filled(None, count), members: Vec::new(), scratch: Vec::new() }
     }
 
     /// Enters an assignment that reads the given targets; false if its support is too wide.
@@ -56,6 +65,14 @@ impl Supports {
         self.members.extend_from_slice(&self.scratch);
         self.range[column] = Some((first, self.members.len() as u32));
         self.scratch.len() <= WIDEST_SUPPORT
+    }
+
+    /// True for an equation between several parts of a long fold.  Were the levels of its tree assigned one after the other, the
+    /// loops of code would grow with the number of levels; as unknowns they are one loop, and the tree factorises
+    /// without fill.
+    pub fn is_upper_level(&self, operands: &[Operand]) -> bool {
+        let is_part = |operand: &&Operand| matches!(operand.target(), Target::Var(v) if self.parts[v]);
+        operands.iter().filter(is_part).take(3).count() > 2
     }
 
     /// Takes an assignment back: the column is an unknown.

@@ -6,8 +6,9 @@ use hyd_symbolic::{Function, Node, Relation};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator};
 
 use crate::array::ARRAY_FUNCTIONS;
-use crate::context::{Context, Fail};
+use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
+use crate::fold::Fold;
 use crate::index::{Affine, Kind};
 use crate::lower::Typed;
 use crate::reference::Range;
@@ -198,7 +199,10 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Misplaced, span, "`der` is not allowed inside a function"));
         }
         let ExprKind::Ref(reference) = &list[0].kind else {
-            return self.lower_der_of_expression(&list[0], cx, index);
+            let always = std::mem::replace(&mut cx.may_add_variables, false);
+            let result = self.lower_der_of_expression(&list[0], cx, index);
+            cx.may_add_variables = always;
+            return result;
         };
         match self.tree.resolve(cx.scope, reference)? {
             Resolved::Variable(steps) => {
@@ -358,6 +362,14 @@ impl Flattener<'_, '_> {
     }
 
     fn lower_fold(&mut self, name: &str, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
+        let shape = self.shape(array, cx)?;
+        if let (Some(fold), &[total]) = (Fold::by_name(name), shape.as_slice()) {
+            let mut term =
+                |flat: &mut Self, cx: &mut Context, at: &Affine| flat.lower(array, cx, std::slice::from_ref(at));
+            if let Some(long) = self.long_fold(fold, total, (array.span, cx), &mut term)? {
+                return Ok(long);
+            }
+        }
         let all = self.elements_of(array, cx)?;
         self.fold(array.span, name, all)
     }
@@ -405,12 +417,37 @@ impl Flattener<'_, '_> {
                 "only sum, product, min and max take `... for ... in ...`",
             ));
         };
+        if let Some(long) = self.long_reduction(span, name, body, iterators, cx)? {
+            return Ok(long);
+        }
         let mark = cx.names.len();
         let mut all = Vec::new();
         let result = self.collect_terms(body, iterators, cx, &mut all);
         cx.names.truncate(mark);
         result?;
         self.fold(span, name, all)
+    }
+
+    /// A reduction over one long range of numbers.
+    fn long_reduction(
+        &mut self,
+        span: Span,
+        name: &str,
+        body: &Expr,
+        iterators: &[Iterator],
+        cx: &mut Context,
+    ) -> Result<Option<Typed>, Fail> {
+        let ([iterator], Some(fold)) = (iterators, Fold::by_name(name)) else { return Ok(None) };
+        let range = self.range(iterator, cx)?;
+        let Range::Steps { start, step, .. } = &range else { return Ok(None) };
+        let mut term = |flat: &mut Self, cx: &mut Context, at: &Affine| {
+            let value = start.add_scaled(at, *step).ok_or(Fail::NeedsExpansion)?;
+            cx.names.push((iterator.name.name.clone(), Local::Index(value)));
+            let result = flat.lower(body, cx, &[]);
+            cx.names.pop();
+            result
+        };
+        self.long_fold(fold, range.count(), (span, cx), &mut term)
     }
 
     fn collect_terms(

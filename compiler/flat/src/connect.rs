@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::context::Fail;
 use crate::flatten::Flattener;
+use crate::fold::Fold;
 use crate::index::Affine;
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
 use crate::section::Loops;
@@ -369,15 +370,14 @@ impl Flattener<'_, '_> {
     }
 
     fn flow_sum(&mut self, variables: &[(VarId, bool)], span: Span, groups: &mut FxHashMap<(TemplateId, Span), usize>) {
+        let operands = variables.iter().map(|&(v, out)| Operand::new(Target::Var(v)).signed(out)).collect();
+        let origin = Origin { path: self.path(self.tree.root), span };
+        let operands = self.bounded_sum(operands, &origin);
         let arena = &mut self.model.templates.arena;
-        let mut nodes: Vec<NodeId> = (0..variables.len()).map(|k| arena.slot(SlotId(k as u32))).collect();
-        while nodes.len() > 1 {
-            nodes = nodes.chunks(2).map(|pair| if let [a, b] = pair { arena.add(*a, *b) } else { pair[0] }).collect();
-        }
+        let nodes: Vec<NodeId> = (0..operands.len()).map(|k| arena.slot(SlotId(k as u32))).collect();
+        let sum = Fold::Sum.combine(arena, nodes);
         let zero = arena.constant(0.0);
-        let operands: Vec<Operand> =
-            variables.iter().map(|&(v, out)| Operand::new(Target::Var(v)).signed(out)).collect();
-        self.add_connection(Section::Continuous, nodes[0], zero, &operands, span, groups);
+        self.add_connection(Section::Continuous, sum, zero, &operands, span, groups);
     }
 
     fn add_connection(

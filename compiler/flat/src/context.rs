@@ -74,6 +74,8 @@ pub struct Context {
     /// The functions being run, outermost first; true for those in which this place is reached only under a condition that
     /// is known in the run.
     pub called: Vec<(InstId, bool)>,
+    /// The value is always wanted: a long sum in it may become variables and equations of its own.
+    pub may_add_variables: bool,
 }
 
 impl Context {
@@ -94,6 +96,7 @@ impl Context {
             inputs: Vec::new(),
             depth: 0,
             called: Vec::new(),
+            may_add_variables: false,
         }
     }
 

@@ -28,6 +28,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) slots: Slots,
     pub(crate) connections: Connections,
     pub(crate) whens: u32,
+    /// Folds taken apart so far.
+    pub(crate) folds: u32,
     /// Where a `when` sets a whole variable.
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
@@ -72,6 +74,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         slots: Slots::default(),
         connections: Connections::default(),
         whens: 0,
+        folds: 0,
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
         jumps: Vec::new(),
@@ -217,7 +220,17 @@ impl Flattener<'_, '_> {
                 counters[k] = 0;
             }
         }
-        if total > 0 {
+        if total == 0 {
+            return;
+        }
+        // Loops that had to be run through give neighbours with one template.
+        if let Some(last) = self.model.equations.last_mut()
+            && (last.section, last.template) == (section, id)
+            && last.origin == *origin
+        {
+            last.count += total as u32;
+            last.operands.extend(operands);
+        } else {
             let block = EquationBlock { section, template: id, count: total as u32, operands, origin: origin.clone() };
             self.model.equations.push(block);
         }

@@ -11,6 +11,7 @@ use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, UnaryOp};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::{Flattener, sizes_text};
+use crate::fold::Fold;
 use crate::index::Affine;
 use crate::model::Section;
 use hyd_instance::InstId;
@@ -301,15 +302,21 @@ impl Flattener<'_, '_> {
     ) -> Result<Typed, Fail> {
         let inner = left[left.len() - 1];
         let (rows, columns) = index.split_at((left.len() - 1).min(index.len()));
+        let mut term = |flat: &mut Self, cx: &mut Context, k: &Affine| {
+            let mut at: Vec<Affine> = rows.to_vec();
+            at.push(k.clone());
+            let x = flat.lower(a, cx, &at)?;
+            let mut at = vec![k.clone()];
+            at.extend(columns.iter().take(right.len() - 1).cloned());
+            let y = flat.lower(b, cx, &at)?;
+            flat.combine(span, BinaryOp::Mul, x, y)
+        };
+        if let Some(long) = self.long_fold(Fold::Sum, inner, (span, cx), &mut term)? {
+            return Ok(long);
+        }
         let mut terms = Vec::with_capacity(inner);
         for k in 0..inner as i64 {
-            let mut at: Vec<Affine> = rows.to_vec();
-            at.push(Affine::constant(k));
-            let x = self.lower(a, cx, &at)?;
-            let mut at = vec![Affine::constant(k)];
-            at.extend(columns.iter().take(right.len() - 1).cloned());
-            let y = self.lower(b, cx, &at)?;
-            terms.push(self.combine(span, BinaryOp::Mul, x, y)?);
+            terms.push(term(self, cx, &Affine::constant(k))?);
         }
         Ok(self.sum(terms))
     }
@@ -334,52 +341,6 @@ impl Flattener<'_, '_> {
             terms = next;
         }
         terms.swap_remove(0)
-    }
-
-    pub(crate) fn lower_if(
-        &mut self,
-        span: Span,
-        branches: &[(Expr, Expr)],
-        otherwise: &Expr,
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
-        let Some(((condition, value), rest)) = branches.split_first() else {
-            return self.lower(otherwise, cx, index);
-        };
-        let test = self.lower(condition, cx, &[])?;
-        self.want_boolean(condition.span, "a condition", &test)?;
-        if cx.depth > 0 {
-            // In a function a condition known here decides: the other side may never end.
-            match self.model.templates.arena.as_constant(test.node) {
-                Some(0.0) => return self.lower_if(span, rest, otherwise, cx, index),
-                Some(_) => return self.lower(value, cx, index),
-                None => {}
-            }
-        }
-        if self.in_body(cx) {
-            return self.build_choice(span, test.node, value, (rest, otherwise), cx, index);
-        }
-        let called = cx.called.clone();
-        cx.depends_on_run();
-        let chosen = self.lower(value, cx, index);
-        let other = self.lower_if(span, rest, otherwise, cx, index);
-        cx.called = called;
-        self.choose(span, test.node, chosen?, other?)
-    }
-
-    pub(crate) fn choose(&mut self, span: Span, test: NodeId, chosen: Typed, other: Typed) -> Result<Typed, Fail> {
-        let scalar = if chosen.scalar == other.scalar {
-            chosen.scalar.clone()
-        } else if chosen.is_number() && other.is_number() {
-            ScalarType::Real
-        } else {
-            let message =
-                format!("the branches have different types, {} and {}", chosen.scalar.name(), other.scalar.name());
-            return Err(self.error(Code::TypeMismatch, span, message));
-        };
-        let node = self.model.templates.arena.select(test, chosen.node, other.node);
-        Ok(Typed { node, scalar })
     }
 
     fn lower_comprehension(

@@ -359,7 +359,7 @@ impl FlatModel {
             Target::Der(v) => format!("der({})", self.var_name(v)),
             Target::Pre(v) => format!("pre({})", self.var_name(v)),
             Target::Start(v) => format!("{}.start", self.var_name(v)),
-            Target::Const(c) => self.constants[c].to_string(),
+            Target::Const(c) => hyd_symbolic::format_number(self.constants[c]),
             Target::Held(r) => format!("relation {}", r + 1),
             Target::Chosen(k) => format!("chosen {}", k + 1),
             Target::Delayed(site) => format!("delayed({})", self.source_name(site)),

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use hyd_symbolic::format_number;
+use hyd_index::TypedIndex;
+use hyd_symbolic::{Node, NodeId, Template, format_number};
 use hyd_system::{ValueKind, Variability};
 
-use crate::model::{EquationBlock, FlatModel, PerElement, Section, VariableBlock};
+use crate::model::{EquationBlock, FlatModel, Operand, PerElement, Section, Target, VariableBlock};
 
 /// Which sections stand under one title.
 type Wanted = fn(Section) -> bool;
@@ -97,12 +98,49 @@ impl FlatModel {
         Ok(())
     }
 
+    /// Both sides of an equation as text.
+    pub fn print_sides(&self, template: &Template, operands: &[Operand]) -> (String, String) {
+        let kind = |side: NodeId| match self.templates.arena.node(side) {
+            Node::Slot(slot) => self.kind_of(operands[slot.index()].target()),
+            _ => None,
+        };
+        let (left, right) = (kind(template.right), kind(template.left));
+        (self.print_as(left, template.left, operands), self.print_as(right, template.right, operands))
+    }
+
+    /// The type of what a target reads; none for numbers and relations.
+    pub fn kind_of(&self, target: Target) -> Option<&ValueKind> {
+        match target {
+            Target::Var(v) | Target::Pre(v) | Target::Start(v) => Some(&self.variables[self.locate(v).0].kind),
+            _ => None,
+        }
+    }
+
+    /// An expression whose value has that type: numbers alone are printed as `true`, `false` or the literal.
+    pub fn print_as(&self, kind: Option<&ValueKind>, root: NodeId, operands: &[Operand]) -> String {
+        let number = match self.templates.arena.node(root) {
+            Node::Slot(slot) => match operands[slot.index()].target() {
+                Target::Const(c) => Some(self.constants[c]),
+                _ => None,
+            },
+            _ => self.templates.arena.as_constant(root),
+        };
+        match (kind, number) {
+            (Some(ValueKind::Boolean), Some(number)) => (number != 0.0).to_string(),
+            (Some(ValueKind::Enumeration(literals)), Some(number)) => {
+                let literal = literals.get((number as usize).wrapping_sub(1));
+                literal.map_or_else(|| format_number(number), |literal| literal.to_string())
+            }
+            _ => self.print(root, operands),
+        }
+    }
+
     /// Equation `k` of a block as text.
     pub fn equation_text(&self, block: &EquationBlock, k: usize) -> String {
         let template = self.templates.get(block.template);
         let operands = block.operands_of(k, template.arity as usize);
-        let left = self.print(template.left, operands);
-        let right = || self.print(template.right, operands);
+        let (left, other) = self.print_sides(&template, operands);
+        let right = || other;
         match block.section {
             Section::Assert(message) => format!("assert({left}, \"{}\")", self.messages[message as usize].text),
             Section::Terminate(message) => {

@@ -134,6 +134,7 @@ impl Flattener<'_, '_> {
             if l.contains(&0) {
                 return Ok(());
             }
+            cx.may_add_variables = !initial;
             let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
             flat.check_sides(equation, left, right, &a, &b)?;
             let section = flat.section_of(&a, initial);

@@ -100,6 +100,16 @@ impl Flattener<'_, '_> {
     ) -> VarId {
         let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
         let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
+        self.internal_variable(pattern, (ValueKind::Boolean, Variability::Discrete), origin)
+    }
+
+    /// Variables that the translation needs.
+    pub(crate) fn internal_variable(
+        &mut self,
+        pattern: NamePattern,
+        (kind, variability): (ValueKind, Variability),
+        origin: Origin,
+    ) -> VarId {
         let first = VarId(self.model.scalars);
         let count = pattern.count() as u32;
         self.model.scalars += count;
@@ -386,6 +396,7 @@ impl Flattener<'_, '_> {
                 index.clear();
             }
             flat.check_rank(&expr, &shape, &index, &cx.counts, inst)?;
+            cx.may_add_variables = section == Section::Continuous;
             let value = flat.lower(&expr, cx, &index)?;
             if let Some(scalar) = &scalar {
                 flat.check_assignable(scalar, &value, expr.span, section, inst)?;

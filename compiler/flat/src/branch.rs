@@ -1,0 +1,117 @@
+//! `if` expressions: branches chosen at translation where the condition is known there, else a choice at run time.
+//!
+//! A condition on loop variables chooses its branch for each value of the loop (Modelica 3.6, section 3.6.5, evaluates only the branch
+//! taken), so the other one may have subscripts out of range.  Branches are not always evaluated, so nothing in them
+//! becomes an equation of its own.
+
+use hyd_instance::{Resolved, ScalarType, Scope, Value};
+use hyd_source::{Code, Span};
+use hyd_symbolic::NodeId;
+use hyd_syntax::tree::{ComponentRef, Expr, Variability};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::Affine;
+use crate::lower::Typed;
+
+impl Flattener<'_, '_> {
+    /// The element of an `if` expression.
+    pub(crate) fn lower_if(
+        &mut self,
+        span: Span,
+        branches: &[(Expr, Expr)],
+        otherwise: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let always = std::mem::replace(&mut cx.may_add_variables, false);
+        let result = self.lower_branches(span, branches, otherwise, cx, index);
+        cx.may_add_variables = always;
+        result
+    }
+
+    fn lower_branches(
+        &mut self,
+        span: Span,
+        branches: &[(Expr, Expr)],
+        otherwise: &Expr,
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let Some(((condition, value), rest)) = branches.split_first() else {
+            return self.lower(otherwise, cx, index);
+        };
+        match self.loop_condition(condition, cx)? {
+            Some(true) => return self.lower(value, cx, index),
+            Some(false) => return self.lower_branches(span, rest, otherwise, cx, index),
+            None => {}
+        }
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        if cx.depth > 0 {
+            // In a function a condition known here decides: the other side may never end.
+            match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => return self.lower_branches(span, rest, otherwise, cx, index),
+                Some(_) => return self.lower(value, cx, index),
+                None => {}
+            }
+        }
+        if self.in_body(cx) {
+            return self.build_choice(span, test.node, value, (rest, otherwise), cx, index);
+        }
+        let called = cx.called.clone();
+        cx.depends_on_run();
+        let chosen = self.lower(value, cx, index);
+        let other = self.lower_branches(span, rest, otherwise, cx, index);
+        cx.called = called;
+        self.choose(span, test.node, chosen?, other?)
+    }
+
+    /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the branch not taken
+    /// may have subscripts out of range; none for other conditions.
+    fn loop_condition(&mut self, condition: &Expr, cx: &Context) -> Result<Option<bool>, Fail> {
+        let (mut loops, mut others) = (false, false);
+        crate::walk::any_ref(condition, &mut |reference| {
+            let name = &reference.parts[0].name.name;
+            match (reference.parts.len(), cx.local(name)) {
+                (1, Some(Local::Index(_) | Local::Value(_))) => loops = true,
+                (_, Some(_)) => others = true,
+                (_, None) => others |= !self.is_integer_parameter(reference, cx.scope),
+            }
+            others
+        });
+        if !loops || others || cx.depth > 0 {
+            return Ok(None);
+        }
+        let (env, complete) = cx.env();
+        if !complete {
+            return Err(Fail::NeedsExpansion);
+        }
+        match self.tree.evaluate(condition, cx.scope, &env)? {
+            Value::Boolean(truth) => Ok(Some(truth)),
+            _ => Ok(None),
+        }
+    }
+
+    fn is_integer_parameter(&mut self, reference: &ComponentRef, scope: Scope) -> bool {
+        let Ok(Resolved::Variable(steps)) = self.tree.resolve(scope, reference) else { return false };
+        let last = &self.tree.instances[steps[steps.len() - 1].0];
+        let integer = last.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Integer);
+        integer && last.variability <= Variability::Parameter
+    }
+
+    /// `if test then chosen else other`, whose types must agree.
+    pub(crate) fn choose(&mut self, span: Span, test: NodeId, chosen: Typed, other: Typed) -> Result<Typed, Fail> {
+        let scalar = if chosen.scalar == other.scalar {
+            chosen.scalar.clone()
+        } else if chosen.is_number() && other.is_number() {
+            ScalarType::Real
+        } else {
+            let message =
+                format!("the branches have different types, {} and {}", chosen.scalar.name(), other.scalar.name());
+            return Err(self.error(Code::TypeMismatch, span, message));
+        };
+        let node = self.model.templates.arena.select(test, chosen.node, other.node);
+        Ok(Typed { node, scalar })
+    }
+}
