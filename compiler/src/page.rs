@@ -183,7 +183,7 @@ fn text_order(matrix: &Matrix, shown: usize) -> (Vec<usize>, Vec<usize>) {
 fn variable(target: Target) -> Option<VarId> {
     match target {
         Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
-        Target::Const(_) | Target::Held(_) => None,
+        _ => None,
     }
 }
 

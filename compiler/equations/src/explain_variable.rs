@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 use crate::explain::{counted, equation_text, variable_of};
 use crate::print::equation;
 use crate::sorted::{Assignment, Block, EqId, OperandRange, Plan, SortedSystem};
-use crate::system::{EquationSystem, Resolution, Role};
+use crate::system::{EquationSystem, Resolution, Role, Selection};
 
 /// Names listed of a block.
 const MOST_NAMED: usize = 12;
@@ -159,6 +159,9 @@ impl Report<'_> {
                 "a state: its derivative occurs, and no constraint determines it{}{wish}",
                 if fixed { "; its start is fixed" } else { "" }
             ),
+            Role::Candidate => {
+                format!("a candidate: constraints leave fewer states than candidates; {}", self.candidates(v))
+            }
             Role::Algebraic if reduction.demoted.contains(&v) => {
                 format!("no state although its derivative occurs: a constraint determines it{wish}")
             }
@@ -173,9 +176,24 @@ impl Report<'_> {
             Role::Constant => "a constant".to_string(),
         };
         self.line("is", &role);
-        if reduction.demoted.contains(&v) {
+        if reduction.demoted.contains(&v) || self.system.roles[v] == Role::Candidate {
             self.constraints(v);
         }
+    }
+
+    /// The set a candidate belongs to.
+    fn candidates(&self, v: VarId) -> String {
+        let own = |candidate: VarId| match self.system.resolution[candidate] {
+            Resolution::Alias { of, .. } => of,
+            _ => candidate,
+        };
+        let holds = |selection: &&Selection| selection.candidates.iter().any(|c| own(c.variable) == v);
+        let Some(selection) = self.system.reduction.selections.iter().find(holds) else {
+            return "which are states is chosen during the run".to_string();
+        };
+        let names: Vec<String> = selection.candidates.iter().map(|c| self.system.flat.var_name(c.variable)).collect();
+        let states = selection.states();
+        format!("{states} of {} {} chosen during the run", names.join(", "), if states == 1 { "is" } else { "are" })
     }
 
     /// The constraints that were differentiated and contain the variable.
@@ -204,7 +222,7 @@ impl Report<'_> {
 
     /// The equation it is solved from and the block that holds it.
     fn determined(&mut self, v: VarId) {
-        let is_state = self.system.roles[v] == Role::State;
+        let is_state = matches!(self.system.roles[v], Role::State | Role::Candidate);
         if let Some(a) = self.sorted.bindings.iter().find(|a| a.target == Target::Var(v)) {
             return self.assigned("before the run", a);
         }
