@@ -44,6 +44,7 @@ impl Data<'_> {
             .collect();
         let aliases = self.aliases();
         let states = self.with_role(|system, v| system.roles[v] == Role::State);
+        let candidates = self.with_role(|system, v| system.roles[v] == Role::Candidate);
         let demoted = self.variables(&self.system.reduction.demoted.clone());
         let dummies = self.variables(&self.system.reduction.dummies.clone());
         let constraints = self.constraints();
@@ -61,7 +62,7 @@ impl Data<'_> {
         }));
         format!(
             "{{\"model\":{},\"total\":{},\"rows\":{rows},\"entries\":{},\"blocks\":{},\"rowOrder\":{},\"columnOrder\":{},\
-             \"states\":{states},\"demoted\":{demoted},\"dummies\":{dummies},\"constraints\":{constraints},\
+             \"states\":{states},\"candidates\":{candidates},\"demoted\":{demoted},\"dummies\":{dummies},\"constraints\":{constraints},\
              \"aliases\":{aliases},\"files\":{texts}}}",
             quote(model),
             matrix.equations.len(),

@@ -41,6 +41,7 @@ mod support;
 pub mod system;
 mod time_derivative;
 mod verify;
+mod verify_system;
 
 pub use alias::eliminate_aliases;
 pub use explain::equation_text;
@@ -61,6 +62,7 @@ pub use sorted::{
 };
 pub use system::{Candidate, Equation, EquationSystem, Reduction, Resolution, Role, Selection};
 pub use verify::verify;
+pub use verify_system::verify_system;
 
 use hyd_flat::FlatModel;
 use hyd_source::Outcome;

@@ -36,6 +36,10 @@ pub struct Class {
     /// Names from the top down to this class.
     pub path: Vec<Name>,
     children: FxHashMap<Name, Option<ClassId>>,
+    /// It inherits from something (asked for every name that is looked up, so not searched for each time).
+    pub(crate) has_bases: bool,
+    /// It has import clauses.
+    pub(crate) has_imports: bool,
     pub(crate) shape: Option<Result<Rc<Shape>, Reported>>,
 }
 
@@ -198,6 +202,9 @@ impl<'s> ClassTable<'s> {
         let name = def.name.name.clone();
         let mut path = parent.map_or_else(Vec::new, |p| self.classes[p].path.clone());
         path.push(name.clone());
+        let has_bases = elements(&def).iter().any(|e| matches!(e, Element::Extends(_)))
+            || matches!(def.body, ClassBody::Short { .. } | ClassBody::Long { extends_from: Some(_), .. });
+        let has_imports = imports(&def).next().is_some();
         let id = self.classes.push(Class {
             def,
             parent,
@@ -206,6 +213,8 @@ impl<'s> ClassTable<'s> {
             base: None,
             path,
             children: FxHashMap::default(),
+            has_bases,
+            has_imports,
             shape: None,
         });
         if visible {

@@ -44,10 +44,7 @@ impl ClassTable<'_> {
         if self.class(class).shape.is_none() && self.is_open(class) {
             return None;
         }
-        let def = &self.class(class).def;
-        let has_bases = elements(def).iter().any(|e| matches!(e, Element::Extends(_)))
-            || matches!(def.body, ClassBody::Short { .. } | ClassBody::Long { extends_from: Some(_), .. });
-        if !has_bases {
+        if !self.class(class).has_bases {
             return None;
         }
         let shape = self.shape(class).ok()?;

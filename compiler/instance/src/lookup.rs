@@ -43,6 +43,9 @@ pub fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
 
 impl ClassTable<'_> {
     pub(crate) fn imported(&mut self, class: ClassId, name: &Name) -> Option<ClassId> {
+        if !self.class(class).has_imports {
+            return None;
+        }
         let def = self.class(class).def.clone();
         let clauses: Vec<&Import> = imports(&def).collect();
         for import in clauses.iter().filter(|i| !matches!(i.what, ImportKind::All)) {
