@@ -39,7 +39,8 @@ fn run(folder: &Path, line: &str) -> Outcome {
     let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
     let output = command.output().unwrap_or_else(|error| panic!("`{line}`: {error}"));
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    for pair in words.windows(2).filter(|pair| ["--plot", "--result", "--output"].contains(&pair[0].as_str())) {
+    for pair in words.windows(2).filter(|pair| ["--plot", "--result", "--output", "--html"].contains(&pair[0].as_str()))
+    {
         let size = fs::metadata(folder.join(&pair[1])).map_or(0, |data| data.len());
         assert!(size > 1000, "`{line}` leaves {size} bytes in {}\n{text}", pair[1]);
     }
@@ -145,4 +146,9 @@ fn command_lines_are_split() {
         words("hyd plot a.csv  --variables \"^(a|b) c$\""),
         ["hyd", "plot", "a.csv", "--variables", "^(a|b) c$"]
     );
+}
+
+#[test]
+fn see_the_equations() {
+    type_through("see_the_equations");
 }

@@ -17,6 +17,8 @@ use crate::print::equation;
 use crate::sorted::{Assignment, Block, EqId, OperandRange, Plan, SortedSystem};
 use crate::system::{EquationSystem, Resolution, Role, Selection};
 
+/// Characters of a line; the place in the text follows anyway.
+const LONGEST_LINE: usize = 200;
 /// Names listed of a block.
 const MOST_NAMED: usize = 12;
 
@@ -62,7 +64,9 @@ struct Report<'a> {
 
 impl Report<'_> {
     fn line(&mut self, title: &str, content: &str) {
-        let _ = writeln!(self.text, "  {title:<12} {content}");
+        let cut = content.char_indices().nth(LONGEST_LINE).map(|(at, _)| at);
+        let (content, more) = cut.map_or((content, ""), |at| (&content[..at], " ..."));
+        let _ = writeln!(self.text, "  {title:<12} {content}{more}");
     }
 
     /// A place in the text with the line that stands there.
