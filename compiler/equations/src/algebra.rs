@@ -36,8 +36,6 @@ pub(crate) struct Solved {
     pub divisors: Vec<NodeId>,
     /// Slots in them.
     pub divisor_slots: Vec<SlotId>,
-    /// Something was divided by that is not a number.
-    pub divides: bool,
     /// Time or `initial()` occurs in what was divided by.
     pub clocked_divisor: bool,
 }
@@ -163,7 +161,6 @@ fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solv
         negative,
         residual,
         divisor_slots: slots(arena, &solution.divisors),
-        divides: !solution.divisors.is_empty(),
         clocked_divisor: solution.divisors.iter().any(|&divisor| is_clocked(templates, divisor)),
         divisors: solution.divisors,
     })

@@ -100,7 +100,7 @@ impl Flattener<'_, '_> {
     ) -> VarId {
         let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
         let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
-        self.internal_variable(pattern, (ValueKind::Boolean, Variability::Discrete), origin)
+        self.internal_variable(pattern, (kind, variability), origin)
     }
 
     /// Variables that the translation needs.
