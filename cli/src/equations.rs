@@ -4,8 +4,8 @@ use hyd_compiler::{Goal, Stage};
 
 use crate::arguments::{Equations, EquationsWanted, StageName};
 use crate::translate::translate;
-use crate::whole_file::write_whole;
 use crate::{Failure, output};
+use hyd_results::write_whole;
 
 /// Runs the verb.
 pub(crate) fn equations(arguments: &Equations) -> Result<(), Failure> {
