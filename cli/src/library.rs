@@ -36,12 +36,19 @@ struct Root {
 pub struct LibraryPath {
     roots: Vec<Root>,
     listings: BTreeMap<PathBuf, Vec<String>>,
+    /// Files below this folder are named relative to it.
+    base: Option<PathBuf>,
 }
 
 impl LibraryPath {
     /// Nothing but the built-in library.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Names files below a folder relative to it, in messages and explanations.
+    pub fn name_from(&mut self, base: &Path) {
+        self.base = Some(base.to_path_buf());
     }
 
     /// Adds the folder of the main file if its text says that it belongs to a package.
@@ -131,7 +138,8 @@ impl LibraryPath {
             if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
                 let path = folder.join(name);
                 let text = read_text(&path).map_err(|error| error.to_string())?;
-                let name = path.display().to_string();
+                let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(&path);
+                let name = short.display().to_string();
                 return Ok(Some(SourceText { name: name.into(), text: text.into() }));
             }
         }

@@ -47,6 +47,9 @@ pub(crate) fn report(files: &Files, diagnostics: &[Diagnostic], format: MessageF
 
 fn library_path(arguments: &LibraryArguments, file: &Path, text: &str) -> Result<LibraryPath, String> {
     let mut library = LibraryPath::new();
+    if let Ok(folder) = std::env::current_dir() {
+        library.name_from(&folder);
+    }
     library.add_main_file(file, text);
     let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
     let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());

@@ -51,6 +51,7 @@ pub fn text_of(file: &str) -> String {
 pub fn compile_file(file: &str, set: &[(&str, &str)], goal: Goal) -> Compilation {
     let text = text_of(file);
     let mut library = LibraryPath::new();
+    library.name_from(&root());
     library.add_main_file(&root().join(file), &text);
     let set = set.iter().map(|&(name, value)| (name.to_string(), value.to_string())).collect();
     compile(&mut library, file, &text, &Options { model: None, set, goal, clock: || 0.0 })

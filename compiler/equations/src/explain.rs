@@ -6,6 +6,7 @@
 use hyd_flat::{Operand, Target, VarId};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined};
+use hyd_system::Variability;
 
 use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::EqId;
@@ -18,19 +19,30 @@ const MOST_PARTS: usize = 3;
 /// At most so many unmatched equations or unknowns are tried to find the smallest set.
 const MOST_TRIED: usize = 32;
 
-/// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that.
+/// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that, and in words
+/// what makes states of the candidates chosen.
 pub fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     let equation = system.equations[eq];
     let block = &system.flat.equations[equation.block as usize];
     let template = system.flat.templates.get(block.template);
     let operands = block.operands_of(equation.element as usize, template.arity as usize);
+    if operands.iter().any(|operand| matches!(operand.target(), Target::Chosen(_))) {
+        return choice_text(system, operands);
+    }
     let (left, right) = system.flat.print_sides(&template, operands);
-    let internal = |operand: &Operand| variable_of(operand.target()).is_some_and(|v| is_internal(system, v));
-    match operands.iter().find(|operand| internal(operand)) {
+    let condition = |operand: &Operand| variable_of(operand.target()).is_some_and(|v| is_condition(system, v));
+    match operands.iter().find(|operand| condition(operand)) {
         None => format!("{left} = {right}"),
         Some(operand) if system.flat.operand_name(*operand) == left => format!("when {right}"),
         Some(_) => format!("{left} := ... in a when"),
     }
+}
+
+/// What the equation `sum_k c_k (der(x_k) - z_k) = 0` says.
+fn choice_text(system: &EquationSystem, operands: &[Operand]) -> String {
+    let rates = operands.iter().filter(|operand| matches!(operand.target(), Target::Der(_)));
+    let candidates = list_names(rates.filter_map(|rate| variable_of(rate.target())).map(|v| system.flat.var_name(v)));
+    format!("der(state) is the derivative that the constraints give, for a state chosen among {candidates}")
 }
 
 /// True for what the translation made, such as conditions of `when`.
@@ -41,6 +53,12 @@ pub(crate) fn is_hidden(system: &EquationSystem, target: Target) -> bool {
 /// A variable that the translation made.
 fn is_internal(system: &EquationSystem, v: VarId) -> bool {
     system.flat.variables[system.flat.locate(v).0].internal
+}
+
+/// A condition of `when`, which the translation made a variable.
+fn is_condition(system: &EquationSystem, v: VarId) -> bool {
+    let block = &system.flat.variables[system.flat.locate(v).0];
+    block.internal && block.variability != Variability::Continuous
 }
 
 /// Where an equation stands.

@@ -245,6 +245,7 @@ impl Report<'_> {
         };
         match plan.assignments.iter().find(|a| a.target == target) {
             Some(a) => self.assigned("during the run", a),
+            None if block.unknowns.len() + block.assignments.len() == 1 => self.line("iterated", "by the solver"),
             None => self.line("iterated", "by the solver, together with the other unknowns of its block"),
         }
         self.block(plan, number, block);
