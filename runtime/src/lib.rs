@@ -1,6 +1,7 @@
 //! The integrator: from a system `F(t, y, y') = 0` with events to rows of results.
 //!
-//! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs.  The parts: `initial`
+//! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs, and a
+//! [`ModelFunction`] maps parameter values to outputs and their derivatives.  The parts: `initial`
 //! finds consistent values, `bdf` and `esdirk` step, `integrator` chooses between them, `events` finds and settles
 //! events, `sensitivity` carries derivatives along, `output` writes rows, `linear` factors matrices.  Every outcome comes
 //! with [`Statistics`]; every failure is a [`SolveError`] that says when, where and in which variable.  The crate knows no
@@ -23,6 +24,7 @@ mod error;
 mod esdirk;
 mod events;
 mod first_step;
+mod function;
 mod initial;
 mod integrator;
 mod linear;
@@ -37,6 +39,7 @@ mod statistics;
 mod weights;
 
 pub use error::{Cause, Place, SolveError, Stage, StepReport};
+pub use function::{EvaluationError, Functional, ModelFunction, Response};
 pub use integrator::{Method, MethodPhase, Reason};
 pub use options::{OptionError, Options, Solver};
 pub use simulate::{Simulator, Summary, Warning, simulate};

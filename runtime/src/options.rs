@@ -29,6 +29,9 @@ pub struct Options {
     pub solver: Solver,
     /// Number of equal intervals between output points.
     pub intervals: usize,
+    /// Output points between start and stop in ascending order (s) instead of those at equal intervals, if not empty; there is
+    /// a row at the start and one at the stop time all the same.
+    pub times: Vec<f64>,
     /// Rows at every accepted step instead of at equal intervals.
     pub every_step: bool,
     /// Rows twice at each event, before and after.
@@ -57,6 +60,7 @@ impl Options {
             tolerance: 1e-6,
             solver: Solver::Auto,
             intervals: 500,
+            times: Vec::new(),
             every_step: false,
             event_rows: true,
             max_step: None,
@@ -82,6 +86,8 @@ impl Options {
             Err(OptionError::Tolerance(self.tolerance))
         } else if self.intervals == 0 {
             Err(OptionError::Intervals)
+        } else if self.times.windows(2).any(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less)) {
+            Err(OptionError::OutputTimes)
         } else if !positive(self.max_step) || !positive(self.initial_step) {
             Err(OptionError::Step)
         } else if !(1..=5).contains(&self.max_order) {
@@ -91,12 +97,17 @@ impl Options {
         }
     }
 
-    /// Time of output point `k` of `0..=intervals` (s); the last one is exactly the stop time.
-    pub(crate) fn output_time(&self, k: usize) -> f64 {
-        if k >= self.intervals {
-            self.stop
+    /// Time of output point `k` (s), if there are so many.  Points at equal intervals count from 0 at the start, the last one
+    /// is exactly the stop time; given ones count from 1.
+    pub(crate) fn output_time(&self, k: usize) -> Option<f64> {
+        if k == 0 {
+            Some(self.start)
+        } else if !self.times.is_empty() {
+            self.times.get(k - 1).copied()
+        } else if k < self.intervals {
+            Some(self.start + (self.stop - self.start) * (k as f64 / self.intervals as f64))
         } else {
-            self.start + (self.stop - self.start) * (k as f64 / self.intervals as f64)
+            (k == self.intervals).then_some(self.stop)
         }
     }
 }
@@ -115,6 +126,8 @@ pub enum OptionError {
     Tolerance(f64),
     /// There must be at least one interval.
     Intervals,
+    /// Output points do not ascend.
+    OutputTimes,
     /// A step size is not a positive number.
     Step,
     /// The highest order is not between 1 and 5.
@@ -136,6 +149,7 @@ impl fmt::Display for OptionError {
             }
             OptionError::Tolerance(value) => write!(f, "the tolerance {value} must lie between 1e-13 and 0.1"),
             OptionError::Intervals => write!(f, "there must be at least one output interval"),
+            OptionError::OutputTimes => write!(f, "output times must ascend"),
             OptionError::Step => write!(f, "step sizes must be positive numbers"),
             OptionError::Sensitivity { name, reason } => write!(f, "no sensitivity to `{name}`: {reason}"),
             OptionError::Order(value) => write!(f, "the highest order {value} must lie between 1 and 5"),

@@ -45,9 +45,10 @@ impl Output {
     }
 
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
-    pub(crate) fn restart(&mut self, extra: usize) {
+    pub(crate) fn restart(&mut self, options: &Options, extra: usize) {
         self.row.resize(self.outputs + extra, 0.0);
         self.next = 1;
+        self.skip_to(options, options.start);
         self.reports.clear();
         self.warnings.clear();
     }
@@ -104,8 +105,7 @@ impl Output {
             };
         }
         let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
-        while self.next <= options.intervals {
-            let t = options.output_time(self.next);
+        while let Some(t) = options.output_time(self.next) {
             if t > end || (!inclusive && options.event_rows && t >= end - slack) {
                 break;
             }
@@ -140,7 +140,7 @@ impl Output {
     /// Drops output points that the rows of an event at `t` (s) stand for.
     pub(crate) fn skip_to(&mut self, options: &Options, t: f64) {
         let slack = SAME_TIME_ULPS * f64::EPSILON * t.abs();
-        while self.next <= options.intervals && options.output_time(self.next) <= t + slack {
+        while options.output_time(self.next).is_some_and(|next| next <= t + slack) {
             self.next += 1;
         }
     }

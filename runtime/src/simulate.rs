@@ -159,7 +159,7 @@ impl Simulator {
         let mut delays = std::mem::take(&mut self.delays);
         delays.restart(options.tolerance);
         let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
-        self.output.restart(self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
+        self.output.restart(options, self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
         let mut run = Run {
             problem: &mut problem,
             options,
