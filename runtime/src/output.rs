@@ -122,19 +122,36 @@ impl Output {
         sink: &mut dyn Sink,
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         t: f64,
-        mut sensitivity: Option<&mut Sensitivity>,
+        sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
         past.interpolate(t, &mut y, &mut yp);
         consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
-        if let Some(sensitivity) = sensitivity.as_deref_mut() {
-            sensitivity.reach(problem, t)?;
-            sensitivity.interpolate(t);
-        }
-        let result = self.row(problem, sink, t, (&y, &yp), RowKind::Normal, sensitivity);
+        let result = match sensitivity {
+            Some(sensitivity) => {
+                sensitivity.wait(t, (&y, &yp));
+                Ok(())
+            }
+            None => self.row(problem, sink, t, (&y, &yp), RowKind::Normal, None),
+        };
         let result = result.and_then(|()| self.assertions(problem, t, (&y, &yp)));
         (self.y, self.yp) = (y, yp);
         result
+    }
+
+    /// Writes the rows that have got their derivatives.
+    pub(crate) fn flush(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        sensitivity: &mut Sensitivity,
+    ) -> Result<(), SolveError> {
+        while let Some(row) = sensitivity.next_row() {
+            let written = self.row(problem, sink, row.t, (&row.y, &row.yp), RowKind::Normal, Some(&mut *sensitivity));
+            sensitivity.give_back(row);
+            written?;
+        }
+        Ok(())
     }
 
     /// Drops output points that the rows of an event at `t` (s) stand for.

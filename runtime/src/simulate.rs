@@ -3,6 +3,8 @@
 //! [`Simulator`] owns all work space for systems of one structure and is used for run after run; the system, the sink and the
 //! options come with each run.  The loop does no I/O itself and reads no clock.
 
+use std::sync::Arc;
+
 use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
@@ -169,12 +171,21 @@ impl Simulator {
             terminated: None,
         };
         let result = self.begin(&mut run).and_then(|()| self.advance(&mut run, stop));
+        let result = self.finish_rows(&mut run, result);
         let terminated = run.terminated;
         self.statistics = problem.statistics;
         self.delays = delays;
         let time = result?;
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());
         Ok(Summary { time, statistics: self.statistics, warnings, phases, terminated })
+    }
+
+    /// Writes the rows that still wait for their derivatives, as far as a run that failed has them.
+    fn finish_rows(&mut self, run: &mut Run<'_, '_>, result: Result<f64, SolveError>) -> Result<f64, SolveError> {
+        let Some(sensitivity) = &mut self.sensitivity else { return result };
+        let reached = sensitivity.reach(run.problem);
+        let written = self.output.flush(run.problem, run.sink, sensitivity);
+        result.and_then(|time| reached.and(written).map(|()| time))
     }
 
     /// Values at the start, the first row, and the integrator made ready.
@@ -208,8 +219,10 @@ impl Simulator {
             Some(sensitivity) => {
                 // The event may have changed discrete variables and with them rates.
                 sensitivity.consistent(run.problem, (crate::Stage::Start, t), y, yp)?;
-                let parameters = sensitivity.parameters(&mut run.problem.system);
-                run.sink.begin(sensitivity.tables(), &parameters)
+                {
+                    let tables = Arc::clone(sensitivity.tables());
+                    run.sink.begin(&tables, sensitivity.parameters(&mut run.problem.system))
+                }
             }
             None => run.sink.begin(run.problem.system.tables(), run.problem.system.parameters()),
         };
@@ -272,11 +285,10 @@ impl Simulator {
                     self.event(run, t, EventSource::Time)?;
                 } else {
                     let Point { y, yp } = &self.point;
-                    if let Some(sensitivity) = &mut self.sensitivity {
-                        sensitivity.interpolate(t);
+                    match &mut self.sensitivity {
+                        Some(sensitivity) => sensitivity.wait(t, (y, yp)),
+                        None => self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, None)?,
                     }
-                    let sensitivity = self.sensitivity.as_deref_mut();
-                    self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
                 }
                 continue;
             }
@@ -303,14 +315,15 @@ impl Simulator {
         let state_event = self.roots.check(run.problem, past.0, past.1, past.2, spacing);
         let t = state_event.unwrap_or(self.integrator.t());
         let is_event = state_event.is_some() || t >= run.time_event;
-        if let Some(sensitivity) = &mut self.sensitivity {
-            let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
-            let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
-            sensitivity.follow(run.problem, t, values, self.integrator.order_used())?;
-        }
         let past = (&self.integrator, &mut self.consistency, &self.weights);
         let sensitivity = self.sensitivity.as_deref_mut();
         self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event), sensitivity)?;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
+            let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
+            sensitivity.follow(run.problem, t, values)?;
+            self.output.flush(run.problem, run.sink, sensitivity)?;
+        }
         if !is_event {
             self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
             if self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp()) {
@@ -346,6 +359,8 @@ impl Simulator {
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
         if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.reach(run.problem)?;
+            self.output.flush(run.problem, run.sink, sensitivity)?;
             sensitivity.arrive(run.problem, t, y, yp)?;
         }
         if rows {

@@ -107,7 +107,7 @@ impl CompiledSystem {
         self.memory.out = out;
     }
 
-    fn run_jacobian(&mut self, initial: bool, point: Point<'_>, state: &mut [f64], rate: &mut [f64]) {
+    pub(crate) fn run_jacobian(&mut self, initial: bool, point: Point<'_>, state: &mut [f64], rate: &mut [f64]) {
         let shared = self.shared.clone();
         let code: &PlanCode = if initial { &shared.lowered.initial } else { &shared.lowered.simulation };
         match &code.jacobian {

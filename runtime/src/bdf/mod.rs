@@ -161,11 +161,6 @@ impl Bdf {
         &self.corrector.yp
     }
 
-    /// Order of the last accepted step.
-    pub(crate) fn order_used(&self) -> usize {
-        self.history.order_used
-    }
-
     /// Interpolates within the last accepted step.
     pub(crate) fn interpolate(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
         self.history.interpolate(t, y, yp);

@@ -10,7 +10,7 @@
 //! A step allocates nothing.  Knows no events and no output.
 
 mod control;
-mod tableau;
+pub(crate) mod tableau;
 
 use hyd_system::Structure;
 

@@ -8,19 +8,19 @@
 //! enters between the ends least.  Predictors are least-norm combinations of earlier stages exact for quadratics.
 
 /// Number of stages.
-pub(super) const STAGES: usize = 6;
+pub(crate) const STAGES: usize = 6;
 
 /// Diagonal entry.
-pub(super) const GAMMA: f64 = 0.25;
+pub(crate) const GAMMA: f64 = 0.25;
 
 /// Order of the result, and of the dense output.
 pub(crate) const ORDER: usize = 4;
 
 /// Places of the stages within the step.
-pub(super) const C: [f64; STAGES] = [0.0, 0.5, 83.0 / 250.0, 31.0 / 50.0, 17.0 / 20.0, 1.0];
+pub(crate) const C: [f64; STAGES] = [0.0, 0.5, 83.0 / 250.0, 31.0 / 50.0, 17.0 / 20.0, 1.0];
 
 /// Rows of the tableau left of the diagonal.
-pub(super) const A: [[f64; STAGES - 1]; STAGES] = [
+pub(crate) const A: [[f64; STAGES - 1]; STAGES] = [
     [0.0; STAGES - 1],
     [0.25, 0.0, 0.0, 0.0, 0.0],
     [8611.0 / 62500.0, -1743.0 / 31250.0, 0.0, 0.0, 0.0],
@@ -45,7 +45,7 @@ fn weight(i: usize) -> f64 {
 }
 
 /// Weight of stage `i` in the difference of the two results.
-pub(super) fn difference(i: usize) -> f64 {
+pub(crate) fn difference(i: usize) -> f64 {
     weight(i) - EMBEDDED[i]
 }
 
@@ -60,7 +60,7 @@ const DENSE: [[f64; 4]; STAGES] = [
 ];
 
 /// `b_i(theta)` and its derivative.
-pub(super) fn dense(i: usize, theta: f64) -> (f64, f64) {
+pub(crate) fn dense(i: usize, theta: f64) -> (f64, f64) {
     let [a, b, c, d] = DENSE[i];
     let value = theta * (a + theta * (b + theta * (c + theta * d)));
     let slope = a + theta * (2.0 * b + theta * (3.0 * c + theta * 4.0 * d));

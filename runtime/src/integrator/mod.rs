@@ -238,11 +238,6 @@ impl Integrator {
         self.stepping().map_or_else(|| self.bdf.step_size(), Esdirk::step_size)
     }
 
-    /// Order of the formula that reached the newest point.
-    pub(crate) fn order_used(&self) -> usize {
-        self.stepping().map_or_else(|| self.bdf.order_used(), |_| ORDER)
-    }
-
     /// Values at the newest accepted point.
     pub(crate) fn y(&self) -> &[f64] {
         self.stepping().map_or_else(|| self.bdf.y(), Esdirk::y)

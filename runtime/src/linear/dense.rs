@@ -8,7 +8,7 @@ use hyd_system::Pattern;
 use nalgebra::linalg::{gauss_step, gauss_step_swap};
 use nalgebra::{DMatrix, DVectorViewMut};
 
-use super::{FactorError, PIVOT_FLOOR};
+use super::{FactorError, LANES, PIVOT_FLOOR, Tile};
 
 /// The factors of one matrix.
 pub(super) struct Dense {
@@ -82,5 +82,33 @@ impl Dense {
         let mut x = DVectorViewMut::from_slice(b, n);
         self.factors.solve_lower_triangular_with_diag_mut(&mut x, 1.0);
         self.factors.solve_upper_triangular_mut(&mut x);
+    }
+
+    /// Replaces each of several right-hand sides by its solution.
+    pub(super) fn solve_tile(&self, b: &mut [Tile]) {
+        for (k, &other) in self.swaps.iter().enumerate() {
+            b.swap(k, other as usize);
+        }
+        let n = b.len();
+        let factors = self.factors.as_slice();
+        for k in 0..n {
+            let (done, rest) = b.split_at_mut(k + 1);
+            subtract(rest, &factors[k * n + k + 1..(k + 1) * n], &done[k]);
+        }
+        for k in (0..n).rev() {
+            let inverse = factors[k * n + k].recip();
+            let (rest, solved) = b.split_at_mut(k);
+            solved[0].iter_mut().for_each(|value| *value *= inverse);
+            subtract(rest, &factors[k * n..k * n + k], &solved[0]);
+        }
+    }
+}
+
+/// `b_i -= factor_i * x`
+fn subtract(b: &mut [Tile], factors: &[f64], x: &Tile) {
+    for (values, factor) in b.iter_mut().zip(factors) {
+        for lane in 0..LANES {
+            values[lane] -= factor * x[lane];
+        }
     }
 }

@@ -24,6 +24,11 @@ const DENSE_LIMIT: usize = 40;
 /// A pivot below this, relative to the largest entry of its scaled column, counts as zero.
 const PIVOT_FLOOR: f64 = 4.0 * f64::EPSILON;
 
+/// Right-hand sides that are solved together.
+pub(crate) const LANES: usize = 4;
+/// One value of each of them.
+pub(crate) type Tile = [f64; LANES];
+
 /// Why a matrix cannot be factored.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum FactorError {
@@ -93,6 +98,20 @@ impl LinearSolver {
         }
         for (value, scale) in b.iter_mut().zip(&self.column_scale) {
             *value *= scale;
+        }
+    }
+
+    /// Replaces each of several right-hand sides by its solution.
+    pub(crate) fn solve_tile(&mut self, b: &mut [Tile]) {
+        for (values, scale) in b.iter_mut().zip(&self.row_scale) {
+            values.iter_mut().for_each(|value| *value *= scale);
+        }
+        match &mut self.kernel {
+            Kernel::Dense(dense) => dense.solve_tile(b),
+            Kernel::Sparse(sparse) => sparse.solve_tile(b),
+        }
+        for (values, scale) in b.iter_mut().zip(&self.column_scale) {
+            values.iter_mut().for_each(|value| *value *= scale);
         }
     }
 
@@ -174,7 +193,14 @@ mod tests {
                 }
             }
             solver.factor(&mut values).unwrap();
+            let mut tile: Vec<Tile> = product.iter().map(|&value| [value, -value, 0.0, 2.0 * value]).collect();
             solver.solve(&mut product);
+            solver.solve_tile(&mut tile);
+            for (values, &x) in tile.iter().zip(&product) {
+                for (value, factor) in values.iter().zip([1.0, -1.0, 0.0, 2.0]) {
+                    assert!((value - factor * x).abs() <= 1e-13 * x.abs().max(nominals[0]));
+                }
+            }
             for k in 0..n {
                 // 4.0 on the diagonal against at most 4 entries below 1: condition well below 1e3.
                 assert!((product[k] - x[k]).abs() <= 1e-11 * nominals[k], "n {n}, round {round}, {k}");

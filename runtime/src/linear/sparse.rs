@@ -15,7 +15,7 @@ use faer::sparse::linalg::{LuError, amd, colamd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use hyd_system::Pattern;
 
-use super::{FactorError, PIVOT_FLOOR};
+use super::{FactorError, LANES, PIVOT_FLOOR, Tile};
 
 /// A pivot smaller than this, relative to the largest candidate of its column, asks for a new pivot order.
 const PIVOT_DRIFT: f64 = 1e-6;
@@ -64,6 +64,8 @@ pub(super) struct Sparse {
     upper: Factor,
     diagonal: Vec<f64>,
     work: Vec<f64>,
+    /// The same for several right-hand sides, made when first needed.
+    tiles: Vec<Tile>,
     pivoted: bool,
     lu: SimplicialLu<u32, f64>,
     memory: MemBuffer,
@@ -83,6 +85,7 @@ impl Sparse {
             upper: Factor::default(),
             diagonal: vec![0.0; n],
             work: vec![0.0; n],
+            tiles: Vec::new(),
             pivoted: false,
             lu: SimplicialLu::new(),
             memory: MemBuffer::new(factorize_simplicial_numeric_lu_scratch::<u32, f64>(n, n)),
@@ -206,6 +209,39 @@ impl Sparse {
             b[column as usize] = value;
         }
         x.fill(0.0);
+    }
+
+    /// Replaces each of several right-hand sides by its solution.
+    pub(super) fn solve_tile(&mut self, b: &mut [Tile]) {
+        let n = self.diagonal.len();
+        self.tiles.resize(n, [0.0; LANES]);
+        let x = &mut self.tiles;
+        for (values, &row) in x.iter_mut().zip(&self.rows) {
+            *values = b[row as usize];
+        }
+        for c in 0..n {
+            let value = x[c];
+            subtract(x, &self.lower, c, &value);
+        }
+        for c in (0..n).rev() {
+            let inverse = self.diagonal[c].recip();
+            let value = x[c].map(|value| value * inverse);
+            x[c] = value;
+            subtract(x, &self.upper, c, &value);
+        }
+        for (values, &column) in x.iter().zip(&self.columns) {
+            b[column as usize] = *values;
+        }
+    }
+}
+
+/// `x_row -= factor * value` along a column.
+fn subtract(x: &mut [Tile], factor: &Factor, column: usize, value: &Tile) {
+    for entry in factor.column(column) {
+        let (target, factor) = (&mut x[factor.rows[entry] as usize], factor.values[entry]);
+        for lane in 0..LANES {
+            target[lane] -= factor * value[lane];
+        }
     }
 }
 

@@ -24,7 +24,7 @@ pub(crate) enum EventSource {
 }
 
 impl Sensitivity {
-    /// Derivatives at the event, before it: of unknowns and rates with respect to parameters, and along time.
+    /// Derivatives at the event, before it, to which steps must have led ([`Sensitivity::reach`]): of unknowns and rates with respect to parameters, and along time.
     pub(crate) fn arrive(
         &mut self,
         problem: &mut Problem<'_>,
@@ -33,8 +33,7 @@ impl Sensitivity {
         yp: &[f64],
     ) -> Result<(), SolveError> {
         self.changed = false;
-        self.reach(problem, t)?;
-        self.interpolate(t);
+        self.steps.interpolate(self.steps.newest(), &self.differential, (&mut self.s, &mut self.sp), self.width);
         let last = self.width - 1;
         for (k, block) in self.s.chunks_exact_mut(self.width).enumerate() {
             block[last] = yp[k];

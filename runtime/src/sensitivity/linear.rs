@@ -7,7 +7,8 @@
 
 use hyd_system::{DaeSystem, Pattern, Structure};
 
-use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use super::tangents;
+use crate::linear::{FactorError, LANES, LinearSolver, MergedPattern, Tile};
 use crate::problem::Problem;
 
 /// A matrix with its factors and one column of work space.
@@ -50,18 +51,36 @@ impl Matrices {
         self.solver.set_column_scale(nominals);
     }
 
-    /// Factors `dF/dy + c dF/dy'`.
-    pub(super) fn factor_step(
+    /// Factors `dF/dy + c dF/dy'` at a point, and gives the tangent of F with the unknowns held.
+    pub(super) fn factor_along(
         &mut self,
         problem: &mut Problem<'_>,
         (t, c): (f64, f64),
-        y: &[f64],
-        yp: &[f64],
+        (y, yp): (&[f64], &[f64]),
+        forcing: &mut [f64],
     ) -> Result<(), FactorError> {
-        problem.jacobian(t, y, yp, &mut self.state_values, &mut self.rate_values);
+        let (state, rate) = (&mut self.state_values, &mut self.rate_values);
+        tangents(&mut problem.system).jacobian_tangent(t, y, yp, (state, rate), forcing);
         self.merged.combine(&self.state_values, &self.rate_values, c, &mut self.values);
-        problem.statistics.factorisations += 1;
         self.solver.factor(&mut self.values)
+    }
+
+    /// `column += c dF/dy' base` with the last matrix.
+    pub(super) fn add_rate_product(&self, c: f64, base: &[Tile], column: &mut [Tile]) {
+        for (j, base) in base.iter().enumerate() {
+            for entry in self.rate_pattern.column(j) {
+                let factor = c * self.rate_values[entry];
+                let target = &mut column[self.rate_pattern.row_indices[entry] as usize];
+                for lane in 0..LANES {
+                    target[lane] += factor * base[lane];
+                }
+            }
+        }
+    }
+
+    /// Replaces several right-hand sides by their solutions.
+    pub(super) fn solve_tile(&mut self, column: &mut [Tile]) {
+        self.solver.solve_tile(column);
     }
 
     /// Factors the matrix of the consistency solve.

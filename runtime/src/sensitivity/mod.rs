@@ -1,19 +1,19 @@
 //! Forward sensitivities: derivatives of the solution with respect to parameters and start values.
 //!
-//! Staggered direct method (Feehery, Tolsma, Barton, Appl. Numer. Math. 25 (1997) 41): along the accepted points of the
-//! solution the linear systems `(F_y + a_0 F_y') s = -(F_y' w + F_p)` are solved with a new matrix each, with the derivative
-//! formula of [`past`].  Initial values come from the linearised initial system, and events shift with the
-//! parameters ([`event`]).  Steps are the sensitivities' own ([`mesh`]): the solution is the same with and without them,
-//! whatever method computes it.
+//! Staggered direct method (Feehery, Tolsma, Barton, Appl. Numer. Math. 25 (1997) 41): behind the accepted points of the
+//! solution the linear systems `F_y s + F_y' s' + F_p = 0` are integrated with the matrix of each point ([`steps`]).
+//! Initial values come from the linearised initial system, and events shift with the parameters ([`event`]).  Steps are the
+//! sensitivities' own: the solution is the same with and without them, whatever method computes it.
 //!
-//! All vectors hold blocks of `width` derivatives per unknown: one per parameter, and one last for the derivative with
-//! respect to time, which serves at events.
+//! Vectors hold blocks of `width` derivatives per unknown: one per parameter, and one last for the derivative with
+//! respect to time, which serves at events.  Within steps there is no such last one, and the order is another.
 
 mod event;
 mod linear;
-mod mesh;
-mod past;
+mod steps;
 pub(crate) mod tables;
+mod trail;
+mod waiting;
 
 use std::sync::Arc;
 
@@ -26,17 +26,16 @@ use crate::linear::FactorError;
 use crate::newton::NewtonFailure;
 use crate::problem::Problem;
 use linear::Matrices;
-use mesh::{Control, Trail};
-use past::{MAX_ORDER, Past};
+use steps::Steps;
 use tables::ExtendedTables;
+use trail::Trail;
+use waiting::Waiting;
 
 pub(crate) use event::EventSource;
+pub(crate) use waiting::WaitingRow;
 
 /// Derivatives below this part of `nominal / parameter` count as zero in the error test.
 const LEAST: f64 = 1e-3;
-
-/// Smallest step, relative to the time.
-const SMALLEST: f64 = 1e3 * f64::EPSILON;
 
 /// Sensitivities of one run after the other.
 pub(crate) struct Sensitivity {
@@ -49,17 +48,9 @@ pub(crate) struct Sensitivity {
     /// Number of parameters and one for time.
     width: usize,
     matrices: Matrices,
-    past: Past,
+    steps: Steps,
     trail: Trail,
-    control: Control,
-    tolerance: f64,
-    most_order: usize,
-    /// Largest derivatives so far, and the least that counts.
-    largest: Vec<f64>,
-    /// Rates at the newest point.
-    rates: Vec<f64>,
-    y: Vec<f64>,
-    yp: Vec<f64>,
+    waiting: Waiting,
     /// Derivatives of y and y' at the current point.
     s: Vec<f64>,
     sp: Vec<f64>,
@@ -72,6 +63,7 @@ pub(crate) struct Sensitivity {
     y_before: Vec<f64>,
     row: Vec<f64>,
     parameters: Vec<f64>,
+    extended: Vec<f64>,
     /// A derivative of a discrete variable changed in the event.
     pub(crate) changed: bool,
 }
@@ -106,6 +98,8 @@ impl Sensitivity {
             }
         };
         made.changed = false;
+        made.trail.clear();
+        made.waiting.clear();
         let Some(tangents) = system.tangents() else {
             return Err(refusal(&names[0], "the system has no derivatives with respect to parameters"));
         };
@@ -138,15 +132,9 @@ impl Sensitivity {
             outputs: structure.outputs,
             width,
             matrices: Matrices::new(structure),
-            past: Past::new(n * width),
+            steps: Steps::new(n, width - 1),
             trail: Trail::new(n),
-            control: Control::new(),
-            tolerance: 1e-6,
-            most_order: MAX_ORDER,
-            largest: block(),
-            rates: block(),
-            y: vec![0.0; n],
-            yp: vec![0.0; n],
+            waiting: Waiting::default(),
             s: block(),
             sp: block(),
             dt: vec![0.0; width],
@@ -157,6 +145,7 @@ impl Sensitivity {
             y_before: vec![0.0; n],
             row: vec![0.0; structure.outputs * width],
             parameters: vec![0.0; parameters * width],
+            extended: Vec::new(),
             changed: false,
         }
     }
@@ -177,13 +166,14 @@ impl Sensitivity {
     }
 
     /// Parameter values followed by their derivatives.
-    pub(crate) fn parameters(&mut self, system: &mut dyn DaeSystem) -> Vec<f64> {
-        let mut values = system.parameters().to_vec();
+    pub(crate) fn parameters(&mut self, system: &mut dyn DaeSystem) -> &[f64] {
+        self.extended.clear();
+        self.extended.extend_from_slice(system.parameters());
         tangents(system).parameters_tangent(&mut self.parameters);
         for block in self.parameters.chunks_exact(self.width) {
-            values.extend_from_slice(&block[..self.width - 1]);
+            self.extended.extend_from_slice(&block[..self.width - 1]);
         }
-        values
+        &self.extended
     }
 
     /// The start of a run, after `bind`.
@@ -192,16 +182,14 @@ impl Sensitivity {
         self.dt.fill(0.0);
         self.s.fill(0.0);
         self.sp.fill(0.0);
-        self.tolerance = tolerance;
-        for (block, nominal) in self.largest.chunks_exact_mut(self.width).zip(nominals) {
-            for (largest, &direction) in block.iter_mut().zip(&self.directions) {
-                let value = match direction {
-                    Direction::Parameter(k) => problem.system.parameters()[k as usize].abs(),
-                    Direction::Start(..) | Direction::None => *nominal,
-                };
-                *largest = LEAST * nominal / if value > 0.0 { value } else { 1.0 };
-            }
-        }
+        let parameters = problem.system.parameters();
+        self.steps.begin(tolerance, |unknown, direction| {
+            let value = match self.directions[direction] {
+                Direction::Parameter(k) => parameters[k as usize].abs(),
+                Direction::Start(..) | Direction::None => nominals[unknown],
+            };
+            LEAST * nominals[unknown] / if value > 0.0 { value } else { 1.0 }
+        });
         tangents(&mut problem.system).bind_tangent(t);
     }
 
@@ -260,141 +248,71 @@ impl Sensitivity {
 
     /// Forgets the past: the current derivatives are those at the point.
     pub(crate) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        self.past.restart(t, &self.s);
-        self.rates.copy_from_slice(&self.sp);
+        self.steps.restart(t, &self.s, &self.sp, self.width);
         self.trail.restart(t, y, yp);
-        self.control = Control::new();
-        self.measure();
     }
 
-    /// Takes an accepted point of the solution, reached with a formula of this order, and steps as far as is worth while.
+    /// Takes an accepted point of the solution, and steps as far as is worth while.
     pub(crate) fn follow(
         &mut self,
         problem: &mut Problem<'_>,
         t: f64,
         (y, yp): (&[f64], &[f64]),
-        order: usize,
     ) -> Result<(), SolveError> {
-        self.most_order = order.clamp(2, MAX_ORDER);
-        self.trail.push(t, y, yp);
-        while self.trail.is_full() || self.past.newest() + self.control.h <= t {
+        self.trail.push(t, y, yp, &self.differential);
+        while self.trail.is_full() || self.steps.fits(&self.trail) {
             self.step(problem)?;
         }
         Ok(())
     }
 
-    /// Steps until `t` (s) is not beyond the newest point, so that it can be interpolated.
-    pub(crate) fn reach(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), SolveError> {
-        while self.past.newest() < t.min(self.trail.end()) {
+    /// Steps to the newest point of the solution; all rows get their derivatives.
+    pub(crate) fn reach(&mut self, problem: &mut Problem<'_>) -> Result<(), SolveError> {
+        while self.steps.newest() < self.trail.end() {
             self.step(problem)?;
         }
+        self.serve(f64::INFINITY);
         Ok(())
     }
 
-    /// One step of the sensitivities along the trail.
+    /// One step along the trail.
     fn step(&mut self, problem: &mut Problem<'_>) -> Result<(), SolveError> {
-        let from = self.past.newest();
-        let smallest = SMALLEST * from.abs().max(self.trail.end().abs());
-        let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
-        let result = loop {
-            let order = self.control.order.min(self.past.count()).max(1);
-            self.control.order = order;
-            let t = self.trail.target(from, self.control.h.max(smallest).min(self.trail.end() - from));
-            if t - from <= 2.0 * smallest {
-                self.control.insist();
-            }
+        let done = self.steps.step(problem, &mut self.matrices, &mut self.trail, &self.differential);
+        if let Err((t, error)) = done {
+            let n = self.differential.len();
+            let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
             self.trail.values(t, &mut y, &mut yp);
-            let weights = self.past.derivative_weights(t, order);
-            self.past.combine(&weights, order, &mut self.base);
-            // Between two points a slope may have no finite value where the points themselves have one.
-            let solved = self.stage(problem, t, (&y, &yp), weights[0]);
-            problem.statistics.sensitivity_steps += 1;
-            let errors = match solved {
-                Ok(()) => [order.wrapping_sub(1), order, order + 1].map(|order| self.error(t, order)),
-                Err(_) => [None, Some(f64::INFINITY), None],
-            };
-            if self.control.judge(t - from, errors, self.most_order) {
-                if let Err(error) = solved {
-                    break Err(error);
-                }
-                self.past.push(t, order, &self.s);
-                self.rates.copy_from_slice(&self.sp);
-                self.trail.drop_before(t);
-                self.measure();
-                break Ok(());
-            }
-            if self.control.order == 1 {
-                self.past.forget();
-            }
-        };
-        (self.y, self.yp) = (y, yp);
-        result
-    }
-
-    /// Keeps the largest derivatives.
-    fn measure(&mut self) {
-        for (largest, s) in self.largest.iter_mut().zip(&self.s) {
-            *largest = largest.max(s.abs());
+            return Err(singular((Stage::Step, t), error, (&y, &yp), problem));
         }
-    }
-
-    /// Error of the current values at an order, in tolerances; none where there is no past to tell.
-    fn error(&mut self, t: f64, order: usize) -> Option<f64> {
-        let factor = if order == 0 || order > MAX_ORDER {
-            return None;
-        } else if order == 1 && self.past.count() == 1 {
-            let h = t - self.past.newest();
-            for ((value, last), rate) in self.rhs.iter_mut().zip(self.past.last()).zip(&self.rates) {
-                *value = last + h * rate;
-            }
-            0.5
-        } else {
-            self.past.predict(t, order, &mut self.rhs)?
-        };
-        let mut worst = 0.0f64;
-        for direction in 0..self.width - 1 {
-            let mut sum = 0.0;
-            for (k, _) in self.differential.iter().enumerate().filter(|(_, differential)| **differential) {
-                let at = k * self.width + direction;
-                sum += ((self.s[at] - self.rhs[at]) / self.largest[at].max(self.s[at].abs())).powi(2);
-            }
-            worst = worst.max(sum);
-        }
-        let count = self.differential.iter().filter(|differential| **differential).count().max(1);
-        Some(factor * (worst / count as f64).sqrt() / self.tolerance)
-    }
-
-    /// One implicit stage at `(t, y, y')` where `s' = c s + w`, with `w` in `base`: solves for `s` and `s'`.
-    fn stage(
-        &mut self,
-        problem: &mut Problem<'_>,
-        t: f64,
-        (y, yp): (&[f64], &[f64]),
-        c: f64,
-    ) -> Result<(), SolveError> {
-        // The last value as prediction: what is solved for is its change.
-        self.s.copy_from_slice(self.past.last());
-        for ((rate, s), base) in self.sp.iter_mut().zip(&self.s).zip(&self.base) {
-            *rate = c * s + base;
-        }
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        tangents(&mut problem.system).residual_tangent(t, y, yp, along, &mut self.rhs);
-        let factored = self.matrices.factor_step(problem, (t, c), y, yp);
-        factored.map_err(|error| singular((Stage::Step, t), error, (y, yp), problem))?;
-        self.matrices.solve(&mut self.rhs, self.width);
-        for ((s, rate), change) in self.s.iter_mut().zip(&mut self.sp).zip(&self.rhs) {
-            *s -= change;
-            *rate -= c * change;
-        }
+        self.serve(self.steps.newest());
         Ok(())
     }
 
-    /// Brings the current derivatives to a time within the last step, for an output or an event there.
-    pub(crate) fn interpolate(&mut self, t: f64) {
-        self.past.interpolate(t, &mut self.s, &mut self.sp);
-        if t == self.past.newest() {
-            self.s.copy_from_slice(self.past.last());
+    /// Gives the rows up to `t` (s) their derivatives.
+    fn serve(&mut self, t: f64) {
+        while let Some(row) = self.waiting.next_up_to(t) {
+            let at = row.t.min(self.steps.newest());
+            self.steps.interpolate(at, &self.differential, (&mut row.s, &mut row.sp), self.width);
         }
+    }
+
+    /// Lets a row wait for its derivatives.
+    pub(crate) fn wait(&mut self, t: f64, (y, yp): (&[f64], &[f64])) {
+        self.waiting.push(t, y, yp, self.s.len());
+        self.serve(self.steps.newest());
+    }
+
+    /// The next row that has its derivatives, which become the current ones.
+    pub(crate) fn next_row(&mut self) -> Option<WaitingRow> {
+        let row = self.waiting.take()?;
+        self.s.copy_from_slice(&row.s);
+        self.sp.copy_from_slice(&row.sp);
+        Some(row)
+    }
+
+    /// Takes the memory of such a row back.
+    pub(crate) fn give_back(&mut self, row: WaitingRow) {
+        self.waiting.give_back(row);
     }
 
     /// Derivatives of the outputs at the current point, parameter by parameter, into `out`.

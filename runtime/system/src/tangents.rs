@@ -66,6 +66,9 @@ pub trait Tangents {
     /// Tangent of F(t, y, y'), n blocks.
     fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 
+    /// Jacobians as `DaeSystem::jacobian` gives them, dF/dy and dF/dy', and the tangent of F with time, `y` and `y'` held, n blocks.
+    fn jacobian_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], jacobians: (&mut [f64], &mut [f64]), out: &mut [f64]);
+
     /// Tangents of the root functions.
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 

@@ -7,6 +7,7 @@ use hyd_system::{Along, Direction, DirectionError, Place as ValuePlace, Tables};
 
 use super::code::{PARTS, Part, TangentCode};
 use super::rows::Rows;
+use super::sweep::{Sweep, SweepCode};
 use crate::layout::Place;
 use crate::model::Shared;
 use crate::program::{Area, TIME};
@@ -28,6 +29,7 @@ pub(crate) struct TangentMemory {
     /// Block and direction of what is varied, ascending.
     pub(super) seeds: Vec<(u32, u32)>,
     pub(super) rows: ActiveRows,
+    pub(super) sweep: Sweep,
     /// Derivatives of discrete variables before a pass, and before a round of it.
     pub(super) before: Vec<f64>,
     pub(super) last: Vec<f64>,
@@ -44,6 +46,9 @@ pub(super) struct ActiveRows {
     pub(super) for_residual: Rows,
     pub(super) for_roots: Rows,
     pub(super) residual: Rows,
+    /// The same where time and unknowns are held.
+    pub(super) held_assign: Rows,
+    pub(super) held_residual: Rows,
     pub(super) roots: Rows,
     pub(super) instants: Rows,
     pub(super) discrete: Rows,
@@ -69,6 +74,15 @@ impl TangentMemory {
         seeds.sort_unstable();
         let width = directions.len();
         let discrete = shared.lowered.layout.discrete.len() * width;
+        let (rows, active) = active_rows(shared, &code, &seeds);
+        let sweep = SweepCode::new(&shared.lowered, &active, shared.interpret).map(Arc::new);
+        let sweep = Sweep {
+            values: vec![0.0; sweep.as_ref().map_or(0, |code| code.length())],
+            registers: sweep.as_ref().map_or_else(Registers::default, |code| code.engine.registers()),
+            code: sweep,
+            outdated: true,
+            ..Sweep::default()
+        };
         Ok(Self {
             directions: directions.to_vec(),
             width,
@@ -76,7 +90,8 @@ impl TangentMemory {
             sum: vec![0.0; width],
             coefficients: std::array::from_fn(|part| code.stages[part].coefficients.clone()),
             registers: code.engine.registers(),
-            rows: active_rows(shared, &code, &seeds),
+            rows,
+            sweep,
             seeds,
             before: vec![0.0; discrete],
             last: vec![0.0; discrete],
@@ -155,7 +170,8 @@ fn start_place(shared: &Shared, tables: &Tables, variable: u32, element: u32) ->
     shared.lowered.layout.start(v)
 }
 
-fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> ActiveRows {
+/// The rows that directions reach, and the data that they do.
+fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (ActiveRows, Vec<bool>) {
     let (layout, spaces) = (&shared.lowered.layout, code.spaces);
     let mut active = vec![false; spaces.length as usize];
     seeds.iter().for_each(|&(block, _)| active[block as usize] = true);
@@ -175,6 +191,12 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> Act
     for &(_, to) in &shared.initial.values {
         active[to as usize] = true;
     }
+    let data: Vec<bool> = active[..layout.data as usize].to_vec();
+    let mut held = vec![false; active.len()];
+    held[..data.len()].copy_from_slice(&data);
+    held[TIME as usize] = false;
+    let held_assign = rows(Part::Assign).active(&mut held);
+    let held_residual = rows(Part::Residual).filtered(&held);
     let assign = rows(Part::Assign).active(&mut active);
     let residual = rows(Part::Residual).filtered(&active);
     let roots = rows(Part::Roots).filtered(&active);
@@ -183,7 +205,12 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> Act
         rows.mark_read(&mut marked);
         assign.needed(&mut marked)
     };
-    ActiveRows {
+    let held_assign = {
+        let mut marked = vec![false; active.len()];
+        held_residual.mark_read(&mut marked);
+        held_assign.needed(&mut marked)
+    };
+    let rows = ActiveRows {
         for_residual: needed(&residual),
         for_roots: needed(&roots),
         instants: rows(Part::Instants).filtered(&active),
@@ -194,8 +221,11 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> Act
         initial_residual,
         assign,
         residual,
+        held_assign,
+        held_residual,
         roots,
-    }
+    };
+    (rows, data)
 }
 
 /// Which variable each output is, where its start value may be varied: unknowns and discrete variables.

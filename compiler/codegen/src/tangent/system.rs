@@ -21,7 +21,7 @@ impl CompiledSystem {
     }
 
     /// Coefficients of a stage at the values in memory.
-    fn partials(&mut self, tangents: &mut TangentMemory, part: Part, point: Point<'_>) {
+    pub(super) fn partials(&mut self, tangents: &mut TangentMemory, part: Part, point: Point<'_>) {
         let code = tangents.code.clone();
         let mut memory = Memory {
             data: &mut self.memory.data,
@@ -35,7 +35,7 @@ impl CompiledSystem {
     }
 
     /// Assigned variables and their partial derivatives.
-    fn assign_partials(&mut self, tangents: &mut TangentMemory, point: Point<'_>) {
+    pub(super) fn assign_partials(&mut self, tangents: &mut TangentMemory, point: Point<'_>) {
         self.run(self.shared.lowered.simulation.assign, point, &mut [], &mut []);
         self.partials(tangents, Part::Assign, point);
     }
@@ -106,6 +106,7 @@ impl Tangents for CompiledSystem {
         let mut tangents = self.take_tangents();
         self.set_time(t0, true);
         tangents.blocks.fill(0.0);
+        tangents.sweep.outdated = true;
         for k in 0..tangents.seeds.len() {
             let (block, direction) = tangents.seeds[k];
             tangents.blocks[block as usize * tangents.width + direction as usize] = 1.0;
@@ -140,6 +141,7 @@ impl Tangents for CompiledSystem {
 
     fn initial_store_tangent(&mut self, t0: f64, z: &[f64], dz: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
         let mut tangents = self.take_tangents();
+        tangents.sweep.outdated = true;
         self.set_time(t0, true);
         let point = Point { unknown: z, rate: &[] };
         self.run(self.shared.lowered.initial.assign, point, &mut [], &mut []);
@@ -173,6 +175,20 @@ impl Tangents for CompiledSystem {
         tangents.chain(Part::Assign, |rows| &rows.for_residual, false);
         tangents.chain(Part::Residual, |rows| &rows.residual, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false), out);
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn jacobian_tangent(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+        jacobians: (&mut [f64], &mut [f64]),
+        out: &mut [f64],
+    ) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        self.sweep(&mut tangents, Point { unknown: y, rate: yp }, jacobians, out);
         self.memory.tangents = Some(tangents);
     }
 
@@ -211,6 +227,7 @@ impl Tangents for CompiledSystem {
 
     fn before_event_pass(&mut self, phase: EventPhase, t: f64, y: &[f64], yp: &[f64], along: Along<'_>) {
         let mut tangents = self.take_tangents();
+        tangents.sweep.outdated = true;
         self.set_time(t, phase == EventPhase::Initial);
         let shared = self.shared.clone();
         let layout = &shared.lowered.layout;
@@ -247,6 +264,7 @@ impl Tangents for CompiledSystem {
             return false;
         }
         let mut tangents = self.take_tangents();
+        tangents.sweep.outdated = true;
         self.set_time(t, phase == EventPhase::Initial);
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);

@@ -1,0 +1,142 @@
+//! One sweep for a step of sensitivities: both Jacobians, and the derivatives of the residuals by the data that directions reach.
+//!
+//! Where the Jacobian is straight-line code, the derivatives by data join it in one routine, so that common subexpressions are
+//! computed once; what remains is a list of products with the derivatives of the data by the directions, which stay the
+//! same between events.  Only the data that the chosen directions reach have code.
+
+use hyd_symbolic::gradient;
+
+use super::code::Part;
+use super::memory::TangentMemory;
+use crate::engine::Engine;
+use crate::lower::Lowered;
+use crate::lower::plan::JacobianCode;
+use crate::program::{Address, Area, Program, Routine, RoutineId, Store};
+use crate::system::{CompiledSystem, Point};
+
+/// The routine, and what it stores behind dF/dy.
+#[derive(Debug)]
+pub(super) struct SweepCode {
+    pub(super) engine: Engine,
+    routine: RoutineId,
+    state_entries: usize,
+    /// Residual row and position in the data area of each further entry.
+    entries: Vec<(u32, u32)>,
+}
+
+/// `out[to] += factor * entry`
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Product {
+    entry: u32,
+    to: u32,
+    factor: f64,
+}
+
+impl SweepCode {
+    /// Code for the data marked in `active`; none where the Jacobian is no straight-line code or no code can be made.
+    pub(super) fn new(lowered: &Lowered, active: &[bool], interpret: bool) -> Option<Self> {
+        let base = &lowered.program;
+        let JacobianCode::Entries(jacobian) = lowered.simulation.jacobian else { return None };
+        let ([jacobian], [residual]) =
+            (base.routines[jacobian].kernels.as_slice(), base.routines[lowered.simulation.residual].kernels.as_slice())
+        else {
+            return None;
+        };
+        // Both come from one composition, the slots of the residual being the first ones of the Jacobian.
+        if jacobian.count != 1 || residual.count != 1 || !jacobian.slots.starts_with(&residual.slots) {
+            return None;
+        }
+        let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
+        let state_entries = lowered.simulation.state_pattern.entries();
+        let (mut kernel, mut entries) = (jacobian.clone(), Vec::new());
+        for store in &residual.stores {
+            let Address::Fixed { area: Area::Out, index: row, .. } = store.to else { return None };
+            for (slot, derivative) in gradient(&mut program.arena, store.value) {
+                let Address::Fixed { area, index, negated } = kernel.slots[slot.0 as usize] else { return None };
+                let wanted = area == Area::Data && active.get(index as usize).copied().unwrap_or(false);
+                if !wanted || program.arena.is(derivative, 0.0) {
+                    continue;
+                }
+                let value = if negated { program.arena.neg(derivative) } else { derivative };
+                let position = (state_entries + entries.len()) as u32;
+                kernel
+                    .stores
+                    .push(Store { value, to: Address::Fixed { area: Area::Out, index: position, negated: false } });
+                entries.push((row, index));
+            }
+        }
+        let routine = program.routines.push(Routine { name: "sweep", kernels: vec![kernel] });
+        let engine = Engine::new(&program, interpret).ok()?;
+        Some(Self { engine, routine, state_entries, entries })
+    }
+
+    /// Length of the array that the routine writes.
+    pub(super) fn length(&self) -> usize {
+        self.state_entries + self.entries.len()
+    }
+
+    /// The products with the derivatives of the data as they are.
+    fn products(&self, blocks: &[f64], width: usize, products: &mut Vec<Product>) {
+        products.clear();
+        for (entry, &(row, data)) in (0u32..).zip(&self.entries) {
+            let block = &blocks[data as usize * width..(data as usize + 1) * width];
+            let reached = block.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
+            products.extend(reached.map(|(direction, &factor)| {
+                let to = row * width as u32 + direction as u32;
+                Product { entry: self.state_entries as u32 + entry, to, factor }
+            }));
+        }
+    }
+}
+
+/// The sweep of an instance.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sweep {
+    pub(super) code: Option<std::sync::Arc<SweepCode>>,
+    pub(super) values: Vec<f64>,
+    pub(super) registers: crate::vm::Registers,
+    pub(super) products: Vec<Product>,
+    /// Derivatives of data have changed since the products were listed.
+    pub(super) outdated: bool,
+}
+
+impl CompiledSystem {
+    /// Jacobians, and the tangent of the residual with time and unknowns held.
+    pub(super) fn sweep(
+        &mut self,
+        tangents: &mut TangentMemory,
+        point: Point<'_>,
+        (state, rate): (&mut [f64], &mut [f64]),
+        out: &mut [f64],
+    ) {
+        let Some(code) = tangents.sweep.code.clone() else {
+            self.run_jacobian(false, point, state, rate);
+            self.assign_partials(tangents, point);
+            self.partials(tangents, Part::Residual, point);
+            tangents.chain(Part::Assign, |rows| &rows.held_assign, false);
+            tangents.chain(Part::Residual, |rows| &rows.held_residual, false);
+            tangents.get(tangents.code.spaces.start(Area::Out, false), out);
+            return;
+        };
+        if std::mem::take(&mut tangents.sweep.outdated) {
+            let width = tangents.width;
+            code.products(&tangents.blocks, width, &mut tangents.sweep.products);
+        }
+        let Sweep { values, registers, products, .. } = &mut tangents.sweep;
+        let mut memory = crate::memory::Memory {
+            data: &mut self.memory.data,
+            unknown: point.unknown,
+            rate: point.rate,
+            work: &mut self.memory.work,
+            out: values,
+            out2: rate,
+        };
+        code.engine.run(code.routine, &mut memory, registers);
+        state.copy_from_slice(&values[..state.len()]);
+        out.fill(0.0);
+        for product in products.iter() {
+            let entry = values[product.entry as usize];
+            out[product.to as usize] += product.factor * entry;
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! Steps of the sensitivities: the one-step method on linear equations whose coefficients are known along the solution.
+//!
+//! Stage i solves `(F_y + c F_y') S_i = c F_y' P_i - F_p` with `P_i = s_n + h sum_{j<i} a_ij R_j`, `c = 1/(h gamma)` and
+//! `R_i = c (S_i - P_i)`, the tableau being that of [`crate::esdirk`].  The equations are as rough as the model is: where a contact closes
+//! without an event, `s'` jumps although `y'` does not.  Therefore steps are the sensitivities' own, chosen by their own
+//! error, and the method has no past that such a jump would spoil.  The error estimate is the difference of the two results
+//! over differential unknowns, relative to the largest derivative so far, the worst direction counting.
+//!
+//! Directions are handled in tiles, so that one load of a matrix entry serves several: tile by tile, unknown by unknown.
+
+use super::linear::Matrices;
+use super::trail::Trail;
+use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference};
+use crate::linear::{FactorError, LANES, Tile};
+use crate::problem::Problem;
+
+/// Accepted error, in tolerances of the solution: the estimate is too small where the coefficients jump within a step.
+const FORGIVEN: f64 = 0.5;
+/// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
+const MOST_ATTEMPTS: u32 = 10;
+/// Aim below the accepted error.
+const SAFETY: f64 = 0.85;
+/// Growth and shrinking of steps.
+const MOST_GROWTH: f64 = 4.0;
+const LEAST: f64 = 0.15;
+/// Change of the step where an attempt has no value.
+const RETREAT: f64 = 0.1;
+
+/// Derivatives at the newest point, the last step, and the step to try next.
+pub(super) struct Steps {
+    n: usize,
+    /// Number of directions, and of tiles that hold them.
+    count: usize,
+    tiles: usize,
+    t: f64,
+    t_before: f64,
+    h_used: f64,
+    /// Step wanted next (s).
+    h: f64,
+    /// Step by which the last error changes most slowly: attempts rejected since the last success.
+    attempts: u32,
+    /// The last step was the first after a restart.
+    first: bool,
+    tolerance: f64,
+    s: Vec<Tile>,
+    start: Vec<Tile>,
+    rates: [Vec<Tile>; STAGES],
+    base: Vec<Tile>,
+    column: Vec<Tile>,
+    /// Largest derivatives so far, and the least that counts.
+    largest: Vec<Tile>,
+    /// Tangent of F with unknowns held, as the system gives it.
+    forcing: Vec<f64>,
+    y: Vec<f64>,
+    yp: Vec<f64>,
+}
+
+impl Steps {
+    /// Work space for n unknowns and so many directions.
+    pub(super) fn new(n: usize, count: usize) -> Self {
+        let tiles = count.div_ceil(LANES);
+        let tiled = || vec![[0.0; LANES]; tiles * n];
+        Self {
+            n,
+            count,
+            tiles,
+            t: 0.0,
+            t_before: 0.0,
+            h_used: 0.0,
+            h: f64::INFINITY,
+            attempts: 0,
+            first: true,
+            tolerance: 1e-6,
+            s: tiled(),
+            start: tiled(),
+            rates: std::array::from_fn(|_| tiled()),
+            base: tiled(),
+            column: vec![[0.0; LANES]; n],
+            largest: tiled(),
+            forcing: vec![0.0; n * (count + 1)],
+            y: vec![0.0; n],
+            yp: vec![0.0; n],
+        }
+    }
+
+    /// The start of a run: `least` gives the smallest derivative of an unknown by a direction that counts.
+    pub(super) fn begin(&mut self, tolerance: f64, least: impl Fn(usize, usize) -> f64) {
+        self.tolerance = FORGIVEN * tolerance;
+        for tile in 0..self.tiles {
+            for k in 0..self.n {
+                for lane in 0..LANES {
+                    let direction = tile * LANES + lane;
+                    let value = if direction < self.count { least(k, direction) } else { 1.0 };
+                    self.largest[tile * self.n + k][lane] = value;
+                }
+            }
+        }
+    }
+
+    /// Forgets the past: blocks of `width` derivatives and rates hold at `t` (s).
+    pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
+        (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
+        (self.attempts, self.first) = (0, true);
+        load(&mut self.s, self.n, s, width, self.count);
+        load(&mut self.rates[STAGES - 1], self.n, sp, width, self.count);
+        self.measure();
+    }
+
+    /// Time of the newest point (s).
+    pub(super) fn newest(&self) -> f64 {
+        self.t
+    }
+
+    /// True if the next step lies within the trail.
+    pub(super) fn fits(&self, trail: &Trail) -> bool {
+        let rest = trail.end() - self.t;
+        rest > 0.0 && if self.h.is_finite() { self.h <= rest } else { true }
+    }
+
+    /// One step along the trail; false if `attempts` were in vain and the matrix has no solution.
+    pub(super) fn step(
+        &mut self,
+        problem: &mut Problem<'_>,
+        matrices: &mut Matrices,
+        trail: &mut Trail,
+        differential: &[bool],
+    ) -> Result<(), (f64, FactorError)> {
+        self.start.copy_from_slice(&self.s);
+        let (last, first) = {
+            let (head, tail) = self.rates.split_at_mut(STAGES - 1);
+            (&tail[0], &mut head[0])
+        };
+        first.copy_from_slice(last);
+        self.attempts = 0;
+        loop {
+            let rest = trail.end() - self.t;
+            let target = if 1.05 * self.h >= rest { trail.end() } else { self.t + self.h };
+            let h = target - self.t;
+            self.attempts += 1;
+            problem.statistics.sensitivity_steps += 1;
+            let error = match self.stages(problem, matrices, trail, (h, target)) {
+                Ok(()) => self.error(h, differential),
+                Err(error) if self.attempts >= MOST_ATTEMPTS => return Err((target, error)),
+                Err(_) => f64::NAN,
+            };
+            let tiny = h <= 64.0 * f64::EPSILON * self.t.abs();
+            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny)) {
+                let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
+                self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
+                (self.t_before, self.t, self.h_used) = (self.t, target, h);
+                self.first &= self.t_before == self.t;
+                trail.drop_before(target);
+                self.measure();
+                return Ok(());
+            }
+            if self.attempts >= MOST_ATTEMPTS {
+                // No value at any length: the matrix was solvable, the result is not.
+                return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
+            }
+            self.h = h * if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
+        }
+    }
+
+    /// The stages of one attempt.
+    fn stages(
+        &mut self,
+        problem: &mut Problem<'_>,
+        matrices: &mut Matrices,
+        trail: &Trail,
+        (h, target): (f64, f64),
+    ) -> Result<(), FactorError> {
+        let (n, c) = (self.n, (h * GAMMA).recip());
+        for i in 1..STAGES {
+            let t = if i + 1 == STAGES { target } else { self.t + C[i] * h };
+            trail.values(t, &mut self.y, &mut self.yp);
+            matrices.factor_along(problem, (t, c), (&self.y, &self.yp), &mut self.forcing)?;
+            let (done, rest) = self.rates.split_at_mut(i);
+            combine(&mut self.base, &self.start, done, &A[i], h);
+            for tile in 0..self.tiles {
+                let range = tile * n..(tile + 1) * n;
+                let base = &self.base[range.clone()];
+                take_forcing(&mut self.column, &self.forcing, self.count, tile);
+                matrices.add_rate_product(c, base, &mut self.column);
+                matrices.solve_tile(&mut self.column);
+                for ((rate, s), base) in rest[0][range.clone()].iter_mut().zip(&self.column).zip(base) {
+                    for lane in 0..LANES {
+                        rate[lane] = c * (s[lane] - base[lane]);
+                    }
+                }
+                if i + 1 == STAGES {
+                    self.s[range].copy_from_slice(&self.column);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Error of the attempt, in accepted ones.
+    fn error(&self, h: f64, differential: &[bool]) -> f64 {
+        let count = differential.iter().filter(|differential| **differential).count().max(1) as f64;
+        let weights: [f64; STAGES] = std::array::from_fn(|i| h * difference(i));
+        let mut worst = 0.0f64;
+        for tile in 0..self.tiles {
+            let mut sum = [0.0; LANES];
+            for (k, _) in differential.iter().enumerate().filter(|(_, differential)| **differential) {
+                let at = tile * self.n + k;
+                let mut error = [0.0; LANES];
+                for (rates, weight) in self.rates.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
+                    for lane in 0..LANES {
+                        error[lane] += weight * rates[at][lane];
+                    }
+                }
+                for lane in 0..LANES {
+                    let size = self.largest[at][lane].max(self.s[at][lane].abs());
+                    sum[lane] += (error[lane] / size) * (error[lane] / size);
+                }
+            }
+            for sum in sum {
+                // Not a number must not get lost.
+                worst = if sum.is_nan() { sum } else { worst.max(sum) };
+                if worst.is_nan() {
+                    return worst;
+                }
+            }
+        }
+        (worst / count).sqrt() / self.tolerance
+    }
+
+    /// Keeps the largest derivatives.
+    fn measure(&mut self) {
+        for (largest, s) in self.largest.iter_mut().zip(&self.s) {
+            for lane in 0..LANES {
+                largest[lane] = largest[lane].max(s[lane].abs());
+            }
+        }
+    }
+
+    /// Derivatives and rates at a time within the last step, into blocks of `width`.
+    pub(super) fn interpolate(&self, t: f64, differential: &[bool], (s, sp): (&mut [f64], &mut [f64]), width: usize) {
+        let weights: [(f64, f64); STAGES] = if self.h_used > 0.0 && t != self.t {
+            let theta = (t - self.t_before) / self.h_used;
+            std::array::from_fn(|i| dense(i, theta))
+        } else {
+            return self.newest_into((s, sp), width);
+        };
+        let theta = (t - self.t_before) / self.h_used;
+        for tile in 0..self.tiles {
+            for k in 0..self.n {
+                let at = tile * self.n + k;
+                for lane in 0..LANES.min(self.count - tile * LANES) {
+                    let (mut value, mut rate) = (self.start[at][lane], 0.0);
+                    if self.first && !differential[k] {
+                        // Stages start from a rate that an algebraic unknown does not have at a restart.
+                        let (slope, end) = ((self.s[at][lane] - value) / self.h_used, self.rates[STAGES - 1][at][lane]);
+                        let begin = 2.0 * slope - end;
+                        rate = begin + theta * (end - begin);
+                        value += 0.5 * theta * self.h_used * (begin + rate);
+                    } else {
+                        for (rates, (b, slope)) in self.rates.iter().zip(weights) {
+                            value += self.h_used * b * rates[at][lane];
+                            rate += slope * rates[at][lane];
+                        }
+                    }
+                    s[k * width + tile * LANES + lane] = value;
+                    sp[k * width + tile * LANES + lane] = rate;
+                }
+            }
+        }
+    }
+
+    fn newest_into(&self, (s, sp): (&mut [f64], &mut [f64]), width: usize) {
+        for tile in 0..self.tiles {
+            for k in 0..self.n {
+                let (at, first) = (tile * self.n + k, k * width + tile * LANES);
+                let lanes = LANES.min(self.count - tile * LANES);
+                s[first..first + lanes].copy_from_slice(&self.s[at][..lanes]);
+                sp[first..first + lanes].copy_from_slice(&self.rates[STAGES - 1][at][..lanes]);
+            }
+        }
+    }
+}
+
+/// `base := start + h sum a_j R_j`
+fn combine(base: &mut [Tile], start: &[Tile], rates: &[Vec<Tile>], a: &[f64], h: f64) {
+    base.copy_from_slice(start);
+    for (rates, a) in rates.iter().zip(a).filter(|(_, a)| **a != 0.0) {
+        let factor = h * a;
+        for (base, rate) in base.iter_mut().zip(rates) {
+            for lane in 0..LANES {
+                base[lane] += factor * rate[lane];
+            }
+        }
+    }
+}
+
+/// `column := -F_p` of one tile, from blocks with one further direction.
+fn take_forcing(column: &mut [Tile], forcing: &[f64], count: usize, tile: usize) {
+    let first = tile * LANES;
+    let lanes = LANES.min(count - first);
+    for (column, block) in column.iter_mut().zip(forcing.chunks_exact(count + 1)) {
+        *column = [0.0; LANES];
+        for (value, forcing) in column.iter_mut().zip(&block[first..first + lanes]) {
+            *value = -forcing;
+        }
+    }
+}
+
+/// Blocks of `width` to tiles of the first `count` directions.
+fn load(tiles: &mut [Tile], n: usize, blocks: &[f64], width: usize, count: usize) {
+    for (at, target) in tiles.iter_mut().enumerate() {
+        let (tile, k) = (at / n, at % n);
+        for (lane, value) in target.iter_mut().enumerate() {
+            let direction = tile * LANES + lane;
+            *value = if direction < count { blocks[k * width + direction] } else { 0.0 };
+        }
+    }
+}
