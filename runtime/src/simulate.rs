@@ -195,6 +195,7 @@ impl Simulator {
         bound.map_err(|failure| SolveError::evaluation(crate::Stage::Start, t, failure, run.problem))?;
         run.problem.system.nominals(&mut self.weights.nominals);
         let suppress = run.options.suppress_algebraic;
+        self.weights.set_differential(&self.differential);
         self.weights.configure(run.options.tolerance, self.differential.iter().map(|&d| d || !suppress));
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(run.problem);

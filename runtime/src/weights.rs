@@ -13,6 +13,7 @@ pub(crate) struct Weights {
     /// Nominal value of each unknown [unit of y_i].
     pub(crate) nominals: Vec<f64>,
     included: Vec<bool>,
+    differential: Vec<bool>,
     tolerance: f64,
     tested_count: usize,
 }
@@ -25,6 +26,7 @@ impl Weights {
             tested: vec![1.0; n],
             nominals: vec![1.0; n],
             included: vec![true; n],
+            differential: vec![true; n],
             tolerance: 1e-6,
             tested_count: n,
         }
@@ -37,7 +39,6 @@ impl Weights {
         for (slot, value) in self.included.iter_mut().zip(included) {
             *slot = value;
         }
-        self.tested_count = self.included.iter().filter(|&&i| i).count();
         for nominal in &mut self.nominals {
             *nominal = nominal.abs();
             if !(*nominal > 0.0 && nominal.is_finite()) {
@@ -51,8 +52,25 @@ impl Weights {
         self.tolerance
     }
 
+    /// Which unknowns occur with their derivatives.
+    pub(crate) fn set_differential(&mut self, differential: &[bool]) {
+        self.differential.copy_from_slice(differential);
+    }
+
+    /// Leaves algebraic unknowns out of the error test until the next update.  They follow from the others, and where they amplify
+    /// them, or jump, no smaller step makes their corrections small.
+    pub(crate) fn forgive_algebraic(&mut self) {
+        let kept = self.included.iter().zip(&self.differential).filter(|&(&included, &own)| included && own).count();
+        if kept > 0 {
+            let algebraic = self.tested.iter_mut().zip(&self.differential).filter(|(_, differential)| !**differential);
+            algebraic.for_each(|(weight, _)| *weight = 0.0);
+            self.tested_count = kept;
+        }
+    }
+
     /// Recomputes the weights at `y`.
     pub(crate) fn update(&mut self, y: &[f64]) {
+        self.tested_count = self.included.iter().filter(|&&included| included).count();
         for (k, value) in y.iter().enumerate() {
             let weight = 1.0 / (self.tolerance * (value.abs() + self.nominals[k]));
             self.all[k] = weight;

@@ -93,12 +93,19 @@ pub(super) struct Selection {
     /// The growing phase after a restart is over.
     settled: bool,
     steps_since_restart: u64,
+    /// Steps for which the step size must not grow: after a failure at order 1 as many as a higher order needs to be judged.
+    hold: usize,
 }
 
 impl Selection {
     /// After a past has been taken over: no growing phase.
     pub(super) fn resumed() -> Self {
-        Self { settled: true, steps_since_restart: 0 }
+        Self { settled: true, steps_since_restart: 0, hold: 0 }
+    }
+
+    /// After a failure at the lowest order: sizes that failed are not tried again at once.
+    pub(super) fn hold(&mut self, order: usize) {
+        self.hold = order + 3;
     }
 
     /// Sets order and size of the next step after an accepted one.  Call before the history takes the correction;
@@ -128,7 +135,10 @@ impl Selection {
         let (order, error) = Self::order(history, estimates, correction, weights, max_order, raised);
         history.order = order.min(max_order);
         let ratio = step_ratio(error, order);
-        if ratio >= 2.0 {
+        self.hold = self.hold.saturating_sub(1);
+        if ratio >= 2.0 && self.hold > 0 {
+            // A formula of low order may pass with this step and fail with twice the step, again and again.
+        } else if ratio >= 2.0 {
             history.h = (2.0 * history.h).min(max_step);
         } else if ratio <= 1.0 {
             history.h *= ratio.clamp(0.5, 0.9);

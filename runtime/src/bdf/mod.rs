@@ -205,6 +205,11 @@ impl Bdf {
                 self.history.retreat(start);
                 let factor = estimates.shrink(&mut self.history, error_failures);
                 self.history.resize(factor);
+                if order == 1 {
+                    // No lower order is left: where algebraic unknowns amplify the states, steps would stay tiny for good.
+                    self.selection.hold(self.history.order);
+                    weights.forgive_algebraic();
+                }
                 if self.history.h <= self.smallest_step(start) {
                     return Err(self.failure(StepFault::Error, (target, h, order), weights));
                 }
