@@ -66,8 +66,9 @@ pub struct Simulator {
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
     states: Vec<bool>,
-    /// Present in runs that ask for sensitivities, and kept for the next one.
+    /// Present in runs that ask for sensitivities, and kept for the next one that does.
     sensitivity: Option<Box<Sensitivity>>,
+    kept: Option<Box<Sensitivity>>,
     statistics: Statistics,
 }
 
@@ -125,6 +126,7 @@ impl Simulator {
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
             sensitivity: None,
+            kept: None,
             statistics: Statistics::default(),
         }
     }
@@ -154,10 +156,11 @@ impl Simulator {
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, SolveError> {
         options.check()?;
-        self.sensitivity = match options.sensitivity.as_slice() {
-            [] => None,
-            names => Some(Sensitivity::prepare(self.sensitivity.take(), system, names)?),
-        };
+        let kept = self.sensitivity.take().or(self.kept.take());
+        match options.sensitivity.as_slice() {
+            [] => self.kept = kept,
+            names => self.sensitivity = Some(Sensitivity::prepare(kept, system, names)?),
+        }
         let mut delays = std::mem::take(&mut self.delays);
         delays.restart(options.tolerance);
         let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
@@ -260,7 +263,7 @@ impl Simulator {
         let structure = run.problem.system.structure();
         self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
         if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.restart(t, &self.point.y, &self.point.yp);
+            sensitivity.restart(run.problem, t, &self.point.y, &self.point.yp);
         }
         self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
     }

@@ -8,8 +8,12 @@
 use hyd_system::{DaeSystem, Pattern, Structure};
 
 use super::tangents;
+use super::trail::Trail;
 use crate::linear::{FactorError, LANES, LinearSolver, MergedPattern, Tile};
 use crate::problem::Problem;
+
+/// Change of an entry of a Jacobian that counts as a jump, as a part of it.
+const JUMP: f64 = 1e-4;
 
 /// A matrix with its factors and one column of work space.
 pub(super) struct Matrices {
@@ -21,6 +25,9 @@ pub(super) struct Matrices {
     rate_values: Vec<f64>,
     values: Vec<f64>,
     column: Vec<f64>,
+    y: Vec<f64>,
+    yp: Vec<f64>,
+    before: Vec<f64>,
     initial_solver: LinearSolver,
     initial_values: Vec<f64>,
     initial_column: Vec<f64>,
@@ -40,6 +47,9 @@ impl Matrices {
             state_pattern: structure.state_pattern.clone(),
             rate_pattern: structure.rate_pattern.clone(),
             column: vec![0.0; structure.unknowns],
+            y: vec![0.0; structure.unknowns],
+            yp: vec![0.0; structure.unknowns],
+            before: Vec::new(),
             initial_solver: LinearSolver::new(&initial.pattern),
             initial_values: vec![0.0; initial.pattern.entries()],
             initial_column: vec![0.0; initial.unknowns],
@@ -63,6 +73,47 @@ impl Matrices {
         tangents(&mut problem.system).jacobian_tangent(t, y, yp, (state, rate), forcing);
         self.merged.combine(&self.state_values, &self.rate_values, c, &mut self.values);
         self.solver.factor(&mut self.values)
+    }
+
+    /// True if the Jacobians on both sides of a break differ by more than rounding and smooth change explain.
+    pub(super) fn jump_between(&mut self, problem: &mut Problem<'_>, trail: &Trail, (a, b): (f64, f64)) -> bool {
+        trail.values(a, &mut self.y, &mut self.yp);
+        problem.system.jacobian(a, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
+        self.before.clear();
+        self.before.extend(self.state_values.iter().chain(&self.rate_values));
+        trail.values(b, &mut self.y, &mut self.yp);
+        problem.system.jacobian(b, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
+        let after = self.state_values.iter().chain(&self.rate_values);
+        self.before.iter().zip(after).any(|(a, b)| (a - b).abs() > JUMP * a.abs().max(b.abs()))
+    }
+
+    /// Factors the matrix of the consistency solve at a point, and gives the tangent of F with the unknowns held.
+    pub(super) fn select_along(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        (y, yp): (&[f64], &[f64]),
+        differential: &[bool],
+        forcing: &mut [f64],
+    ) -> Result<(), FactorError> {
+        let (state, rate) = (&mut self.state_values, &mut self.rate_values);
+        tangents(&mut problem.system).jacobian_tangent(t, y, yp, (state, rate), forcing);
+        let parts = (&self.state_pattern, &self.rate_pattern);
+        self.merged.select(parts, &self.state_values, &self.rate_values, differential, &mut self.values);
+        self.solver.factor(&mut self.values)
+    }
+
+    /// `column -= dF/dy s` over differential unknowns with the last matrix.
+    pub(super) fn subtract_state_product(&self, s: &[Tile], differential: &[bool], column: &mut [Tile]) {
+        for (j, s) in s.iter().enumerate().filter(|(j, _)| differential[*j]) {
+            for entry in self.state_pattern.column(j) {
+                let factor = self.state_values[entry];
+                let target = &mut column[self.state_pattern.row_indices[entry] as usize];
+                for lane in 0..LANES {
+                    target[lane] -= factor * s[lane];
+                }
+            }
+        }
     }
 
     /// `column += c dF/dy' base` with the last matrix.

@@ -8,6 +8,7 @@
 //! Vectors hold blocks of `width` derivatives per unknown: one per parameter, and one last for the derivative with
 //! respect to time, which serves at events.  Within steps there is no such last one, and the order is another.
 
+mod breaks;
 mod event;
 mod linear;
 mod steps;
@@ -25,6 +26,7 @@ use crate::initial::consistent::Inconsistent;
 use crate::linear::FactorError;
 use crate::newton::NewtonFailure;
 use crate::problem::Problem;
+use breaks::Breaks;
 use linear::Matrices;
 use steps::Steps;
 use tables::ExtendedTables;
@@ -50,6 +52,7 @@ pub(crate) struct Sensitivity {
     matrices: Matrices,
     steps: Steps,
     trail: Trail,
+    breaks: Breaks,
     waiting: Waiting,
     /// Derivatives of y and y' at the current point.
     s: Vec<f64>,
@@ -134,6 +137,7 @@ impl Sensitivity {
             matrices: Matrices::new(structure),
             steps: Steps::new(n, width - 1),
             trail: Trail::new(n),
+            breaks: Breaks::new(n),
             waiting: Waiting::default(),
             s: block(),
             sp: block(),
@@ -247,7 +251,8 @@ impl Sensitivity {
     }
 
     /// Forgets the past: the current derivatives are those at the point.
-    pub(crate) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+    pub(crate) fn restart(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) {
+        self.breaks.restart(problem, t, y, yp);
         self.steps.restart(t, &self.s, &self.sp, self.width);
         self.trail.restart(t, y, yp);
     }
@@ -260,7 +265,8 @@ impl Sensitivity {
         (y, yp): (&[f64], &[f64]),
     ) -> Result<(), SolveError> {
         self.trail.push(t, y, yp, &self.differential);
-        while self.trail.is_full() || self.steps.fits(&self.trail) {
+        self.breaks.look(problem, &mut self.matrices, &self.trail, (t, y, yp));
+        while self.trail.is_full() || self.steps.fits(&self.trail, &self.breaks) {
             self.step(problem)?;
         }
         Ok(())
@@ -277,7 +283,10 @@ impl Sensitivity {
 
     /// One step along the trail.
     fn step(&mut self, problem: &mut Problem<'_>) -> Result<(), SolveError> {
-        let done = self.steps.step(problem, &mut self.matrices, &mut self.trail, &self.differential);
+        let along = (&mut self.trail, &mut self.breaks);
+        self.steps.cross(problem, &mut self.matrices, along, &self.differential);
+        let along = (&mut self.trail, &mut self.breaks);
+        let done = self.steps.step(problem, &mut self.matrices, along, &self.differential);
         if let Err((t, error)) = done {
             let n = self.differential.len();
             let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);

@@ -2,20 +2,22 @@
 //!
 //! Stage i solves `(F_y + c F_y') S_i = c F_y' P_i - F_p` with `P_i = s_n + h sum_{j<i} a_ij R_j`, `c = 1/(h gamma)` and
 //! `R_i = c (S_i - P_i)`, the tableau being that of [`crate::esdirk`].  The equations are as rough as the model is: where a contact closes
-//! without an event, `s'` jumps although `y'` does not.  Therefore steps are the sensitivities' own, chosen by their own
-//! error, and the method has no past that such a jump would spoil.  The error estimate is the difference of the two results
+//! without an event, `s'` jumps although `y'` does not.  Steps end before such a [break](super::breaks) and begin anew behind it; they
+//! are the sensitivities' own, chosen by their own error, and the method has no past that a jump would spoil.  The error estimate is the difference of the two results
 //! over differential unknowns, relative to the largest derivative so far, the worst direction counting.
 //!
 //! Directions are handled in tiles, so that one load of a matrix entry serves several: tile by tile, unknown by unknown.
 
+use super::breaks::Breaks;
 use super::linear::Matrices;
 use super::trail::Trail;
 use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference};
 use crate::linear::{FactorError, LANES, Tile};
 use crate::problem::Problem;
 
-/// Accepted error, in tolerances of the solution: the estimate is too small where the coefficients jump within a step.
-const FORGIVEN: f64 = 0.5;
+/// Accepted error, in tolerances of the solution: smaller ones change no derivative of a drive by more than the solution's own error
+/// does, because errors of the solution at contacts grow in its derivatives (measured at 1e-6 to 1e-10).
+const FORGIVEN: f64 = 10.0;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
 /// Aim below the accepted error.
@@ -37,9 +39,10 @@ pub(super) struct Steps {
     h_used: f64,
     /// Step wanted next (s).
     h: f64,
-    /// Step by which the last error changes most slowly: attempts rejected since the last success.
+    /// Attempts at the step in hand.
     attempts: u32,
-    /// The last step was the first after a restart.
+    /// The next step is the first after a restart or a break, and the last one was.
+    fresh: bool,
     first: bool,
     tolerance: f64,
     s: Vec<Tile>,
@@ -69,6 +72,7 @@ impl Steps {
             h_used: 0.0,
             h: f64::INFINITY,
             attempts: 0,
+            fresh: true,
             first: true,
             tolerance: 1e-6,
             s: tiled(),
@@ -100,7 +104,7 @@ impl Steps {
     /// Forgets the past: blocks of `width` derivatives and rates hold at `t` (s).
     pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
         (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
-        (self.attempts, self.first) = (0, true);
+        (self.attempts, self.fresh) = (0, true);
         load(&mut self.s, self.n, s, width, self.count);
         load(&mut self.rates[STAGES - 1], self.n, sp, width, self.count);
         self.measure();
@@ -111,20 +115,58 @@ impl Steps {
         self.t
     }
 
-    /// True if the next step lies within the trail.
-    pub(super) fn fits(&self, trail: &Trail) -> bool {
+    /// True if the next step lies within the trail, or a break cuts it short.
+    pub(super) fn fits(&self, trail: &Trail, breaks: &Breaks) -> bool {
         let rest = trail.end() - self.t;
-        rest > 0.0 && if self.h.is_finite() { self.h <= rest } else { true }
+        rest > 0.0 && (!self.h.is_finite() || self.h <= rest || breaks.next().is_some())
     }
 
-    /// One step along the trail; false if `attempts` were in vain and the matrix has no solution.
+    /// Goes over a break, if the newest point stands before one: rates begin anew behind it.
+    pub(super) fn cross(
+        &mut self,
+        problem: &mut Problem<'_>,
+        matrices: &mut Matrices,
+        (trail, breaks): (&mut Trail, &mut Breaks),
+        differential: &[bool],
+    ) {
+        let Some((_, behind)) = breaks.next().filter(|(before, _)| *before <= self.t) else { return };
+        breaks.pass();
+        let t = behind.max(self.t);
+        trail.values(t, &mut self.y, &mut self.yp);
+        let point = (self.y.as_slice(), self.yp.as_slice());
+        if matrices.select_along(problem, t, point, differential, &mut self.forcing).is_err() {
+            // The step that follows has the same trouble, and says so.
+            return;
+        }
+        for tile in 0..self.tiles {
+            let range = tile * self.n..(tile + 1) * self.n;
+            take_forcing(&mut self.column, &self.forcing, self.count, tile);
+            matrices.subtract_state_product(&self.s[range.clone()], differential, &mut self.column);
+            matrices.solve_tile(&mut self.column);
+            let blocks = self.s[range.clone()].iter_mut().zip(&mut self.rates[STAGES - 1][range]);
+            for (((s, rate), solution), &differential) in blocks.zip(&self.column).zip(differential) {
+                *if differential { rate } else { s } = *solution;
+            }
+        }
+        (self.t, self.t_before, self.h_used) = (t, t, 0.0);
+        self.fresh = true;
+        trail.drop_before(t);
+    }
+
+    /// One step along the trail, at most to the next break; the error says at which time the matrix has no solution.
     pub(super) fn step(
         &mut self,
         problem: &mut Problem<'_>,
         matrices: &mut Matrices,
-        trail: &mut Trail,
+        (trail, breaks): (&mut Trail, &mut Breaks),
         differential: &[bool],
     ) -> Result<(), (f64, FactorError)> {
+        let limit = breaks.next().map_or(trail.end(), |(before, _)| before.min(trail.end()));
+        if limit <= self.t {
+            // The next break is at hand, or the last one led to the end.
+            return Ok(());
+        }
+        let wanted = self.h;
         self.start.copy_from_slice(&self.s);
         let (last, first) = {
             let (head, tail) = self.rates.split_at_mut(STAGES - 1);
@@ -133,8 +175,7 @@ impl Steps {
         first.copy_from_slice(last);
         self.attempts = 0;
         loop {
-            let rest = trail.end() - self.t;
-            let target = if 1.05 * self.h >= rest { trail.end() } else { self.t + self.h };
+            let target = if 1.05 * self.h >= limit - self.t { limit } else { self.t + self.h };
             let h = target - self.t;
             self.attempts += 1;
             problem.statistics.sensitivity_steps += 1;
@@ -147,8 +188,12 @@ impl Steps {
             if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny)) {
                 let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
                 self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
+                if self.attempts == 1 && wanted.is_finite() && target == limit {
+                    // What was cut short says little about the next one.
+                    self.h = self.h.max(wanted);
+                }
                 (self.t_before, self.t, self.h_used) = (self.t, target, h);
-                self.first &= self.t_before == self.t;
+                self.first = std::mem::take(&mut self.fresh);
                 trail.drop_before(target);
                 self.measure();
                 return Ok(());

@@ -69,6 +69,14 @@ pub trait Tangents {
     /// Jacobians as `DaeSystem::jacobian` gives them, dF/dy and dF/dy', and the tangent of F with time, `y` and `y'` held, n blocks.
     fn jacobian_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], jacobians: (&mut [f64], &mut [f64]), out: &mut [f64]);
 
+    /// Number of branches without an event among the Jacobians.
+    fn branches(&self) -> usize {
+        0
+    }
+
+    /// The quantities whose sign decides these branches, such as `a - b` of `noEvent(a < b)`.
+    fn branch_values(&mut self, _t: f64, _y: &[f64], _yp: &[f64], _out: &mut [f64]) {}
+
     /// Tangents of the root functions.
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 

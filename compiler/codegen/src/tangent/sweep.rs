@@ -4,14 +4,14 @@
 //! computed once; what remains is a list of products with the derivatives of the data by the directions, which stay the
 //! same between events.  Only the data that the chosen directions reach have code.
 
-use hyd_symbolic::gradient;
+use hyd_symbolic::{Arena, Function, Node, NodeId, gradient, post_order};
 
 use super::code::Part;
 use super::memory::TangentMemory;
 use crate::engine::Engine;
 use crate::lower::Lowered;
 use crate::lower::plan::JacobianCode;
-use crate::program::{Address, Area, Program, Routine, RoutineId, Store};
+use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
 use crate::system::{CompiledSystem, Point};
 
 /// The routine, and what it stores behind dF/dy.
@@ -20,6 +20,9 @@ pub(super) struct SweepCode {
     pub(super) engine: Engine,
     routine: RoutineId,
     state_entries: usize,
+    /// The arguments of branches without an event, to `Out`.
+    branches: RoutineId,
+    pub(super) branch_count: usize,
     /// Residual row and position in the data area of each further entry.
     entries: Vec<(u32, u32)>,
 }
@@ -65,9 +68,16 @@ impl SweepCode {
                 entries.push((row, index));
             }
         }
+        let arguments = branch_arguments(&mut program.arena, &kernel.stores);
+        let branch_count = arguments.len();
+        let stores = (0u32..)
+            .zip(arguments)
+            .map(|(index, value)| Store { value, to: Address::Fixed { area: Area::Out, index, negated: false } });
+        let arguments = Kernel { count: 1, slots: kernel.slots.clone(), stores: stores.collect() };
         let routine = program.routines.push(Routine { name: "sweep", kernels: vec![kernel] });
+        let branches = program.routines.push(Routine { name: "branches", kernels: vec![arguments] });
         let engine = Engine::new(&program, interpret).ok()?;
-        Some(Self { engine, routine, state_entries, entries })
+        Some(Self { engine, routine, state_entries, branches, branch_count, entries })
     }
 
     /// Length of the array that the routine writes.
@@ -89,6 +99,24 @@ impl SweepCode {
     }
 }
 
+/// What decides the branches among the stored values: differences of compared quantities, arguments of `sign`.
+fn branch_arguments(arena: &mut Arena, stores: &[Store]) -> Vec<NodeId> {
+    let roots: Vec<NodeId> = stores.iter().map(|store| store.value).collect();
+    let mut list: Vec<NodeId> = Vec::new();
+    for node in post_order(arena, &roots) {
+        let argument = match arena.node(node) {
+            Node::Compare(_, a, b) => arena.sub(a, b),
+            Node::Call1(Function::Sign, a) => a,
+            _ => continue,
+        };
+        let negative = arena.neg(argument);
+        if arena.as_constant(argument).is_none() && !list.contains(&argument) && !list.contains(&negative) {
+            list.push(argument);
+        }
+    }
+    list
+}
+
 /// The sweep of an instance.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sweep {
@@ -101,6 +129,20 @@ pub(super) struct Sweep {
 }
 
 impl CompiledSystem {
+    /// Arguments of the branches among the Jacobians.
+    pub(super) fn branch_arguments(&mut self, tangents: &mut TangentMemory, point: Point<'_>, out: &mut [f64]) {
+        let Some(code) = tangents.sweep.code.clone() else { return };
+        let mut memory = crate::memory::Memory {
+            data: &mut self.memory.data,
+            unknown: point.unknown,
+            rate: point.rate,
+            work: &mut self.memory.work,
+            out,
+            out2: &mut [],
+        };
+        code.engine.run(code.branches, &mut memory, &mut tangents.sweep.registers);
+    }
+
     /// Jacobians, and the tangent of the residual with time and unknowns held.
     pub(super) fn sweep(
         &mut self,

@@ -192,6 +192,18 @@ impl Tangents for CompiledSystem {
         self.memory.tangents = Some(tangents);
     }
 
+    fn branches(&self) -> usize {
+        let sweep = self.memory.tangents.as_ref().and_then(|tangents| tangents.sweep.code.as_ref());
+        sweep.map_or(0, |code| code.branch_count)
+    }
+
+    fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        self.branch_arguments(&mut tangents, Point { unknown: y, rate: yp }, out);
+        self.memory.tangents = Some(tangents);
+    }
+
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
         self.set_time(t, false);
