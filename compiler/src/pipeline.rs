@@ -196,6 +196,10 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
             debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
             let flat = hyd_flat::flatten_with(&mut tree, terms);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
+            if !tree.table.diagnostics.iter().any(|d| d.severity == Severity::Error) {
+                // What follows a mistake may only seem unused.
+                tree.table.advise(&classes);
+            }
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
             result.set_at_translation = used;

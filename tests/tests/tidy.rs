@@ -195,6 +195,20 @@ fn texts_speak_of_the_product_alone() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
+/// A code without a case is a message that nobody has read.
+#[test]
+fn every_code_has_a_case() {
+    let mut cases = String::new();
+    for path in ["rs", "hyd", "mo", "snap", "md"].iter().flat_map(|extension| files(extension)) {
+        let name = shown(&path);
+        if name.contains("tests/") || name.starts_with("docs/") {
+            cases += &read(&path);
+        }
+    }
+    let open: Vec<&str> = hyd_compiler::Code::ALL.iter().map(|c| c.number()).filter(|c| !cases.contains(c)).collect();
+    assert!(open.is_empty(), "codes without a case in the tests: {}", open.join(", "));
+}
+
 /// A method of the contract with a body of its own would be answered by that body, not by the system behind the wrapper.
 #[test]
 fn the_wrapper_of_delays_passes_every_call_on() {

@@ -368,3 +368,17 @@ fn a_slope_without_value_is_found_in_the_jacobian() {
         assert_eq!(failure.reason, "in its derivative: division by zero");
     }
 }
+
+/// E0501: an inconsistent system gives a message, not a panic.
+#[test]
+fn a_reset_of_what_is_no_state_makes_no_code() {
+    for options in forms() {
+        let mut m = Maker::new();
+        let y = m.scalar("y", Role::Algebraic);
+        m.assign(y, 0, "y = time", |e| e.time());
+        m.reinit(y, |e| e.c(0.0));
+        let said = m.try_compile(&options).map(|_| ()).unwrap_err();
+        assert_eq!(said.code.number(), "E0501");
+        assert_eq!(said.message, "no code could be made for `Test`: `reinit` of what is not a state");
+    }
+}

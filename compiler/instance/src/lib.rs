@@ -5,6 +5,7 @@
 //! translation.  Rules are those of the Modelica specification 3.6, chapters 4, 5 and 7.  Connections are not looked at here
 //! and nothing is expanded: an array of components is one instance.
 
+mod advice;
 mod array;
 mod build;
 mod builtin;

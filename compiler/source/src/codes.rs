@@ -1,5 +1,5 @@
 //! The table of error codes, by stage: `E01xx` syntax, `E02xx` names and types, `E03xx` units and connections,
-//! `E04xx` structure, `E05xx` lowering and code.  Each code has one paragraph that `hyd explain` prints.
+//! `E04xx` structure, `E05xx` lowering and code, `W` warnings, `N` notes.  Each code has one paragraph that `hyd explain` prints.
 
 use std::fmt;
 
@@ -101,7 +101,9 @@ codes! {
     Run = "E0601", "the run failed",
         "The model was translated, but the solver could not go on: an equation has no finite value, the equations have no solution or do not determine all unknowns, the step size collapsed, or an assertion does not hold. The message names time, equation and variable, and the last good values. The exit code is 3 (1 for an assertion of the model's own).";
     Unused = "W0201", "unused",
-        "Something is declared and never used.";
+        "An import, a protected element or a variable inside a function is declared and never used, or assigned and never read. Public elements, inputs of functions and loop variables are not looked at, libraries neither. Remove it, or use it where it was meant.";
+    Hidden = "W0202", "a name hides another",
+        "A loop variable or a component has the name of a component, an import or an outer constant, which cannot be reached by its name from there on. That is legal, but readers may take one for the other: rename one of them.";
     Chosen = "N0401", "a choice was made",
         "The text leaves something open, and the tool chose as Modelica tools do. The message says what.";
 }

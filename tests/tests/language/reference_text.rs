@@ -1,7 +1,7 @@
 //! The examples of `docs/language.md`: every block of the language is translated and run, or gives the error it names.
 //!
 //! A block opens with ```` ```modelica ````, then nothing (runs without errors), `error E0201` (this code must be among its
-//! errors, and no other) or `fragment` (not looked at; only for grammar that is no text of its own).  Comments such as
+//! errors, and no other), `warning W0201` likewise or `fragment` (not looked at; only for grammar that is no text of its own).  Comments such as
 //! `// expect: x @ 1 = 2` work as in the cases.
 
 use std::path::Path;
@@ -18,14 +18,15 @@ fn examples_of_the_reference() {
     let mut report = String::new();
     let mut count = 0;
     for (line, kind, block) in blocks(&text) {
-        let found = match kind.strip_prefix("error ") {
-            Some(code) => wrong_errors(&block, code.trim()),
-            None if kind.is_empty() => {
+        let found = match kind.split_once(' ') {
+            Some(("error", code)) => wrong_messages(&block, Severity::Error, code.trim()),
+            Some(("warning", code)) => wrong_messages(&block, Severity::Warning, code.trim()),
+            _ if kind.is_empty() => {
                 let mut expected = Expected::default();
                 expected.read("example.hyd", &format!("{block}\n// ok"));
                 check(Path::new("example.hyd"), &block, &expected)
             }
-            None => vec![format!("`{kind}` is no kind of block")],
+            _ => vec![format!("`{kind}` is no kind of block")],
         };
         count += 1;
         if !found.is_empty() {
@@ -56,14 +57,14 @@ fn blocks(text: &str) -> Vec<(usize, String, String)> {
     blocks
 }
 
-fn wrong_errors(text: &str, code: &str) -> Vec<String> {
+fn wrong_messages(text: &str, least: Severity, code: &str) -> Vec<String> {
     let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
     let compilation = compile(&mut LibraryPath::new(), "example.hyd", text, &options);
-    let errors: Vec<_> = compilation.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    let errors: Vec<_> = compilation.diagnostics.iter().filter(|d| d.severity >= least).collect();
     let mut report: Vec<String> =
         errors.iter().filter(|d| d.code.number() != code).map(|d| format!("{}: {}", d.code, d.message)).collect();
     if errors.is_empty() {
-        report.push(format!("no error, {code} is expected"));
+        report.push(format!("no message, {code} is expected"));
     }
     report
 }
@@ -75,6 +76,6 @@ fn blocks_are_found() {
     assert_eq!(found.len(), 2);
     assert_eq!(found[0], (2, String::new(), "model M end M;\n".to_string()));
     assert_eq!(found[1].1, "error E0101");
-    assert!(wrong_errors("model", "E0101").is_empty());
-    assert_eq!(wrong_errors("model M end M;", "E0101").len(), 1);
+    assert!(wrong_messages("model", Severity::Error, "E0101").is_empty());
+    assert_eq!(wrong_messages("model M end M;", Severity::Error, "E0101").len(), 1);
 }

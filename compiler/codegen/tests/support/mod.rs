@@ -280,11 +280,16 @@ impl Maker {
 
     /// Compiles what was made.
     pub fn compile(&mut self, options: &Options) -> CompiledSystem {
+        self.try_compile(options).unwrap()
+    }
+
+    /// Compiles what was made, or says why that cannot be.
+    pub fn try_compile(&mut self, options: &Options) -> Result<CompiledSystem, hyd_source::Diagnostic> {
         let files = self.files();
         let simulation = derivatives(&mut self.sorted, false);
         let initial = derivatives(&mut self.sorted, true);
         let jacobians = Jacobians { simulation: &simulation, initial: &initial };
-        generate(&self.sorted, jacobians, &files, options).unwrap().instantiate()
+        generate(&self.sorted, jacobians, &files, options).map(|model| model.instantiate())
     }
 
     fn files(&self) -> Files {

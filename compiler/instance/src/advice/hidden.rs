@@ -1,0 +1,202 @@
+//! Names that hide others: loop variables and components with the name of a component, import or constant around them.
+//!
+//! Hiding is legal Modelica (sections 5.3 and 11.2.2); it is reported because the reader of the inner text easily takes the
+//! name for the outer one.  Classes that hide classes are usual in libraries and not reported.
+
+use std::sync::Arc;
+
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::{
+    Arguments, ClassBody, ClassDef, Element, Equation, EquationKind, Expr, ExprKind, Import, ImportKind, Iterator,
+    Name, Statement, StatementKind, Variability,
+};
+use rustc_hash::FxHashMap;
+
+use crate::class::{elements, nested_classes};
+
+/// A name that can be hidden: what it is, and where it is declared.
+type Outer = FxHashMap<Name, (&'static str, Span)>;
+
+/// The warnings about the classes of a text.
+pub fn hidden(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {
+    let mut search = Search::default();
+    for def in classes {
+        search.class(def, &Outer::default());
+    }
+    search.found
+}
+
+#[derive(Default)]
+struct Search {
+    found: Vec<Diagnostic>,
+    /// Components of the class whose text is looked at.
+    components: Outer,
+    /// Loop variables around the place looked at.
+    loops: Vec<(Name, Span)>,
+}
+
+impl Search {
+    fn class(&mut self, def: &ClassDef, around: &Outer) {
+        let mut visible = if def.encapsulated { Outer::default() } else { around.clone() };
+        for element in elements(def) {
+            if let Element::Import(import) = element {
+                visible.extend(imported(import).map(|(name, span)| (name, ("import", span))));
+            }
+        }
+        let mut components = Outer::default();
+        for element in elements(def) {
+            let Element::Component(component) = element else { continue };
+            let (name, span) = (&component.name.name, component.name.span);
+            if let Some((what, declared)) = visible.get(name).copied() {
+                self.warn(format!("`{name}` hides the {what} `{name}`"), span, declared);
+            }
+            components.insert(name.clone(), ("component", span));
+        }
+        let mut inner = visible.clone();
+        for element in elements(def) {
+            if let Element::Component(component) = element
+                && component.variability == Variability::Constant
+            {
+                inner.insert(component.name.name.clone(), ("constant", component.name.span));
+            }
+        }
+        self.components = visible;
+        self.components.extend(components);
+        self.body(def);
+        for nested in nested_classes(def) {
+            self.class(&nested.class, &inner);
+        }
+    }
+
+    fn body(&mut self, def: &ClassDef) {
+        let ClassBody::Long { elements, equations, algorithms, .. } = &def.body else { return };
+        for element in elements {
+            if let Element::Component(component) = element {
+                component.modification.binding.iter().for_each(|e| self.expr(e));
+            }
+        }
+        equations.iter().flat_map(|section| &section.equations).for_each(|e| self.equation(e));
+        self.statements(algorithms.iter().flat_map(|section| &section.statements));
+    }
+
+    /// Loop variables become visible for `inside`.
+    fn with(&mut self, iterators: &[Iterator], inside: impl FnOnce(&mut Self)) {
+        let mark = self.loops.len();
+        for iterator in iterators {
+            iterator.range.iter().for_each(|e| self.expr(e));
+            let (name, span) = (&iterator.name.name, iterator.name.span);
+            let outer = self.loops.iter().rev().find(|(n, _)| n == name).map(|(_, span)| ("loop variable", *span));
+            if let Some((what, declared)) = outer.or_else(|| self.components.get(name).copied()) {
+                self.warn(format!("the loop variable `{name}` hides the {what} `{name}`"), span, declared);
+            }
+            self.loops.push((name.clone(), span));
+        }
+        inside(self);
+        self.loops.truncate(mark);
+    }
+
+    fn warn(&mut self, message: String, span: Span, declared: Span) {
+        let warning = Diagnostic::warning(Code::Hidden, message);
+        self.found.push(warning.at(span, "this one is meant from here on").with(declared, "declared here"));
+    }
+
+    fn equation(&mut self, equation: &Equation) {
+        match &equation.kind {
+            EquationKind::Equal(a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            EquationKind::For(iterators, body) => {
+                self.with(iterators, |search| body.iter().for_each(|e| search.equation(e)));
+            }
+            EquationKind::If(branches) => {
+                for (condition, body) in branches {
+                    condition.iter().for_each(|e| self.expr(e));
+                    body.iter().for_each(|e| self.equation(e));
+                }
+            }
+            EquationKind::When(branches) => {
+                for (condition, body) in branches {
+                    self.expr(condition);
+                    body.iter().for_each(|e| self.equation(e));
+                }
+            }
+            EquationKind::Call(_, arguments) => self.arguments(arguments),
+            EquationKind::Connect(..) => {}
+        }
+    }
+
+    fn statements<'t>(&mut self, statements: impl IntoIterator<Item = &'t Statement>) {
+        for statement in statements {
+            match &statement.kind {
+                StatementKind::Assign(_, value) => self.expr(value),
+                StatementKind::AssignTuple(_, _, arguments) | StatementKind::Call(_, arguments) => {
+                    self.arguments(arguments);
+                }
+                StatementKind::If(branches) => {
+                    for (condition, body) in branches {
+                        condition.iter().for_each(|e| self.expr(e));
+                        self.statements(body);
+                    }
+                }
+                StatementKind::For(iterators, body) => self.with(iterators, |search| search.statements(body)),
+                StatementKind::While(condition, body) => {
+                    self.expr(condition);
+                    self.statements(body);
+                }
+                StatementKind::When(branches) => {
+                    for (condition, body) in branches {
+                        self.expr(condition);
+                        self.statements(body);
+                    }
+                }
+                StatementKind::Break | StatementKind::Return => {}
+            }
+        }
+    }
+
+    fn arguments(&mut self, arguments: &Arguments) {
+        match arguments {
+            Arguments::List { positional, named } => {
+                positional.iter().chain(named.iter().map(|(_, e)| e)).for_each(|e| self.expr(e));
+            }
+            Arguments::Reduction(body, iterators) => self.with(iterators, |search| search.expr(body)),
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Call(_, arguments) => self.arguments(arguments),
+            ExprKind::ArrayFor(body, iterators) => self.with(iterators, |search| search.expr(body)),
+            ExprKind::Unary(_, a) | ExprKind::Field(a, _) => self.expr(a),
+            ExprKind::Binary(_, a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            ExprKind::If(branches, otherwise) => {
+                branches.iter().flat_map(|(c, v)| [c, v]).for_each(|e| self.expr(e));
+                self.expr(otherwise);
+            }
+            ExprKind::Array(items) => items.iter().for_each(|e| self.expr(e)),
+            ExprKind::Matrix(rows) => rows.iter().flatten().for_each(|e| self.expr(e)),
+            ExprKind::Tuple(items) => items.iter().flatten().for_each(|e| self.expr(e)),
+            ExprKind::Range(a, step, b) => {
+                self.expr(a);
+                step.iter().for_each(|e| self.expr(e));
+                self.expr(b);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The names that an import clause makes visible by name.
+fn imported(import: &Import) -> impl std::iter::Iterator<Item = (Name, Span)> {
+    let names = match &import.what {
+        ImportKind::Qualified => import.path.parts.last().into_iter().collect(),
+        ImportKind::Renamed(alias) => vec![alias],
+        ImportKind::Several(names) => names.iter().collect(),
+        ImportKind::All => Vec::new(),
+    };
+    names.into_iter().map(|ident| (ident.name.clone(), ident.span)).collect::<Vec<_>>().into_iter()
+}
