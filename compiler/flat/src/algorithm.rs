@@ -6,7 +6,7 @@
 
 use hyd_instance::{Resolved, Scope};
 use hyd_source::{Code, Origin, Span};
-use hyd_syntax::tree::{AlgorithmSection, ComponentRef, Expr, ExprKind, Statement, StatementKind};
+use hyd_syntax::tree::{AlgorithmSection, Arguments, ComponentRef, Expr, ExprKind, Statement, StatementKind};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -14,6 +14,7 @@ use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
 use crate::model::{PerElement, Section, VarId};
 use crate::section::Loops;
+use crate::statement::Flow;
 use crate::when::WhenCondition;
 
 /// Where a statement stands.
@@ -38,7 +39,12 @@ impl Flattener<'_, '_> {
             let mut targets = Vec::new();
             flat.targets(&section.statements, Place { in_when: false, initial: section.initial }, cx, &mut targets)?;
             cx.algorithm_targets = targets;
-            flat.run(&section.statements, cx)?;
+            let flow = flat.run(&section.statements, cx);
+            if !matches!(flow, Ok(Flow::Next) | Err(Fail::Reported | Fail::NeedsExpansion)) {
+                let message = "`return` and `break` end a function or a loop, not an algorithm section";
+                return Err(flat.error(Code::Misplaced, section.span, message));
+            }
+            flow?;
             for (v, value) in cx.assigned.take().unwrap_or_default() {
                 let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
                 let left = flat.model.templates.arena.slot(slot);
@@ -225,11 +231,53 @@ impl Flattener<'_, '_> {
         for (k, (condition, body)) in branches.iter().enumerate() {
             let mut yes = cx.clone();
             yes.in_when = true;
+            let arena = &mut self.model.templates.arena;
+            yes.holds = Some(cx.holds.map_or(fires[k], |holds| arena.and(holds, fires[k])));
             self.run(body, &mut yes)?;
             let no = cx.clone();
             self.join_contexts(condition.span, fires[k], yes, no, cx)?;
         }
         cx.in_when = before;
+        Ok(())
+    }
+
+    /// `terminate(text)` in a `when` of an algorithm.
+    pub(crate) fn run_terminate(&mut self, span: Span, arguments: &Arguments, cx: &mut Context) -> Result<(), Fail> {
+        let text = match arguments {
+            Arguments::List { positional, .. } if positional.len() == 1 => &positional[0],
+            _ => return Err(self.error(Code::BadArguments, span, "`terminate` takes a text")),
+        };
+        let (message, values) = self.message(text, cx.scope, false);
+        let values = self.message_values(message, &values, cx)?;
+        let acts = cx.holds.unwrap_or_else(|| self.model.templates.arena.constant(1.0));
+        let origin = Origin { path: self.path(cx.scope.inst), span };
+        self.emit(Section::Terminate(message), acts, values, &cx.loop_counts(), &origin);
+        Ok(())
+    }
+
+    /// `reinit(state, value)` in a `when` of an algorithm.
+    pub(crate) fn run_reinit(&mut self, span: Span, arguments: &Arguments, cx: &mut Context) -> Result<(), Fail> {
+        let (state, value) = match arguments {
+            Arguments::List { positional, .. } if positional.len() == 2 => (&positional[0], &positional[1]),
+            _ => return Err(self.error(Code::BadArguments, span, "`reinit` takes a state and its new value")),
+        };
+        let ExprKind::Ref(reference) = &state.kind else {
+            return Err(self.error(Code::BadArguments, state.span, "`reinit` needs a variable"));
+        };
+        if self.no_state(reference, state.span, cx.scope) {
+            return Err(Fail::Reported);
+        }
+        let shape = self.shape(state, cx)?;
+        let acts = cx.holds.unwrap_or_else(|| self.model.templates.arena.constant(1.0));
+        let origin = Origin { path: self.path(cx.scope.inst), span };
+        let scalar = self.shape(value, cx)?.is_empty();
+        for at in crate::if_equation::positions(&shape) {
+            let target = self.lower_ref(reference, cx, &at)?;
+            let new = self.lower(value, cx, if scalar { &[] } else { &at })?;
+            self.want_number(value.span, "`reinit`", &new)?;
+            let right = self.model.templates.arena.select(acts, new.node, target.node);
+            self.emit(Section::Reinit, target.node, right, &cx.loop_counts(), &origin);
+        }
         Ok(())
     }
 }

@@ -38,7 +38,7 @@ impl Form {
     }
 
     /// The local value over nodes in the order of [`Form::scalars`].
-    fn local(&self, nodes: &mut dyn Iterator<Item = NodeId>) -> Local {
+    pub(crate) fn local(&self, nodes: &mut dyn Iterator<Item = NodeId>) -> Local {
         let mut typed = |scalar: &ScalarType| {
             let node = nodes.next().expect("invariant: there is a node for every register of the form");
             Typed { node, scalar: scalar.clone() }
@@ -226,7 +226,13 @@ impl Flattener<'_, '_> {
     }
 
     /// The nodes of a value in the order of its form.
-    fn nodes_of(&mut self, span: Span, form: &Form, value: &Local, nodes: &mut Vec<NodeId>) -> Result<(), Fail> {
+    pub(crate) fn nodes_of(
+        &mut self,
+        span: Span,
+        form: &Form,
+        value: &Local,
+        nodes: &mut Vec<NodeId>,
+    ) -> Result<(), Fail> {
         match (form, value) {
             (Form::Fixed(_), _) => {}
             (Form::Record(forms), Local::Record(fields)) => {

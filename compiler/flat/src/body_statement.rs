@@ -77,13 +77,11 @@ impl Flattener<'_, '_> {
         if function.parts[0].name.name.as_ref() != "assert" {
             return self.call_outputs(span, function, arguments, cx).map(|_| ());
         }
-        let Arguments::List { positional, .. } = arguments else { return Ok(()) };
-        let [condition, text, rest @ ..] = positional.as_slice() else {
-            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a text"));
-        };
-        if !rest.is_empty() {
+        let parts = self.assert_parts(span, arguments, cx.scope)?;
+        if !parts.error {
             return Ok(());
         }
+        let (condition, text) = (&parts.condition, &parts.text);
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "`assert`", &test)?;
         let mark = self.tree.table.diagnostics.len();

@@ -1,14 +1,14 @@
 //! Where an expression is lowered: its scope, the loops around it, and what its names mean.
 
 use hyd_instance::{InstId, Scope, Value};
-use hyd_source::Reported;
+use hyd_source::{Reported, Span};
+use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
 
 use crate::index::{Affine, CounterId};
 use crate::lower::Typed;
 use crate::model::VarId;
 use crate::when::WhenCondition;
-use hyd_source::Span;
 
 /// Why an expression could not be lowered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -65,6 +65,8 @@ pub struct Context {
     pub assigned: Option<Vec<(VarId, Typed)>>,
     /// In an algorithm section of a model: all variables it assigns somewhere.
     pub algorithm_targets: Vec<VarId>,
+    /// In an algorithm section of a model: this place is reached; `None` where it always is.
+    pub holds: Option<NodeId>,
     /// Conditions of the `when` statements of the section, by place in the text.
     pub whens: Vec<(Span, Vec<WhenCondition>)>,
     /// In a function: its inputs.
@@ -92,6 +94,7 @@ impl Context {
             in_when: false,
             assigned: None,
             algorithm_targets: Vec::new(),
+            holds: None,
             whens: Vec::new(),
             inputs: Vec::new(),
             depth: 0,
@@ -119,6 +122,11 @@ impl Context {
     /// What follows happens only under a condition that is known in the run.
     pub fn depends_on_run(&mut self) {
         self.called.iter_mut().for_each(|(_, uncertain)| *uncertain = true);
+    }
+
+    /// True in an algorithm section of a model, outside functions.
+    pub fn in_section(&self) -> bool {
+        self.depth == 0 && self.assigned.is_some()
     }
 
     /// A local name.

@@ -79,7 +79,13 @@ impl Flattener<'_, '_> {
                 let name = self.tree.table.full_name(local.class);
                 Err(self.error(Code::TypeMismatch, reference.span, format!("the class `{name}` is not a value")))
             }
-            Resolved::Variable(steps) => self.lower_variable(reference.span, &steps, Kind::Var, cx, index),
+            Resolved::Variable(steps) => {
+                let last = &reference.parts[reference.parts.len() - 1];
+                if last.subscripts.iter().any(|expr| self.is_of_the_run(expr, cx)) {
+                    return self.element_at_run(reference, cx, index);
+                }
+                self.lower_variable(reference.span, &steps, Kind::Var, cx, index)
+            }
         }
     }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use hyd_instance::record::{Field, field};
 use hyd_instance::{ScalarType, Scope, Value};
-use hyd_source::{Code, Diagnostic, Origin, Reported};
+use hyd_source::{Code, Diagnostic, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Variability,
+    Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Name, Variability,
 };
 
 use crate::context::{Context, Fail, Local};
@@ -40,7 +40,7 @@ impl Flattener<'_, '_> {
         }
     }
 
-    fn origin(&mut self, scope: Scope, equation: &Equation) -> Origin {
+    pub(crate) fn origin(&mut self, scope: Scope, equation: &Equation) -> Origin {
         Origin { path: self.path(scope.inst), span: equation.span }
     }
 
@@ -81,7 +81,12 @@ impl Flattener<'_, '_> {
     /// Enters the arrays of components around the scope and the loops of the text.
     pub(crate) fn enter_all(&mut self, cx: &mut Context, loops: &Loops<'_>) -> Result<(), Fail> {
         self.enter(cx);
-        for iterator in &loops.iterators {
+        self.enter_loops(cx, &loops.iterators)
+    }
+
+    /// Enters loops of the text.
+    pub(crate) fn enter_loops(&mut self, cx: &mut Context, iterators: &[&Iterator]) -> Result<(), Fail> {
+        for iterator in iterators {
             let range = self.range(iterator, cx)?;
             let at = cx.counter(range.count());
             let local = match range {
@@ -143,7 +148,7 @@ impl Flattener<'_, '_> {
     }
 
     /// Emits `left = right`, a continuous one with the terms that are injected into it.
-    fn emit_equal(
+    pub(crate) fn emit_equal(
         &mut self,
         section: Section,
         (left, right): (NodeId, NodeId),
@@ -262,7 +267,7 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    fn section_of(&self, side: &Typed, initial: bool) -> Section {
+    pub(crate) fn section_of(&self, side: &Typed, initial: bool) -> Section {
         match (&side.scalar, initial) {
             (_, true) => Section::Initial,
             (ScalarType::Real, false) => Section::Continuous,
@@ -274,7 +279,7 @@ impl Flattener<'_, '_> {
         }
     }
 
-    fn check_sides(
+    pub(crate) fn check_sides(
         &mut self,
         equation: &Equation,
         left: &Expr,
@@ -324,11 +329,17 @@ impl Flattener<'_, '_> {
 
     /// True if an expression is made of constants and parameters with values only.
     pub(crate) fn known_before_run(&mut self, expr: &Expr, scope: Scope) -> bool {
+        self.known_with(expr, scope, &[])
+    }
+
+    /// The same where loop variables with these names are around.
+    pub(crate) fn known_with(&mut self, expr: &Expr, scope: Scope, loops: &[Name]) -> bool {
         if crate::walk::calls_any(expr, &["initial", "terminal", "sample", "edge", "change", "pre", "der"]) {
             return false;
         }
         let mut known = true;
-        let iterators = crate::walk::iterator_names(expr);
+        let mut iterators = crate::walk::iterator_names(expr);
+        iterators.extend_from_slice(loops);
         crate::walk::any_ref(expr, &mut |reference| {
             if iterators.contains(&reference.parts[0].name.name) {
                 return false;
@@ -344,160 +355,41 @@ impl Flattener<'_, '_> {
         known
     }
 
-    fn if_equation(
-        &mut self,
-        equation: &Equation,
-        branches: &[(Option<Expr>, Vec<Equation>)],
-        scope: Scope,
-        loops: &Loops<'_>,
-        initial: bool,
-    ) {
-        let structural = branches.iter().filter_map(|(c, _)| c.as_ref()).all(|c| self.known_before_run(c, scope));
-        if structural && loops.iterators.is_empty() {
-            for (condition, body) in branches {
-                let holds = match condition {
-                    None => true,
-                    Some(c) => match self.tree.evaluate(c, scope, &hyd_instance::Env::default()) {
-                        Ok(Value::Boolean(b)) => b,
-                        Ok(other) => {
-                            let message = format!("a condition must be Boolean, not {}", other.type_name());
-                            let _ = self.error(Code::TypeMismatch, c.span, message);
-                            return;
-                        }
-                        Err(Reported) => return,
-                    },
-                };
-                if holds {
-                    for equation in body {
-                        self.equation(equation, scope, loops, initial);
-                    }
-                    return;
-                }
-            }
-            return;
-        }
-        self.runtime_if(equation, branches, scope, loops, initial);
-    }
-
-    /// Branches chosen during the run must have the same number of equations; they are joined one by one.
-    fn runtime_if(
-        &mut self,
-        equation: &Equation,
-        branches: &[(Option<Expr>, Vec<Equation>)],
-        scope: Scope,
-        loops: &Loops<'_>,
-        initial: bool,
-    ) {
-        let connection =
-            branches.iter().flat_map(|(_, body)| body).find(|e| matches!(e.kind, EquationKind::Connect(..)));
-        if let Some(connect) = connection {
-            let message = "a connection cannot depend on a condition that changes during the run";
-            let _ = self.error(Code::Misplaced, connect.span, message);
-            return;
-        }
-        let counts: Vec<usize> = branches.iter().map(|(_, body)| body.len()).collect();
-        let complete = branches.last().is_some_and(|(c, _)| c.is_none());
-        if !complete || counts.windows(2).any(|w| w[0] != w[1]) {
-            let message = "the branches of an `if` that is decided during the run must have the same number of equations, and there must be an `else`";
-            let _ = self.error(Code::Unbalanced, equation.span, message);
-            return;
-        }
-        let plain = branches
-            .iter()
-            .flat_map(|(_, body)| body)
-            .find(|e| !matches!(e.kind, EquationKind::Equal(..) | EquationKind::If(..)));
-        if let Some(other) = plain {
-            let message = "an `if` that is decided during the run can hold only `=` equations";
-            let _ = self.error(Code::Misplaced, other.span, message);
-            return;
-        }
-        for k in 0..counts[0] {
-            let origin = self.origin(scope, &branches[0].1[k]);
-            let start = self.context_of(scope);
-            self.with_loops(start, &mut |flat, cx| {
-                flat.enter_all(cx, loops)?;
-                let (left, right, section) = flat.joined(branches, k, cx, initial)?;
-                flat.emit_equal(section, (left, right), cx, &[], &origin)
-            });
-        }
-    }
-
-    /// Equation `k` of the branch that holds: `l = if c then r1 else r2` where the left sides agree, else the difference of
-    /// the sides.
-    fn joined(
-        &mut self,
-        branches: &[(Option<Expr>, Vec<Equation>)],
-        k: usize,
-        cx: &mut Context,
-        initial: bool,
-    ) -> Result<(NodeId, NodeId, Section), Fail> {
-        let mut sides = Vec::new();
-        for (condition, body) in branches {
-            let test = match condition {
-                Some(c) => {
-                    let test = self.lower(c, cx, &[])?;
-                    self.want_boolean(c.span, "a condition", &test)?;
-                    Some(test.node)
-                }
-                None => None,
-            };
-            let (l, r) = match &body[k].kind {
-                EquationKind::Equal(l, r) => {
-                    let shape = self.shape(l, cx)?;
-                    if !shape.is_empty() {
-                        let message = "array equations inside an `if` decided during the run are not supported; write them by element";
-                        return Err(self.error(Code::OutsideProfile, body[k].span, message));
-                    }
-                    let (a, b) = (self.lower(l, cx, &[])?, self.lower(r, cx, &[])?);
-                    self.check_sides(&body[k], l, r, &a, &b)?;
-                    (a, b)
-                }
-                EquationKind::If(inner) => {
-                    let (l, r, _) = self.joined(inner, 0, cx, initial)?;
-                    (Typed::real(l), Typed::real(r))
-                }
-                _ => return Err(Fail::Reported),
-            };
-            sides.push((test, l, r));
-        }
-        let Some((_, left, last)) = sides.pop() else { return Err(Fail::Reported) };
-        let section = self.section_of(&left, initial);
-        let same = sides.iter().all(|(_, l, _)| l.node == left.node);
-        let arena = &mut self.model.templates.arena;
-        let mut result = if same { last.node } else { arena.sub(left.node, last.node) };
-        for (test, l, r) in sides.into_iter().rev() {
-            let Some(test) = test else { continue };
-            let value = if same { r.node } else { arena.sub(l.node, r.node) };
-            result = arena.select(test, value, result);
-        }
-        let left = if same { left.node } else { arena.constant(0.0) };
-        Ok((left, result, section))
-    }
-
     fn assertion(&mut self, equation: &Equation, arguments: &Arguments, scope: Scope, loops: &Loops<'_>) {
-        let Arguments::List { positional, named } = arguments else { return };
-        let [condition, text, ..] = positional.as_slice() else {
-            let _ = self.error(Code::BadArguments, equation.span, "`assert` takes a condition and a message");
-            return;
-        };
-        let level =
-            positional.get(2).or_else(|| named.iter().find(|(n, _)| n.name.as_ref() == "level").map(|(_, e)| e));
-        let error = match level.map(|e| self.tree.evaluate(e, scope, &hyd_instance::Env::default())) {
-            Some(Ok(Value::Enumeration(_, k))) => k != 1,
-            Some(Err(Reported)) => return,
-            _ => true,
-        };
-        let (message, values) = self.message(text, scope, error);
-        let origin = self.origin(scope, equation);
         let start = self.context_of(scope);
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
-            cx.no_event = true;
-            let test = flat.lower(condition, cx, &[])?;
-            flat.want_boolean(condition.span, "`assert`", &test)?;
-            let values = flat.message_values(message, &values, cx)?;
-            flat.emit(Section::Assert(message), test.node, values, &cx.loop_counts(), &origin);
-            Ok(())
+            flat.guarded_assertion(equation.span, arguments, cx, scope, None)
         });
     }
+
+    /// The arguments of an `assert`, by position or name.
+    pub(crate) fn assert_parts(&mut self, span: Span, arguments: &Arguments, scope: Scope) -> Result<Assertion, Fail> {
+        let Arguments::List { positional, named } = arguments else {
+            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a message"));
+        };
+        let part = |k: usize, name: &str| {
+            let by_name = named.iter().find(|(n, _)| n.name.as_ref() == name).map(|(_, e)| e);
+            positional.get(k).or(by_name).cloned()
+        };
+        let unknown = named.iter().find(|(n, _)| !["condition", "message", "level"].contains(&n.name.as_ref()));
+        let (Some(condition), Some(text), None) = (part(0, "condition"), part(1, "message"), unknown) else {
+            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a message"));
+        };
+        let level = part(2, "level");
+        let error = match level.map(|e| self.tree.evaluate(&e, scope, &hyd_instance::Env::default())) {
+            Some(Ok(Value::Enumeration(_, k))) => k != 1,
+            Some(Err(Reported)) => return Err(Fail::Reported),
+            _ => true,
+        };
+        Ok(Assertion { condition, text, error })
+    }
+}
+
+/// What an `assert` says.
+pub(crate) struct Assertion {
+    pub condition: Expr,
+    pub text: Expr,
+    /// An error, not a warning.
+    pub error: bool,
 }

@@ -92,6 +92,7 @@ impl Flattener<'_, '_> {
                 None => kept.push(size),
                 // A number computed in the run: one element.
                 Some(expr) if self.in_body(cx) && self.is_computed(expr, size, cx)? => {}
+                Some(expr) if !self.in_body(cx) && self.is_of_the_run(expr, cx) => {}
                 Some(expr) => match self.subscript(expr, size, cx)? {
                     Subscript::At(_) => {}
                     Subscript::All => kept.push(size),

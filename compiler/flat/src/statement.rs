@@ -2,7 +2,8 @@
 //!
 //! An assignment binds a name to a node, an `if` joins both ways by a selection, a `for` with known range is run through.
 //! In a function the names are its own; in an algorithm section of a model they are the model's variables, which become
-//! `variable = node` when the section ends.  There is no `while` whose condition depends on values of the run.
+//! `variable = node` when the section ends.  What only the run decides is left to `body` in functions and to `run_decided` in
+//! models.
 
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
@@ -44,6 +45,20 @@ impl Flattener<'_, '_> {
         if self.in_body(cx) {
             return self.build_statement(statement, cx);
         }
+        if cx.in_section() && !matches!(statement.kind, StatementKind::When(_)) && !leaves(statement) {
+            let (start, messages) = (cx.clone(), self.tree.table.diagnostics.len());
+            let result = self.run_plain(statement, cx);
+            if result != Err(Fail::Opaque) {
+                return result;
+            }
+            self.tree.table.diagnostics.truncate(messages);
+            *cx = start;
+            return self.run_compiled(statement, cx).map(|()| Flow::Next);
+        }
+        self.run_plain(statement, cx)
+    }
+
+    fn run_plain(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
         match &statement.kind {
             StatementKind::Assign(target, value) => {
                 let value = self.local_value(value, cx)?;
@@ -71,24 +86,25 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
     ) -> Result<(), Fail> {
         match function.parts[0].name.name.as_ref() {
+            "assert" if cx.in_section() => self.guarded_assertion(span, arguments, cx, cx.scope, cx.holds),
             "assert" => self.run_assert(span, arguments, cx),
-            "reinit" | "terminate" => {
-                let message = "`reinit` and `terminate` are supported in `when` equations, not in algorithms";
-                Err(self.error(Code::OutsideProfile, span, message))
+            name @ ("reinit" | "terminate") if !(cx.in_section() && cx.in_when) => {
+                let message = format!("`{name}` is allowed only inside `when`");
+                Err(self.error(Code::Misplaced, span, message))
             }
+            "terminate" => self.run_terminate(span, arguments, cx),
+            "reinit" => self.run_reinit(span, arguments, cx),
             _ => self.call_outputs(span, function, arguments, cx).map(|_| ()),
         }
     }
 
     /// An assertion in a function that is known to hold says nothing; another one needs the function compiled.
     fn run_assert(&mut self, span: Span, arguments: &Arguments, cx: &mut Context) -> Result<(), Fail> {
-        let Arguments::List { positional, .. } = arguments else { return Ok(()) };
-        let [condition, text, rest @ ..] = positional.as_slice() else {
-            return Err(self.error(Code::BadArguments, span, "`assert` takes a condition and a text"));
-        };
-        if cx.depth == 0 || !rest.is_empty() {
+        let parts = self.assert_parts(span, arguments, cx.scope)?;
+        if !parts.error {
             return Ok(());
         }
+        let (condition, text) = (&parts.condition, &parts.text);
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "`assert`", &test)?;
         match self.model.templates.arena.as_constant(test.node) {
@@ -241,13 +257,15 @@ impl Flattener<'_, '_> {
         let mut yes = cx.clone();
         yes.depends_on_run();
         let mut no = yes.clone();
+        if cx.in_section() {
+            let arena = &mut self.model.templates.arena;
+            let not = arena.not(test.node);
+            let (a, b) = cx.holds.map_or((test.node, not), |h| (arena.and(h, test.node), arena.and(h, not)));
+            (yes.holds, no.holds) = (Some(a), Some(b));
+        }
         let flows = (self.run(body, &mut yes)?, self.run_if(rest, &mut no)?);
         if flows != (Flow::Next, Flow::Next) {
-            if cx.depth > 0 {
-                return self.opaque(condition.span);
-            }
-            let message = "`break` and `return` under a condition that depends on values of the run are possible in functions only";
-            return Err(self.error(Code::OutsideProfile, condition.span, message));
+            return self.opaque(condition.span);
         }
         self.join_contexts(condition.span, test.node, yes, no, cx)?;
         Ok(Flow::Next)
@@ -340,12 +358,7 @@ impl Flattener<'_, '_> {
             match self.model.templates.arena.as_constant(test.node) {
                 Some(0.0) => return Ok(Flow::Next),
                 Some(_) => {}
-                None if cx.depth > 0 => return self.opaque(condition.span),
-                None => {
-                    let message =
-                        "a `while` whose condition depends on values of the run is possible in functions only";
-                    return Err(self.error(Code::OutsideProfile, condition.span, message));
-                }
+                None => return self.opaque(condition.span),
             }
             match self.run(body, cx)? {
                 Flow::Next => {}
@@ -379,5 +392,28 @@ impl Flattener<'_, '_> {
         let kind = if discrete { Kind::Pre } else { Kind::Start };
         let slot = self.slots.slot(SlotKey::Variable(kind, v, Affine::constant(0)));
         Typed { node: self.model.templates.arena.slot(slot), scalar }
+    }
+}
+
+/// True if the statement can end the loop or the function around it.
+fn leaves(statement: &Statement) -> bool {
+    let returns = |body: &[Statement]| body.iter().any(|s| leaves(s) && !ends_with_break(s));
+    match &statement.kind {
+        StatementKind::Break | StatementKind::Return => true,
+        StatementKind::If(branches) => branches.iter().flat_map(|(_, body)| body).any(leaves),
+        StatementKind::For(_, body) | StatementKind::While(_, body) => returns(body),
+        _ => false,
+    }
+}
+
+/// True if the statement leaves by `break` only, which ends at the loop around it.
+fn ends_with_break(statement: &Statement) -> bool {
+    match &statement.kind {
+        StatementKind::Return => false,
+        StatementKind::If(branches) => {
+            branches.iter().flat_map(|(_, body)| body).filter(|s| leaves(s)).all(ends_with_break)
+        }
+        StatementKind::For(..) | StatementKind::While(..) => !leaves(statement),
+        _ => true,
     }
 }

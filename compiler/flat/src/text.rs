@@ -86,6 +86,11 @@ impl Flattener<'_, '_> {
         if values.is_empty() {
             parts.clear();
         }
+        let same = |last: &Message| values.is_empty() && last.text.as_ref() == shown && last.error == error;
+        // An assertion in a loop that is run through has one text.
+        if self.model.messages.last().is_some_and(|last| last.parts.is_empty() && same(last)) {
+            return (self.model.messages.len() as u32 - 1, values);
+        }
         self.model.messages.push(Message { text: shown.into(), parts, error });
         (self.model.messages.len() as u32 - 1, values)
     }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use hyd::LibraryPath;
 use hyd_compiler::{Compilation, Diagnostic, Files, Goal, Options, Severity, compile};
 use hyd_results::{Side, Trajectory};
-use hyd_runtime::simulate;
+use hyd_runtime::{Options as SolveOptions, simulate};
 use hyd_tests::models::root;
 use hyd_tests::runs::{instance, on_grid};
 
@@ -239,7 +239,8 @@ impl Expected {
         let set: Vec<(&str, &str)> = self.set.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         let mut system = instance(compilation, &set);
         let mut rows = Trajectory::new();
-        let options = on_grid(self.stop.unwrap_or(1.0), 500, 1e-8);
+        // As the command does: an event has a row before and a row after it.
+        let options = SolveOptions { event_rows: true, ..on_grid(self.stop.unwrap_or(1.0), 500, 1e-8) };
         let result = simulate(&mut system, &options, &mut rows, &|| false);
         match (result, &self.run_error) {
             (Ok(_), None) => {}
