@@ -54,7 +54,7 @@ impl Flattener<'_, '_> {
             let local = self.local_value(&value.expr, cx)?;
             inputs.push((value.name.clone(), self.form_outside(value, &local)?, local));
         }
-        let results = self.own_body("algorithm", statement.span, &inputs, cx, &mut |flat, inner| {
+        let results = self.own_body("algorithm", statement.span, &inputs, cx, |flat, inner| {
             // What is assigned gets registers of its own: inputs keep their values.
             let mut outputs = Vec::new();
             for ((name, form, _), _) in inputs.iter().zip(&values).filter(|(_, value)| value.set) {
@@ -190,7 +190,7 @@ impl Flattener<'_, '_> {
         }
         let part = RefPart { name: Ident { name: array.clone(), span: reference.span }, subscripts: inner_subscripts };
         let element = ComponentRef { global: false, parts: vec![part], span: reference.span };
-        let nodes = self.own_body(&array, reference.span, &inputs, cx, &mut |flat, inner| {
+        let nodes = self.own_body(&array, reference.span, &inputs, cx, |flat, inner| {
             let value = flat.lower_ref(&element, inner, &[])?;
             let register = flat.registers(1).start;
             flat.step(Step::Set(register, value.node));
@@ -227,7 +227,7 @@ impl Flattener<'_, '_> {
         span: Span,
         inputs: &[Input],
         cx: &Context,
-        build: &mut dyn FnMut(&mut Self, &mut Context) -> Result<Vec<u32>, Fail>,
+        build: impl FnOnce(&mut Self, &mut Context) -> Result<Vec<u32>, Fail>,
     ) -> Result<Vec<NodeId>, Fail> {
         let mut arguments = Vec::new();
         for (_, form, local) in inputs {
