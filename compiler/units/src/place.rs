@@ -6,7 +6,7 @@
 
 use hyd_source::Span;
 
-/// True if the text holds a number of this value.
+/// True if the text holds a whole number of this value, written in digits: `100000` counts something, `1e5` measures it.
 pub fn has_number(text: &str, value: f64) -> bool {
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -16,7 +16,8 @@ pub fn has_number(text: &str, value: f64) -> bool {
             at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();
         } else if bytes[at].is_ascii_digit() {
             let length = number_length(&bytes[at..]);
-            if text.get(at..at + length).and_then(|t| t.parse::<f64>().ok()).is_some_and(|found| found == value) {
+            let digits = text.get(at..at + length).filter(|t| t.bytes().all(|b| b.is_ascii_digit()));
+            if digits.and_then(|t| t.parse::<f64>().ok()).is_some_and(|found| found == value) {
                 return true;
             }
             at += length;
@@ -171,10 +172,11 @@ mod tests {
 
     #[test]
     fn numbers_are_found_by_value_and_not_inside_words() {
-        assert!(has_number("x1000 + 1e3*y", 1000.0));
+        assert!(has_number("x1000 + 1000*y", 1000.0));
+        assert!(!has_number("x1000 + 1e3*y", 1000.0));
         assert!(!has_number("x1000 + a", 1000.0));
-        assert!(has_number("2.50e+1", 25.0));
-        assert!(has_number("1e", 1.0));
+        assert!(!has_number("2.50e+1", 25.0));
+        assert!(has_number("25", 25.0));
     }
 
     #[test]

@@ -183,7 +183,9 @@ impl Reporter<'_> {
                 continue;
             }
             let name = place::without_subscripts(&self.flat.var_name(v));
-            let last = name.rsplit('.').next().unwrap_or(&name).to_string();
+            // The name of a delayed value is an expression.
+            let plain = !name.contains('(');
+            let last = if plain { name.rsplit('.').next().unwrap_or(&name) } else { &name }.to_string();
             seen.push(block.origin.span);
             match (&block.unit, self.classes.unknown_of(v)) {
                 (Some(text), _) if !text.is_empty() => {
