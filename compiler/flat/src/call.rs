@@ -157,7 +157,7 @@ impl Flattener<'_, '_> {
             "homotopy" => self
                 .expect_arguments(span, name, list, 2)
                 .and_then(|()| self.lower_homotopy(&list[0], &list[1], cx, index)),
-            "semiLinear" => self.lower_semi_linear(span, list, cx),
+            "semiLinear" => self.lower_semi_linear(span, list, cx, index),
             "sample" => self.lower_sample(span, list, cx),
             "delay" => self.lower_delay(span, list, cx, index),
             "size" | "ndims" | "zeros" | "ones" | "fill" | "identity" | "linspace" => {
@@ -295,10 +295,22 @@ impl Flattener<'_, '_> {
     }
 
     /// `semiLinear(x, p, n)` is `smooth(0, if x >= 0 then p*x else n*x)`.
-    fn lower_semi_linear(&mut self, span: Span, list: &[Expr], cx: &mut Context) -> Result<Typed, Fail> {
+    fn lower_semi_linear(
+        &mut self,
+        span: Span,
+        list: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
         self.expect_arguments(span, "semiLinear", list, 3)?;
-        let x = self.lower(&list[0], cx, &[])?;
-        let (p, n) = (self.lower(&list[1], cx, &[])?, self.lower(&list[2], cx, &[])?);
+        let mut values = Vec::with_capacity(3);
+        for argument in list {
+            let scalar = self.shape(argument, cx)?.is_empty();
+            let value = self.lower(argument, cx, if scalar { &[] } else { index })?;
+            self.want_number(argument.span, "`semiLinear`", &value)?;
+            values.push(value);
+        }
+        let [x, p, n] = values.as_slice() else { return Err(Fail::Reported) };
         let arena = &mut self.model.templates.arena;
         let zero = arena.constant(0.0);
         let test = arena.compare(Relation::GreaterEqual, x.node, zero);
@@ -552,10 +564,11 @@ impl Flattener<'_, '_> {
                 list.first().map_or(Ok(Vec::new()), |e| self.shape(e, cx))
             }
             "smooth" => list.get(1).map_or(Ok(Vec::new()), |e| self.shape(e, cx)),
-            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "sample" | "semiLinear" | "Integer"
-            | "String" => Ok(Vec::new()),
+            "size" | "ndims" | "sum" | "product" | "initial" | "terminal" | "sample" | "Integer" | "String" => {
+                Ok(Vec::new())
+            }
             "min" | "max" if list.len() == 1 => Ok(Vec::new()),
-            _ if Function::from_name(name).is_some() => {
+            _ if Function::from_name(name).is_some() || name == "semiLinear" => {
                 for argument in list {
                     let shape = self.shape(argument, cx)?;
                     if !shape.is_empty() {

@@ -395,6 +395,10 @@ impl Flattener<'_, '_> {
             if shape.is_empty() && !binding {
                 index.clear();
             }
+            // `r[3](c(each w = {1, 2}))`: the value of `w` for all, also for the arrays outside.
+            if applied.tree.each && shape.len() < index.len() {
+                index.drain(..index.len() - shape.len());
+            }
             flat.check_rank(&expr, &shape, &index, &cx.counts, inst)?;
             cx.may_add_variables = section == Section::Continuous;
             let value = flat.lower(&expr, cx, &index)?;

@@ -9,10 +9,13 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, Constraint, Element, Modification, Name, NestedClass};
+use hyd_syntax::tree::{
+    Argument, ClassBody, ClassDef, Constraint, Element, ElementModification, Ident, Modification, Name, NestedClass,
+    Path,
+};
 
 use crate::class::{ClassId, ClassTable, elements};
-use crate::modifier::Redeclare;
+use crate::modifier::{AstMod, Redeclare};
 use crate::shape::{Shape, ShapeElement};
 
 /// One level of name lookup: the class whose elements are seen, and the class whose text is read.  They differ where the
@@ -80,9 +83,47 @@ impl ClassTable<'_> {
             None => shape.frames[1..].iter().find_map(|f| self.child(f.class, name).map(|class| (class, f.class))),
         };
         let (original, base) = found?;
-        let class = self.add_heir(original, heir, base);
+        let mut class = self.add_heir(original, heir, base);
+        if let Some(modified) = element.and_then(|element| self.modified_by_extends(heir, shape, element, class)) {
+            class = modified;
+        }
         self.name_child(heir, name, class);
         Some(class)
+    }
+
+    /// `extends Medium(Density(start = 10))`: the inherited class with the modification, as a short definition of its name.
+    fn modified_by_extends(
+        &mut self,
+        heir: ClassId,
+        shape: &Shape,
+        element: &ShapeElement,
+        class: ClassId,
+    ) -> Option<ClassId> {
+        let mut modified = None;
+        // The outermost comes first; it has the last word.
+        for (frame, tree) in shape.frames[element.frame as usize].modifications.iter().rev() {
+            let child = tree.children.iter().find(|(n, t)| *n == element.name && !t.children.is_empty());
+            let Some(modification) = child.and_then(|(_, tree)| to_syntax(tree)) else { continue };
+            let base = modified.unwrap_or(class);
+            let original = self.class(class).def.clone();
+            let span = modification.span.unwrap_or(original.span);
+            let name = Ident { name: element.name.clone(), span };
+            let body = ClassBody::Short {
+                direction: None,
+                flow: false,
+                base: Path { global: false, parts: vec![name], span },
+                dims: Vec::new(),
+                modification,
+            };
+            let def = ClassDef { body, annotation: None, partial: false, ..(*original).clone() };
+            let added = self.add(Arc::new(def), Some(heir), false);
+            self.class_mut(added).base = Some(base);
+            if *frame != 0 {
+                self.class_mut(added).written_in = Some(shape.frames[*frame as usize].class);
+            }
+            modified = Some(added);
+        }
+        modified
     }
 
     /// `original`, which `base` holds, as an element of `heir`.
@@ -173,4 +214,25 @@ fn argument_name(argument: &hyd_syntax::tree::Argument) -> &Name {
         Argument::RedeclareComponent { component, .. } => &component.name.name,
         Argument::RedeclareClass { class, .. } => &class.class.name.name,
     }
+}
+
+/// The modification that a tree came from; nothing if it redeclares.
+fn to_syntax(tree: &AstMod) -> Option<Modification> {
+    let argument = |(name, child): &(Name, Arc<AstMod>)| {
+        if child.redeclare.is_some() {
+            return None;
+        }
+        let span = child.span.or(tree.span)?;
+        let target = Path { global: false, parts: vec![Ident { name: name.clone(), span }], span };
+        Some(Argument::Modify(ElementModification {
+            each: child.each,
+            is_final: child.is_final,
+            target,
+            modification: to_syntax(child)?,
+            description: None,
+            span,
+        }))
+    };
+    let arguments = tree.children.iter().map(argument).collect::<Option<Vec<_>>>()?;
+    Some(Modification { arguments, binding: tree.binding.as_deref().cloned(), span: tree.span })
 }

@@ -20,8 +20,11 @@ impl InstanceTree<'_> {
     /// Notes the class that a redeclaration puts in place of element `k`, a class.
     pub(crate) fn redeclare_class(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) {
         let mods = self.mods_of(inst, shape, k, outer);
-        let Some((position, applied)) = redeclaration(&mods).map(|(p, a)| (p, a.clone())) else { return };
         let element = &shape.elements[k];
+        let Some((position, applied)) = redeclaration(&mods).map(|(p, a)| (p, a.clone())) else {
+            self.modify_class(inst, shape, element, mods);
+            return;
+        };
         let owner = shape.frames[element.frame as usize].class;
         let def = self.table.class(owner).def.clone();
         let Element::Class(original) = &elements(&def)[element.position as usize] else { return };
@@ -51,6 +54,23 @@ impl InstanceTree<'_> {
             }
             self.instances[inst].local_classes.insert(element.name.clone(), local);
         }
+    }
+
+    /// `Density(start = 10)`: a local class keeps its text and takes modifications, which all its components get.
+    fn modify_class(&mut self, inst: InstId, shape: &Rc<Shape>, element: &ShapeElement, mut mods: Mods) {
+        mods.retain(|applied| !applied.tree.children.is_empty());
+        if mods.is_empty() {
+            return;
+        }
+        let Some(class) = self.table.member_class(shape.frames[0].class, &element.name) else { return };
+        let kind = self.table.class(class).def.kind;
+        if matches!(kind, ClassKind::Package | ClassKind::Function) {
+            return;
+        }
+        mods.extend(self.kept_of_class(inst, shape, element, class));
+        let package = self.instances[inst].kind == ClassKind::Package;
+        let context = (!package).then_some(inst);
+        self.instances[inst].local_classes.insert(element.name.clone(), LocalClass { class, mods, context });
     }
 
     /// What the constraining clause said of a class that a `redeclare` element of this class or a base replaces.
