@@ -1,4 +1,5 @@
-//! What sensitivities of the drive to ten parameters cost, and how exact they are: prints the table of `docs/performance.md`.
+//! What sensitivities of the drive to ten parameters cost, and how exact they are: prints a table, from which
+//! `docs/sensitivities.md` quotes.
 //!
 //! Run with `cargo bench -p hyd-tests --bench sensitivities`.  Times are CPU seconds of the process, medians over alternating
 //! runs with and without derivatives.  Deviations are those of the states' derivatives from a run at a tolerance of 1e-11, at

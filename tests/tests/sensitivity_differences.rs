@@ -2,8 +2,8 @@
 //!
 //! Differences with steps `2 d`, `d` are extrapolated (Richardson); the distance between the two steps estimates their own
 //! error, by which they are believed.  Where the trajectory jumps or bounces at a time that depends on the parameter
-//! differences do not converge, and where the parameter itself stands on a branch (`if wyp < 1` at 1) they differ from side to side:
-//! both are left out by these estimates.  Deviations are measured by the range of the difference over the run.  Close to contacts
+//! differences do not converge, and where the parameter itself stands on a branch (`if wyp < 1` at 1) those from both sides (of
+//! second order) differ: both are left out by these estimates.  Deviations are measured by the range of the difference over the run.  Close to contacts
 //! the estimate lets some points pass that it should not, so all but a few must agree, and those few not badly.
 
 use hyd_compiler::{Compilation, CompiledSystem, Goal};
@@ -19,10 +19,10 @@ const SHARE: f64 = 0.999;
 const WORST: f64 = 5e-3;
 /// Differences are believed to a tenth of that.
 const BELIEVED: f64 = 1e-5;
-/// Folders not compared yet, because with them more values deviate than `SHARE` and `WORST` allow, by causes not found:
-/// in `servo_drive` `valve.dy` by 3e-2 of its range at 3 ms, in `rail` a force by 4e-2 for `wyp`, which stands on a branch;
-/// `with_pipe` stays below 1e-3 and was left out with them unexamined.
-const NOT_COMPARED: [&str; 3] = ["models/servo_drive/", "/rail/", "/with_pipe/"];
+/// Distance of the derivatives from both sides beyond which there is none.
+const ONE_SIDED: f64 = WORST;
+/// Larger models take too long (the head of four cylinders, 76 unknowns, agrees as the others do).
+const MOST_UNKNOWNS: usize = 60;
 /// Parameters per model, spread evenly over those there are.
 const PARAMETERS: usize = 5;
 const TOLERANCE: f64 = 1e-10;
@@ -105,9 +105,11 @@ fn compare(
             if range * h.abs() <= 1e4 * TOLERANCE * size {
                 continue;
             }
+            let above = |k: usize| (4.0 * series[2][k] - series[3][k] - 3.0 * base.at(k)) / (2.0 * h);
+            let below = |k: usize| (3.0 * base.at(k) - 4.0 * series[1][k] + series[0][k]) / (2.0 * h);
             for (k, time) in exact.times().iter().enumerate() {
-                let one_sided = (series[2][k] - base.at(k)) / h;
-                if (best(k) - narrow(k)).abs() > BELIEVED * range || (one_sided - narrow(k)).abs() > 0.1 * range {
+                let one_sided = (above(k) - below(k)).abs() > ONE_SIDED * range;
+                if (best(k) - narrow(k)).abs() > BELIEVED * range || one_sided {
                     agreement.left_out += 1;
                     continue;
                 }
@@ -127,12 +129,12 @@ fn compare(
 #[test]
 fn models_agree_with_differences() {
     let (mut models, mut compared, mut beyond, mut failures) = (0, 0, 0, Vec::new());
-    for file in model_files().into_iter().filter(|file| !NOT_COMPARED.iter().any(|part| file.contains(part))) {
+    for file in model_files() {
         let compilation = compile_file(&file, &[], Goal::Run);
         let Some(model) = compilation.model.as_ref() else { continue };
         let mut system = model.instantiate();
         let (unknowns, delays) = (system.structure().unknowns, !system.structure().delays.is_empty());
-        if unknowns > 100 || delays || system.bind(0.0).is_err() {
+        if unknowns > MOST_UNKNOWNS || delays || system.bind(0.0).is_err() {
             continue;
         }
         let experiment = &compilation.flat.as_ref().expect("flattened").experiment;
