@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
 use hyd_equations::{EquationSystem, PlanJacobian, SortedSystem};
-use hyd_flat::{FlatModel, Injection};
+use hyd_flat::{FlatModel, Injection, VarId};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources};
 use hyd_source::{Code, Diagnostic, Files, Outcome, Severity, did_you_mean};
@@ -194,7 +194,8 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
         Ok(mut tree) => {
             let instantiated = (options.clock)();
             debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
-            let flat = hyd_flat::flatten_with(&mut tree, terms);
+            let mut flat = hyd_flat::flatten_with(&mut tree, terms);
+            flat.given = given(&flat, &options.set);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
             if !tree.table.diagnostics.iter().any(|d| d.severity == Severity::Error) {
                 // What follows a mistake may only seem unused.
@@ -212,6 +213,17 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
     };
     result.model_name = Some(model_name);
     result
+}
+
+/// Numbers of `set` by scalar variable; names that mean no scalar are left to whoever applies them.
+fn given(flat: &FlatModel, set: &[(String, String)]) -> Vec<(VarId, f64)> {
+    let scalar = |name: &str| {
+        flat.variables.iter().find_map(|block| {
+            let k = (0..block.count as usize).find(|&k| block.name.element(k) == name)?;
+            Some(VarId(block.first.0 + k as u32))
+        })
+    };
+    set.iter().filter_map(|(name, text)| Some((scalar(name)?, text.trim().parse().ok()?))).collect()
 }
 
 /// Flat model to sorted system with its derivatives.

@@ -9,12 +9,13 @@ use std::fmt::Write;
 use hyd_flat::{Section, StateSelect, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Files, Origin, did_you_mean};
-use hyd_symbolic::{alias, contains_slot, partial};
+use hyd_symbolic::alias;
 use rustc_hash::FxHashMap;
 
 use crate::explain::{counted, equation_text, variable_of};
+use crate::linearity::{block_targets, is_linear};
 use crate::print::equation;
-use crate::sorted::{Assignment, Block, EqId, OperandRange, Plan, SortedSystem};
+use crate::sorted::{Assignment, Block, EqId, Plan, SortedSystem};
 use crate::system::{EquationSystem, Resolution, Role, Selection};
 
 /// Characters of a line; the place in the text follows anyway.
@@ -280,7 +281,7 @@ impl Report<'_> {
         if size == 1 && block.residuals.is_empty() {
             return self.line("block", &format!("{} of {total}: alone", number + 1));
         }
-        let kind = if self.is_linear(plan, block) { "linear" } else { "nonlinear" };
+        let kind = if is_linear(self.system, plan, block) { "linear" } else { "nonlinear" };
         let names: Vec<String> = block_targets(plan, block)
             .map(|target| self.system.flat.operand_name(hyd_flat::Operand::new(target)))
             .collect();
@@ -302,39 +303,6 @@ impl Report<'_> {
             self.from(eq);
         }
     }
-
-    /// True if no equation of the block multiplies or otherwise bends the block's own unknowns.
-    fn is_linear(&self, plan: &Plan, block: &Block) -> bool {
-        let own: Vec<Target> = block_targets(plan, block).collect();
-        let mut arena = self.system.flat.templates.arena.clone();
-        let expressions = block.assignments.iter().map(|&a| {
-            let a = &plan.assignments[a as usize];
-            (a.value, a.operands)
-        });
-        let rows = block.residuals.iter().map(|&r| {
-            let r = &plan.residuals[r as usize];
-            (r.value, r.operands)
-        });
-        expressions.chain(rows).all(|(value, operands): (_, OperandRange)| {
-            let operands = self.system.operands_of(operands);
-            let slots = hyd_symbolic::slots(&arena, &[value]);
-            let inside: Vec<_> = slots.into_iter().filter(|s| own.contains(&operands[s.index()].target())).collect();
-            inside.iter().all(|&slot| {
-                let slope = partial(&mut arena, value, slot);
-                inside.iter().all(|&other| !contains_slot(&arena, slope, other))
-            })
-        })
-    }
-}
-
-/// What a block determines: targets of its assignments, then its unknowns (a state's derivative for a rate).
-fn block_targets<'a>(plan: &'a Plan, block: &'a Block) -> impl Iterator<Item = Target> + use<'a> {
-    let unknown = |&u: &u32| match (plan.unknowns[u as usize].differential, plan.unknowns[u as usize].target) {
-        (true, Target::Var(v)) => Target::Der(v),
-        (_, target) => target,
-    };
-    let assigned = block.assignments.iter().map(|&a| plan.assignments[a as usize].target);
-    assigned.chain(block.unknowns.iter().map(unknown))
 }
 
 fn block_of(plan: &Plan, target: Target) -> Option<(usize, &Block)> {

@@ -19,6 +19,7 @@ mod homotopy;
 mod incidence;
 mod initial;
 pub mod jacobian;
+mod linearity;
 mod matrix;
 mod parameter_values;
 mod plan;

@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::explain::variable_of;
 use crate::jacobian::PlanJacobian;
+use crate::linearity::is_linear;
 use crate::print::{LONGEST_RUN, expression, section};
 use crate::representative::block_of_variable;
 use crate::sorted::{Assignment, Block, Plan, SortedSystem, Trigger};
@@ -134,7 +135,13 @@ fn block(system: &EquationSystem, plan: &Plan, block: &Block) -> String {
                 (_, target) => target_name(system, target),
             })
             .collect();
-        lines.push(format!("solve: {}  for {}", rows.join(", "), names.join(", ")));
+        // What one unknown alone is determined by is no system.
+        let kind = match block.assignments.len() + block.residuals.len() {
+            1 => "solve",
+            _ if is_linear(system, plan, block) => "solve linear",
+            _ => "solve nonlinear",
+        };
+        lines.push(format!("{kind}: {}  for {}", rows.join(", "), names.join(", ")));
     }
     lines.join("\n     ")
 }

@@ -48,7 +48,9 @@ impl StartPoint {
     }
 
     fn execute(&mut self, system: &EquationSystem, a: &Assignment) {
-        let value = Some(self.evaluate(system, a.value, a.operands)).filter(|value| value.is_finite());
+        let given = system.flat.given.iter().find(|(v, _)| a.target == Target::Var(*v)).map(|(_, value)| *value);
+        let value = given.unwrap_or_else(|| self.evaluate(system, a.value, a.operands));
+        let value = Some(value).filter(|value| value.is_finite());
         match a.target {
             Target::Var(v) => self.value[v] = value,
             Target::Start(v) => self.start[v] = value,

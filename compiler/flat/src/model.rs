@@ -320,6 +320,8 @@ pub struct FlatModel {
     pub experiment: Experiment,
     /// Equations that terms can be injected into (indices into `equations`): those written as `left = right`.
     pub injectable: Vec<u32>,
+    /// Values that are set for a run where declarations say otherwise; they stay data, but nothing is divided by one that is zero.
+    pub given: Vec<(VarId, f64)>,
 }
 
 impl FlatModel {
