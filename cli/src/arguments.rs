@@ -27,7 +27,9 @@ impl Arguments {
             Verb::Simulate(verb) => verb.model.message_format,
             Verb::Equations(verb) => verb.model.message_format,
             Verb::Sweep(verb) => verb.message_format,
-            Verb::Plot(_) | Verb::Compare(_) | Verb::Explain(_) => MessageFormat::Text,
+            Verb::Plot(_) | Verb::Compare(_) | Verb::Explain(_) | Verb::Fit(_) | Verb::Discover(_) => {
+                MessageFormat::Text
+            }
         }
     }
 }
@@ -45,6 +47,10 @@ pub enum Verb {
     Plot(Plot),
     /// Run a model many times with varied parameters, on all cores
     Sweep(Box<Sweep>),
+    /// Fit what may be off to the shots of a bench
+    Fit(Fit),
+    /// Find where model and bench disagree, name what is missing, write the model that has it
+    Discover(Discover),
     /// Hold two results against each other
     Compare(Compare),
     /// Explain an error code, or list all of them
@@ -385,4 +391,49 @@ mod tests {
         assert_eq!(list("g, a[1,2].k"), Ok(vec!["g".to_string(), "a[1,2].k".to_string()]));
         assert!(list("a,,b").is_err() && list("").is_err());
     }
+}
+
+/// What the verbs that hold a model against a bench share.
+#[derive(Args, Debug)]
+pub struct StudyArguments {
+    /// The study: which model, which channel is which variable, what may be off
+    #[arg(value_name = "STUDY.toml")]
+    pub study: PathBuf,
+    /// The set of shots: what the lab knows of its bench, and its tables
+    #[arg(long, value_name = "SET.json")]
+    pub bench: PathBuf,
+    /// Libraries
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<std::num::NonZeroUsize>,
+    /// Seed of random starts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// `hyd fit`
+#[derive(Args, Debug)]
+pub struct Fit {
+    /// Study and set
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Print the outcome as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `hyd discover`
+#[derive(Args, Debug)]
+pub struct Discover {
+    /// Study and set
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Folder of the report; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub report: PathBuf,
+    /// Print the outcome as one JSON object
+    #[arg(long)]
+    pub json: bool,
 }

@@ -1,6 +1,6 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
-//! One file per verb (`check`, `simulate`, `equations`, `plot`, `sweep`, `compare`, `explain`); `translate` takes a model file to the compiler with
+//! One file per verb (`check`, `simulate`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`, `explain`); `translate` takes a model file to the compiler with
 //! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
 //! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
 
@@ -8,8 +8,10 @@ mod arguments;
 mod check;
 pub mod clock;
 mod compare;
+mod discover;
 mod equations;
 mod explain;
+mod fit;
 mod interrupt;
 mod library;
 mod output;
@@ -21,6 +23,7 @@ mod run_failure;
 mod run_summary;
 mod selection;
 mod simulate;
+mod study;
 mod sweep;
 mod text_file;
 mod translate;
@@ -79,6 +82,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Equations(verb) => equations::equations(verb),
         Verb::Plot(verb) => plot::plot(verb),
         Verb::Sweep(verb) => sweep::sweep(verb),
+        Verb::Fit(verb) => fit::fit(verb),
+        Verb::Discover(verb) => discover::discover(verb),
         Verb::Compare(verb) => compare::compare(verb),
         Verb::Explain(verb) => explain::explain(verb),
     };

@@ -45,7 +45,7 @@ pub(crate) fn report(files: &Files, diagnostics: &[Diagnostic], format: MessageF
     });
 }
 
-fn library_path(arguments: &LibraryArguments, file: &Path, text: &str) -> Result<LibraryPath, String> {
+pub(crate) fn library_path(arguments: &LibraryArguments, file: &Path, text: &str) -> Result<LibraryPath, String> {
     let mut library = LibraryPath::new();
     if let Ok(folder) = std::env::current_dir() {
         library.name_from(&folder);

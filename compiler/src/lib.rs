@@ -5,6 +5,7 @@
 //! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
 
 mod injection;
+pub mod inquiry;
 mod limits;
 mod override_value;
 mod page;

@@ -246,12 +246,16 @@ impl<'t> Builder<'t> {
         let mut type_dims = Vec::new();
         let mut declarations = Vec::new();
         let mut constraint = constraint;
+        let (mut description, mut annotation) = (None, None);
         for part in node.into_inner() {
             match part.as_rule() {
                 Rule::path => class = Some(self.path(part)),
                 Rule::subscripts => type_dims = self.subscripts(part),
                 Rule::declaration => declarations.push(part),
                 Rule::constraining => constraint = self.constraint(part),
+                // What follows the constraint belongs to the declarations before it.
+                Rule::description => description = self.description(part),
+                Rule::annotation => annotation = Some(self.annotation(part)),
                 _ => {}
             }
         }
@@ -266,6 +270,8 @@ impl<'t> Builder<'t> {
         }
         for component in &mut components {
             component.constrained_by.clone_from(&constraint);
+            component.description = component.description.take().or_else(|| description.clone());
+            component.annotation = component.annotation.take().or_else(|| annotation.clone());
         }
         components
     }

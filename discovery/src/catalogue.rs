@@ -1,0 +1,217 @@
+//! What a model may lack: the effects that libraries declare, and the places of the model that they fit.
+//!
+//! Effects are classes with `annotation(__hyd(effect(...)))`, places replaceable components with
+//! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
+//! A [`Candidate`] is an effect at the place (or places) of one model.
+
+use std::sync::Arc;
+
+use hyd_compiler::inquiry::{AnnotatedClass, AnnotatedComponent, Note};
+
+use crate::Fault;
+use crate::prior::Prior;
+
+/// Is it the machine or the measurement?
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// The machine.
+    Physics,
+    /// The measuring chain.
+    Sensor,
+}
+
+impl Kind {
+    /// The word used in annotations and reports.
+    pub fn word(self) -> &'static str {
+        if self == Kind::Physics { "physics" } else { "sensor" }
+    }
+}
+
+/// A parameter of an effect that is fitted.
+#[derive(Clone, Debug)]
+pub struct EffectParameter {
+    /// Name in the class.
+    pub name: Arc<str>,
+    /// Prior.
+    pub prior: Prior,
+    /// Ends of what is plausible.
+    pub range: Option<(f64, f64)>,
+}
+
+/// An effect of a library.
+#[derive(Clone, Debug)]
+pub struct Effect {
+    /// Its name in reports.
+    pub id: Arc<str>,
+    /// Machine or measurement.
+    pub kind: Kind,
+    /// Full name of the class.
+    pub class: String,
+    /// Words for reports.
+    pub words: Arc<str>,
+    /// How it shows.
+    pub signature: Arc<str>,
+    /// Effects that it is easily taken for.
+    pub rivals: Vec<Arc<str>>,
+    /// Sets of places that it takes, of which it needs one.
+    pub at: Vec<Vec<Arc<str>>>,
+    /// Fitted parameters; the first carries its size.
+    pub parameters: Vec<EffectParameter>,
+    /// Size at which the model is as without it, if there is one.
+    pub zero: Option<f64>,
+    /// A typical size.
+    pub probe: f64,
+    /// Sizes are shares of the range of the channel at the place.
+    pub of_range: bool,
+    /// Its size is another one in every shot.
+    pub per_shot: bool,
+    /// The base model that lacks it, if only some do.
+    pub base: Option<Arc<str>>,
+    /// File of the class.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+}
+
+/// A place of a model.
+#[derive(Clone, Debug)]
+pub struct Site {
+    /// Its id.
+    pub id: Arc<str>,
+    /// Instance path.
+    pub path: String,
+    /// Words.
+    pub words: Arc<str>,
+    /// Channel whose measuring chain it is.
+    pub channel: Option<Arc<str>>,
+    /// File of the declaration.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+}
+
+/// An effect at places of a model.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effect.
+    pub effect: Arc<Effect>,
+    /// Where: one place for each id that it takes at once.
+    pub sites: Vec<Site>,
+}
+
+impl Candidate {
+    /// Id, with the channel where several chains could have it.
+    pub fn label(&self) -> String {
+        match self.sites.first().and_then(|site| site.channel.as_ref()) {
+            Some(channel) => format!("{} of {channel}", self.effect.id),
+            None => self.effect.id.to_string(),
+        }
+    }
+
+    /// True if the two cannot be in one model: they want the same place.
+    pub fn excludes(&self, other: &Candidate) -> bool {
+        self.sites.iter().any(|site| other.sites.iter().any(|taken| taken.path == site.path))
+    }
+}
+
+/// Reads the effects among annotated classes.
+///
+/// # Errors
+/// A sentence on the first annotation that is no effect's.
+pub fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
+    classes.iter().map(|class| effect(class).map(Arc::new)).collect()
+}
+
+fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
+    let wrong = |why: String| {
+        Fault::new(format!("`{}` ({}:{}) is no usable effect: {why}", class.name, class.file, class.line))
+    };
+    let note = class.note.get("effect").ok_or_else(|| wrong("its annotation has no `effect`".into()))?;
+    let text = |key: &str| note.get(key).and_then(Note::text).map(Arc::<str>::from);
+    let needed = |key: &str| text(key).ok_or_else(|| wrong(format!("`{key}` is missing")));
+    let number = |key: &str| note.get(key).and_then(Note::number);
+    let flag = |key: &str| note.get(key) == Some(&Note::Boolean(true));
+    let kind = match &*needed("kind")? {
+        "physics" => Kind::Physics,
+        "sensor" => Kind::Sensor,
+        other => return Err(wrong(format!("the kind `{other}` is neither `physics` nor `sensor`"))),
+    };
+    let at = match (note.get("at"), note.get("at_one_of")) {
+        (Some(at), None) => vec![at.texts()],
+        (None, Some(several)) => several.texts().into_iter().map(|id| vec![id]).collect(),
+        _ => return Err(wrong("one of `at` and `at_one_of` must say where it fits".into())),
+    };
+    let range = |note: &Note| match note.get("range").map(Note::numbers).as_deref() {
+        Some(&[from, to]) => Some((from, to)),
+        _ => None,
+    };
+    let prior = |text: &str| Prior::parse(text).map_err(|fault| wrong(fault.sentence));
+    let mut parameters =
+        vec![EffectParameter { name: needed("adds")?, prior: prior(&needed("prior")?)?, range: range(note) }];
+    let size = parameters[0].name.clone();
+    for component in class.components.iter().filter(|component| *component.path != *size) {
+        if let Some(stated) = component.note.get("prior").and_then(Note::text) {
+            let range = range(&component.note);
+            parameters.push(EffectParameter { name: component.path.as_str().into(), prior: prior(stated)?, range });
+        }
+    }
+    Ok(Effect {
+        id: needed("id")?,
+        kind,
+        class: class.name.clone(),
+        words: text("words").unwrap_or_else(|| class.description.clone()),
+        signature: text("signature").unwrap_or_default(),
+        rivals: note.get("rivals").map(Note::texts).unwrap_or_default(),
+        at,
+        parameters,
+        zero: number("zero"),
+        probe: number("probe").ok_or_else(|| wrong("`probe` must be a number".into()))?,
+        of_range: flag("probe_of_range"),
+        per_shot: flag("per_shot"),
+        base: text("base"),
+        file: class.file.clone(),
+        line: class.line,
+    })
+}
+
+/// Reads the places among annotated components.
+pub fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
+    let read = components.iter().filter_map(|component| {
+        let place = component.note.get("place")?;
+        Some(Site {
+            id: place.get("id")?.text()?.into(),
+            path: component.path.clone(),
+            words: component.description.clone(),
+            channel: place.get("channel").and_then(Note::text).map(Arc::from),
+            file: component.file.clone(),
+            line: component.line,
+        })
+    });
+    read.collect()
+}
+
+/// All ways to put the effects into a model with these places.  Effects of other base models and measuring chains of channels
+/// that are not measured are left out.
+pub fn candidates(
+    effects: &[Arc<Effect>],
+    sites: &[Site],
+    base_model: Option<&str>,
+    measured: &dyn Fn(&str) -> bool,
+) -> Vec<Candidate> {
+    let mut found = Vec::new();
+    for effect in effects {
+        if effect.base.as_deref().is_some_and(|base| Some(base) != base_model) {
+            continue;
+        }
+        for ids in &effect.at {
+            let taken: Vec<Site> =
+                ids.iter().filter_map(|id| sites.iter().find(|site| site.id == *id).cloned()).collect();
+            let missing_channel =
+                taken.iter().any(|site| site.channel.as_ref().is_some_and(|channel| !measured(channel)));
+            if taken.len() == ids.len() && !taken.is_empty() && !missing_channel {
+                found.push(Candidate { effect: effect.clone(), sites: taken });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,170 @@
+//! Shots made ready for a fit: channels in model units, standard deviations, slopes and masks.
+//!
+//! Samples that are missing or masked have no weight.  Where a channel changes fast, a small error of time is a large one of
+//! value; the variance is `sigma^2 + (|dy/dt| tau)^2` with the slope of the smoothed measurement, the largest of its neighbours,
+//! and a `tau` that a fit lowers in stages.
+
+use crate::bench::Shot;
+use crate::machine::Span;
+use crate::noise::Noise;
+use crate::study::Mask;
+use crate::{Bench, Fault, Study};
+
+/// Samples to either side over which the slope is the largest.
+const NEIGHBOURS: usize = 4;
+
+/// One channel of one shot.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Values in units of the model, 0 where there is none.
+    pub values: Vec<f64>,
+    /// Has the sample a weight?
+    pub used: Vec<bool>,
+    /// Largest slope nearby (units of the model per s).
+    pub slope: Vec<f64>,
+}
+
+/// One shot.
+#[derive(Clone, Debug)]
+pub struct ShotData {
+    /// Number given by the lab.
+    pub number: usize,
+    /// Times (s).
+    pub times: Vec<f64>,
+    /// Output points of its run.
+    pub span: Span,
+    /// Channels in the order of [`Data::channels`]; none where the shot lacks it.
+    pub traces: Vec<Option<Trace>>,
+}
+
+/// A channel of a set.
+#[derive(Clone, Debug)]
+pub struct ChannelInfo {
+    /// Column in the tables.
+    pub name: String,
+    /// Words for reports.
+    pub words: String,
+    /// Unit of the column.
+    pub unit: String,
+    /// Expression of the model.
+    pub expression: String,
+    /// Units of the table per unit of the model.
+    pub scale: f64,
+    /// Scatter in units of the model.
+    pub noise: Noise,
+    /// Standard deviation of the offset in units of the model.
+    pub offset: f64,
+    /// Standard deviation of the gain.
+    pub gain: f64,
+    /// Largest minus smallest value over all shots, in units of the model.
+    pub range: f64,
+}
+
+/// All shots of a set.
+#[derive(Clone, Debug)]
+pub struct Data {
+    /// Channels that are measured in at least one shot.
+    pub channels: Vec<ChannelInfo>,
+    /// Shots in their order.
+    pub shots: Vec<ShotData>,
+}
+
+impl Data {
+    /// Makes a set ready.
+    ///
+    /// # Errors
+    /// When a channel is unusable: of unknown scatter, or the same number throughout.
+    pub fn new(bench: &Bench, study: &Study) -> Result<Self, Fault> {
+        let mut channels = Vec::new();
+        for (name, channel) in &study.channels {
+            if !bench.shots.iter().any(|shot| shot.values.contains_key(name)) {
+                continue;
+            }
+            let noise = Noise::of(bench, study, name)?;
+            let scale = channel.scale.abs();
+            let all =
+                || bench.shots.iter().filter_map(|shot| shot.values.get(name)).flatten().filter(|v| v.is_finite());
+            let (low, high) = all().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+            if low == high {
+                return Err(Fault::new(format!(
+                    "channel `{name}` is {low} throughout: a dead sensor? Take it out of the tables or the study"
+                )));
+            }
+            channels.push(ChannelInfo {
+                name: name.clone(),
+                words: if channel.words.is_empty() { name.clone() } else { channel.words.clone() },
+                unit: channel.unit.clone(),
+                expression: channel.variable.clone(),
+                scale: channel.scale,
+                noise: Noise { sigma: noise.sigma / scale, quiet: noise.quiet.map(|quiet| quiet / scale), ..noise },
+                offset: bench.offset.get(name).copied().or(channel.offset).unwrap_or(0.0) / scale,
+                gain: channel.gain.or(bench.gain).unwrap_or(0.0),
+                range: (high - low) / scale,
+            });
+        }
+        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, &study.shots.masks));
+        Ok(Self { shots: shots.collect(), channels })
+    }
+
+    /// Position of a channel.
+    pub fn channel(&self, name: &str) -> Option<usize> {
+        self.channels.iter().position(|channel| channel.name == name)
+    }
+}
+
+fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> ShotData {
+    let times = &shot.times;
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let step = steps[steps.len() / 2];
+    let span =
+        Span { start: first, stop: last, intervals: (((last - first) / step).round() as usize).clamp(20, 200_000) };
+    let traces = channels.iter().map(|channel| {
+        let raw = shot.values.get(&channel.name)?;
+        let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();
+        for mask in masks.iter().filter(|mask| mask.channels.is_empty() || mask.channels.contains(&channel.name)) {
+            apply_mask(mask, shot, &mut used);
+        }
+        let values: Vec<f64> =
+            raw.iter().map(|value| if value.is_finite() { value / channel.scale } else { 0.0 }).collect();
+        let slope = slopes(times, &values, &used);
+        Some(Trace { values, used, slope })
+    });
+    ShotData { number: shot.number, times: times.clone(), span, traces: traces.collect() }
+}
+
+fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) {
+    let mut from = mask.from.unwrap_or(f64::NEG_INFINITY);
+    if let Some(values) = mask.after_return_of.as_ref().and_then(|name| shot.values.get(name)) {
+        let top = values.iter().copied().filter(|v| v.is_finite()).fold(f64::MIN, f64::max);
+        let peak = values.iter().position(|&v| v == top).unwrap_or(0);
+        let back = (peak..values.len()).find(|&k| values[k] < mask.below * top);
+        from = from.max(back.map_or(f64::INFINITY, |k| shot.times[k]));
+    }
+    let to = mask.to.unwrap_or(f64::INFINITY);
+    for (time, used) in shot.times.iter().zip(used) {
+        *used &= !(*time >= from && *time <= to);
+    }
+}
+
+/// The largest slope around each sample, from the values smoothed over three.
+fn slopes(times: &[f64], values: &[f64], used: &[bool]) -> Vec<f64> {
+    let n = values.len();
+    let smooth: Vec<f64> = (0..n)
+        .map(|k| {
+            let around = k.saturating_sub(1)..(k + 2).min(n);
+            let (sum, count) = around.filter(|&j| used[j]).fold((0.0, 0.0), |(s, c), j| (s + values[j], c + 1.0));
+            if count > 0.0 { sum / count } else { values[k] }
+        })
+        .collect();
+    let local: Vec<f64> = (0..n)
+        .map(|k| {
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            if used[a] && used[b] && b > a { ((smooth[b] - smooth[a]) / (times[b] - times[a])).abs() } else { 0.0 }
+        })
+        .collect();
+    (0..n)
+        .map(|k| local[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(n)].iter().copied().fold(0.0, f64::max))
+        .collect()
+}

@@ -1,0 +1,122 @@
+//! The way to the minimum: a growing horizon, then restarts where the first way ended too high.
+//!
+//! A stop or a seat met a little too late makes the objective many-valued; fitting the first third of the record, then half,
+//! three quarters, and all, with inflated deviations and a wide tolerance of time, keeps the fit in the right valley (Michalik,
+//! Hannemann, Marquardt 2009: incremental single shooting).  What was tried and how far apart the ends lie is kept.
+
+use nalgebra::DMatrix;
+
+use crate::Fault;
+use crate::fit::{Effort, Fit, minimise};
+use crate::problem::{Problem, Weighing};
+
+/// Inflation of deviations and of the tolerance of time on the way.
+const WIDE: (f64, f64) = (3.5, 2.5);
+/// A fit is good when its misfit per expected one is below this.
+const GOOD: f64 = 1.08;
+
+/// One attempt.
+#[derive(Clone, Debug)]
+pub struct Attempt {
+    /// How it began.
+    pub start: String,
+    /// Misfit over expected misfit at its end.
+    pub misfit: f64,
+    /// Cost at its end.
+    pub cost: f64,
+    /// Steps in the last stage.
+    pub steps: usize,
+    /// Converged.
+    pub converged: bool,
+}
+
+/// All attempts at one fit.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// In their order.
+    pub attempts: Vec<Attempt>,
+}
+
+impl Record {
+    /// Notes the end of an attempt.
+    pub fn note(&mut self, start: impl Into<String>, fit: &Fit, expected: f64) {
+        self.attempts.push(Attempt {
+            start: start.into(),
+            misfit: fit.misfit / expected,
+            cost: fit.cost,
+            steps: fit.steps,
+            converged: fit.converged,
+        });
+    }
+}
+
+/// Fits all unknowns to `shots` from `start` on a growing horizon; once more from the end of that where it is not good.
+///
+/// # Errors
+/// When the model does not run at the start.
+pub fn fit(problem: &Problem<'_>, start: &[f64], shots: &[usize], tau: f64) -> Result<(Fit, Record), Fault> {
+    let expected = problem.expected(&Weighing::whole(shots, tau));
+    let mut record = Record::default();
+    let best = along(problem, start, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])?;
+    record.note("growing horizon", &best, expected);
+    Ok((best, record))
+}
+
+/// Tries again: on another growing horizon from where the fit ended, then from random starts.  Returns the lowest of all.
+pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
+    let expected = problem.expected(&Weighing::whole(shots, tau));
+    let mut best = fit;
+    if let Ok(next) = along(problem, &best.xi, (shots, tau), &[0.25, 0.4, 0.6, 0.8, 1.0]) {
+        record.note("growing horizon from there", &next, expected);
+        best = lower(best, next);
+    }
+    let mut draws = Draws(seed | 1);
+    for k in 0..2 {
+        if best.misfit / expected <= GOOD {
+            break;
+        }
+        let xi: Vec<f64> = best.xi.iter().map(|_| 0.7 * draws.normal()).collect();
+        if let Ok(next) = along(problem, &xi, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0]) {
+            record.note(format!("random start {}", k + 1), &next, expected);
+            best = lower(best, next);
+        }
+    }
+    best
+}
+
+/// The one with the lower cost.
+pub fn lower(a: Fit, b: Fit) -> Fit {
+    if b.cost < a.cost { b } else { a }
+}
+
+fn along(problem: &Problem<'_>, start: &[f64], (shots, tau): (&[usize], f64), horizons: &[f64]) -> Result<Fit, Fault> {
+    let mut xi = start.to_vec();
+    let mut jacobian: Option<(DMatrix<f64>, Weighing)> = None;
+    for &horizon in horizons {
+        let weighing = Weighing { shots: shots.to_vec(), horizon, inflation: WIDE.0, tau: WIDE.1 * tau.max(0.5) };
+        let fit = minimise(problem, &xi, &weighing, Effort::SHORT, None)?;
+        xi = fit.xi;
+        jacobian = fit.jacobian.map(|(jacobian, _)| (jacobian, weighing));
+    }
+    let known = jacobian.as_ref().map(|(jacobian, weighing)| (jacobian, weighing));
+    minimise(problem, &xi, &Weighing::whole(shots, tau), Effort::FULL, known)
+}
+
+/// Pseudo-random numbers that are the same everywhere (Steele, Lea, Flood 2014: SplitMix64).
+pub struct Draws(pub u64);
+
+impl Draws {
+    /// Uniform in (0, 1).
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 + f64::EPSILON / 4.0
+    }
+
+    /// Standard normal, as the sum of twelve uniform numbers.
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}

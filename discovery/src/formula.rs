@@ -1,0 +1,113 @@
+//! Sums and products of the conditions of a shot, such as `trigger_time_s + pulse_s`.
+//!
+//! Recursive descent over `+ - * /`, signs, parentheses, numbers and names; a name is a condition that the set records.
+
+use crate::Fault;
+
+/// The value of a formula; `value_of` gives the value of a name.
+pub(crate) fn evaluate(text: &str, value_of: &dyn Fn(&str) -> Option<f64>) -> Result<f64, Fault> {
+    let mut reader = Reader { text, rest: text, value_of };
+    let value = reader.sum()?;
+    match reader.rest.trim_start() {
+        "" => Ok(value),
+        rest => Err(reader.wrong(&format!("`{rest}` does not belong here"))),
+    }
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    rest: &'a str,
+    value_of: &'a dyn Fn(&str) -> Option<f64>,
+}
+
+impl Reader<'_> {
+    fn wrong(&self, why: &str) -> Fault {
+        Fault::new(format!("the formula `{}` cannot be evaluated: {why}", self.text))
+    }
+
+    fn accept(&mut self, symbols: &[char]) -> Option<char> {
+        let rest = self.rest.trim_start();
+        let found = rest.chars().next().filter(|c| symbols.contains(c))?;
+        self.rest = &rest[found.len_utf8()..];
+        Some(found)
+    }
+
+    fn sum(&mut self) -> Result<f64, Fault> {
+        let mut value = self.product()?;
+        while let Some(sign) = self.accept(&['+', '-']) {
+            let next = self.product()?;
+            value = if sign == '+' { value + next } else { value - next };
+        }
+        Ok(value)
+    }
+
+    fn product(&mut self) -> Result<f64, Fault> {
+        let mut value = self.factor()?;
+        while let Some(sign) = self.accept(&['*', '/']) {
+            let next = self.factor()?;
+            value = if sign == '*' { value * next } else { value / next };
+        }
+        Ok(value)
+    }
+
+    fn factor(&mut self) -> Result<f64, Fault> {
+        if self.accept(&['-']).is_some() {
+            return Ok(-self.factor()?);
+        }
+        if self.accept(&['(']).is_some() {
+            let value = self.sum()?;
+            return self.accept(&[')']).map(|_| value).ok_or_else(|| self.wrong("a `)` is missing"));
+        }
+        self.rest = self.rest.trim_start();
+        let length =
+            self.rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).unwrap_or(self.rest.len());
+        let mut word = &self.rest[..length];
+        if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            // An exponent may carry a sign.
+            let longer = self.rest.len().min(length + 1);
+            if word.ends_with(['e', 'E']) && self.rest[length..].starts_with(['+', '-']) {
+                let digits =
+                    self.rest[longer..].find(|c: char| !c.is_ascii_digit()).unwrap_or(self.rest.len() - longer);
+                word = &self.rest[..longer + digits];
+            }
+            self.rest = &self.rest[word.len()..];
+            return word.parse().map_err(|_| self.wrong(&format!("`{word}` is no number")));
+        }
+        if word.is_empty() {
+            return Err(self.wrong("a number or the name of a condition is missing"));
+        }
+        self.rest = &self.rest[word.len()..];
+        (self.value_of)(word).ok_or_else(|| self.wrong(&format!("the shots record no condition `{word}`")))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::evaluate;
+
+    fn value(text: &str) -> Result<f64, crate::Fault> {
+        evaluate(text, &|name| match name {
+            "a" => Some(2.0),
+            "b_s" => Some(0.25),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn sums_and_products() {
+        assert_eq!(value("a + b_s").unwrap(), 2.25);
+        assert_eq!(value("-(a - 1e-1*b_s)/2").unwrap(), -0.9875);
+        assert_eq!(value("1.5E+2 * b_s").unwrap(), 37.5);
+    }
+
+    #[test]
+    fn faults_name_the_culprit() {
+        for (text, part) in
+            [("a + c", "`c`"), ("a b_s", "`b_s`"), ("(a", "`)`"), ("a +", "missing"), ("1.2.3", "1.2.3")]
+        {
+            let fault = value(text).unwrap_err();
+            assert!(fault.sentence.contains(part) && fault.sentence.contains(text), "{fault}");
+        }
+    }
+}

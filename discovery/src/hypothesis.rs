@@ -1,0 +1,120 @@
+//! A model with effects in it, translated and ready to be fitted; and the first look at an effect without a fit.
+//!
+//! The unknowns of a model with one more effect are those of the model before, then those of the effect, so that a fit can go on
+//! where another one ended.
+
+use crate::catalogue::Candidate;
+use crate::fit::Fit;
+use crate::machine::Machine;
+use crate::problem::{Problem, Weighing};
+use crate::projection::{Projection, Score};
+use crate::unknowns::{LIMIT, Meaning};
+use crate::variant::{Insert, Workshop};
+use crate::{Fault, Setup};
+
+/// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
+const SIZES: (&[f64], &[f64]) = (&[0.3, 1.0, 2.0], &[0.3, 0.5, 0.75, 1.0, 1.5, 2.0]);
+/// Amplitudes, as multiples of the size looked at, that a score may claim.
+const AMPLITUDES: (f64, f64) = (0.0, 3.0);
+
+/// A model with effects in it.
+pub struct Hypothesis {
+    /// The effects.
+    pub inserts: Vec<Candidate>,
+    /// The translated model.
+    pub machine: Machine,
+}
+
+/// An effect held against the residuals of a fit without it.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// The score at the best size.
+    pub score: Score,
+    /// That size.
+    pub size: f64,
+    /// Unknowns of the effect at the size that the score claims.
+    pub start: Vec<f64>,
+}
+
+impl Hypothesis {
+    /// Translates the base model with these effects.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn new(setup: &Setup, workshop: &Workshop<'_>, inserts: Vec<Candidate>) -> Result<Self, Fault> {
+        let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
+        let model = workshop.translate(&texts.collect::<Vec<_>>())?;
+        Ok(Self { inserts, machine: setup.machine(&model)? })
+    }
+
+    /// The comparison with the set.
+    ///
+    /// # Errors
+    /// When a parameter that the study names is not there.
+    pub fn problem<'a>(&'a self, setup: &'a Setup) -> Result<Problem<'a>, Fault> {
+        setup.problem(&self.machine, &self.inserts)
+    }
+
+    /// Names of the effects, for progress and reports.
+    pub fn label(&self) -> String {
+        match self.inserts.is_empty() {
+            true => "the base model".to_string(),
+            false => self.inserts.iter().map(Candidate::label).collect::<Vec<_>>().join(" + "),
+        }
+    }
+
+    /// Unknowns of the last effect at a size (all other parameters as expected), appended to those of the fit before.
+    pub fn at_size(&self, problem: &Problem<'_>, before: &[f64], size: f64) -> Vec<f64> {
+        let mut xi = before.to_vec();
+        let last = self.inserts.len().checked_sub(1);
+        let size_name =
+            self.inserts.last().map(|insert| format!("{}.{}", insert.effect.id, insert.effect.parameters[0].name));
+        for unknown in &problem.unknowns[before.len()..] {
+            let carries = unknown.effect == last
+                && size_name.as_ref().is_some_and(|name| unknown.name.starts_with(name.as_str()));
+            xi.push(match &unknown.meaning {
+                Meaning::Value { prior, .. } if carries => prior.xi(size, LIMIT - 1.0),
+                _ => 0.0,
+            });
+        }
+        xi
+    }
+
+    /// Holds the last effect against the residuals of the fit `before`, at several sizes and without a fit.  None where no size
+    /// can be run.
+    ///
+    /// # Errors
+    /// When a parameter that the study names is not there.
+    pub fn look(
+        &self,
+        setup: &Setup,
+        before: &Fit,
+        projection: &Projection<'_>,
+        weighing: &Weighing,
+    ) -> Result<Option<Look>, Fault> {
+        let Some(insert) = self.inserts.last() else { return Ok(None) };
+        let problem = self.problem(setup)?;
+        let typical = insert.effect.probe * setup.scale(insert);
+        let mut best: Option<Look> = None;
+        let sizes = if insert.effect.zero.is_some() { SIZES.0 } else { SIZES.1 };
+        for &multiple in sizes {
+            let size = multiple * typical;
+            let xi = self.at_size(&problem, &before.xi, size);
+            let Ok(runs) = problem.simulate(&xi, weighing) else { continue };
+            let signature = problem.residuals(&xi, &runs, weighing) - &before.residuals;
+            // An effect whose size may be negative shows so.
+            let two_sided = insert.effect.parameters[0].prior.value(-3.0) < 0.0;
+            let ends = if two_sided { (-AMPLITUDES.1, AMPLITUDES.1) } else { AMPLITUDES };
+            let score = projection.score(&signature, ends);
+            if best.as_ref().is_none_or(|best| score.gain > best.score.gain) {
+                let start = self.at_size(
+                    &problem,
+                    &before.xi,
+                    size * if score.amplitude == 0.0 { 1.0 } else { score.amplitude },
+                );
+                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec() });
+            }
+        }
+        Ok(best)
+    }
+}

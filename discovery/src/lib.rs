@@ -1,0 +1,28 @@
+//! Discovery: where do a model and a bench disagree, and what is missing?
+//!
+//! A [`Study`] ties a model to a bench, a [`Bench`] is one set of shots, a [`Setup`] both together.  `problem` compares runs with shots,
+//! `fit` takes up what may be off, `catalogue` knows the effects that libraries declare and the places where they fit, and `variant`
+//! writes models with effects in them as text.  Findings are plain data.  The crate knows no command line and opens no file.
+
+pub mod bench;
+pub mod catalogue;
+pub mod data;
+mod fault;
+pub mod fit;
+mod formula;
+pub mod hypothesis;
+pub mod machine;
+pub mod noise;
+pub mod prior;
+pub mod problem;
+pub mod projection;
+pub mod search;
+pub mod setup;
+pub mod study;
+pub mod unknowns;
+pub mod variant;
+
+pub use bench::Bench;
+pub use fault::Fault;
+pub use setup::Setup;
+pub use study::Study;

@@ -1,0 +1,252 @@
+//! Runs of a translated model under the conditions of shots: many at once, on all cores.
+//!
+//! A [`Machine`] keeps one system and one simulator per thread and uses them run after run.  A run gives the channels at
+//! the times of the shot; between output points values follow a cubic through four neighbours.
+
+use std::io;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use hyd_compiler::{CompiledModel, CompiledSystem};
+use hyd_results::{RowKind, Sink};
+use hyd_runtime::{Options, Simulator};
+use hyd_system::{DaeSystem, Place, Settable, Source, Tables};
+
+use crate::Fault;
+use crate::variant::CHANNEL;
+
+/// Where a parameter stands, and with which sign.
+#[derive(Clone, Debug)]
+pub struct ParameterPlace {
+    index: usize,
+    negated: bool,
+}
+
+/// Times of a run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Span {
+    /// First time (s).
+    pub start: f64,
+    /// Last time (s).
+    pub stop: f64,
+    /// Number of equal intervals.
+    pub intervals: usize,
+}
+
+/// A run to be made.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// Times.
+    pub span: usize,
+    /// Parameter values.
+    pub values: Vec<f64>,
+}
+
+/// A translated model, ready to be run many times.
+pub struct Machine {
+    tables: Arc<Tables>,
+    nominal: Vec<f64>,
+    channels: Vec<Source>,
+    tolerance: f64,
+    workers: Vec<Mutex<Worker>>,
+    runs: AtomicUsize,
+}
+
+struct Worker {
+    system: CompiledSystem,
+    simulator: Simulator,
+    grid: Grid,
+}
+
+/// Channels at the output points, one after the other.
+#[derive(Default)]
+struct Grid {
+    sources: Vec<Source>,
+    parameters: Vec<f64>,
+    values: Vec<Vec<f64>>,
+}
+
+impl Sink for Grid {
+    fn begin(&mut self, _tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
+        self.parameters.clear();
+        self.parameters.extend_from_slice(parameters);
+        self.values.iter_mut().for_each(Vec::clear);
+        Ok(())
+    }
+
+    fn row(&mut self, _t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
+        for (source, column) in self.sources.iter().zip(&mut self.values) {
+            let value = match source.place {
+                Place::Output(k) => values.get(k as usize).copied().unwrap_or(f64::NAN),
+                Place::Parameter(k) => self.parameters.get(k as usize).copied().unwrap_or(f64::NAN),
+                Place::Constant(value) => value,
+            };
+            column.push(if source.negated { -value } else { value });
+        }
+        Ok(())
+    }
+}
+
+impl Machine {
+    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds.
+    ///
+    /// # Errors
+    /// When the model cannot be bound.
+    pub fn new(model: &CompiledModel, channels: usize, tolerance: f64, threads: usize) -> Result<Self, Fault> {
+        let mut system = model.instantiate();
+        let tables = system.tables().clone();
+        let bound = system.bind(0.0);
+        bound.map_err(|failure| Fault::run(format!("the model cannot start: {}", failure.reason)))?;
+        let nominal = system.parameters().to_vec();
+        let mut sources = Vec::new();
+        for k in 0..channels {
+            let name = format!("{CHANNEL}{k}");
+            let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
+            sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
+        }
+        let workers = (0..threads.max(1)).map(|_| {
+            let system = model.instantiate();
+            let simulator = Simulator::new(system.structure());
+            let grid = Grid { sources: sources.clone(), parameters: Vec::new(), values: vec![Vec::new(); channels] };
+            Mutex::new(Worker { system, simulator, grid })
+        });
+        Ok(Self {
+            tables: tables.clone(),
+            nominal,
+            channels: sources.clone(),
+            tolerance,
+            workers: workers.collect(),
+            runs: AtomicUsize::new(0),
+        })
+    }
+
+    /// Names and places of the model.
+    pub fn tables(&self) -> &Arc<Tables> {
+        &self.tables
+    }
+
+    /// Number of runs made so far.
+    pub fn runs(&self) -> usize {
+        self.runs.load(Ordering::Relaxed)
+    }
+
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// Where a parameter stands, and the value it has in the model.
+    ///
+    /// # Errors
+    /// When there is none of this name or it cannot be set.
+    pub fn parameter(&self, name: &str) -> Result<(ParameterPlace, f64), Fault> {
+        let found = self.tables.find(name);
+        let (variable, element) = found.ok_or_else(|| Fault::new(format!("the model has no parameter `{name}`")))?;
+        match (variable.sources.get(element), &variable.settable) {
+            (Some(Source { place: Place::Parameter(index), negated }), Settable::Yes) => {
+                let value = self.nominal[*index as usize];
+                let place = ParameterPlace { index: *index as usize, negated: *negated };
+                Ok((place, if *negated { -value } else { value }))
+            }
+            _ => Err(Fault::new(format!(
+                "`{name}` is no parameter that can be set: it is final, follows from others or decides sizes"
+            ))),
+        }
+    }
+
+    /// Makes the runs; the answer to each is its channels at the output points, or why it failed.
+    pub fn run(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<Result<Vec<Vec<f64>>, Fault>> {
+        let next = AtomicUsize::new(0);
+        let answers: Vec<Mutex<Option<Result<Vec<Vec<f64>>, Fault>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+        self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
+        std::thread::scope(|scope| {
+            for worker in self.workers.iter().take(jobs.len()) {
+                scope.spawn(|| {
+                    let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
+                    while let Some(k) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&k| k < jobs.len()) {
+                        let answer = self.one(&mut worker, &spans[jobs[k].span], places, &jobs[k].values);
+                        *answers[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
+                    }
+                });
+            }
+        });
+        let given = answers.into_iter().map(|answer| answer.into_inner().unwrap_or_else(PoisonError::into_inner));
+        given.map(|answer| answer.unwrap_or_else(|| Err(Fault::run("a run was not made")))).collect()
+    }
+
+    fn one(
+        &self,
+        worker: &mut Worker,
+        span: &Span,
+        places: &[ParameterPlace],
+        values: &[f64],
+    ) -> Result<Vec<Vec<f64>>, Fault> {
+        let Worker { system, simulator, grid } = worker;
+        for (place, &value) in places.iter().zip(values) {
+            let value = if place.negated { -value } else { value };
+            if system.set_parameter(place.index, value).is_err() {
+                return Err(Fault::run(format!("a parameter cannot have the value {value}")));
+            }
+        }
+        let mut options = Options::new(span.start, span.stop).with_tolerance(self.tolerance);
+        options.intervals = span.intervals;
+        options.event_rows = false;
+        options.max_steps = 400_000;
+        match simulator.run(system, &options, grid, &|| false) {
+            Ok(summary) if summary.terminated.is_none() => Ok(grid.values.clone()),
+            Ok(_) => Err(Fault::run("the model ended the run")),
+            Err(error) => Err(Fault::run(error.to_string())),
+        }
+    }
+}
+
+impl Span {
+    /// Distance of the output points (s).
+    pub fn step(&self) -> f64 {
+        (self.stop - self.start) / self.intervals as f64
+    }
+
+    /// The value of a series on the output points at a time (s), and its rate of change (1/s): the cubic through four neighbours;
+    /// outside of the span the value at its end.
+    pub fn at(&self, series: &[f64], time: f64) -> (f64, f64) {
+        let n = series.len();
+        if n < 4 {
+            return (series.first().copied().unwrap_or(f64::NAN), 0.0);
+        }
+        let place = (time - self.start) / self.step();
+        if place <= 0.0 {
+            return (series[0], 0.0);
+        }
+        if place >= (n - 1) as f64 {
+            return (series[n - 1], 0.0);
+        }
+        let left = (place.floor() as usize).clamp(1, n - 3);
+        let s = place - left as f64;
+        let y = &series[left - 1..left + 3];
+        // Newton's form of the cubic through s = -1, 0, 1, 2.
+        let (d0, d1, d2) = (y[1] - y[0], y[2] - y[1], y[3] - y[2]);
+        let (e0, e1) = ((d1 - d0) / 2.0, (d2 - d1) / 2.0);
+        let f = (e1 - e0) / 3.0;
+        let value = y[0] + (s + 1.0) * (d0 + s * (e0 + (s - 1.0) * f));
+        let slope = d0 + (2.0 * s + 1.0) * e0 + (3.0 * s * s - 1.0) * f;
+        (value, slope / self.step())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Span;
+
+    #[test]
+    fn cubics_are_met_exactly() {
+        let span = Span { start: -1.0, stop: 2.0, intervals: 12 };
+        let cubic = |t: f64| 1.0 - t + 0.5 * t * t - 2.0 * t * t * t;
+        let rate = |t: f64| -1.0 + t - 6.0 * t * t;
+        let series: Vec<f64> = (0..=12).map(|k| cubic(-1.0 + 0.25 * f64::from(k))).collect();
+        for t in [-0.99, -0.5, 0.1, 1.3, 1.99] {
+            let (value, slope) = span.at(&series, t);
+            assert!((value - cubic(t)).abs() < 1e-12 && (slope - rate(t)).abs() < 1e-11, "{t}");
+        }
+        assert_eq!(span.at(&series, 3.0), (series[12], 0.0));
+    }
+}

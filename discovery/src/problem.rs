@@ -1,0 +1,306 @@
+//! The comparison of one model with a set: runs, residuals in standard deviations, and their derivatives.
+//!
+//! A residual is `(measured - gain * model(t - late) - offset)/sigma`, whitened where the noise is correlated.  Derivatives by
+//! model parameters are differences of runs; those by offsets, gains and delays are exact.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::Fault;
+use crate::data::Data;
+use crate::machine::{Job, Machine, ParameterPlace, Span};
+use crate::unknowns::{Meaning, Unknown};
+
+/// Channels of every shot on its output points; none for shots that were not run.
+pub type Runs = Vec<Option<Vec<Vec<f64>>>>;
+
+/// A model, the shots, and what may be changed.
+pub struct Problem<'a> {
+    /// The model.
+    pub machine: &'a Machine,
+    /// The shots.
+    pub data: &'a Data,
+    /// Places of the parameters that are set for every run.
+    pub places: Vec<ParameterPlace>,
+    /// Their values under the conditions of each shot.
+    pub base: Vec<Vec<f64>>,
+    /// What may be changed.
+    pub unknowns: Vec<Unknown>,
+}
+
+/// How residuals are weighed: a stage of a fit.
+#[derive(Clone, Debug)]
+pub struct Weighing {
+    /// Shots that count.
+    pub shots: Vec<usize>,
+    /// Share of the record that counts.
+    pub horizon: f64,
+    /// Factor on all standard deviations.
+    pub inflation: f64,
+    /// Tolerance of time, in sample periods.
+    pub tau: f64,
+}
+
+impl Weighing {
+    /// True weights over the whole of these shots.
+    pub fn whole(shots: &[usize], tau: f64) -> Self {
+        Self { shots: shots.to_vec(), horizon: 1.0, inflation: 1.0, tau }
+    }
+}
+
+impl Problem<'_> {
+    /// Numbers of all shots.
+    pub fn all_shots(&self) -> Vec<usize> {
+        (0..self.data.shots.len()).collect()
+    }
+
+    /// Parameter values of a shot.
+    fn values(&self, xi: &[f64], shot: usize) -> Vec<f64> {
+        let mut values = self.base[shot].clone();
+        for (unknown, &xi) in self.unknowns.iter().zip(xi).filter(|(unknown, _)| unknown.touches(shot)) {
+            match &unknown.meaning {
+                Meaning::Relative { places, .. } => places.iter().for_each(|&k| values[k] *= unknown.value(xi)),
+                Meaning::Value { places, .. } => places.iter().for_each(|&k| values[k] = unknown.value(xi)),
+                _ => {}
+            }
+        }
+        values
+    }
+
+    /// Output points of each shot up to a share of the record.
+    fn spans(&self, horizon: f64) -> Vec<Span> {
+        let cut = |span: &Span| {
+            // The record before the trigger is no part of the share.
+            let from = span.start.min(0.0);
+            let wanted = ((horizon * span.stop - from) / span.step()).ceil().max(8.0) as usize;
+            let intervals = wanted.min(span.intervals);
+            let stop =
+                if intervals == span.intervals { span.stop } else { span.start + intervals as f64 * span.step() };
+            Span { start: span.start, stop, intervals }
+        };
+        self.data.shots.iter().map(|shot| cut(&shot.span)).collect()
+    }
+
+    /// Runs the shots of a stage.
+    ///
+    /// # Errors
+    /// The first run that failed.
+    pub fn simulate(&self, xi: &[f64], weighing: &Weighing) -> Result<Runs, Fault> {
+        let jobs = weighing.shots.iter().map(|&shot| Job { span: shot, values: self.values(xi, shot) });
+        let jobs: Vec<Job> = jobs.collect();
+        let answers = self.machine.run(&self.spans(weighing.horizon), &self.places, &jobs);
+        let mut runs: Runs = vec![None; self.data.shots.len()];
+        for (job, answer) in jobs.iter().zip(answers) {
+            runs[job.span] = Some(
+                answer.map_err(|fault| Fault::run(format!("shot {}: {fault}", self.data.shots[job.span].number)))?,
+            );
+        }
+        Ok(runs)
+    }
+
+    /// Residuals of all samples of the stage's shots, shot by shot and channel by channel; 0 where a sample has no weight.
+    pub fn residuals(&self, xi: &[f64], runs: &Runs, weighing: &Weighing) -> DVector<f64> {
+        let spans = self.spans(weighing.horizon);
+        let mut all = Vec::with_capacity(self.rows(weighing));
+        for &shot in &weighing.shots {
+            let data = &self.data.shots[shot];
+            let late = self.late(xi, shot);
+            for (channel, trace) in data.traces.iter().enumerate() {
+                let begin = all.len();
+                let (Some(trace), Some(run)) = (trace, &runs[shot]) else { continue };
+                let (gain, offset) = self.chain(xi, channel);
+                let weights = self.weights(shot, channel, weighing);
+                for (k, &time) in data.times.iter().enumerate() {
+                    let weight = weights[k];
+                    all.push(if weight > 0.0 {
+                        let model = spans[shot].at(&run[channel], time - late).0;
+                        (trace.values[k] - gain * model - offset) * weight
+                    } else {
+                        0.0
+                    });
+                }
+                self.whiten(channel, &weights, &mut all[begin..]);
+            }
+        }
+        DVector::from_vec(all)
+    }
+
+    /// Change of the whitened residuals when the channels go from `runs` to `other`.
+    pub fn signature(&self, xi: &[f64], runs: &Runs, other: &Runs, weighing: &Weighing) -> DVector<f64> {
+        self.residuals(xi, other, weighing) - self.residuals(xi, runs, weighing)
+    }
+
+    /// Number of samples of the stage's shots, with or without weight.
+    pub fn rows(&self, weighing: &Weighing) -> usize {
+        weighing.shots.iter().map(|&shot| self.rows_of(shot)).sum()
+    }
+
+    fn rows_of(&self, shot: usize) -> usize {
+        let data = &self.data.shots[shot];
+        data.times.len() * data.traces.iter().flatten().count()
+    }
+
+    /// What the sum of squares is when nothing but noise is left: the sum over samples with weight of the share of the variance that is noise.
+    pub fn expected(&self, weighing: &Weighing) -> f64 {
+        let mut sum = 0.0;
+        for &shot in &weighing.shots {
+            for (channel, info) in self.data.channels.iter().enumerate() {
+                if self.data.shots[shot].traces[channel].is_some() {
+                    sum += self
+                        .weights(shot, channel, weighing)
+                        .iter()
+                        .map(|w| (w * info.noise.sigma).powi(2))
+                        .sum::<f64>();
+                }
+            }
+        }
+        sum
+    }
+
+    /// Reciprocal standard deviations of the samples of a channel, 0 for those that do not count.
+    pub fn weights(&self, shot: usize, channel: usize, weighing: &Weighing) -> Vec<f64> {
+        let data = &self.data.shots[shot];
+        let Some(trace) = &data.traces[channel] else { return Vec::new() };
+        let end = weighing.horizon * data.span.stop + 1e-9 * data.span.step();
+        let tau = weighing.tau * data.span.step();
+        let sigma = self.data.channels[channel].noise.sigma;
+        let samples = data.times.iter().zip(trace.used.iter().zip(&trace.slope));
+        let weight = |(&time, (&used, &slope)): (&f64, (&bool, &f64))| {
+            if used && time <= end {
+                1.0 / (weighing.inflation * (sigma * sigma + (slope * tau).powi(2)).sqrt())
+            } else {
+                0.0
+            }
+        };
+        samples.map(weight).collect()
+    }
+
+    /// The weights of all rows of [`Problem::residuals`].
+    pub fn all_weights(&self, weighing: &Weighing) -> Vec<f64> {
+        let channels = 0..self.data.channels.len();
+        let blocks = weighing.shots.iter().flat_map(|&shot| channels.clone().map(move |channel| (shot, channel)));
+        blocks.flat_map(|(shot, channel)| self.weights(shot, channel, weighing)).collect()
+    }
+
+    /// Takes the correlation out of neighbouring residuals that both count.
+    fn whiten(&self, channel: usize, weights: &[f64], residuals: &mut [f64]) {
+        let rho = self.data.channels[channel].noise.rho;
+        if rho == 0.0 {
+            return;
+        }
+        let scale = (1.0 - rho * rho).sqrt();
+        for k in (1..residuals.len()).rev() {
+            if weights[k] > 0.0 && weights[k - 1] > 0.0 {
+                residuals[k] = (residuals[k] - rho * residuals[k - 1]) / scale;
+            }
+        }
+    }
+
+    /// Gain and offset of a channel.
+    fn chain(&self, xi: &[f64], channel: usize) -> (f64, f64) {
+        let (mut gain, mut offset) = (1.0, 0.0);
+        for (unknown, &xi) in self.unknowns.iter().zip(xi) {
+            match unknown.meaning {
+                Meaning::Gain { channel: own, .. } if own == channel => gain = unknown.value(xi),
+                Meaning::Offset { channel: own, .. } if own == channel => offset = unknown.value(xi),
+                _ => {}
+            }
+        }
+        (gain, offset)
+    }
+
+    /// How late a shot is (s).
+    fn late(&self, xi: &[f64], shot: usize) -> f64 {
+        let own = self.unknowns.iter().zip(xi);
+        own.filter(|(unknown, _)| unknown.touches(shot) && matches!(unknown.meaning, Meaning::Late { .. }))
+            .map(|(unknown, &xi)| unknown.value(xi))
+            .sum()
+    }
+
+    /// Channels as they would be shown: with gain, offset and delay, at the times of the shot.
+    pub fn shown(&self, xi: &[f64], runs: &Runs, shot: usize, channel: usize) -> Vec<f64> {
+        let data = &self.data.shots[shot];
+        let Some(run) = &runs[shot] else { return Vec::new() };
+        let ((gain, offset), late) = (self.chain(xi, channel), self.late(xi, shot));
+        data.times.iter().map(|&time| gain * data.span.at(&run[channel], time - late).0 + offset).collect()
+    }
+
+    /// Derivatives of the residuals by the unknowns `which`, by differences of `step` standard deviations.
+    ///
+    /// # Errors
+    /// A run that fails to both sides.
+    pub fn jacobian(
+        &self,
+        (xi, runs): (&[f64], &Runs),
+        weighing: &Weighing,
+        which: &[usize],
+        step: f64,
+    ) -> Result<DMatrix<f64>, Fault> {
+        let rows = self.rows(weighing);
+        let mut jacobian = DMatrix::zeros(rows, which.len());
+        let varied: Vec<usize> = (0..which.len()).filter(|&k| self.unknowns[which[k]].is_simulated()).collect();
+        for (column, change) in self.differences((xi, runs), weighing, (which, &varied), step)? {
+            jacobian.set_column(column, &change);
+        }
+        for (column, &unknown) in which.iter().enumerate() {
+            if !self.unknowns[unknown].is_simulated() {
+                // The residual is linear in offset and gain; the delay is small against the sampling.
+                let h = 0.01;
+                let mut moved = xi.to_vec();
+                moved[unknown] += h;
+                let up = self.residuals(&moved, runs, weighing);
+                moved[unknown] -= 2.0 * h;
+                let change = (up - self.residuals(&moved, runs, weighing)) / (2.0 * h);
+                jacobian.set_column(column, &change);
+            }
+        }
+        Ok(jacobian)
+    }
+
+    /// Columns of the unknowns that need runs.
+    fn differences(
+        &self,
+        (xi, runs): (&[f64], &Runs),
+        weighing: &Weighing,
+        (which, varied): (&[usize], &[usize]),
+        step: f64,
+    ) -> Result<Vec<(usize, DVector<f64>)>, Fault> {
+        let mut jobs = Vec::new();
+        let mut owners = Vec::new();
+        for &column in varied {
+            let unknown = which[column];
+            let mut moved = xi.to_vec();
+            moved[unknown] += step;
+            for &shot in weighing.shots.iter().filter(|&&shot| self.unknowns[unknown].touches(shot)) {
+                jobs.push(Job { span: shot, values: self.values(&moved, shot) });
+                owners.push(column);
+            }
+        }
+        let spans = self.spans(weighing.horizon);
+        let answers = self.machine.run(&spans, &self.places, &jobs);
+        let mut columns: Vec<(usize, Runs, f64)> = varied.iter().map(|&column| (column, runs.clone(), step)).collect();
+        let mut failed: Vec<(usize, usize)> = Vec::new();
+        for ((job, owner), answer) in jobs.iter().zip(&owners).zip(answers) {
+            let Some(position) = varied.iter().position(|column| column == owner) else { continue };
+            match answer {
+                Ok(series) => columns[position].1[job.span] = Some(series),
+                Err(_) => failed.push((position, job.span)),
+            }
+        }
+        // To the other side where a run failed.
+        failed.dedup_by_key(|(position, _)| *position);
+        for (position, _) in failed {
+            let mut moved = xi.to_vec();
+            moved[which[columns[position].0]] -= step;
+            let touched =
+                weighing.shots.iter().copied().filter(|&shot| self.unknowns[which[columns[position].0]].touches(shot));
+            let part = Weighing { shots: touched.collect(), ..weighing.clone() };
+            let back = self.simulate(&moved, &part)?;
+            columns[position].1 = back.into_iter().zip(runs).map(|(new, old)| new.or_else(|| old.clone())).collect();
+            columns[position].2 = -step;
+        }
+        let changes = columns
+            .into_iter()
+            .map(|(column, other, step)| (column, self.signature(xi, runs, &other, weighing) / step));
+        Ok(changes.collect())
+    }
+}

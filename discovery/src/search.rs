@@ -1,0 +1,426 @@
+//! The search for what is missing: fit without, look at every effect, fit the likely ones with equal effort, decide, repeat.
+//!
+//! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best candidate
+//! and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a candidate whose size
+//! ends within two standard errors of nothing is the fit without.  A name needs a fall of the cost of 25, four standard
+//! errors, a lead of 10 over the next one and residuals that are noise.
+
+use std::collections::BTreeMap;
+
+use crate::catalogue::{Candidate, Kind};
+use crate::fit::schedule::{self, Record, lower};
+use crate::fit::{Effort, Fit, minimise};
+use crate::hypothesis::{Hypothesis, Look};
+use crate::problem::Weighing;
+use crate::projection::Projection;
+use crate::unknowns::Meaning;
+use crate::variant::Workshop;
+use crate::{Fault, Setup};
+
+/// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
+pub const NEEDED: f64 = 25.0;
+/// Lead over the next candidate.
+pub const LEAD: f64 = 10.0;
+/// Standard errors that the size must be away from nothing.
+pub const ERRORS: f64 = 4.0;
+/// Misfit per expected misfit up to which residuals count as noise.
+pub const ADEQUATE: f64 = 1.06;
+/// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
+const APART: f64 = 0.1;
+/// Most effects that are looked for.
+const MOST_EFFECTS: usize = 3;
+/// Candidates fitted, at a misfit close to the expected one and far above it.
+const SHORTLIST: (usize, usize) = (5, 8);
+/// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
+const CLOSE: (f64, f64) = (60.0, 0.05);
+/// A look that promises less is not followed.
+const PROMISING: f64 = 6.0;
+
+/// What came out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Status {
+    /// Nothing is missing.
+    Adequate,
+    /// One effect (or several, one after the other) of the machine.
+    Named,
+    /// Several effects explain it equally well.
+    Ambiguous,
+    /// A measuring chain.
+    Sensor,
+    /// Something is missing that no library knows.
+    Unknown,
+    /// The fits did not end where they could be compared.
+    Unconverged,
+}
+
+impl Status {
+    /// The word of reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Status::Adequate => "adequate",
+            Status::Named => "named",
+            Status::Ambiguous => "ambiguous",
+            Status::Sensor => "sensor",
+            Status::Unknown => "unknown",
+            Status::Unconverged => "unconverged",
+        }
+    }
+}
+
+/// A candidate that was looked at, and fitted if it was likely.
+pub struct Tried {
+    /// With the effects found before it.
+    pub hypothesis: Hypothesis,
+    /// The look without a fit.
+    pub look: Option<Look>,
+    /// The fit.
+    pub fit: Option<Fit>,
+    /// Fall of the cost against the fit without, in units of the noise left.
+    pub fall: f64,
+    /// Size in standard errors from nothing.
+    pub errors: f64,
+    /// Why it was not named.
+    pub verdict: String,
+}
+
+/// One pass of the search.
+pub struct Pass {
+    /// The model that the pass began with.
+    pub base: Hypothesis,
+    /// Its fit.
+    pub fit: Fit,
+    /// Expected misfit.
+    pub expected: f64,
+    /// What was tried for it.
+    pub record: Record,
+    /// Candidates, the best first.
+    pub tried: Vec<Tried>,
+}
+
+/// The outcome of a search.
+pub struct Findings {
+    /// Status.
+    pub status: Status,
+    /// Passes; the last one found nothing more.
+    pub passes: Vec<Pass>,
+    /// Effects that explain the last pass equally well.
+    pub ambiguous: Vec<Candidate>,
+    /// The best library effect where none is named.
+    pub resembles: Option<Candidate>,
+    /// Runs of the model.
+    pub runs: usize,
+}
+
+/// A search.
+pub struct Search<'a> {
+    /// Study and set.
+    pub setup: &'a Setup,
+    /// Writer of models.
+    pub workshop: &'a Workshop<'a>,
+    /// All that may be missing.
+    pub candidates: Vec<Candidate>,
+    /// Seed of random starts.
+    pub seed: u64,
+    /// Told what is being done.
+    pub progress: &'a dyn Fn(&str),
+}
+
+impl Search<'_> {
+    fn whole(&self) -> Weighing {
+        Weighing::whole(&self.setup.train, self.setup.study.shots.time_tolerance)
+    }
+
+    /// Searches.
+    ///
+    /// # Errors
+    /// When the base model does not run, or a text cannot be translated.
+    pub fn run(&self) -> Result<Findings, Fault> {
+        let mut passes: Vec<Pass> = Vec::new();
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut start: Option<Vec<f64>> = None;
+        loop {
+            let mut pass = self.begin(found.clone(), start.take())?;
+            self.look(&mut pass)?;
+            self.shortlist(&mut pass)?;
+            self.cross(&mut pass)?;
+            self.judge(&mut pass);
+            let mut outcome = self.outcome(&pass);
+            if matches!(outcome, Outcome::Unexplained) && found.is_empty() {
+                // Before something unknown is claimed the fit without is tried as hard as can be.
+                (self.progress)("fitting the base model again from elsewhere");
+                let problem = pass.base.problem(self.setup)?;
+                let tau = self.whole().tau;
+                pass.fit = schedule::retry(&problem, pass.fit, &self.setup.train, (tau, self.seed), &mut pass.record);
+                drop(problem);
+                self.judge(&mut pass);
+                outcome = self.outcome(&pass);
+            }
+            let named = match outcome {
+                Outcome::Name(k) if found.len() < MOST_EFFECTS => Some(k),
+                _ => None,
+            };
+            if let Some(k) = named {
+                let best = &pass.tried[k];
+                found = best.hypothesis.inserts.clone();
+                start = best.fit.as_ref().map(|fit| fit.xi.clone());
+                (self.progress)(&format!("found: {}", best.hypothesis.label()));
+                passes.push(pass);
+                continue;
+            }
+            passes.push(pass);
+            return Ok(self.conclude(passes, &found, outcome));
+        }
+    }
+
+    /// Fits the model with what was found so far.
+    fn begin(&self, found: Vec<Candidate>, start: Option<Vec<f64>>) -> Result<Pass, Fault> {
+        let base = Hypothesis::new(self.setup, self.workshop, found)?;
+        (self.progress)(&format!("fitting {}", base.label()));
+        let problem = base.problem(self.setup)?;
+        let expected = problem.expected(&self.whole());
+        let (fit, record) = match start {
+            None => {
+                schedule::fit(&problem, &vec![0.0; problem.unknowns.len()], &self.setup.train, self.whole().tau)?
+            }
+            Some(start) => {
+                let fit = minimise(&problem, &start, &self.whole(), Effort::FULL, None)?;
+                let mut record = Record::default();
+                record.note("the fit that named the effect", &fit, expected);
+                (fit, record)
+            }
+        };
+        drop(problem);
+        Ok(Pass { base, fit, expected, record, tried: Vec::new() })
+    }
+
+    /// Looks at all candidates that can join.
+    fn look(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let weighing = self.whole();
+        let mut fit = pass.fit.clone();
+        refresh(&pass.base, self.setup, &mut fit, &weighing)?;
+        pass.fit = fit;
+        let Some(projection) = Projection::new(&pass.fit) else {
+            return Err(Fault::run("no derivatives at the fit of the base model"));
+        };
+        for candidate in &self.candidates {
+            let taken = pass.base.inserts.iter().any(|own| {
+                own.excludes(candidate)
+                    || own.effect.id == candidate.effect.id && own.sites[0].path == candidate.sites[0].path
+            });
+            if taken {
+                continue;
+            }
+            let mut inserts = pass.base.inserts.clone();
+            inserts.push(candidate.clone());
+            let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
+            let look = hypothesis.look(self.setup, &pass.fit, &projection, &weighing)?;
+            pass.tried.push(Tried { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, verdict: String::new() });
+        }
+        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+        pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        Ok(())
+    }
+
+    /// Fits the likely candidates.
+    fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let ratio = pass.fit.misfit / pass.expected;
+        let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
+        for tried in pass.tried.iter_mut().take(count) {
+            let Some(look) = tried.look.clone() else { continue };
+            if look.score.gain < PROMISING {
+                tried.verdict = "shows nothing of what is left".to_string();
+                continue;
+            }
+            (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
+            tried.fit = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look)?;
+        }
+        Ok(())
+    }
+
+    /// Fits a candidate from three sizes: short ones with wide weights, the best of them to the end.
+    fn fit_from_sizes(&self, hypothesis: &Hypothesis, base: &Fit, look: &Look) -> Result<Option<Fit>, Fault> {
+        let problem = hypothesis.problem(self.setup)?;
+        let whole = self.whole();
+        let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
+        let typical = hypothesis.inserts.last().map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
+        for multiple in [0.5, 1.5] {
+            starts.push(hypothesis.at_size(&problem, &base.xi, multiple * typical));
+        }
+        let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole.clone() };
+        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let mut best: Option<Fit> = None;
+        for start in &starts {
+            if let Ok(fit) = minimise(&problem, start, &wide, Effort::SHORT, known) {
+                best = Some(match best {
+                    Some(other) => lower(other, fit),
+                    None => fit,
+                });
+            }
+        }
+        let Some(best) = best else { return Ok(None) };
+        let known = best.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
+        Ok(minimise(&problem, &best.xi, &whole, Effort::FULL, known).ok())
+    }
+
+    /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
+    /// next one's and the next ones from the best one's.
+    fn cross(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let order = by_cost(&pass.tried);
+        let Some(&best) = order.first() else { return Ok(()) };
+        let count = pass.fit.xi.len();
+        let whole = self.whole();
+        let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
+        let known = pass.fit.jacobian.clone();
+        let known = known.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let problem = pass.base.problem(self.setup)?;
+        if let Some(start) = nuisances(&pass.tried[best]) {
+            (self.progress)("fitting again from each other's parameters");
+            if let Ok(again) = minimise(&problem, &start, &whole, Effort::FULL, known) {
+                pass.record.note("from the best candidate's parameters", &again, pass.expected);
+                if again.cost < pass.fit.cost {
+                    pass.fit = again;
+                }
+            }
+        }
+        drop(problem);
+        let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+        let lowest = cost(&pass.tried[best]);
+        let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
+        let rivals = order[1..].iter().copied().filter(|&k| cost(&pass.tried[k]) - lowest < near).take(2);
+        let rivals: Vec<usize> = rivals.collect();
+        let from_best = nuisances(&pass.tried[best]);
+        let mut again: Vec<(usize, Option<Vec<f64>>)> = rivals.iter().map(|&k| (k, from_best.clone())).collect();
+        again.extend(rivals.first().map(|&other| (best, nuisances(&pass.tried[other]))));
+        for (k, start) in again {
+            let (Some(start), Some(old)) = (start, pass.tried[k].fit.clone()) else { continue };
+            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
+            let xi = [&start[..], &old.xi[count..]].concat();
+            let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+            let Ok(next) = minimise(&problem, &xi, &whole, Effort::FULL, known) else { continue };
+            drop(problem);
+            pass.tried[k].fit = Some(lower(old, next));
+        }
+        Ok(())
+    }
+
+    /// Falls of the cost and sizes in standard errors; candidates in the order of their cost.
+    fn judge(&self, pass: &mut Pass) {
+        for tried in &mut pass.tried {
+            let Some(fit) = &tried.fit else { continue };
+            let scale = (fit.misfit / pass.expected).max(1.0);
+            tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
+            tried.fall = (pass.fit.cost - fit.cost) / scale;
+        }
+        let key = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+        pass.tried.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    }
+
+    fn outcome(&self, pass: &Pass) -> Outcome {
+        let ratio = pass.fit.misfit / pass.expected;
+        let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
+            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        };
+        if best.fall < NEEDED || best.errors < ERRORS {
+            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        }
+        let scale = (fit.misfit / pass.expected).max(1.0);
+        let close: Vec<usize> = (0..pass.tried.len())
+            .filter(|&k| {
+                let own = pass.tried[k].fit.as_ref();
+                own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD && pass.tried[k].errors >= ERRORS)
+            })
+            .collect();
+        if close.len() > 1 { Outcome::Several(close) } else { Outcome::Name(0) }
+    }
+
+    fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Findings {
+        let runs = passes.iter().map(|pass| {
+            pass.base.machine.runs() + pass.tried.iter().map(|t| t.hypothesis.machine.runs()).sum::<usize>()
+        });
+        let runs = runs.sum();
+        let (mut ambiguous, mut resembles) = (Vec::new(), None);
+        let mut status = Status::Adequate;
+        if let Some(last) = passes.last() {
+            let ratio = last.fit.misfit / last.expected;
+            let name = |candidate: &[Candidate]| match candidate.iter().all(|c| c.effect.kind == Kind::Sensor) {
+                true => Status::Sensor,
+                false => Status::Named,
+            };
+            status = match outcome {
+                Outcome::Nothing if found.is_empty() => Status::Adequate,
+                Outcome::Nothing => name(found),
+                Outcome::Several(close) => {
+                    ambiguous =
+                        close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned()).collect();
+                    Status::Ambiguous
+                }
+                Outcome::Name(_) | Outcome::Unexplained => {
+                    resembles = last.tried.first().and_then(|t| t.hypothesis.inserts.last().cloned());
+                    resembles = found.last().cloned().or(resembles);
+                    if found.is_empty() && apart(&last.record) && ratio < 1.5 {
+                        Status::Unconverged
+                    } else {
+                        Status::Unknown
+                    }
+                }
+            };
+        }
+        Findings { status, passes, ambiguous, resembles, runs }
+    }
+}
+
+/// What a pass says.
+enum Outcome {
+    /// Nothing is missing any more.
+    Nothing,
+    /// This one.
+    Name(usize),
+    /// These explain it equally well.
+    Several(Vec<usize>),
+    /// Something is missing and nothing explains it.
+    Unexplained,
+}
+
+/// The attempts at a fit end far apart.
+fn apart(record: &Record) -> bool {
+    let ends: BTreeMap<u64, f64> = record.attempts.iter().map(|a| (a.misfit.to_bits(), a.misfit)).collect();
+    let (low, high) = ends.values().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    high - low > APART * low
+}
+
+/// Positions of the candidates that were fitted, the lowest cost first.
+fn by_cost(tried: &[Tried]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].fit.is_some()).collect();
+    let cost = |k: usize| tried[k].fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+    order.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)));
+    order
+}
+
+/// Gives a fit a Jacobian at its own unknowns.
+pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
+    let problem = hypothesis.problem(setup)?;
+    let all: Vec<usize> = (0..problem.unknowns.len()).collect();
+    let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
+    fit.jacobian = Some((jacobian, all));
+    Ok(())
+}
+
+/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.
+pub(crate) fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
+    let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
+    let last = hypothesis.inserts.len().checked_sub(1);
+    let Some(insert) = hypothesis.inserts.last() else { return 0.0 };
+    let nothing = insert.effect.zero.unwrap_or(0.0);
+    let size = format!("{}.{}", insert.effect.id, insert.effect.parameters[0].name);
+    let mut largest = 0.0_f64;
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
+        if unknown.effect != last || !unknown.name.starts_with(&size) {
+            continue;
+        }
+        let value = prior.value(fit.xi[k]);
+        let error = fit.standard_error(k).map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
+        largest = largest.max((value - nothing).abs() / error);
+    }
+    largest
+}

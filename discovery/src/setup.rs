@@ -1,0 +1,240 @@
+//! A study and a set put together: which parameters are set in which shot, and what may be off.
+//!
+//! Conditions decide parameters shot by shot; nuisances are relative to those values.  A nuisance whose tolerance neither the set
+//! nor the study states is no nuisance.  Shots are divided into those that are fitted and those that are held out: by default
+//! those at the centre of the operating points, so that what is foretold lies between what was seen.
+
+use hyd_compiler::CompiledModel;
+
+use crate::catalogue::Candidate;
+use crate::data::Data;
+use crate::formula::evaluate;
+use crate::machine::{Machine, ParameterPlace};
+use crate::prior::Prior;
+use crate::problem::Problem;
+use crate::study::Nuisance;
+use crate::unknowns::{Meaning, Unknown};
+use crate::{Bench, Fault, Study};
+
+/// One in so many shots is held out, at least one.
+const HELD_OUT: usize = 4;
+
+/// A study and a set.
+pub struct Setup {
+    /// The study.
+    pub study: Study,
+    /// The set.
+    pub bench: Bench,
+    /// Its shots made ready.
+    pub data: Data,
+    /// Shots that are fitted.
+    pub train: Vec<usize>,
+    /// Shots that are held out.
+    pub held_out: Vec<usize>,
+    /// Number of threads.
+    pub threads: usize,
+}
+
+/// Parameters that are set for every run, and their values under the conditions of each shot.
+struct PlaceList<'a> {
+    machine: &'a Machine,
+    names: Vec<String>,
+    places: Vec<ParameterPlace>,
+    base: Vec<Vec<f64>>,
+}
+
+impl PlaceList<'_> {
+    /// Position of a parameter; one that is new gets the value that `value_of` makes of shot and declared value.
+    fn add(&mut self, name: &str, value_of: &dyn Fn(usize, f64) -> Result<f64, Fault>) -> Result<usize, Fault> {
+        if let Some(known) = self.names.iter().position(|known| known == name) {
+            return Ok(known);
+        }
+        let (place, nominal) = self.machine.parameter(name)?;
+        for (shot, values) in self.base.iter_mut().enumerate() {
+            values.push(value_of(shot, nominal)?);
+        }
+        self.places.push(place);
+        self.names.push(name.to_string());
+        Ok(self.names.len() - 1)
+    }
+}
+
+impl Setup {
+    /// Puts a study and a set together.
+    ///
+    /// # Errors
+    /// A sentence on what does not fit.
+    pub fn new(study: Study, bench: Bench, threads: usize) -> Result<Self, Fault> {
+        let data = Data::new(&bench, &study)?;
+        let held_out = match &study.shots.hold_out {
+            Some(numbers) => {
+                let position = |&number: &usize| {
+                    let found = bench.shots.iter().position(|shot| shot.number == number);
+                    found.ok_or_else(|| {
+                        Fault::new(format!("the study holds out shot {number}, which the set does not have"))
+                    })
+                };
+                numbers.iter().map(position).collect::<Result<Vec<_>, _>>()?
+            }
+            None => central(&study, &bench),
+        };
+        let train: Vec<usize> = (0..bench.shots.len()).filter(|shot| !held_out.contains(shot)).collect();
+        if train.is_empty() {
+            return Err(Fault::new("all shots are held out, so that none is left to fit"));
+        }
+        Ok(Self { study, bench, data, train, held_out, threads })
+    }
+
+    /// Expressions of the channels that are measured.
+    pub fn expressions(&self) -> Vec<String> {
+        self.data.channels.iter().map(|channel| channel.expression.clone()).collect()
+    }
+
+    /// A machine for a translated model.
+    ///
+    /// # Errors
+    /// When the model cannot be bound.
+    pub fn machine(&self, model: &CompiledModel) -> Result<Machine, Fault> {
+        Machine::new(model, self.data.channels.len(), self.study.run.tolerance, self.threads)
+    }
+
+    /// The comparison of a model with these effects in it.
+    ///
+    /// # Errors
+    /// When a parameter that the study names is not there.
+    pub fn problem<'a>(&'a self, machine: &'a Machine, inserts: &[Candidate]) -> Result<Problem<'a>, Fault> {
+        let base = vec![Vec::new(); self.data.shots.len()];
+        let mut list = PlaceList { machine, names: Vec::new(), places: Vec::new(), base };
+        for (name, formula) in &self.study.conditions {
+            list.add(name, &|shot, _| {
+                let shot = &self.bench.shots[shot];
+                evaluate(formula, &|condition| shot.conditions.get(condition).copied())
+                    .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))
+            })?;
+        }
+        let mut unknowns = Vec::new();
+        for (label, nuisance) in &self.study.nuisances {
+            let at = list.add(nuisance.parameter(), &|_, nominal| Ok(nominal))?;
+            self.nuisance(label, nuisance, at, &list, &mut unknowns);
+        }
+        self.chains(&mut unknowns);
+        for (number, insert) in inserts.iter().enumerate() {
+            self.effect(number, insert, &mut list, &mut unknowns)?;
+        }
+        Ok(Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns })
+    }
+
+    fn nuisance(&self, label: &str, nuisance: &Nuisance, at: usize, list: &PlaceList<'_>, unknowns: &mut Vec<Unknown>) {
+        let stated = self.bench.tolerance.get(label).copied();
+        let (relative, absolute, per_shot) = match nuisance {
+            Nuisance::Parameter(_) => (stated, None, false),
+            Nuisance::Stated(own) => (stated.or(own.relative), own.absolute, own.per_shot),
+        };
+        let shots: Vec<Option<usize>> =
+            if per_shot { (0..self.data.shots.len()).map(Some).collect() } else { vec![None] };
+        for shot in shots {
+            let meaning = match (relative, absolute) {
+                (Some(sigma), _) if sigma > 0.0 => Meaning::Relative { places: vec![at], sigma },
+                (_, Some(sigma)) if sigma > 0.0 => {
+                    let centre = list.base[shot.unwrap_or(0)][at];
+                    Meaning::Value { places: vec![at], prior: Prior::Normal(centre, sigma) }
+                }
+                _ => continue,
+            };
+            unknowns.push(Unknown { name: self.named(label, shot), meaning, shot, effect: None });
+        }
+    }
+
+    fn named(&self, label: &str, shot: Option<usize>) -> String {
+        match shot {
+            Some(shot) => format!("{label} (shot {})", self.data.shots[shot].number),
+            None => label.to_string(),
+        }
+    }
+
+    /// Offsets and gains of the channels, and the delays of the shots.
+    fn chains(&self, unknowns: &mut Vec<Unknown>) {
+        for (channel, info) in self.data.channels.iter().enumerate() {
+            if info.offset > 0.0 {
+                let meaning = Meaning::Offset { channel, sigma: info.offset };
+                unknowns.push(Unknown { name: format!("offset of {}", info.name), meaning, shot: None, effect: None });
+            }
+            if info.gain > 0.0 {
+                let meaning = Meaning::Gain { channel, sigma: info.gain };
+                unknowns.push(Unknown { name: format!("gain of {}", info.name), meaning, shot: None, effect: None });
+            }
+        }
+        let sigma = self.study.shots.trigger_jitter;
+        for shot in (0..self.data.shots.len()).filter(|_| sigma > 0.0) {
+            let name = self.named("trigger", Some(shot));
+            unknowns.push(Unknown { name, meaning: Meaning::Late { sigma }, shot: Some(shot), effect: None });
+        }
+    }
+
+    /// The parameters of an effect.
+    fn effect(
+        &self,
+        number: usize,
+        insert: &Candidate,
+        list: &mut PlaceList<'_>,
+        unknowns: &mut Vec<Unknown>,
+    ) -> Result<(), Fault> {
+        let effect = &insert.effect;
+        let scale = self.scale(insert);
+        for (k, parameter) in effect.parameters.iter().enumerate() {
+            let mut places = Vec::new();
+            for site in &insert.sites {
+                places.push(list.add(&format!("{}.{}", site.path, parameter.name), &|_, nominal| Ok(nominal))?);
+            }
+            let per_shot = k == 0 && effect.per_shot;
+            let prior = match parameter.prior {
+                // The first shot may be all but free of what grows from shot to shot.
+                Prior::Lognormal(median, _) if per_shot => Prior::Normal(median, median),
+                Prior::Normal(m, s) => Prior::Normal(m * scale, s * scale),
+                other => other,
+            };
+            let shots: Vec<Option<usize>> =
+                if per_shot { (0..self.data.shots.len()).map(Some).collect() } else { vec![None] };
+            for shot in shots {
+                let name = self.named(&format!("{}.{}", effect.id, parameter.name), shot);
+                let meaning = Meaning::Value { places: places.clone(), prior };
+                unknowns.push(Unknown { name, meaning, shot, effect: Some(number) });
+            }
+        }
+        Ok(())
+    }
+
+    /// By how much the sizes of an effect are to be multiplied.
+    pub fn scale(&self, insert: &Candidate) -> f64 {
+        let channel = insert.sites.first().and_then(|site| site.channel.as_ref());
+        let channel = channel.filter(|_| insert.effect.of_range).and_then(|name| self.data.channel(name));
+        channel.map_or(1.0, |channel| self.data.channels[channel].range)
+    }
+}
+
+/// The shots nearest to the centre of the operating points: values of the conditions that decide parameters, each by its range.
+fn central(study: &Study, bench: &Bench) -> Vec<usize> {
+    let count = bench.shots.len();
+    if count < 2 {
+        return Vec::new();
+    }
+    let mut distances = vec![0.0; count];
+    for formula in study.conditions.values() {
+        let values: Vec<f64> = bench
+            .shots
+            .iter()
+            .filter_map(|shot| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok())
+            .collect();
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+        if values.len() == count && high > low {
+            let mean = values.iter().sum::<f64>() / count as f64;
+            distances.iter_mut().zip(&values).for_each(|(d, v)| *d += ((v - mean) / (high - low)).powi(2));
+        }
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    // Of two equally central shots the later one, so that the first stays in.
+    order.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a)));
+    let mut held: Vec<usize> = order.into_iter().take((count / HELD_OUT).max(1)).collect();
+    held.sort_unstable();
+    held
+}

@@ -1,0 +1,92 @@
+//! What a fit may change: the numbers `xi`, each with the prior N(0, 1).
+//!
+//! Parameters of the model (of all shots or of one), parameters of effects, offsets and gains of the measuring chains, and
+//! the delay of the trigger in each shot.
+
+use crate::prior::Prior;
+
+/// Farthest that an unknown may go, in standard deviations.
+pub(crate) const LIMIT: f64 = 12.0;
+
+/// What an unknown stands for.
+#[derive(Clone, Debug)]
+pub enum Meaning {
+    /// Parameters of the model at these places become `base * (1 + sigma xi)`, where `base` is the value under the shot's conditions.
+    Relative {
+        /// Positions in the list of places.
+        places: Vec<usize>,
+        /// Relative standard deviation.
+        sigma: f64,
+    },
+    /// Parameters of the model at these places get the value of the prior.
+    Value {
+        /// Positions in the list of places.
+        places: Vec<usize>,
+        /// Prior of the value.
+        prior: Prior,
+    },
+    /// Offset of a channel.
+    Offset {
+        /// The channel.
+        channel: usize,
+        /// Standard deviation in units of the model.
+        sigma: f64,
+    },
+    /// Gain of a channel, `1 + sigma xi`.
+    Gain {
+        /// The channel.
+        channel: usize,
+        /// Standard deviation.
+        sigma: f64,
+    },
+    /// The whole shot is late by `sigma xi` (s).
+    Late {
+        /// Standard deviation (s).
+        sigma: f64,
+    },
+}
+
+/// An unknown of a fit.
+#[derive(Clone, Debug)]
+pub struct Unknown {
+    /// Name for reports.
+    pub name: String,
+    /// What it stands for.
+    pub meaning: Meaning,
+    /// The shot that it is for; none for all.
+    pub shot: Option<usize>,
+    /// Belongs to the inserted effect of this number.
+    pub effect: Option<usize>,
+}
+
+impl Unknown {
+    /// Has it an influence on this shot?
+    pub fn touches(&self, shot: usize) -> bool {
+        self.shot.is_none_or(|own| own == shot)
+    }
+
+    /// Does a change need another run of the model?
+    pub fn is_simulated(&self) -> bool {
+        matches!(self.meaning, Meaning::Relative { .. } | Meaning::Value { .. })
+    }
+
+    /// The value at `xi`: a factor for relative ones and gains, else in units of the model.
+    pub fn value(&self, xi: f64) -> f64 {
+        match &self.meaning {
+            Meaning::Relative { sigma, .. } | Meaning::Gain { sigma, .. } => 1.0 + sigma * xi,
+            Meaning::Value { prior, .. } => prior.value(xi),
+            Meaning::Offset { sigma, .. } | Meaning::Late { sigma } => sigma * xi,
+        }
+    }
+
+    /// `d value/d xi`.
+    pub fn slope(&self, xi: f64) -> f64 {
+        match &self.meaning {
+            Meaning::Value { prior, .. } => prior.slope(xi),
+            Meaning::Relative { sigma, .. }
+            | Meaning::Gain { sigma, .. }
+            | Meaning::Offset { sigma, .. }
+            | Meaning::Late { sigma } => *sigma,
+        }
+    }
+}

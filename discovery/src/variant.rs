@@ -1,0 +1,126 @@
+//! A model with effects in it, as text and translated.
+//!
+//! The text is what a user would write: a model that extends the base and redeclares the places.  For the comparison with a bench
+//! a second model extends that one and gives every channel a variable of its own, so that a channel may be any expression
+//! and is checked by the compiler.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::sync::Arc;
+
+use hyd_compiler::render::render;
+use hyd_compiler::{CompiledModel, Goal, Options, Sources, compile};
+
+use crate::Fault;
+use crate::catalogue::Candidate;
+
+/// Name of the model with effects, and of the one with channels.
+pub const EXTENDED: &str = "Discovered";
+const MEASURED: &str = "HydMeasured";
+/// Channels are variables of this name and a number.
+pub(crate) const CHANNEL: &str = "hyd_channel_";
+
+/// Where texts come from and what the base is.
+pub struct Workshop<'a> {
+    /// Makes a new way to the libraries.
+    pub sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync),
+    /// Text that must come before the variants: that of the study's model file, if no library finds it.
+    pub preamble: String,
+    /// Full name of the base model.
+    pub class: String,
+    /// Expressions of the channels.
+    pub channels: Vec<String>,
+}
+
+/// A redeclaration with values of its parameters.
+#[derive(Clone, Debug)]
+pub struct Insert {
+    /// The effect and its places.
+    pub candidate: Candidate,
+    /// Values in the order of the effect's parameters; none leaves all as declared.
+    pub values: Vec<f64>,
+}
+
+/// Modifications of the components of a model, by name.
+#[derive(Default)]
+struct Modifications {
+    inside: BTreeMap<String, Modifications>,
+    leaf: Option<String>,
+}
+
+impl Modifications {
+    fn insert(&mut self, path: &str, leaf: String) {
+        match path.split_once('.') {
+            None => self.inside.entry(path.to_string()).or_default().leaf = Some(leaf),
+            Some((first, rest)) => self.inside.entry(first.to_string()).or_default().insert(rest, leaf),
+        }
+    }
+
+    fn print(&self) -> String {
+        let parts = self.inside.iter().map(|(name, inside)| match &inside.leaf {
+            Some(leaf) => leaf.clone(),
+            None => format!("{name}({})", inside.print()),
+        });
+        parts.collect::<Vec<_>>().join(",\n    ")
+    }
+}
+
+/// The modifications that put effects into a model.
+fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
+    let mut tree = Modifications::default();
+    for Insert { candidate, values } in inserts {
+        let effect = &candidate.effect;
+        let stated =
+            effect.parameters.iter().zip(values).map(|(parameter, value)| format!("{} = {value:e}", parameter.name));
+        let stated: Vec<String> = stated.collect();
+        for site in &candidate.sites {
+            let name = site.path.rsplit('.').next().unwrap_or(&site.path);
+            let class = &effect.class;
+            let list = if stated.is_empty() { String::new() } else { format!("({})", stated.join(", ")) };
+            tree.insert(&site.path, format!("redeclare {class} {name}{list}"));
+        }
+    }
+    for (path, value) in extra {
+        let name = path.rsplit('.').next().unwrap_or(path);
+        tree.insert(path, format!("{name} = {value:e}"));
+    }
+    tree.print()
+}
+
+impl Workshop<'_> {
+    /// Text of the model with effects in it and with parameter values `extra` by path.
+    pub fn extended(&self, inserts: &[Insert], description: &str, extra: &[(String, f64)], annotation: &str) -> String {
+        let inside = modifications(inserts, extra);
+        let class = &self.class;
+        let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
+        format!("model {EXTENDED} \"{description}\"\n  extends {class}{list};\n{annotation}end {EXTENDED};\n")
+    }
+
+    /// Translates a model with effects whose parameters are set at run time.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn translate(&self, inserts: &[Insert]) -> Result<Arc<CompiledModel>, Fault> {
+        self.translate_text(&self.extended(inserts, "with effects", &[], ""))
+    }
+
+    /// Translates a text that defines [`EXTENDED`], with the channels added.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn translate_text(&self, extended: &str) -> Result<Arc<CompiledModel>, Fault> {
+        let mut text = format!("{}{extended}model {MEASURED}\n  extends {EXTENDED};\n", self.preamble);
+        for (k, expression) in self.channels.iter().enumerate() {
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
+        }
+        let _ = writeln!(text, "end {MEASURED};");
+        let mut sources = (self.sources)();
+        let options = Options { model: Some(MEASURED.to_string()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
+        let compilation = compile(&mut *sources, "study", &text, &options);
+        match compilation.model.clone() {
+            Some(model) if !compilation.has_errors() => Ok(model),
+            _ => Err(Fault::new(render(&compilation.files, &compilation.diagnostics, false))),
+        }
+    }
+}
