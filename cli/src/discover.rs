@@ -1,83 +1,76 @@
 //! `hyd discover STUDY.toml --bench SET.json --report DIR`: where do they differ, what is missing, and the model that has it.
 
-use std::fmt::Write;
+use std::io::{self, IsTerminal, Write};
+use std::time::Instant;
 
 use hyd_compiler::inquiry::{annotated_classes, annotated_components};
-use hyd_discovery::catalogue::{candidates, effects, sites};
+use hyd_compiler::render::render;
+use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
+use hyd_discovery::report::report;
 use hyd_discovery::search::Search;
-use hyd_discovery::variant::Workshop;
+use hyd_results::write_whole;
 
 use crate::arguments::Discover;
-use crate::study::open;
+use crate::study::{Opened, open};
 use crate::{Failure, output};
 
 /// Runs the verb.
 pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let opened = open(&arguments.study)?;
     let setup = &opened.setup;
+    std::fs::create_dir_all(&arguments.report).map_err(|error| {
+        Failure::Fault(format!("the folder `{}` cannot be made: {error}", arguments.report.display()))
+    })?;
     let make = || opened.sources();
-    let workshop = Workshop {
-        sources: &make,
-        preamble: opened.preamble(),
-        class: opened.class.clone(),
-        channels: setup.expressions(),
+    let workshop = opened.workshop(&make);
+    let begin = Instant::now();
+    let line = io::stderr().is_terminal();
+    let progress = |text: &str| {
+        if line {
+            // A terminal that cannot be written to shows no progress; the work goes on.
+            let _ = writeln!(io::stderr(), "{:6.1} s  {text}", begin.elapsed().as_secs_f64());
+        }
     };
-    let (classes, ..) = annotated_classes(&mut *opened.sources(), "effect");
-    let effects = effects(&classes)?;
-    let text = format!("{}model HydPlaces extends {}; end HydPlaces;", opened.preamble(), opened.class);
-    let places = annotated_components(&mut *opened.sources(), ("study", &text), Some("HydPlaces"), "place");
-    let places = places.map_err(|_| Failure::Fault("the base model cannot be instantiated".into()))?;
-    let measured = |name: &str| setup.data.channel(name).is_some();
-    let candidates = candidates(&effects, &sites(&places), setup.bench.base_model.as_deref(), &measured);
-    eprintln!(
-        "{} classes, {} effects, {} places, {} candidates",
-        classes.len(),
-        effects.len(),
-        places.len(),
-        candidates.len()
-    );
-    let begin = std::time::Instant::now();
-    let progress = |text: &str| eprintln!("{:6.1} s {text}", begin.elapsed().as_secs_f64());
+    let candidates = all_candidates(&opened)?;
     let search = Search { setup, workshop: &workshop, candidates, seed: arguments.study.seed, progress: &progress };
     let findings = search.run()?;
-    let mut text = String::new();
-    for pass in &findings.passes {
-        let _ = writeln!(
-            text,
-            "{}: C/E {:.3} cost {:.1}",
-            pass.base.label(),
-            pass.fit.misfit / pass.expected,
-            pass.fit.cost
-        );
-        for attempt in &pass.record.attempts {
-            let _ = writeln!(text, "   {attempt:?}");
-        }
-        for tried in &pass.tried {
-            let look = tried.look.as_ref();
-            let _ = writeln!(
-                text,
-                "   {:28} look {:9.1} at {:9.2e} power {:9.1} left {:.2} | fall {:9.1} errors {:6.1} C/E {:.3} steps {} {}",
-                tried.hypothesis.label(),
-                look.map_or(f64::NAN, |l| l.score.gain),
-                look.map_or(f64::NAN, |l| l.size * l.score.amplitude),
-                look.map_or(f64::NAN, |l| l.score.power),
-                look.map_or(f64::NAN, |l| l.score.left),
-                tried.fall,
-                tried.errors,
-                tried.fit.as_ref().map_or(f64::NAN, |f| f.misfit / pass.expected),
-                tried.fit.as_ref().map_or(0, |f| f.steps),
-                tried.verdict
-            );
-        }
+    progress("writing the report");
+    let built_in = |name: &str| name.starts_with("<built-in>/");
+    let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in)?;
+    let json = format!("{:#}\n", report.json);
+    let save = |name: &str, text: &str| {
+        let path = arguments.report.join(name);
+        write_whole(&path, text.as_bytes())
+            .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))
+    };
+    save("report.json", &json)?;
+    save("trajectories.csv", &report.trajectories)?;
+    let stale = arguments.report.join("discovered.hyd");
+    match &report.model {
+        Some(text) => save("discovered.hyd", text)?,
+        // The model of an earlier call is not that of this one.
+        None if stale.exists() => std::fs::remove_file(&stale)
+            .map_err(|error| Failure::Fault(format!("`{}` cannot be removed: {error}", stale.display())))?,
+        None => {}
     }
-    let _ = writeln!(
-        text,
-        "{} {} ambiguous {:?}; {} runs, {:.1} s",
-        findings.status.word(),
-        findings.passes.last().map_or(String::new(), |p| p.base.label()),
-        findings.ambiguous.iter().map(|c| c.label()).collect::<Vec<_>>(),
-        findings.runs,
-        begin.elapsed().as_secs_f64()
-    );
-    output::print(&text)
+    output::print(if arguments.json { &json } else { &report.summary })
+}
+
+/// All effects of the libraries at all places of the base model.
+fn all_candidates(opened: &Opened) -> Result<Vec<Candidate>, Failure> {
+    let setup = &opened.setup;
+    let (classes, ..) = annotated_classes(&mut *opened.sources(), "effect");
+    let mut effects = effects(&classes)?;
+    let without = &setup.study.without;
+    effects.retain(|effect| {
+        !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
+    });
+    // A model of its own, so that a class of a library is found the same way as one of the study's file.
+    let text = format!("{}model HydPlaces\n  extends {};\nend HydPlaces;\n", opened.preamble(), opened.class);
+    let name = opened.model_file.display().to_string();
+    let places = annotated_components(&mut *opened.sources(), (&name, &text), Some("HydPlaces"), "place");
+    let places = places.map_err(|(files, diagnostics)| Failure::Fault(render(&files, &diagnostics, false)))?;
+    let measured = |name: &str| setup.data.channel(name).is_some();
+    let base_model = setup.bench.base_model.as_deref();
+    Ok(candidates(&effects, &sites(&places), base_model, &measured))
 }

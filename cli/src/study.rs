@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hyd_compiler::Sources;
+use hyd_discovery::variant::Workshop;
 use hyd_discovery::{Bench, Fault, Setup, Study};
 
 use crate::Failure;
@@ -53,6 +54,11 @@ impl Opened {
         // The same folders have been listed once before; a folder that is gone since then has no classes.
         let arguments = crate::arguments::LibraryArguments { library: self.libraries.clone() };
         Box::new(library_path(&arguments, &self.model_file, &self.model_text).unwrap_or_else(|_| LibraryPath::new()))
+    }
+
+    /// Writer of models over the libraries that `sources` gives.
+    pub(crate) fn workshop<'a>(&self, sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync)) -> Workshop<'a> {
+        Workshop { sources, preamble: self.preamble(), class: self.class.clone(), channels: self.setup.expressions() }
     }
 
     /// What must stand before a text that names the base model: the model's file, unless a package holds it.

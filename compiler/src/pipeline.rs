@@ -282,7 +282,12 @@ fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Optio
 }
 
 /// The class to instantiate: the one named, else the last complete model of the text.
-pub(crate) fn choose(table: &mut ClassTable<'_>, file: &str, classes: &[ClassId], wanted: Option<&str>) -> Option<ClassId> {
+pub(crate) fn choose(
+    table: &mut ClassTable<'_>,
+    file: &str,
+    classes: &[ClassId],
+    wanted: Option<&str>,
+) -> Option<ClassId> {
     match wanted {
         Some(name) => find(table, classes, name),
         None => {

@@ -16,9 +16,12 @@ pub mod noise;
 pub mod prior;
 pub mod problem;
 pub mod projection;
+pub mod proof;
+pub mod report;
 pub mod search;
 pub mod setup;
 pub mod study;
+pub mod text_bundle;
 pub mod unknowns;
 pub mod variant;
 

@@ -15,6 +15,9 @@ use hyd_system::{DaeSystem, Place, Settable, Source, Tables};
 use crate::Fault;
 use crate::variant::CHANNEL;
 
+/// Relative tolerance of runs with delays.
+const WAVE_TOLERANCE: f64 = 1e-5;
+
 /// Where a parameter stands, and with which sign.
 #[derive(Clone, Debug)]
 pub struct ParameterPlace {
@@ -188,7 +191,12 @@ impl Machine {
                 return Err(Fault::run(format!("a parameter cannot have the value {value}")));
             }
         }
-        let mut options = Options::new(span.start, span.stop).with_tolerance(self.tolerance);
+        // Waves that run to and fro in delay lines carry the kinks of every step along; a looser tolerance and a test of states alone
+        // keep the steps from shrinking after them.
+        let waves = !system.structure().delays.is_empty();
+        let tolerance = if waves { self.tolerance.max(WAVE_TOLERANCE) } else { self.tolerance };
+        let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
+        options.suppress_algebraic = waves;
         options.intervals = span.intervals;
         options.event_rows = false;
         options.max_steps = 400_000;

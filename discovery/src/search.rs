@@ -179,9 +179,7 @@ impl Search<'_> {
         let problem = base.problem(self.setup)?;
         let expected = problem.expected(&self.whole());
         let (fit, record) = match start {
-            None => {
-                schedule::fit(&problem, &vec![0.0; problem.unknowns.len()], &self.setup.train, self.whole().tau)?
-            }
+            None => schedule::fit(&problem, &vec![0.0; problem.unknowns.len()], &self.setup.train, self.whole().tau)?,
             Some(start) => {
                 let fit = minimise(&problem, &start, &self.whole(), Effort::FULL, None)?;
                 let mut record = Record::default();

@@ -17,6 +17,8 @@ use crate::catalogue::Candidate;
 /// Name of the model with effects, and of the one with channels.
 pub const EXTENDED: &str = "Discovered";
 const MEASURED: &str = "HydMeasured";
+/// Name of the text in messages.
+const STUDY: &str = "study";
 /// Channels are variables of this name and a number.
 pub(crate) const CHANNEL: &str = "hyd_channel_";
 
@@ -104,12 +106,37 @@ impl Workshop<'_> {
         self.translate_text(&self.extended(inserts, "with effects", &[], ""))
     }
 
-    /// Translates a text that defines [`EXTENDED`], with the channels added.
+    /// Translates a text that defines [`EXTENDED`] and all that it needs, with the channels added.
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn translate_text(&self, extended: &str) -> Result<Arc<CompiledModel>, Fault> {
-        let mut text = format!("{}{extended}model {MEASURED}\n  extends {EXTENDED};\n", self.preamble);
+    pub fn translate_whole(&self, whole: &str) -> Result<Arc<CompiledModel>, Fault> {
+        self.translate_with("", whole).map(|(model, _)| model)
+    }
+
+    /// Texts that a model with effects is made of, except its own and those that `built_in` knows by their names.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn texts(&self, inserts: &[Insert], built_in: &dyn Fn(&str) -> bool) -> Result<Vec<String>, Fault> {
+        let (_, files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""))?;
+        let mut texts = if self.preamble.is_empty() { Vec::new() } else { vec![self.preamble.clone()] };
+        texts.extend(files.into_iter().filter(|(name, _)| name != STUDY && !built_in(name)).map(|(_, text)| text));
+        Ok(texts)
+    }
+
+    /// Translates a text that defines [`EXTENDED`], with the channels added.
+    fn translate_text(&self, extended: &str) -> Result<Arc<CompiledModel>, Fault> {
+        self.translate_with(&self.preamble, extended).map(|(model, _)| model)
+    }
+
+    #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
+    fn translate_with(
+        &self,
+        preamble: &str,
+        extended: &str,
+    ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
+        let mut text = format!("{preamble}{extended}model {MEASURED}\n  extends {EXTENDED};\n");
         for (k, expression) in self.channels.iter().enumerate() {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
@@ -117,9 +144,12 @@ impl Workshop<'_> {
         let _ = writeln!(text, "end {MEASURED};");
         let mut sources = (self.sources)();
         let options = Options { model: Some(MEASURED.to_string()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
-        let compilation = compile(&mut *sources, "study", &text, &options);
+        let compilation = compile(&mut *sources, STUDY, &text, &options);
         match compilation.model.clone() {
-            Some(model) if !compilation.has_errors() => Ok(model),
+            Some(model) if !compilation.has_errors() => {
+                let files = &compilation.files;
+                Ok((model, files.ids().map(|id| (files.name(id).to_string(), files.text(id).to_string())).collect()))
+            }
             _ => Err(Fault::new(render(&compilation.files, &compilation.diagnostics, false))),
         }
     }

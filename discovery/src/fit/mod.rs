@@ -97,9 +97,23 @@ pub fn minimise(
     effort: Effort,
     known: Option<(&DMatrix<f64>, &Weighing)>,
 ) -> Result<Fit, Fault> {
-    let mut best = Fit::at(problem, start, weighing)?;
     let free: Vec<usize> = (0..problem.unknowns.len()).collect();
-    let free = &free[..];
+    minimise_over(problem, start, weighing, &free, effort, known)
+}
+
+/// The same over the unknowns `free` only.
+///
+/// # Errors
+/// As [`minimise`].
+pub fn minimise_over(
+    problem: &Problem<'_>,
+    start: &[f64],
+    weighing: &Weighing,
+    free: &[usize],
+    effort: Effort,
+    known: Option<(&DMatrix<f64>, &Weighing)>,
+) -> Result<Fit, Fault> {
+    let mut best = Fit::at(problem, start, weighing)?;
     let mut damping = 1e-3;
     let mut age = usize::MAX;
     let mut jacobian = DMatrix::zeros(0, 0);

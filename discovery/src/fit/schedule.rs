@@ -13,7 +13,7 @@ use crate::problem::{Problem, Weighing};
 /// Inflation of deviations and of the tolerance of time on the way.
 const WIDE: (f64, f64) = (3.5, 2.5);
 /// A fit is good when its misfit per expected one is below this.
-const GOOD: f64 = 1.08;
+pub const GOOD: f64 = 1.08;
 
 /// One attempt.
 #[derive(Clone, Debug)]

@@ -1,0 +1,53 @@
+//! The gap before and after: residuals of shots, seen and unseen, under the true noise.
+//!
+//! Here the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise.  On shots that were held out
+//! everything that holds for all shots stays as it was fitted; only what belongs to the shot itself is fitted again.
+
+use crate::Fault;
+use crate::fit::{Effort, Fit, minimise_over};
+use crate::problem::{Problem, Weighing};
+
+/// Root of the mean square of the residuals of some shots.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// Over all channels.
+    pub all: f64,
+    /// By channel, in their order; not a number where there is nothing.
+    pub channels: Vec<f64>,
+    /// Unknowns under which it was computed.
+    pub xi: Vec<f64>,
+    /// Channels of the shots.
+    pub fit: Fit,
+}
+
+/// The gap of `shots` under the unknowns `xi`; with `refit` what belongs to these shots alone is fitted again.
+///
+/// # Errors
+/// A run that failed.
+pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> Result<Gap, Fault> {
+    let plain = Weighing::whole(shots, 0.0);
+    let own: Vec<usize> = (0..problem.unknowns.len())
+        .filter(|&k| problem.unknowns[k].shot.is_some_and(|shot| shots.contains(&shot)))
+        .collect();
+    let fit = match refit && !own.is_empty() {
+        true => minimise_over(problem, xi, &plain, &own, Effort::FULL, None)?,
+        false => Fit::at(problem, xi, &plain)?,
+    };
+    let channels = problem.data.channels.len();
+    let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);
+    let mut row = 0;
+    for &shot in shots {
+        for channel in 0..channels {
+            for weight in problem.weights(shot, channel, &plain) {
+                if weight > 0.0 {
+                    squares[channel] += fit.residuals[row].powi(2);
+                    counts[channel] += 1.0;
+                }
+                row += 1;
+            }
+        }
+    }
+    let all = (squares.iter().sum::<f64>() / counts.iter().sum::<f64>()).sqrt();
+    let channels = squares.iter().zip(&counts).map(|(square, count): (&f64, &f64)| (square / count).sqrt());
+    Ok(Gap { all, channels: channels.collect(), xi: fit.xi.clone(), fit })
+}

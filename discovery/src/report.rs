@@ -1,0 +1,284 @@
+//! What is written down: the model as text, the findings as JSON, measured and simulated channels as a table, a summary to read.
+//!
+//! Numbers of the extended model come from runs of the text that is written, translated anew.  Gaps are roots of the mean square of
+//! residuals in standard deviations of the noise (1.0 is noise); see [`crate::proof`].
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::catalogue::Candidate;
+use crate::proof::{Gap, gap};
+use crate::search::{Findings, Pass, Status};
+use crate::text_bundle::bundle;
+use crate::unknowns::Meaning;
+use crate::variant::{EXTENDED, Insert, Workshop};
+use crate::{Fault, Setup};
+
+/// Everything that is written down.
+pub struct Report {
+    /// `report.json`.
+    pub json: Value,
+    /// `discovered.hyd`, if something was named.
+    pub model: Option<String>,
+    /// `trajectories.csv`.
+    pub trajectories: String,
+    /// For the terminal.
+    pub summary: String,
+}
+
+/// Gaps of one model on the shots that were fitted and on those held out.
+struct Gaps {
+    train: Gap,
+    held_out: Option<Gap>,
+}
+
+/// Writes everything down.  `built_in` knows the names of texts that every reader has.
+///
+/// # Errors
+/// When the written model cannot be translated or run.
+pub fn report(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    findings: &Findings,
+    seconds: f64,
+    built_in: &dyn Fn(&str) -> bool,
+) -> Result<Report, Fault> {
+    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
+        return Err(Fault::run("nothing was fitted"));
+    };
+    let named = matches!(findings.status, Status::Named | Status::Sensor);
+    let before = gaps(setup, &first.base.problem(setup)?, &first.fit.xi)?;
+    let mut model = None;
+    let mut after = None;
+    if named {
+        let inserts = inserts(setup, last)?;
+        let annotation = format!(
+            "  annotation(experiment(StopTime = {:e}, Tolerance = 1e-7), __hyd(discovered(from = \"{}\", status = \"{}\", set = \"{}\")));\n",
+            setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max),
+            workshop.class,
+            findings.status.word(),
+            setup.bench.name
+        );
+        let words: Vec<&str> = inserts.iter().map(|insert| &*insert.candidate.effect.words).collect();
+        let description = format!("{} with {}", workshop.class, words.join(" and "));
+        let mut text = bundle(&workshop.texts(&inserts, built_in)?);
+        text.push_str(&workshop.extended(&inserts, &description.replace('"', "'"), &[], &annotation));
+        let machine = setup.machine(&*workshop.translate_whole(&text)?)?;
+        let candidates: Vec<Candidate> = inserts.into_iter().map(|insert| insert.candidate).collect();
+        after = Some(gaps(setup, &setup.problem(&machine, &candidates)?, &last.fit.xi)?);
+        model = Some(text);
+    }
+    let json = json(setup, findings, (&before, after.as_ref()), seconds)?;
+    let trajectories = trajectories(setup, findings, (&before, after.as_ref()))?;
+    let summary = summary(setup, findings, (&before, after.as_ref()), seconds)?;
+    Ok(Report { json, model, trajectories, summary })
+}
+
+fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Result<Gaps, Fault> {
+    let train = gap(problem, xi, &setup.train, false)?;
+    let held_out = match setup.held_out.is_empty() {
+        true => None,
+        false => Some(gap(problem, xi, &setup.held_out, true)?),
+    };
+    Ok(Gaps { train, held_out })
+}
+
+/// The effects of a pass with their fitted values; what is another one in every shot gets its mean over the fitted shots.
+fn inserts(setup: &Setup, pass: &Pass) -> Result<Vec<Insert>, Fault> {
+    let problem = pass.base.problem(setup)?;
+    let value = |number: usize, name: &str| {
+        let of = problem.unknowns.iter().zip(&pass.fit.xi).filter(|(unknown, _)| {
+            let own = unknown.name == name || unknown.name.starts_with(&format!("{name} ("));
+            unknown.effect == Some(number) && own && unknown.shot.is_none_or(|shot| setup.train.contains(&shot))
+        });
+        let values: Vec<f64> = of.map(|(unknown, &xi)| unknown.value(xi)).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    };
+    let make = |(number, candidate): (usize, &Candidate)| {
+        let effect = &candidate.effect;
+        let values = effect.parameters.iter().map(|p| value(number, &format!("{}.{}", effect.id, p.name)));
+        Insert { candidate: candidate.clone(), values: values.collect() }
+    };
+    Ok(pass.base.inserts.iter().enumerate().map(make).collect())
+}
+
+/// A number, or null where there is none.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+fn json(
+    setup: &Setup,
+    findings: &Findings,
+    (before, after): (&Gaps, Option<&Gaps>),
+    seconds: f64,
+) -> Result<Value, Fault> {
+    let effects = match (after, findings.passes.last()) {
+        (Some(_), Some(last)) => effects(setup, last)?,
+        _ => Vec::new(),
+    };
+    let part = |before: Option<&Gap>, after: Option<&Gap>| match before {
+        None => Value::Null,
+        Some(before) => {
+            let after_all = after.map_or(before.all, |gap| gap.all);
+            let channels = setup.data.channels.iter().enumerate().map(|(k, channel)| {
+                let after = after.map_or(before.channels[k], |gap| gap.channels[k]);
+                (channel.name.clone(), json!({"before": number(before.channels[k]), "after": number(after)}))
+            });
+            let channels: serde_json::Map<String, Value> = channels.collect();
+            json!({"before": number(before.all), "after": number(after_all), "channels": channels})
+        }
+    };
+    let held_out = part(before.held_out.as_ref(), after.and_then(|gaps| gaps.held_out.as_ref()));
+    let first = findings.passes.first();
+    let location = first.iter().flat_map(|pass| pass.tried.iter()).filter_map(|tried| {
+        let (insert, look) = (tried.hypothesis.inserts.last()?, tried.look.as_ref()?);
+        let site = insert.sites.first()?;
+        Some((look.score.gain, json!({"equation": &*site.words, "component": site.path, "file": &*site.file, "line": site.line, "score": look.score.gain})))
+    });
+    let mut location: Vec<(f64, Value)> = location.collect();
+    location.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let candidates = findings.passes.iter().enumerate().flat_map(|(pass, found)| {
+        found.tried.iter().map(move |tried| {
+            json!({"pass": pass + 1, "effect": tried.hypothesis.inserts.last().map(Candidate::label),
+                "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
+                "power": tried.look.as_ref().map(|look| number(look.score.power)),
+                "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
+                "fitted": tried.fit.is_some(), "fall": number(tried.fall), "size_in_errors": number(tried.errors)})
+        })
+    });
+    Ok(json!({
+        "status": findings.status.word(),
+        "set": setup.bench.name,
+        "effects": effects,
+        "ambiguous": findings.ambiguous.iter().map(|candidate| &*candidate.effect.id).collect::<Vec<_>>(),
+        "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
+        "location": location.into_iter().map(|(_, value)| value).collect::<Vec<_>>(),
+        "gap": {"train": part(Some(&before.train), after.map(|gaps| &gaps.train)), "heldout": held_out},
+        "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out)},
+        "candidates": candidates.collect::<Vec<_>>(),
+        "attempts": findings.passes.iter().map(|pass| pass.record.attempts.iter().map(|a|
+            json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
+        ).collect::<Vec<_>>()).collect::<Vec<_>>(),
+        "simulations": findings.runs,
+        "seconds": seconds,
+    }))
+}
+
+fn numbers(setup: &Setup, shots: &[usize]) -> Vec<usize> {
+    shots.iter().map(|&shot| setup.data.shots[shot].number).collect()
+}
+
+/// The effects that were named.
+fn effects(setup: &Setup, pass: &Pass) -> Result<Vec<Value>, Fault> {
+    let problem = pass.base.problem(setup)?;
+    let describe = |(number_of, candidate): (usize, &Candidate)| {
+        let (effect, site) = (&candidate.effect, &candidate.sites[0]);
+        let mut parameters = serde_json::Map::new();
+        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect == Some(number_of)) {
+            let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
+            let error = pass.fit.standard_error(k).map_or(f64::NAN, |error| error * prior.slope(pass.fit.xi[k]).abs());
+            let name = unknown.name.strip_prefix(&format!("{}.", effect.id)).unwrap_or(&unknown.name);
+            parameters.insert(
+                name.to_string(),
+                json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error)}),
+            );
+        }
+        json!({"id": &*effect.id, "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
+            "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})
+    };
+    Ok(pass.base.inserts.iter().enumerate().map(describe).collect())
+}
+
+/// Shot, channel, time, measured, base, extended, mask; units of the tables.
+fn trajectories(setup: &Setup, findings: &Findings, (before, after): (&Gaps, Option<&Gaps>)) -> Result<String, Fault> {
+    let mut text = String::from("shot,channel,time_s,measured,base,extended,mask\n");
+    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(text) };
+    let (base, extended) = (first.base.problem(setup)?, last.base.problem(setup)?);
+    for shot in 0..setup.data.shots.len() {
+        let pick = |gaps: &Gaps| match setup.train.contains(&shot) {
+            true => Some(gaps.train.clone()),
+            false => gaps.held_out.clone(),
+        };
+        let (Some(own), with) = (pick(before), after.and_then(pick)) else { continue };
+        let data = &setup.data.shots[shot];
+        for (channel, info) in setup.data.channels.iter().enumerate() {
+            let Some(trace) = &data.traces[channel] else { continue };
+            let plain = base.shown(&own.xi, &own.fit.runs, shot, channel);
+            let more = with.as_ref().map(|gap| extended.shown(&gap.xi, &gap.fit.runs, shot, channel));
+            for k in 0..data.times.len() {
+                let measured = if trace.used[k] { format!("{}", trace.values[k] * info.scale) } else { String::new() };
+                let more = more.as_ref().map_or(plain[k], |more| more[k]) * info.scale;
+                // Writing to a String cannot fail.
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{measured},{:.8e},{more:.8e},{}",
+                    data.number,
+                    info.name,
+                    data.times[k],
+                    plain[k] * info.scale,
+                    u8::from(!trace.used[k])
+                );
+            }
+        }
+    }
+    Ok(text)
+}
+
+fn summary(
+    setup: &Setup,
+    findings: &Findings,
+    (before, after): (&Gaps, Option<&Gaps>),
+    seconds: f64,
+) -> Result<String, Fault> {
+    let mut text = String::new();
+    let sentence = match findings.status {
+        Status::Adequate => "adequate: nothing is missing; what is left is noise".to_string(),
+        Status::Named | Status::Sensor => {
+            let last = findings.passes.last();
+            let names = last.map_or(Vec::new(), |pass| {
+                pass.base.inserts.iter().map(|c| format!("{} ({})", c.label(), c.effect.words)).collect()
+            });
+            format!("{}: missing is {}", findings.status.word(), names.join(" and "))
+        }
+        Status::Ambiguous => {
+            let names: Vec<String> = findings.ambiguous.iter().map(Candidate::label).collect();
+            format!("ambiguous: these explain it equally well: {}", names.join(", "))
+        }
+        Status::Unknown => match &findings.resembles {
+            Some(candidate) => format!(
+                "unknown: something is missing that no library effect explains; it resembles {}",
+                candidate.label()
+            ),
+            None => "unknown: something is missing that no library effect explains".to_string(),
+        },
+        Status::Unconverged => {
+            "unconverged: the fits did not end where they could be compared; no name is given".to_string()
+        }
+    };
+    let _ = writeln!(text, "{sentence}");
+    let _ = writeln!(text, "\ngap (1.00 is noise)         before   after");
+    let mut line = |name: &str, before: &Gap, after: Option<&Gap>| {
+        let _ = writeln!(text, "  {name:24} {:7.2} {:7.2}", before.all, after.map_or(before.all, |gap| gap.all));
+        for (k, channel) in setup.data.channels.iter().enumerate().filter(|&(k, _)| before.channels[k].is_finite()) {
+            let after = after.map_or(before.channels[k], |gap| gap.channels[k]);
+            let _ = writeln!(text, "    {:22} {:7.2} {after:7.2}", channel.name, before.channels[k]);
+        }
+    };
+    line("fitted shots", &before.train, after.map(|gaps| &gaps.train));
+    if let Some(own) = &before.held_out {
+        line("shots held out", own, after.and_then(|gaps| gaps.held_out.as_ref()));
+    }
+    if let (Some(_), Some(last)) = (after, findings.passes.last()) {
+        let problem = last.base.problem(setup)?;
+        let _ = writeln!(text, "\nsizes");
+        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.effect.is_some()) {
+            let xi = last.fit.xi[k];
+            let error = last.fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(xi).abs());
+            let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));
+        }
+    }
+    let _ = writeln!(text, "\n{} runs of one shot, {seconds:.1} s; the model is {EXTENDED}", findings.runs);
+    Ok(text)
+}
