@@ -15,6 +15,9 @@ use hyd_system::{DaeSystem, Place, Settable, Source, Tables};
 use crate::Fault;
 use crate::variant::CHANNEL;
 
+/// Part of the distance of output points within which a row stands on one.
+const ON_POINT: f64 = 1e-6;
+
 /// Relative tolerance of runs with delays.
 const WAVE_TOLERANCE: f64 = 1e-5;
 
@@ -61,10 +64,11 @@ struct Worker {
     grid: Grid,
 }
 
-/// Channels at the output points, one after the other.
-#[derive(Default)]
+/// Channels at the output points.  Where an event happens at an output point, the value after it counts: a measured sample at the
+/// instant of switching shows what has been switched.
 struct Grid {
     sources: Vec<Source>,
+    span: Span,
     parameters: Vec<f64>,
     values: Vec<Vec<f64>>,
 }
@@ -73,18 +77,27 @@ impl Sink for Grid {
     fn begin(&mut self, _tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
         self.parameters.clear();
         self.parameters.extend_from_slice(parameters);
-        self.values.iter_mut().for_each(Vec::clear);
+        for column in &mut self.values {
+            column.clear();
+            column.resize(self.span.intervals + 1, f64::NAN);
+        }
         Ok(())
     }
 
-    fn row(&mut self, _t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
+    fn row(&mut self, t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
+        let place = (t - self.span.start) / self.span.step();
+        let k = place.round();
+        if (place - k).abs() > ON_POINT || k < 0.0 || k as usize > self.span.intervals {
+            // An event between output points.
+            return Ok(());
+        }
         for (source, column) in self.sources.iter().zip(&mut self.values) {
             let value = match source.place {
                 Place::Output(k) => values.get(k as usize).copied().unwrap_or(f64::NAN),
                 Place::Parameter(k) => self.parameters.get(k as usize).copied().unwrap_or(f64::NAN),
                 Place::Constant(value) => value,
             };
-            column.push(if source.negated { -value } else { value });
+            column[k as usize] = if source.negated { -value } else { value };
         }
         Ok(())
     }
@@ -110,7 +123,9 @@ impl Machine {
         let workers = (0..threads.max(1)).map(|_| {
             let system = model.instantiate();
             let simulator = Simulator::new(system.structure());
-            let grid = Grid { sources: sources.clone(), parameters: Vec::new(), values: vec![Vec::new(); channels] };
+            let span = Span { start: 0.0, stop: 1.0, intervals: 1 };
+            let grid =
+                Grid { sources: sources.clone(), span, parameters: Vec::new(), values: vec![Vec::new(); channels] };
             Mutex::new(Worker { system, simulator, grid })
         });
         Ok(Self {
@@ -198,10 +213,10 @@ impl Machine {
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
         options.suppress_algebraic = waves;
         options.intervals = span.intervals;
-        options.event_rows = false;
+        grid.span = span.clone();
         options.max_steps = 400_000;
         match simulator.run(system, &options, grid, &|| false) {
-            Ok(summary) if summary.terminated.is_none() => Ok(grid.values.clone()),
+            Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => Ok(grid.values.clone()),
             Ok(_) => Err(Fault::run("the model ended the run")),
             Err(error) => Err(Fault::run(error.to_string())),
         }

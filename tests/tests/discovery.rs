@@ -1,0 +1,253 @@
+//! `hyd fit` and `hyd discover` on benches that nothing of the product made.
+//!
+//! Benches without a missing effect come from the drive written by hand (`hyd_tests::drive_equations`) and the pair of Dormand and
+//! Prince, with offsets, gains, noise and rounding: there the answer must be that nothing is missing.  Set B03 is a recorded one of
+//! another simulator that hides a leak of the working chamber of 1.2e-11 m3/(s Pa), with parameters drawn around the nominal
+//! ones.  Bad benches must end with a sentence and never with a name.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use hyd_tests::drive_equations::{Experiment, inductance};
+use hyd_tests::models::root;
+
+struct Outcome {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+fn hyd(folder: &Path, arguments: &[&str]) -> Outcome {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+    let output = command.args(arguments).current_dir(folder).env_remove("HYD_LIBRARY").output().expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let outcome = Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) };
+    assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
+    outcome
+}
+
+fn study() -> String {
+    root().join("models/single_acting_drive/bench.toml").display().to_string()
+}
+
+/// A folder for one test, empty at its beginning.
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("hyd-discovery-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).expect("made");
+    path
+}
+
+/// Uniform numbers (SplitMix64) and normal ones (Box and Muller).
+struct Draws(u64);
+
+impl Draws {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (((z ^ (z >> 31)) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// Columns with noise, step of rounding, standard deviation of the offset.
+const CHANNELS: [(&str, f64, f64, f64); 6] = [
+    ("u_C_V", 0.04, 0.02, 0.05),
+    ("i_A", 0.02, 0.005, 0.02),
+    ("x_m", 3e-6, 5e-7, 3e-6),
+    ("y_m", 1.5e-5, 4e-6, 2e-5),
+    ("pR_Pa", 4e4, 1e4, 4e4),
+    ("p0_Pa", 3e4, 1e4, 4e4),
+];
+
+/// Writes a bench on which nothing is missing.
+fn healthy_bench(folder: &Path, seed: u64) {
+    let mut draws = Draws(seed);
+    let chains: Vec<(f64, f64)> =
+        CHANNELS.iter().map(|(_, _, _, offset)| (1.0 + 0.002 * draws.normal(), offset * draws.normal())).collect();
+    let mut experiments = Vec::new();
+    for (k, (p0, u0, t_off)) in [(10e6, 24.0, 10e-3), (15e6, 24.0, 10e-3), (12e6, 28.0, 8e-3)].into_iter().enumerate() {
+        let (times, states) = Experiment { p0, u0, c: 1e-3, t_off }.solve(0.04, 800, 1e-10);
+        let mut text = String::from("time_s,u_C_V,i_A,x_m,y_m,pR_Pa,p0_Pa\n");
+        // The drive is at rest before the trigger.
+        let before = (1..=40).rev().map(|k| (-5e-5 * f64::from(k), states[0]));
+        for (t, state) in before.chain(times.iter().copied().zip(states.iter().copied())) {
+            let truth = [state[0], state[1] / inductance(state[2]).0, state[2], state[4], state[6], p0];
+            let _ = write!(text, "{t:.6}");
+            for ((value, (_, noise, step, _)), (gain, offset)) in truth.iter().zip(&CHANNELS).zip(&chains) {
+                let shown = ((gain * value + offset + noise * draws.normal()) / step).round() * step;
+                let _ = write!(text, ",{shown:.9}");
+            }
+            text.push('\n');
+        }
+        fs::write(folder.join(format!("shot{k}.csv")), text).expect("written");
+        experiments.push(format!(
+            r#"{{"file": "shot{k}.csv", "shot": {}, "p0_Pa": {p0}, "U0_V": {u0}, "C_F": 1e-3, "pulse_s": {t_off}, "trigger_time_s": 0}}"#,
+            k + 1
+        ));
+    }
+    let table = |value: &dyn Fn(&(&str, f64, f64, f64)) -> f64| {
+        CHANNELS.iter().map(|c| format!("\"{}\": {:e}", c.0, value(c))).collect::<Vec<_>>().join(", ")
+    };
+    // The tolerances of a real lab, although every parameter is the nominal one here.
+    let tolerances = "\"R\": 0.02, \"C\": 0.03, \"A_e\": 0.015, \"F_x0\": 0.03, \"mu_0\": 0.03, \"mu_z\": 0.03, \"K\": 0.04, \
+        \"V_0\": 0.03, \"k_y\": 0.02, \"F_y0\": 0.03, \"b_y\": 0.08, \"k_stop\": 0.04, \"y_max\": 0.003, \"p_0\": 0.004";
+    let text = format!(
+        "{{\"set\": \"healthy\", \"base_model\": \"nominal\", \"noise_std\": {{{}}}, \"quantisation\": {{{}}},\n\
+         \"sensor_offset_1sigma\": {{{}}}, \"sensor_gain_1sigma\": 0.002, \"parameter_tolerance_1sigma\": {{{tolerances}}},\n\
+         \"experiments\": [{}]}}\n",
+        table(&|c| c.1),
+        table(&|c| c.2),
+        table(&|c| c.3),
+        experiments.join(",\n")
+    );
+    fs::write(folder.join("healthy.json"), text).expect("written");
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+#[test]
+fn nothing_is_missing_where_nothing_is_missing() {
+    let folder = folder("healthy");
+    healthy_bench(&folder, 20);
+    let fitted = hyd(&folder, &["fit", &study(), "--bench", "healthy.json", "--json"]);
+    assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
+    let report = json(&fitted.stdout);
+    // Two shots of 841 samples in six channels: one standard deviation of the mean square is 1.4 %.
+    let misfit = report["misfit"].as_f64().expect("a number");
+    assert!((misfit - 1.0).abs() < 0.05, "{misfit}");
+    let unseen = report["gap"]["heldout"]["all"].as_f64().expect("a number");
+    assert!((unseen - 1.0).abs() < 0.05, "{unseen}");
+    for unknown in report["unknowns"].as_array().expect("a list") {
+        let (name, sd, error) = (&unknown["name"], unknown["sd"].as_f64(), unknown["sd_error"].as_f64());
+        let (sd, error) = (sd.expect("a number"), error.expect("a number"));
+        // Parameters are the nominal ones; only offsets and gains were drawn.
+        let chain = name.as_str().is_some_and(|name| name.contains(" of "));
+        assert!(chain || sd.abs() < 4.0 * error, "{name}: {sd} +- {error}");
+    }
+    let found = hyd(&folder, &["discover", &study(), "--bench", "healthy.json", "--report", "report"]);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
+    assert_eq!(report["status"], "adequate", "{}", found.stdout);
+    assert_eq!(report["effects"].as_array().map(Vec::len), Some(0));
+    assert!(!folder.join("report/discovered.hyd").exists());
+    let _ = fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn a_leak_is_named_and_the_model_that_has_it_is_written() {
+    let folder = folder("leak");
+    let set = root().join("tests/data/bench/B03.json").display().to_string();
+    let found = hyd(&folder, &["discover", &study(), "--bench", &set, "--report", "."]);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));
+    assert_eq!(report["status"], "named", "{}", found.stdout);
+    let effects = report["effects"].as_array().expect("a list");
+    assert_eq!((effects.len(), &effects[0]["id"]), (1, &"chamber_leakage".into()));
+    let size = &effects[0]["parameters"]["k_leak"];
+    let (value, error) = (size["value"].as_f64().expect("a number"), size["stderr"].as_f64().expect("a number"));
+    assert!((value - 1.2e-11).abs() < 4.0 * error, "{value:e} +- {error:e} instead of 1.2e-11");
+    for part in ["train", "heldout"] {
+        let gap = &report["gap"][part];
+        let (before, after) = (gap["before"].as_f64().expect("a number"), gap["after"].as_f64().expect("a number"));
+        assert!(before > 1.1 && after < 1.1, "{part}: {before} before and {after} after");
+    }
+    // The model stands alone: nothing but its text is in this folder.
+    let alone = folder.join("alone");
+    fs::create_dir_all(&alone).expect("made");
+    fs::copy(folder.join("discovered.hyd"), alone.join("discovered.hyd")).expect("copied");
+    let checked = hyd(&alone, &["check", "discovered.hyd"]);
+    assert_eq!(checked.code, Some(0), "{}", checked.stderr);
+    let simulated = hyd(&alone, &["simulate", "discovered.hyd", "--json"]);
+    assert_eq!(simulated.code, Some(0), "{}", simulated.stderr);
+    assert_eq!(json(&simulated.stdout)["model"], "Discovered");
+    // The gap can be computed again from the table.
+    let table = fs::read_to_string(folder.join("trajectories.csv")).expect("written");
+    let (mut sum, mut count) = (0.0, 0.0);
+    for line in table.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        if fields[1] == "pR_Pa"
+            && fields[6] == "0"
+            && report["shots"]["train"].as_array().expect("a list").iter().any(|shot| shot.to_string() == fields[0])
+        {
+            let (measured, extended): (f64, f64) =
+                (fields[3].parse().expect("a number"), fields[5].parse().expect("a number"));
+            let variance = 40000.0_f64.powi(2) + 10000.0_f64.powi(2) / 12.0;
+            sum += (measured - extended).powi(2) / variance;
+            count += 1.0;
+        }
+    }
+    let stated = report["gap"]["train"]["channels"]["pR_Pa"]["after"].as_f64().expect("a number");
+    let again = (sum / count as f64).sqrt();
+    assert!((again - stated).abs() < 1e-3 * stated, "{again} from the table, {stated} stated");
+    let _ = fs::remove_dir_all(&folder);
+}
+
+/// What is done to a healthy bench, and what the message must hold.
+#[test]
+fn bad_benches_end_with_a_sentence() {
+    let folder = folder("bad");
+    healthy_bench(&folder, 3);
+    let good = fs::read_to_string(folder.join("shot0.csv")).expect("written");
+    let set = fs::read_to_string(folder.join("healthy.json")).expect("written");
+    let refused = |study: &str, words: &[&str]| {
+        let outcome = hyd(&folder, &["fit", study, "--bench", "healthy.json"]);
+        assert_eq!(outcome.code, Some(1), "{}{}", outcome.stdout, outcome.stderr);
+        for word in words {
+            assert!(outcome.stderr.contains(word), "`{word}` is missing in: {}", outcome.stderr);
+        }
+    };
+    let mut lines: Vec<&str> = good.lines().collect();
+    lines.swap(100, 101);
+    fs::write(folder.join("shot0.csv"), lines.join("\n")).expect("written");
+    refused(&study(), &["shot0.csv", "line 102", "ascend"]);
+    fs::write(folder.join("shot0.csv"), good.replacen("0.000050,", "0.000050,x", 1)).expect("written");
+    refused(&study(), &["shot0.csv", "is no number"]);
+    fs::write(folder.join("shot0.csv"), good.replacen("time_s", "t", 1)).expect("written");
+    refused(&study(), &["shot0.csv", "no column `time_s`", "u_C_V"]);
+    fs::remove_file(folder.join("shot0.csv")).expect("removed");
+    refused(&study(), &["shot0.csv"]);
+    fs::write(folder.join("shot0.csv"), &good).expect("written");
+    fs::write(folder.join("healthy.json"), set.replacen("\"nominal\"", "\"rusty\"", 1)).expect("written");
+    refused(&study(), &["no model `rusty`", "nominal"]);
+    fs::write(folder.join("healthy.json"), &set[..set.len() / 2]).expect("written");
+    refused(&study(), &["healthy.json", "line"]);
+    fs::write(folder.join("healthy.json"), &set).expect("written");
+    let text = fs::read_to_string(study()).expect("readable");
+    let file = root().join("models/single_acting_drive/drive.hyd").display().to_string();
+    let text = text.replace("file = \"drive.hyd\"", &format!("file = {file:?}"));
+    for (old, new, words) in [
+        ("\"sensor_i.y\"", "\"sensor_j.y\"", vec!["sensor_j"]),
+        ("\"ro.lc.A_e\"", "\"ro.lc.A_f\"", vec!["no parameter `ro.lc.A_f`"]),
+        ("\"C_F\"", "\"C_mF\"", vec!["shot 1", "no condition `C_mF`"]),
+        ("[channels]", "[chanels]", vec!["chanels"]),
+    ] {
+        assert!(text.contains(old), "{old}");
+        fs::write(folder.join("study.toml"), text.replacen(old, new, 1)).expect("written");
+        refused("study.toml", &words);
+    }
+    // A dead channel.
+    for k in 0..3 {
+        let name = format!("shot{k}.csv");
+        let table = fs::read_to_string(folder.join(&name)).expect("readable");
+        let dead: Vec<String> = table
+            .lines()
+            .map(|line| {
+                let (head, _) = line.rsplit_once(',').expect("columns");
+                if line.starts_with("time") { line.to_string() } else { format!("{head},0") }
+            })
+            .collect();
+        fs::write(folder.join(&name), dead.join("\n")).expect("written");
+    }
+    refused(&study(), &["p0_Pa", "0 throughout"]);
+    let _ = fs::remove_dir_all(&folder);
+}
