@@ -117,7 +117,9 @@ impl Bench {
 }
 
 /// Times and channels of one table.
-fn table(file: &str, text: &str, study: &Study) -> Result<(Vec<f64>, BTreeMap<String, Vec<f64>>), Fault> {
+type Columns = (Vec<f64>, BTreeMap<String, Vec<f64>>);
+
+fn table(file: &str, text: &str, study: &Study) -> Result<Columns, Fault> {
     let wrong = |sentence: String| Fault::new(format!("`{file}`: {sentence}"));
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(false).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();

@@ -28,6 +28,9 @@ pub struct ParameterPlace {
     negated: bool,
 }
 
+/// Channels at the output points of a run, or why it failed.
+pub type Answer = Result<Vec<Vec<f64>>, Fault>;
+
 /// Times of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Span {
@@ -173,9 +176,9 @@ impl Machine {
     }
 
     /// Makes the runs; the answer to each is its channels at the output points, or why it failed.
-    pub fn run(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<Result<Vec<Vec<f64>>, Fault>> {
+    pub fn run(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<Answer> {
         let next = AtomicUsize::new(0);
-        let answers: Vec<Mutex<Option<Result<Vec<Vec<f64>>, Fault>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+        let answers: Vec<Mutex<Option<Answer>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
         self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
         std::thread::scope(|scope| {
             for worker in self.workers.iter().take(jobs.len()) {

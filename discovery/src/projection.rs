@@ -93,7 +93,7 @@ mod tests {
             residuals,
             converged: true,
             steps: 0,
-            jacobian: Some((DMatrix::from_columns(&[nuisance.clone()]), vec![0])),
+            jacobian: Some((DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
         };
         let score = Projection::new(&fit).expect("a Jacobian").score(&effect, (-9.0, 9.0));
         // The joint minimum by the normal equations of two unknowns.

@@ -57,8 +57,10 @@ impl Draws {
     }
 }
 
-/// Columns with noise, step of rounding, standard deviation of the offset.
-const CHANNELS: [(&str, f64, f64, f64); 6] = [
+/// Column, noise, step of rounding, standard deviation of the offset.
+type Channel = (&'static str, f64, f64, f64);
+
+const CHANNELS: [Channel; 6] = [
     ("u_C_V", 0.04, 0.02, 0.05),
     ("i_A", 0.02, 0.005, 0.02),
     ("x_m", 3e-6, 5e-7, 3e-6),
@@ -93,7 +95,7 @@ fn healthy_bench(folder: &Path, seed: u64) {
             k + 1
         ));
     }
-    let table = |value: &dyn Fn(&(&str, f64, f64, f64)) -> f64| {
+    let table = |value: &dyn Fn(&Channel) -> f64| {
         CHANNELS.iter().map(|c| format!("\"{}\": {:e}", c.0, value(c))).collect::<Vec<_>>().join(", ")
     };
     // The tolerances of a real lab, although every parameter is the nominal one here.
@@ -177,7 +179,11 @@ fn a_leak_is_named_and_the_model_that_has_it_is_written() {
         let fields: Vec<&str> = line.split(',').collect();
         if fields[1] == "pR_Pa"
             && fields[6] == "0"
-            && report["shots"]["train"].as_array().expect("a list").iter().any(|shot| shot.to_string() == fields[0])
+            && report["shots"]["train"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .any(|shot| shot.as_u64() == fields[0].parse().ok())
         {
             let (measured, extended): (f64, f64) =
                 (fields[3].parse().expect("a number"), fields[5].parse().expect("a number"));
@@ -187,7 +193,7 @@ fn a_leak_is_named_and_the_model_that_has_it_is_written() {
         }
     }
     let stated = report["gap"]["train"]["channels"]["pR_Pa"]["after"].as_f64().expect("a number");
-    let again = (sum / count as f64).sqrt();
+    let again = (sum / count).sqrt();
     assert!((again - stated).abs() < 1e-3 * stated, "{again} from the table, {stated} stated");
     let _ = fs::remove_dir_all(&folder);
 }
