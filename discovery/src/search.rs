@@ -13,6 +13,7 @@ use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::Weighing;
 use crate::projection::Projection;
+use crate::proof::gap;
 use crate::unknowns::Meaning;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -168,7 +169,7 @@ impl Search<'_> {
                 continue;
             }
             passes.push(pass);
-            return Ok(self.conclude(passes, &found, outcome));
+            return self.conclude(passes, &found, outcome);
         }
     }
 
@@ -331,39 +332,50 @@ impl Search<'_> {
         if close.len() > 1 { Outcome::Several(close) } else { Outcome::Name(0) }
     }
 
-    fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Findings {
-        let runs = passes.iter().map(|pass| {
-            pass.base.machine.runs() + pass.tried.iter().map(|t| t.hypothesis.machine.runs()).sum::<usize>()
-        });
-        let runs = runs.sum();
-        let (mut ambiguous, mut resembles) = (Vec::new(), None);
-        let mut status = Status::Adequate;
-        if let Some(last) = passes.last() {
-            let ratio = last.fit.misfit / last.expected;
-            let name = |candidate: &[Candidate]| match candidate.iter().all(|c| c.effect.kind == Kind::Sensor) {
-                true => Status::Sensor,
-                false => Status::Named,
-            };
-            status = match outcome {
-                Outcome::Nothing if found.is_empty() => Status::Adequate,
-                Outcome::Nothing => name(found),
-                Outcome::Several(close) => {
-                    ambiguous =
-                        close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned()).collect();
-                    Status::Ambiguous
-                }
-                Outcome::Name(_) | Outcome::Unexplained => {
-                    resembles = last.tried.first().and_then(|t| t.hypothesis.inserts.last().cloned());
-                    resembles = found.last().cloned().or(resembles);
-                    if found.is_empty() && apart(&last.record) && ratio < 1.5 {
-                        Status::Unconverged
-                    } else {
-                        Status::Unknown
-                    }
-                }
-            };
+    fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
+        let own = |pass: &Pass| pass.tried.iter().map(|tried| tried.hypothesis.machine.runs()).sum::<usize>();
+        let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
+        let mut findings = Findings { status: Status::Adequate, passes, ambiguous: Vec::new(), resembles: None, runs };
+        let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
+        let proved = self.proved(first, last)?;
+        let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
+        let (status, ambiguous) = match outcome {
+            Outcome::Nothing if !proved => (Status::Unknown, Vec::new()),
+            Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
+            Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
+                (Status::Sensor, Vec::new())
+            }
+            Outcome::Nothing => (Status::Named, Vec::new()),
+            Outcome::Several(close) => {
+                let inserts = close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned());
+                (Status::Ambiguous, inserts.collect())
+            }
+            Outcome::Name(_) | Outcome::Unexplained => {
+                let unfinished = found.is_empty() && apart(&last.record) && last.fit.misfit / last.expected < 1.5;
+                (if unfinished { Status::Unconverged } else { Status::Unknown }, Vec::new())
+            }
+        };
+        (findings.status, findings.ambiguous) = (status, ambiguous);
+        if status == Status::Unknown {
+            findings.resembles = found.last().cloned().or(best);
         }
-        Findings { status, passes, ambiguous, resembles, runs }
+        Ok(findings)
+    }
+
+    /// The proof under the true noise, without any tolerance of time: what is left is noise on the fitted shots, and an effect
+    /// that was found makes the gap on the shots held out smaller.
+    fn proved(&self, first: &Pass, last: &Pass) -> Result<bool, Fault> {
+        let problem = last.base.problem(self.setup)?;
+        let train = gap(&problem, &last.fit.xi, &self.setup.train, false)?;
+        if train.all * train.all > ADEQUATE {
+            return Ok(false);
+        }
+        if last.base.inserts.is_empty() || self.setup.held_out.is_empty() {
+            return Ok(true);
+        }
+        let after = gap(&problem, &last.fit.xi, &self.setup.held_out, true)?;
+        let before = gap(&first.base.problem(self.setup)?, &first.fit.xi, &self.setup.held_out, true)?;
+        Ok(after.all < before.all)
     }
 }
 

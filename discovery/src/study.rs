@@ -113,7 +113,7 @@ impl Default for Shots {
             time: "time_s".into(),
             time_scale: 1.0,
             trigger_jitter: 0.0,
-            time_tolerance: 0.25,
+            time_tolerance: 0.1,
             hold_out: None,
             masks: Vec::new(),
         }
