@@ -279,6 +279,7 @@ fn summary(
             let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));
         }
     }
-    let _ = writeln!(text, "\n{} runs of one shot, {seconds:.1} s; the model is {EXTENDED}", findings.runs);
+    let model = if after.is_some() { format!("; the model is {EXTENDED}") } else { String::new() };
+    let _ = writeln!(text, "\n{} runs of one shot, {seconds:.1} s{model}", findings.runs);
     Ok(text)
 }
