@@ -67,11 +67,8 @@ impl Hypothesis {
     pub fn at_size(&self, problem: &Problem<'_>, before: &[f64], size: f64) -> Vec<f64> {
         let mut xi = before.to_vec();
         let last = self.inserts.len().checked_sub(1);
-        let size_name =
-            self.inserts.last().map(|insert| format!("{}.{}", insert.effect.id, insert.effect.parameters[0].name));
         for unknown in &problem.unknowns[before.len()..] {
-            let carries = unknown.effect == last
-                && size_name.as_ref().is_some_and(|name| unknown.name.starts_with(name.as_str()));
+            let carries = unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0);
             xi.push(match &unknown.meaning {
                 Meaning::Value { prior, .. } if carries => prior.xi(size, LIMIT - 1.0),
                 _ => 0.0,

@@ -1,7 +1,7 @@
 //! How much a channel scatters: standard deviation and correlation from what the lab states and from the record before the trigger.
 //!
 //! The stated noise and the rounding, `sigma^2 = noise^2 + step^2/12`, are used as they are where the set has them, since they
-//! set the scale on which "nothing is missing" is judged; the quiet record is held against them.  Correlation from sample to
+//! set the scale on which "nothing is missing" is judged; the quiet record is reported beside them.  Correlation from sample to
 //! sample is that of an AR(1) process (Box, Jenkins, "Time Series Analysis", section 3.2), used only where it is significant.
 
 use crate::{Bench, Fault, Study};

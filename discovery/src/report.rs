@@ -11,7 +11,7 @@ use crate::catalogue::Candidate;
 use crate::proof::{Gap, gap};
 use crate::search::{Findings, Pass, Status};
 use crate::text_bundle::bundle;
-use crate::unknowns::Meaning;
+use crate::unknowns::{EffectPart, Meaning};
 use crate::variant::{EXTENDED, Insert, Workshop};
 use crate::{Fault, Setup};
 
@@ -87,17 +87,15 @@ fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Res
 /// The effects of a pass with their fitted values; what is another one in every shot gets its mean over the fitted shots.
 fn inserts(setup: &Setup, pass: &Pass) -> Result<Vec<Insert>, Fault> {
     let problem = pass.base.problem(setup)?;
-    let value = |number: usize, name: &str| {
+    let value = |part: EffectPart| {
         let of = problem.unknowns.iter().zip(&pass.fit.xi).filter(|(unknown, _)| {
-            let own = unknown.name == name || unknown.name.starts_with(&format!("{name} ("));
-            unknown.effect == Some(number) && own && unknown.shot.is_none_or(|shot| setup.train.contains(&shot))
+            unknown.effect == Some(part) && unknown.shot.is_none_or(|shot| setup.train.contains(&shot))
         });
         let values: Vec<f64> = of.map(|(unknown, &xi)| unknown.value(xi)).collect();
         values.iter().sum::<f64>() / values.len().max(1) as f64
     };
-    let make = |(number, candidate): (usize, &Candidate)| {
-        let effect = &candidate.effect;
-        let values = effect.parameters.iter().map(|p| value(number, &format!("{}.{}", effect.id, p.name)));
+    let make = |(effect, candidate): (usize, &Candidate)| {
+        let values = (0..candidate.effect.parameters.len()).map(|parameter| value(EffectPart { effect, parameter }));
         Insert { candidate: candidate.clone(), values: values.collect() }
     };
     Ok(pass.base.inserts.iter().enumerate().map(make).collect())
@@ -145,7 +143,7 @@ fn json(
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
-                "fitted": tried.fit.is_some(), "fall": number(tried.fall), "size_in_errors": number(tried.errors)})
+                "fitted": tried.fit.is_some(), "verdict": tried.verdict, "fall": number(tried.fall), "size_in_errors": number(tried.errors)})
         })
     });
     Ok(json!({
@@ -153,10 +151,12 @@ fn json(
         "set": setup.bench.name,
         "effects": effects,
         "ambiguous": findings.ambiguous.iter().map(|candidate| &*candidate.effect.id).collect::<Vec<_>>(),
+        "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
         "location": location.into_iter().map(|(_, value)| value).collect::<Vec<_>>(),
         "gap": {"train": part(Some(&before.train), after.map(|gaps| &gaps.train)), "heldout": held_out},
         "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out)},
+        "noise": noise(setup),
         "candidates": candidates.collect::<Vec<_>>(),
         "attempts": findings.passes.iter().map(|pass| pass.record.attempts.iter().map(|a|
             json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
@@ -164,6 +164,16 @@ fn json(
         "simulations": findings.runs,
         "seconds": seconds,
     }))
+}
+
+/// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.
+fn noise(setup: &Setup) -> Value {
+    let of = setup.data.channels.iter().map(|channel| {
+        let (noise, scale) = (&channel.noise, channel.scale.abs());
+        let quiet = noise.quiet.map(|quiet| quiet * scale);
+        (channel.name.clone(), json!({"used": noise.sigma * scale, "before_trigger": quiet, "samples": noise.samples, "correlation": noise.rho}))
+    });
+    of.collect::<serde_json::Map<String, Value>>().into()
 }
 
 fn numbers(setup: &Setup, shots: &[usize]) -> Vec<usize> {
@@ -176,7 +186,9 @@ fn effects(setup: &Setup, pass: &Pass) -> Result<Vec<Value>, Fault> {
     let describe = |(number_of, candidate): (usize, &Candidate)| {
         let (effect, site) = (&candidate.effect, &candidate.sites[0]);
         let mut parameters = serde_json::Map::new();
-        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect == Some(number_of)) {
+        for (k, unknown) in
+            problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect.is_some_and(|part| part.effect == number_of))
+        {
             let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
             let error = pass.fit.standard_error(k).map_or(f64::NAN, |error| error * prior.slope(pass.fit.xi[k]).abs());
             let name = unknown.name.strip_prefix(&format!("{}.", effect.id)).unwrap_or(&unknown.name);
@@ -258,6 +270,9 @@ fn summary(
         }
     };
     let _ = writeln!(text, "{sentence}");
+    if let Some(reason) = findings.reason {
+        let _ = writeln!(text, "  no name, because {reason}");
+    }
     let _ = writeln!(text, "\ngap (1.00 is noise)         before   after");
     let mut line = |name: &str, before: &Gap, after: Option<&Gap>| {
         let _ = writeln!(text, "  {name:24} {:7.2} {:7.2}", before.all, after.map_or(before.all, |gap| gap.all));

@@ -24,6 +24,8 @@ pub const NEEDED: f64 = 25.0;
 pub const LEAD: f64 = 10.0;
 /// Standard errors that the size must be away from nothing.
 pub const ERRORS: f64 = 4.0;
+/// A size of fewer standard errors is none.
+const NOTHING: f64 = 2.0;
 /// Misfit per expected misfit up to which residuals count as noise.
 pub const ADEQUATE: f64 = 1.06;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
@@ -80,7 +82,7 @@ pub struct Tried {
     pub fall: f64,
     /// Size in standard errors from nothing.
     pub errors: f64,
-    /// Why it was not named.
+    /// Why it was not named, if there is a reason.
     pub verdict: String,
 }
 
@@ -106,6 +108,8 @@ pub struct Findings {
     pub passes: Vec<Pass>,
     /// Effects that explain the last pass equally well.
     pub ambiguous: Vec<Candidate>,
+    /// Why what seemed to be the answer was not given, if so.
+    pub reason: Option<&'static str>,
     /// The best library effect where none is named.
     pub resembles: Option<Candidate>,
     /// Runs of the model.
@@ -227,7 +231,6 @@ impl Search<'_> {
         for tried in pass.tried.iter_mut().take(count) {
             let Some(look) = tried.look.clone() else { continue };
             if look.score.gain < PROMISING {
-                tried.verdict = "shows nothing of what is left".to_string();
                 continue;
             }
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
@@ -302,16 +305,33 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Falls of the cost and sizes in standard errors; candidates in the order of their cost.
+    /// Falls of the cost and sizes in standard errors; candidates that have a size come first, in the order of their cost.  One
+    /// whose size ends within [`NOTHING`] errors of nothing is the fit without: it may lower the cost that others are held against.
     fn judge(&self, pass: &mut Pass) {
+        let mut without = pass.fit.cost;
         for tried in &mut pass.tried {
             let Some(fit) = &tried.fit else { continue };
-            let scale = (fit.misfit / pass.expected).max(1.0);
             tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
-            tried.fall = (pass.fit.cost - fit.cost) / scale;
+            if tried.errors < NOTHING {
+                without = without.min(fit.cost);
+            }
         }
-        let key = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
-        pass.tried.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        for tried in &mut pass.tried {
+            let Some(fit) = &tried.fit else { continue };
+            tried.fall = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
+        }
+        let key = |tried: &Tried| match &tried.fit {
+            Some(fit) => (tried.errors < NOTHING, fit.cost),
+            None => (true, f64::INFINITY),
+        };
+        pass.tried.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        for (k, tried) in pass.tried.iter_mut().enumerate() {
+            tried.verdict = verdict(tried, k == 0, best);
+        }
     }
 
     fn outcome(&self, pass: &Pass) -> Outcome {
@@ -335,12 +355,13 @@ impl Search<'_> {
     fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
         let own = |pass: &Pass| pass.tried.iter().map(|tried| tried.hypothesis.machine.runs()).sum::<usize>();
         let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
-        let mut findings = Findings { status: Status::Adequate, passes, ambiguous: Vec::new(), resembles: None, runs };
+        let (status, ambiguous) = (Status::Adequate, Vec::new());
+        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
-        let proved = self.proved(first, last)?;
+        let doubt = self.doubt(first, last)?;
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
-        let (status, ambiguous) = match outcome {
-            Outcome::Nothing if !proved => (Status::Unknown, Vec::new()),
+        let (status, ambiguous) = match &outcome {
+            Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
             Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
             Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
                 (Status::Sensor, Vec::new())
@@ -356,26 +377,49 @@ impl Search<'_> {
             }
         };
         (findings.status, findings.ambiguous) = (status, ambiguous);
+        findings.reason = if matches!(outcome, Outcome::Nothing) { doubt } else { None };
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
         }
         Ok(findings)
     }
 
-    /// The proof under the true noise, without any tolerance of time: what is left is noise on the fitted shots, and an effect
-    /// that was found makes the gap on the shots held out smaller.
-    fn proved(&self, first: &Pass, last: &Pass) -> Result<bool, Fault> {
-        let problem = last.base.problem(self.setup)?;
-        let train = gap(&problem, &last.fit.xi, &self.setup.train, false)?;
+    /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
+    /// must make the gap on shots held out smaller, and shots of one operating point cannot tell an effect from wrong numbers.
+    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<&'static str>, Fault> {
+        let (setup, base) = (self.setup, last.base.problem(self.setup)?);
+        let train = gap(&base, &last.fit.xi, &setup.train, false)?;
         if train.all * train.all > ADEQUATE {
-            return Ok(false);
+            return Ok(Some("what is left is more than noise"));
         }
-        if last.base.inserts.is_empty() || self.setup.held_out.is_empty() {
-            return Ok(true);
+        if last.base.inserts.is_empty() {
+            return Ok(None);
         }
-        let after = gap(&problem, &last.fit.xi, &self.setup.held_out, true)?;
-        let before = gap(&first.base.problem(self.setup)?, &first.fit.xi, &self.setup.held_out, true)?;
-        Ok(after.all < before.all)
+        if setup.held_out.is_empty() {
+            return Ok(Some("no shot is held out on which a name could be proved"));
+        }
+        if !setup.has_several_operating_points() {
+            return Ok(Some("all shots were made at one operating point, where wrong numbers and effects look alike"));
+        }
+        let after = gap(&base, &last.fit.xi, &setup.held_out, true)?;
+        let before = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.held_out, true)?;
+        let grew = after.all >= before.all;
+        Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
+    }
+}
+
+/// Why a candidate was not named; nothing for one that could be.
+fn verdict(tried: &Tried, first: bool, best: f64) -> String {
+    let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+    match &tried.fit {
+        None if tried.look.is_none() => "the model does not run with it".to_string(),
+        None if promise < PROMISING => "its signature explains nothing of what is left".to_string(),
+        None => "others promised more, or no fit succeeded".to_string(),
+        Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
+        Some(_) if tried.fall < NEEDED => "it brings the model hardly nearer to the measurement".to_string(),
+        Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
+        Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
+        Some(_) => String::new(),
     }
 }
 
@@ -421,11 +465,10 @@ pub(crate) fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) 
     let last = hypothesis.inserts.len().checked_sub(1);
     let Some(insert) = hypothesis.inserts.last() else { return 0.0 };
     let nothing = insert.effect.zero.unwrap_or(0.0);
-    let size = format!("{}.{}", insert.effect.id, insert.effect.parameters[0].name);
     let mut largest = 0.0_f64;
     for (k, unknown) in problem.unknowns.iter().enumerate() {
         let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
-        if unknown.effect != last || !unknown.name.starts_with(&size) {
+        if !unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0) {
             continue;
         }
         let value = prior.value(fit.xi[k]);

@@ -13,7 +13,7 @@ use crate::machine::{Machine, ParameterPlace};
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::study::Nuisance;
-use crate::unknowns::{Meaning, Unknown};
+use crate::unknowns::{EffectPart, Meaning, Unknown};
 use crate::{Bench, Fault, Study};
 
 /// One in so many shots is held out, at least one.
@@ -198,10 +198,17 @@ impl Setup {
             for shot in shots {
                 let name = self.named(&format!("{}.{}", effect.id, parameter.name), shot);
                 let meaning = Meaning::Value { places: places.clone(), prior };
-                unknowns.push(Unknown { name, meaning, shot, effect: Some(number) });
+                let effect = Some(EffectPart { effect: number, parameter: k });
+                unknowns.push(Unknown { name, meaning, shot, effect });
             }
         }
         Ok(())
+    }
+
+    /// True if the shots were made under more than one condition.
+    pub fn has_several_operating_points(&self) -> bool {
+        let points = operating_points(&self.study, &self.bench);
+        points.windows(2).any(|pair| pair[0] != pair[1])
     }
 
     /// By how much the sizes of an effect are to be multiplied.
@@ -210,6 +217,15 @@ impl Setup {
         let channel = channel.filter(|_| insert.effect.of_range).and_then(|name| self.data.channel(name));
         channel.map_or(1.0, |channel| self.data.channels[channel].range)
     }
+}
+
+/// Values of the conditions that decide parameters, shot by shot; those that a shot does not record are left out.
+fn operating_points(study: &Study, bench: &Bench) -> Vec<Vec<f64>> {
+    let of = |shot: &crate::bench::Shot| {
+        let value = |formula: &String| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok();
+        study.conditions.values().filter_map(value).collect()
+    };
+    bench.shots.iter().map(of).collect()
 }
 
 /// The shots nearest to the centre of the operating points: values of the conditions that decide parameters, each by its range.

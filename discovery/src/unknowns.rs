@@ -55,8 +55,17 @@ pub struct Unknown {
     pub meaning: Meaning,
     /// The shot that it is for; none for all.
     pub shot: Option<usize>,
-    /// Belongs to the inserted effect of this number.
-    pub effect: Option<usize>,
+    /// Which parameter of which inserted effect it is.
+    pub effect: Option<EffectPart>,
+}
+
+/// A parameter of an inserted effect.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct EffectPart {
+    /// Number of the effect among those inserted.
+    pub effect: usize,
+    /// Position among its parameters; the first one carries its size.
+    pub parameter: usize,
 }
 
 impl Unknown {
