@@ -306,6 +306,58 @@ fn what_no_library_knows_gets_no_name() {
     let _ = fs::remove_dir_all(&folder);
 }
 
+/// A source that is switched, in a file that belongs to no package, in other units than the model's and with gaps; the truth is
+/// `a (1 - exp(-t/tau))` and a jump to `b`, both from the switching on.  The sample at that instant shows the jump.
+#[test]
+fn a_sample_at_the_instant_of_switching_shows_what_is_switched() {
+    let folder = folder("switch");
+    let model = "model Switch\n  parameter Real a = 2;\n  parameter Real b = 3;\n  parameter Real tau = 0.01;\n  \
+        parameter Real t_on = 0;\n  Real x(start = 0, fixed = true);\n  Real y;\nequation\n  \
+        tau*der(x) = (if time >= t_on then a else 0) - x;\n  y = if time >= t_on then b else 0;\nend Switch;\n";
+    fs::write(folder.join("switch.hyd"), model).expect("written");
+    let study = "file = \"switch.hyd\"\n[models]\ndefault = \"Switch\"\n[channels]\nx_m = { variable = \"x\", scale = 1e3, noise = 5.0 }\n\
+        y = { variable = \"y\", noise = 0.01 }\n[conditions]\nt_on = \"start_ms/1e3\"\n[nuisances]\n\
+        a = { parameter = \"a\", relative = 0.1 }\nb = { parameter = \"b\", relative = 0.1 }\ntau = { parameter = \"tau\", relative = 0.2 }\n\
+        [shots]\ntime = \"t\"\ntime_scale = 1e-3\n";
+    fs::write(folder.join("study.toml"), study).expect("written");
+    let (a, b, tau, mut draws) = (2.1, 2.8, 0.0115, Draws(5));
+    for (shot, start) in [0.0, 4.0, 10.0].into_iter().enumerate() {
+        let mut text = String::from("x_m,t,y,remark\n");
+        for k in -40..200 {
+            let t = 0.25e-3 * f64::from(k);
+            let since = t - 1e-3 * start;
+            let x = if since >= 0.0 { a * (1.0 - (-since / tau).exp()) } else { 0.0 };
+            let y = if since >= 0.0 { b } else { 0.0 };
+            let x = if k % 17 == 0 { "NaN".to_string() } else { format!("{:.4}", 1e3 * x + 5.0 * draws.normal()) };
+            let _ = writeln!(text, "{x},{:.4},{:.5},none", 1e3 * t, y + 0.01 * draws.normal());
+        }
+        fs::write(folder.join(format!("s{shot}.csv")), text.replace(",none", ",0")).expect("written");
+    }
+    let shots: Vec<String> = [0, 4, 10]
+        .iter()
+        .enumerate()
+        .map(|(k, start)| format!("{{\"file\": \"s{k}.csv\", \"start_ms\": {start}}}"))
+        .collect();
+    fs::write(folder.join("set.json"), format!("{{\"experiments\": [{}]}}", shots.join(", "))).expect("written");
+    let fitted = hyd(&folder, &["fit", "study.toml", "--bench", "set.json", "--json"]);
+    assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
+    let report = json(&fitted.stdout);
+    // 900 samples: three standard deviations of the mean square are 14 %.
+    for part in ["train", "heldout"] {
+        let gap = report["gap"][part]["all"].as_f64().expect("a number");
+        assert!((gap - 1.0).abs() < 0.1, "{part}: {gap}");
+    }
+    for (name, truth) in [("a", a / 2.0), ("b", b / 3.0), ("tau", tau / 0.01)] {
+        let unknowns = report["unknowns"].as_array().expect("a list");
+        let own = unknowns.iter().find(|unknown| unknown["name"] == name).expect("an unknown");
+        let scale = if name == "tau" { 0.2 } else { 0.1 };
+        let error = scale * own["sd_error"].as_f64().expect("a number");
+        let value = own["value"].as_f64().expect("a number");
+        assert!((value - truth).abs() < 4.0 * error, "{name}: {value} +- {error} instead of {truth}");
+    }
+    let _ = fs::remove_dir_all(&folder);
+}
+
 /// What is done to a healthy bench, and what the message must hold.
 #[test]
 fn bad_benches_end_with_a_sentence() {
