@@ -8,7 +8,7 @@ use std::sync::Arc;
 use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
-use crate::delay::{DelayWork, Delaying};
+use crate::delay::{DelayWork, Delaying, Recorder};
 use crate::error::SolveError;
 use crate::events::iteration::{Chatter, settle};
 use crate::events::roots::RootWatch;
@@ -304,14 +304,20 @@ impl Simulator {
     /// One step with what it passes: events, rows, assertions.  Returns the time reached.
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let from = self.integrator.t();
-        let limit = run.limit().min(from + run.problem.system.longest_step());
+        let mut limit = run.limit().min(from + run.problem.system.longest_step());
+        if let Some(shortest) = run.problem.system.shortest_delay() {
+            self.integrator.note_delay(shortest);
+            if self.integrator.is_one_step() {
+                limit = limit.min(from + shortest);
+            }
+        }
         if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
             let attempt = self.integrator.last_attempt();
             return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
         }
-        let interpolate = |t: f64, y: &mut [f64], yp: &mut [f64]| self.integrator.interpolate(t, y, yp);
-        let ends = ((from, self.integrator.t()), (self.integrator.y(), self.integrator.yp()));
-        if run.problem.system.record_step(ends.0, ends.1, &interpolate) && self.integrator.t() < run.time_event {
+        let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
+        let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
+        if recorder.record_step() && self.integrator.t() < run.time_event {
             run.time_event = run.problem.system.next_time_event(self.integrator.t());
         }
         let spacing = run.span() / run.options.intervals as f64;

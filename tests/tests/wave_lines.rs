@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use hyd_runtime::{Options, Solver};
 use hyd_tests::reference::Reference;
 use hyd_tests::runs::{Run, on_grid, run};
 
@@ -147,4 +148,30 @@ fn drive_behind_a_line_against_the_stored_solution() {
     let cells = run(&format!("{folder}/lumpedlinedrive.hyd"), &[("supply.N", "40")], &options);
     let (y, _) = off(&cells, &reference);
     assert!((1e-6..1e-5).contains(&y), "with 40 cells the lift is off by {y} m");
+}
+
+#[test]
+fn a_line_costs_few_steps_with_either_choice_of_the_one_step_method() {
+    let folder = "models/single_acting_drive";
+    let options = |tolerance: f64, solver: Solver| Options { solver, ..on_grid(0.05, 1000, tolerance) };
+    let line =
+        |tolerance: f64| run(&format!("{folder}/with_line/linedrive.hyd"), &[], &options(tolerance, Solver::Auto));
+    let finest = line(1e-9);
+    for tolerance in [1e-5, 1e-6] {
+        let bare = run(&format!("{folder}/drive.hyd"), &[], &options(tolerance, Solver::Bdf));
+        let waves = line(tolerance);
+        let (steps, base) = (waves.summary.statistics.steps, bare.summary.statistics.steps);
+        let (p, exact) = (waves.values("p_0"), finest.values("p_0"));
+        let span = |values: &[f64]| {
+            values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+                - values.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        let off = rms(&p, &exact) / span(&exact);
+        println!("{tolerance:.0e}: {steps} steps, {base} without a line, p_0 off by {off:.1e} of its range");
+        assert!(steps < 2 * base, "{steps} steps at {tolerance:e}, {base} without a line");
+        // Every wave passes the line twenty times there and back, and keeps its errors.
+        assert!(off < 100.0 * tolerance, "p_0 is off by {off:.1e} of its range at {tolerance:e}");
+    }
+    let forced = run(&format!("{folder}/with_line/linedrive.hyd"), &[], &options(1e-4, Solver::Esdirk));
+    assert_eq!(forced.summary.statistics.steps, line(1e-4).summary.statistics.steps);
 }

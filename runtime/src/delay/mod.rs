@@ -23,6 +23,7 @@ use hyd_system::{DelaySite, Structure};
 use breaks::Breaks;
 use past::Past;
 
+pub(crate) use record::Recorder;
 pub(crate) use system::Delaying;
 
 /// Without states a step may have at least this part of the bound of a varying delay time.

@@ -6,7 +6,10 @@
 //! interpolation: Stoer, Bulirsch 2002, section 2.1.4).
 
 use super::polynomial::{NODES, highest};
-use super::system::Delaying;
+use crate::initial::consistent::Consistency;
+use crate::integrator::Integrator;
+use crate::problem::Problem;
+use crate::weights::Weights;
 
 /// Most halvings of a step.
 const MOST_HALVINGS: usize = 10;
@@ -34,37 +37,39 @@ impl Record {
     }
 }
 
-/// Gives `y` and `y'` at a time within the step.
-pub(crate) type Interpolate<'i> = &'i dyn Fn(f64, &mut [f64], &mut [f64]);
+/// What a step is recorded from.
+pub(crate) struct Recorder<'r, 'p> {
+    pub(crate) problem: &'r mut Problem<'p>,
+    pub(crate) past: &'r Integrator,
+    pub(crate) consistency: &'r mut Consistency,
+    pub(crate) weights: &'r Weights,
+}
 
-impl Delaying<'_> {
-    /// Records the step from `from` to `to` (s), at whose end the unknowns are `y` and `yp`.  True if breaks have turned out
-    /// to be smooth, so that the next time event may have moved.
-    pub(crate) fn record_step(
-        &mut self,
-        (from, to): (f64, f64),
-        (y, yp): (&[f64], &[f64]),
-        interpolate: Interpolate<'_>,
-    ) -> bool {
-        if self.work.sites.is_empty() || !self.work.recording || to <= from {
+impl Recorder<'_, '_> {
+    /// Records the last step of the integrator.  True if breaks have turned out to be smooth, so that the next time event
+    /// may have moved.
+    pub(crate) fn record_step(&mut self) -> bool {
+        let (from, to) = (self.past.t_before(), self.past.t());
+        let system = &mut self.problem.system;
+        if system.work.sites.is_empty() || !system.work.recording || to <= from {
             return false;
         }
-        let n = self.work.sites.len();
-        self.sources_at(to, y, yp);
-        self.work.anchor = Some(to);
-        self.work.anchor_values.copy_from_slice(&self.work.new_sources);
-        let mut levels = std::mem::take(&mut self.work.record.levels);
-        levels[0][4 * n..].copy_from_slice(&self.work.anchor_values);
+        let n = system.work.sites.len();
+        system.sources_at(to, self.past.y(), self.past.yp());
+        system.work.anchor = Some(to);
+        system.work.anchor_values.copy_from_slice(&system.work.new_sources);
+        let mut levels = std::mem::take(&mut system.work.record.levels);
+        levels[0][4 * n..].copy_from_slice(&system.work.anchor_values);
         for k in 0..4 {
             let t = from + (to - from) * k as f64 / 4.0;
-            self.sample(t, interpolate, &mut levels[0][k * n..(k + 1) * n]);
+            self.sample(t, &mut levels[0][k * n..(k + 1) * n]);
         }
-        self.part((from, to), interpolate, &mut levels);
-        self.work.record.levels = levels;
-        self.work.anchor = None;
-        self.work.cached = None;
-        self.work.sources.copy_from_slice(&self.work.anchor_values);
-        let work = &mut *self.work;
+        self.part((from, to), &mut levels);
+        let work = &mut *self.problem.system.work;
+        work.record.levels = levels;
+        work.anchor = None;
+        work.cached = None;
+        work.sources.copy_from_slice(&work.anchor_values);
         let reach = work.bounds.iter().copied().fold(0.0, f64::max);
         // Output points and events within the step are still to come.
         work.past.drop_before(from - reach, work.breaks.oldest_read());
@@ -73,28 +78,33 @@ impl Delaying<'_> {
     }
 
     /// The sources at a time within the step.
-    fn sample(&mut self, t: f64, interpolate: Interpolate<'_>, out: &mut [f64]) {
-        let (mut y, mut yp) = (std::mem::take(&mut self.work.record.y), std::mem::take(&mut self.work.record.yp));
-        interpolate(t, &mut y, &mut yp);
-        self.sources_at(t, &y, &yp);
-        out.copy_from_slice(&self.work.new_sources);
-        (self.work.record.y, self.work.record.yp) = (y, yp);
+    fn sample(&mut self, t: f64, out: &mut [f64]) {
+        let record = &mut self.problem.system.work.record;
+        let (mut y, mut yp) = (std::mem::take(&mut record.y), std::mem::take(&mut record.yp));
+        self.past.interpolate(t, &mut y, &mut yp);
+        // Interpolated algebraic unknowns amplify what is rough in the past that they follow, pass after pass.
+        self.consistency.refine(self.problem, (t, self.past.step_size()), self.weights, &mut y, &mut yp);
+        self.problem.system.sources_at(t, &y, &yp);
+        let work = &mut *self.problem.system.work;
+        out.copy_from_slice(&work.new_sources);
+        (work.record.y, work.record.yp) = (y, yp);
     }
 
     /// Adds a part of the step whose nodes stand in `levels[0]`, or its halves.
-    fn part(&mut self, (from, to): (f64, f64), interpolate: Interpolate<'_>, levels: &mut [Vec<f64>]) {
-        let n = self.work.sites.len();
+    fn part(&mut self, (from, to): (f64, f64), levels: &mut [Vec<f64>]) {
+        let work = &mut *self.problem.system.work;
+        let n = work.sites.len();
         let [nodes, rest @ ..] = levels else { return };
-        let limit = (PART_OF_TOLERANCE / ERROR_CONSTANT * self.work.tolerance).powf(0.8);
+        let limit = (PART_OF_TOLERANCE / ERROR_CONSTANT * work.tolerance).powf(0.8);
         for k in 0..NODES {
-            self.work.widen(&nodes[k * n..(k + 1) * n]);
+            work.widen(&nodes[k * n..(k + 1) * n]);
         }
         let fine = |site: usize| {
             let difference = highest(&std::array::from_fn(|k| nodes[k * n + site]));
-            difference.abs() <= limit * self.work.scale[site] || !difference.is_finite()
+            difference.abs() <= limit * work.scale[site] || !difference.is_finite()
         };
         if rest.is_empty() || (0..n).all(fine) {
-            self.work.past.push(from, to, nodes);
+            work.past.push(from, to, nodes);
             return;
         }
         let middle = 0.5 * (from + to);
@@ -106,10 +116,10 @@ impl Delaying<'_> {
                     rest[0][to].copy_from_slice(&nodes[old * n..(old + 1) * n]);
                 } else {
                     let t = begin + (end - begin) * k as f64 / 4.0;
-                    self.sample(t, interpolate, &mut rest[0][to]);
+                    self.sample(t, &mut rest[0][to]);
                 }
             }
-            self.part((begin, end), interpolate, rest);
+            self.part((begin, end), rest);
         }
     }
 }

@@ -6,7 +6,7 @@ use hyd_system::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, Tangents,
 };
 
-use super::DelayWork;
+use super::{DelayWork, SHORTEST_PART};
 
 /// Most evaluations until delayed values, sources and delay times agree.
 const MOST_PASSES: usize = 30;
@@ -58,6 +58,12 @@ impl<'a> Delaying<'a> {
     /// Longest sensible step from here (s).
     pub(crate) fn longest_step(&self) -> f64 {
         self.work.longest_step()
+    }
+
+    /// The shortest delay time at present (s), none that vanishes.
+    pub(crate) fn shortest_delay(&self) -> Option<f64> {
+        let times = self.work.times.iter().zip(&self.work.bounds);
+        times.filter(|(_, bound)| **bound > 0.0).map(|(&time, bound)| time.max(SHORTEST_PART * bound)).reduce(f64::min)
     }
 
     fn hand_over(&mut self) {

@@ -3,7 +3,7 @@
 //! Stage i solves `F(t_i, Y_i, (Y_i - p_i) / (h gamma)) = 0` with `p_i = y_n + h sum_{j<i} a_ij K_j`, the problem of a BDF step with
 //! leading coefficient `1/(h gamma)`; so the same corrector solves it, and one matrix serves all stages and, while `h`
 //! stays, many steps.  Algebraic unknowns take part like the others; their `K` is a formal derivative, forgotten from step to
-//! step because the method is L-stable.  The error is the difference to the embedded result as it is: the usual filter
+//! step because the method is L-stable, and their error is what the errors of the states make of it.  The error of the states is the difference to the embedded result as it is: the usual filter
 //! `c (dF/dy + c dF/dy')^{-1} dF/dy'` that damps its stiff components hides contacts that are stepped over (drive at 1e-4: error
 //! twenty times as large for the same work); it is used only in the first steps after BDF at its limit of stability.
 //! Sources: [`tableau`]; Hairer, Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.6 and IV.8.
@@ -50,6 +50,10 @@ pub(crate) struct Esdirk {
     predicted: Vec<f64>,
     predicted_rate: Vec<f64>,
     error: Vec<f64>,
+    filtered: Vec<f64>,
+    /// Unknowns that occur with their derivatives.
+    differential: Vec<bool>,
+    has_algebraic: bool,
     t: f64,
     t_before: f64,
     /// Step to try next, and the last accepted one (0 before the first) (s).
@@ -80,6 +84,9 @@ impl Esdirk {
             predicted: zeros(),
             predicted_rate: zeros(),
             error: zeros(),
+            filtered: zeros(),
+            differential: structure.differential.clone(),
+            has_algebraic: structure.differential.contains(&false),
             t: 0.0,
             t_before: 0.0,
             h: 0.0,
@@ -298,12 +305,27 @@ impl Esdirk {
                 }
             }
         }
+        if self.has_algebraic {
+            self.follow_states();
+        }
         let plain = weights.tested_norm(&self.error);
         if self.forgiving == 0 || plain <= 1.0 {
             return plain;
         }
         self.corrector.filter(&mut self.error);
         weights.tested_norm(&self.error).max(plain / FORGIVEN).min(plain)
+    }
+
+    /// Algebraic unknowns follow the states, and so do their errors: the formal ones of their `K` amplify what is rough in
+    /// inputs or in the past, and no smaller step makes them small.
+    fn follow_states(&mut self) {
+        self.filtered.copy_from_slice(&self.error);
+        self.corrector.filter(&mut self.filtered);
+        for (k, differential) in self.differential.iter().enumerate() {
+            if !differential {
+                self.error[k] = self.filtered[k];
+            }
+        }
     }
 
     fn accept(&mut self, target: f64, error: f64) {

@@ -26,6 +26,10 @@ const STEP_RATIO: f64 = 4.0;
 /// Smaller systems stay with BDF: what few oscillations they have must be resolved by any method, and where contacts change their
 /// character trials cost more than they gain (a drive of eight states: a fifth more time at equal error).
 const LEAST_UNKNOWNS: usize = 40;
+/// With delays the one-step method is left to BDF, whose steps may be longer than a delay, after so many steps that could be so
+/// many times as long as the shortest one.
+const CROWDED_STEPS: u32 = 8;
+const CROWDED: f64 = 4.0;
 /// The first step of a trial is at most so much longer than those of BDF suggest.
 const MOST_LEAP: f64 = 100.0;
 
@@ -48,6 +52,11 @@ pub(crate) struct Integrator {
     /// The monitor watches: the system is large enough, has no delays, and its choice of states does not change during the run; one
     /// that does must be judged at every step of BDF, whose steps are short enough for it.
     watched: bool,
+    /// The system has delays, and states of its own that do not change: then the one-step method integrates it, because its error
+    /// estimate does not look at differences over many steps, which the rough error of a recorded past fills.
+    delayed: bool,
+    /// Successive steps that would be much longer if the shortest delay allowed it; from [`CROWDED_STEPS`] on for good.
+    crowded: u32,
     /// The step to come is the first after an event: it is one of the one-step method, whose past BDF takes over at order 4.
     starting: bool,
     /// The run has had its first start.
@@ -76,6 +85,8 @@ impl Integrator {
             limits: Limits::default(),
             monitor: Monitor::new(Rival::OneStep),
             watched: false,
+            delayed: false,
+            crowded: 0,
             starting: false,
             begun: false,
             scratch: vec![0.0; structure.unknowns],
@@ -102,6 +113,7 @@ impl Integrator {
         self.monitor = Monitor::new(rival);
         let method = if solver == Solver::Esdirk { Method::Esdirk } else { Method::Bdf };
         self.begun = false;
+        self.crowded = 0;
         self.phases.clear();
         self.phases.push(MethodPhase { from: start, method, reason: Reason::Start });
     }
@@ -115,7 +127,7 @@ impl Integrator {
     fn wanted(&self) -> Active {
         match (self.solver, self.monitor.mode()) {
             (Solver::Esdirk, _) => Active::OneStep,
-            (Solver::Auto, _) if self.starting => Active::OneStep,
+            (Solver::Auto, _) if self.starting || self.delayed && self.crowded < CROWDED_STEPS => Active::OneStep,
             _ if !self.watched => Active::Bdf,
             (Solver::Auto, Mode::Rival | Mode::RivalTried) => Active::OneStep,
             _ => Active::Bdf,
@@ -130,8 +142,14 @@ impl Integrator {
         (y, yp, states): (&[f64], &[f64], &[bool]),
         first: FirstSteps,
     ) {
+        let plain = states == structure.differential;
+        self.delayed = plain && !structure.delays.is_empty() && states.contains(&true);
         // Stages within a step do not come in the order of time, which values of the past within the step rely on.
-        let plain = states == structure.differential && structure.delays.is_empty();
+        let plain = plain && structure.delays.is_empty();
+        if !self.begun && self.delayed && self.solver == Solver::Auto {
+            self.phases.clear();
+            self.phases.push(MethodPhase { from: t, method: Method::Esdirk, reason: Reason::Start });
+        }
         self.starting = std::mem::replace(&mut self.begun, true) && plain;
         self.watched = structure.unknowns >= LEAST_UNKNOWNS && plain;
         self.monitor.restart();
@@ -190,6 +208,23 @@ impl Integrator {
             }
         }
         self.active = wanted;
+    }
+
+    /// The one-step method is in use; its steps must not be longer than a delay.
+    pub(crate) fn is_one_step(&self) -> bool {
+        self.active == Active::OneStep
+    }
+
+    /// Notes whether the shortest delay (s) keeps the step short.
+    pub(crate) fn note_delay(&mut self, shortest: f64) {
+        if self.solver != Solver::Auto || !self.delayed || self.crowded >= CROWDED_STEPS {
+            return;
+        }
+        let next = self.stepping().map_or(0.0, Esdirk::next_step);
+        self.crowded = if next > CROWDED * shortest { self.crowded + 1 } else { 0 };
+        if self.crowded == CROWDED_STEPS && self.phases.len() < MOST_PHASES {
+            self.phases.push(MethodPhase { from: self.t(), method: Method::Bdf, reason: Reason::ShortDelay });
+        }
     }
 
     /// Tells the monitor of the step just done.

@@ -39,6 +39,8 @@ pub enum Reason {
         /// Time gained per work in the trial, relative to the method before.
         advantage: f64,
     },
+    /// Steps longer than the shortest delay pay.
+    ShortDelay,
 }
 
 impl fmt::Display for Reason {
@@ -47,6 +49,7 @@ impl fmt::Display for Reason {
             Reason::Start => write!(f, "at the start"),
             Reason::Stability { .. } => write!(f, "lightly damped oscillations limit the order of BDF"),
             Reason::Recovered { .. } => write!(f, "BDF leads further again"),
+            Reason::ShortDelay => write!(f, "a delay is shorter than the steps"),
         }
     }
 }
