@@ -24,12 +24,16 @@ const WAVE_TOLERANCE: f64 = 1e-5;
 /// Where a parameter stands, and with which sign.
 #[derive(Clone, Debug)]
 pub struct ParameterPlace {
+    name: String,
     index: usize,
     negated: bool,
 }
 
 /// Channels at the output points of a run, or why it failed.
 pub type Answer = Result<Vec<Vec<f64>>, Fault>;
+
+/// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
+pub type Derivatives = Vec<Vec<Vec<f64>>>;
 
 /// Times of a run.
 #[derive(Clone, PartialEq, Debug)]
@@ -49,6 +53,8 @@ pub struct Job {
     pub span: usize,
     /// Parameter values.
     pub values: Vec<f64>,
+    /// Positions in the list of places of the parameters by which derivatives are wanted.
+    pub derived: Vec<usize>,
 }
 
 /// A translated model, ready to be run many times.
@@ -57,6 +63,7 @@ pub struct Machine {
     nominal: Vec<f64>,
     channels: Vec<Source>,
     tolerance: f64,
+    delays: bool,
     workers: Vec<Mutex<Worker>>,
     runs: AtomicUsize,
 }
@@ -74,6 +81,19 @@ struct Grid {
     span: Span,
     parameters: Vec<f64>,
     values: Vec<Vec<f64>>,
+    /// Number of parameters by which derivatives follow the values, and of values and parameters without derivatives.
+    derived: usize,
+    row: usize,
+    constants: usize,
+    derivatives: Derivatives,
+}
+
+impl Grid {
+    fn prepare(&mut self, span: &Span, derived: usize) {
+        (self.span, self.derived) = (span.clone(), derived);
+        self.derivatives.clear();
+        self.derivatives.resize(derived, vec![vec![f64::NAN; span.intervals + 1]; self.sources.len()]);
+    }
 }
 
 impl Sink for Grid {
@@ -94,13 +114,24 @@ impl Sink for Grid {
             // An event between output points.
             return Ok(());
         }
-        for (source, column) in self.sources.iter().zip(&mut self.values) {
-            let value = match source.place {
-                Place::Output(k) => values.get(k as usize).copied().unwrap_or(f64::NAN),
-                Place::Parameter(k) => self.parameters.get(k as usize).copied().unwrap_or(f64::NAN),
-                Place::Constant(value) => value,
+        let k = k as usize;
+        for (channel, source) in self.sources.iter().enumerate() {
+            // Derivatives of all values follow them, those of one value side by side.
+            let (list, place, behind) = match source.place {
+                Place::Output(k) => (values, k as usize, self.row),
+                Place::Parameter(k) => (self.parameters.as_slice(), k as usize, self.constants),
+                Place::Constant(value) => {
+                    self.values[channel][k] = if source.negated { -value } else { value };
+                    self.derivatives.iter_mut().for_each(|by| by[channel][k] = 0.0);
+                    continue;
+                }
             };
-            column[k as usize] = if source.negated { -value } else { value };
+            let sign = if source.negated { -1.0 } else { 1.0 };
+            let value = |place: usize| sign * list.get(place).copied().unwrap_or(f64::NAN);
+            self.values[channel][k] = value(place);
+            for (parameter, by) in self.derivatives.iter_mut().enumerate() {
+                by[channel][k] = value(behind + place * self.derived + parameter);
+            }
         }
         Ok(())
     }
@@ -127,8 +158,16 @@ impl Machine {
             let system = model.instantiate();
             let simulator = Simulator::new(system.structure());
             let span = Span { start: 0.0, stop: 1.0, intervals: 1 };
-            let grid =
-                Grid { sources: sources.clone(), span, parameters: Vec::new(), values: vec![Vec::new(); channels] };
+            let grid = Grid {
+                sources: sources.clone(),
+                span,
+                parameters: Vec::new(),
+                values: vec![Vec::new(); channels],
+                derived: 0,
+                row: system.structure().outputs,
+                constants: system.parameters().len(),
+                derivatives: Vec::new(),
+            };
             Mutex::new(Worker { system, simulator, grid })
         });
         Ok(Self {
@@ -136,6 +175,7 @@ impl Machine {
             nominal,
             channels: sources.clone(),
             tolerance,
+            delays: !system.structure().delays.is_empty(),
             workers: workers.collect(),
             runs: AtomicUsize::new(0),
         })
@@ -166,7 +206,7 @@ impl Machine {
         match (variable.sources.get(element), &variable.settable) {
             (Some(Source { place: Place::Parameter(index), negated }), Settable::Yes) => {
                 let value = self.nominal[*index as usize];
-                let place = ParameterPlace { index: *index as usize, negated: *negated };
+                let place = ParameterPlace { name: name.to_string(), index: *index as usize, negated: *negated };
                 Ok((place, if *negated { -value } else { value }))
             }
             _ => Err(Fault::new(format!(
@@ -177,15 +217,31 @@ impl Machine {
 
     /// Makes the runs; the answer to each is its channels at the output points, or why it failed.
     pub fn run(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<Answer> {
+        let answers = self.run_derived(spans, places, jobs);
+        answers.into_iter().map(|answer| answer.map(|(values, _)| values)).collect()
+    }
+
+    /// True if runs can carry derivatives along.
+    pub fn has_derivatives(&self) -> bool {
+        !self.delays
+    }
+
+    /// Makes the runs and carries derivatives along where jobs want some.
+    pub fn run_derived(
+        &self,
+        spans: &[Span],
+        places: &[ParameterPlace],
+        jobs: &[Job],
+    ) -> Vec<Result<(Vec<Vec<f64>>, Derivatives), Fault>> {
         let next = AtomicUsize::new(0);
-        let answers: Vec<Mutex<Option<Answer>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+        let answers: Vec<Mutex<Option<Result<_, Fault>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
         self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
         std::thread::scope(|scope| {
             for worker in self.workers.iter().take(jobs.len()) {
                 scope.spawn(|| {
                     let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
                     while let Some(k) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&k| k < jobs.len()) {
-                        let answer = self.one(&mut worker, &spans[jobs[k].span], places, &jobs[k].values);
+                        let answer = self.one(&mut worker, &spans[jobs[k].span], places, &jobs[k]);
                         *answers[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
                     }
                 });
@@ -200,10 +256,10 @@ impl Machine {
         worker: &mut Worker,
         span: &Span,
         places: &[ParameterPlace],
-        values: &[f64],
-    ) -> Result<Vec<Vec<f64>>, Fault> {
+        job: &Job,
+    ) -> Result<(Vec<Vec<f64>>, Derivatives), Fault> {
         let Worker { system, simulator, grid } = worker;
-        for (place, &value) in places.iter().zip(values) {
+        for (place, &value) in places.iter().zip(&job.values) {
             let value = if place.negated { -value } else { value };
             if system.set_parameter(place.index, value).is_err() {
                 return Err(Fault::run(format!("a parameter cannot have the value {value}")));
@@ -211,15 +267,24 @@ impl Machine {
         }
         // Waves that run to and fro in delay lines carry the kinks of every step along; a looser tolerance and a test of states alone
         // keep the steps from shrinking after them.
-        let waves = !system.structure().delays.is_empty();
+        let waves = self.delays;
         let tolerance = if waves { self.tolerance.max(WAVE_TOLERANCE) } else { self.tolerance };
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
         options.suppress_algebraic = waves;
         options.intervals = span.intervals;
-        grid.span = span.clone();
+        options.sensitivity = job.derived.iter().map(|&place| places[place].name.clone()).collect();
+        grid.prepare(span, job.derived.len());
         options.max_steps = 400_000;
         match simulator.run(system, &options, grid, &|| false) {
-            Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => Ok(grid.values.clone()),
+            Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
+                let mut derivatives = std::mem::take(&mut grid.derivatives);
+                for (by, &place) in derivatives.iter_mut().zip(&job.derived) {
+                    if places[place].negated {
+                        by.iter_mut().flatten().for_each(|value| *value = -*value);
+                    }
+                }
+                Ok((grid.values.clone(), derivatives))
+            }
             Ok(_) => Err(Fault::run("the model ended the run")),
             Err(error) => Err(Fault::run(error.to_string())),
         }

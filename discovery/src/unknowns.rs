@@ -79,6 +79,14 @@ impl Unknown {
         matches!(self.meaning, Meaning::Relative { .. } | Meaning::Value { .. })
     }
 
+    /// Positions in the list of places of the parameters that it changes.
+    pub fn places(&self) -> &[usize] {
+        match &self.meaning {
+            Meaning::Relative { places, .. } | Meaning::Value { places, .. } => places,
+            Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Late { .. } => &[],
+        }
+    }
+
     /// The value at `xi`: a factor for relative ones and gains, else in units of the model.
     pub fn value(&self, xi: f64) -> f64 {
         match &self.meaning {

@@ -1,9 +1,10 @@
 //! The comparison of one model with a set: runs, residuals in standard deviations, and their derivatives.
 //!
-//! A residual is `(measured - gain * model(t - late) - offset)/sigma`, whitened where the noise is correlated.  Derivatives by
-//! model parameters are differences of runs; those by offsets, gains and delays are exact.
+//! A residual is `(measured - gain * model(t - late) - offset)/sigma`, whitened where the noise is correlated.
 
-use nalgebra::{DMatrix, DVector};
+mod derivatives;
+
+use nalgebra::DVector;
 
 use crate::Fault;
 use crate::data::Data;
@@ -85,7 +86,7 @@ impl Problem<'_> {
     /// # Errors
     /// The first run that failed.
     pub fn simulate(&self, xi: &[f64], weighing: &Weighing) -> Result<Runs, Fault> {
-        let jobs = weighing.shots.iter().map(|&shot| Job { span: shot, values: self.values(xi, shot) });
+        let jobs = weighing.shots.iter().map(|&shot| Job { span: shot, values: self.values(xi, shot), derived: Vec::new() });
         let jobs: Vec<Job> = jobs.collect();
         let answers = self.machine.run(&self.spans(weighing.horizon), &self.places, &jobs);
         let mut runs: Runs = vec![None; self.data.shots.len()];
@@ -222,85 +223,5 @@ impl Problem<'_> {
         let Some(run) = &runs[shot] else { return Vec::new() };
         let ((gain, offset), late) = (self.chain(xi, channel), self.late(xi, shot));
         data.times.iter().map(|&time| gain * data.span.at(&run[channel], time - late).0 + offset).collect()
-    }
-
-    /// Derivatives of the residuals by the unknowns `which`, by differences of `step` standard deviations.
-    ///
-    /// # Errors
-    /// A run that fails to both sides.
-    pub fn jacobian(
-        &self,
-        (xi, runs): (&[f64], &Runs),
-        weighing: &Weighing,
-        which: &[usize],
-        step: f64,
-    ) -> Result<DMatrix<f64>, Fault> {
-        let rows = self.rows(weighing);
-        let mut jacobian = DMatrix::zeros(rows, which.len());
-        let varied: Vec<usize> = (0..which.len()).filter(|&k| self.unknowns[which[k]].is_simulated()).collect();
-        for (column, change) in self.differences((xi, runs), weighing, (which, &varied), step)? {
-            jacobian.set_column(column, &change);
-        }
-        for (column, &unknown) in which.iter().enumerate() {
-            if !self.unknowns[unknown].is_simulated() {
-                // The residual is linear in offset and gain; the delay is small against the sampling.
-                let h = 0.01;
-                let mut moved = xi.to_vec();
-                moved[unknown] += h;
-                let up = self.residuals(&moved, runs, weighing);
-                moved[unknown] -= 2.0 * h;
-                let change = (up - self.residuals(&moved, runs, weighing)) / (2.0 * h);
-                jacobian.set_column(column, &change);
-            }
-        }
-        Ok(jacobian)
-    }
-
-    /// Columns of the unknowns that need runs.
-    fn differences(
-        &self,
-        (xi, runs): (&[f64], &Runs),
-        weighing: &Weighing,
-        (which, varied): (&[usize], &[usize]),
-        step: f64,
-    ) -> Result<Vec<(usize, DVector<f64>)>, Fault> {
-        let mut jobs = Vec::new();
-        let mut owners = Vec::new();
-        for &column in varied {
-            let unknown = which[column];
-            let mut moved = xi.to_vec();
-            moved[unknown] += step;
-            for &shot in weighing.shots.iter().filter(|&&shot| self.unknowns[unknown].touches(shot)) {
-                jobs.push(Job { span: shot, values: self.values(&moved, shot) });
-                owners.push(column);
-            }
-        }
-        let spans = self.spans(weighing.horizon);
-        let answers = self.machine.run(&spans, &self.places, &jobs);
-        let mut columns: Vec<(usize, Runs, f64)> = varied.iter().map(|&column| (column, runs.clone(), step)).collect();
-        let mut failed: Vec<(usize, usize)> = Vec::new();
-        for ((job, owner), answer) in jobs.iter().zip(&owners).zip(answers) {
-            let Some(position) = varied.iter().position(|column| column == owner) else { continue };
-            match answer {
-                Ok(series) => columns[position].1[job.span] = Some(series),
-                Err(_) => failed.push((position, job.span)),
-            }
-        }
-        // To the other side where a run failed.
-        failed.dedup_by_key(|(position, _)| *position);
-        for (position, _) in failed {
-            let mut moved = xi.to_vec();
-            moved[which[columns[position].0]] -= step;
-            let touched =
-                weighing.shots.iter().copied().filter(|&shot| self.unknowns[which[columns[position].0]].touches(shot));
-            let part = Weighing { shots: touched.collect(), ..weighing.clone() };
-            let back = self.simulate(&moved, &part)?;
-            columns[position].1 = back.into_iter().zip(runs).map(|(new, old)| new.or_else(|| old.clone())).collect();
-            columns[position].2 = -step;
-        }
-        let changes = columns
-            .into_iter()
-            .map(|(column, other, step)| (column, self.signature(xi, runs, &other, weighing) / step));
-        Ok(changes.collect())
     }
 }

@@ -1,0 +1,178 @@
+//! Derivatives of the residuals by the unknowns.
+//!
+//! Those by parameters of the model are sensitivities carried along with one run of each shot; models through whose delays no
+//! sensitivities go, and runs that fail with them, are differenced.  Those by offsets and gains are exact, those by the delay
+//! of a shot differences on the curve of its run.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Problem, Runs, Weighing};
+use crate::Fault;
+use crate::machine::Job;
+use crate::unknowns::Meaning;
+
+impl Problem<'_> {
+    /// Derivatives of the residuals by the unknowns `which`; `step` is that of differences, in standard deviations.
+    ///
+    /// # Errors
+    /// A run that fails to both sides.
+    pub fn jacobian(
+        &self,
+        (xi, runs): (&[f64], &Runs),
+        weighing: &Weighing,
+        which: &[usize],
+        step: f64,
+    ) -> Result<DMatrix<f64>, Fault> {
+        let rows = self.rows(weighing);
+        let mut jacobian = DMatrix::zeros(rows, which.len());
+        let varied: Vec<usize> = (0..which.len()).filter(|&k| self.unknowns[which[k]].is_simulated()).collect();
+        if !self.machine.has_derivatives() || !self.carried((xi, weighing), (which, &varied), &mut jacobian) {
+            for (column, change) in self.differences((xi, runs), weighing, (which, &varied), step)? {
+                jacobian.set_column(column, &change);
+            }
+        }
+        for (column, &unknown) in which.iter().enumerate() {
+            if !self.unknowns[unknown].is_simulated() {
+                // The residual is linear in offset and gain; the delay is small against the sampling.
+                let h = 0.01;
+                let mut moved = xi.to_vec();
+                moved[unknown] += h;
+                let up = self.residuals(&moved, runs, weighing);
+                moved[unknown] -= 2.0 * h;
+                let change = (up - self.residuals(&moved, runs, weighing)) / (2.0 * h);
+                jacobian.set_column(column, &change);
+            }
+        }
+        Ok(jacobian)
+    }
+
+    /// Columns by sensitivities; false where a run fails with them.
+    fn carried(
+        &self,
+        (xi, weighing): (&[f64], &Weighing),
+        (which, varied): (&[usize], &[usize]),
+        jacobian: &mut DMatrix<f64>,
+    ) -> bool {
+        if varied.is_empty() {
+            return true;
+        }
+        let job = |&shot: &usize| {
+            let touching = varied.iter().map(|&column| &self.unknowns[which[column]]).filter(|u| u.touches(shot));
+            let mut derived: Vec<usize> = touching.flat_map(|unknown| unknown.places().iter().copied()).collect();
+            derived.sort_unstable();
+            derived.dedup();
+            Job { span: shot, values: self.values(xi, shot), derived }
+        };
+        let jobs: Vec<Job> = weighing.shots.iter().map(job).collect();
+        let spans = self.spans(weighing.horizon);
+        let answers = self.machine.run_derived(&spans, &self.places, &jobs);
+        let mut first = 0;
+        for (job, answer) in jobs.iter().zip(answers) {
+            let Ok((_, derivatives)) = answer else { return false };
+            let shot = job.span;
+            for &column in varied.iter().filter(|&&column| self.unknowns[which[column]].touches(shot)) {
+                let shares = self.shares(xi, which[column], job);
+                let change = |channel: usize| -> Vec<f64> {
+                    let points = 0..=spans[shot].intervals;
+                    let sum = |k| shares.iter().map(|&(by, share)| share * derivatives[by][channel][k]).sum();
+                    points.map(sum).collect()
+                };
+                let Some(part) = self.response(xi, shot, &change, weighing) else { return false };
+                jacobian.view_mut((first, column), (part.len(), 1)).copy_from_slice(&part);
+            }
+            first += self.rows_of(shot);
+        }
+        true
+    }
+
+    /// How much each derived parameter of a run changes with an unknown: position among the derived ones, and change per unit of `xi`.
+    fn shares(&self, xi: &[f64], unknown: usize, job: &Job) -> Vec<(usize, f64)> {
+        let (meaning, at) = (&self.unknowns[unknown], xi[unknown]);
+        let share = |&place: &usize| {
+            let position = job.derived.iter().position(|&derived| derived == place)?;
+            let slope = match &meaning.meaning {
+                // The factor may be zero, so that what it multiplies is computed without it.
+                Meaning::Relative { .. } => {
+                    let mut without = xi.to_vec();
+                    without[unknown] = 0.0;
+                    self.values(&without, job.span)[place] / meaning.value(0.0) * meaning.slope(at)
+                }
+                _ => meaning.slope(at),
+            };
+            Some((position, slope))
+        };
+        meaning.places().iter().filter_map(share).collect()
+    }
+
+    /// Change of the whitened residuals of a shot with a change of its channels; none where it is no number.
+    fn response(
+        &self,
+        xi: &[f64],
+        shot: usize,
+        change: &dyn Fn(usize) -> Vec<f64>,
+        weighing: &Weighing,
+    ) -> Option<Vec<f64>> {
+        let (data, span) = (&self.data.shots[shot], &self.spans(weighing.horizon)[shot]);
+        let late = self.late(xi, shot);
+        let mut all = Vec::with_capacity(self.rows_of(shot));
+        for (channel, _) in data.traces.iter().enumerate().filter(|(_, trace)| trace.is_some()) {
+            let begin = all.len();
+            let (gain, _) = self.chain(xi, channel);
+            let weights = self.weights(shot, channel, weighing);
+            let series = change(channel);
+            for (&time, &weight) in data.times.iter().zip(&weights) {
+                all.push(if weight > 0.0 { -gain * weight * span.at(&series, time - late).0 } else { 0.0 });
+            }
+            self.whiten(channel, &weights, &mut all[begin..]);
+        }
+        all.iter().all(|value| value.is_finite()).then_some(all)
+    }
+
+    /// Columns of the unknowns that need runs.
+    fn differences(
+        &self,
+        (xi, runs): (&[f64], &Runs),
+        weighing: &Weighing,
+        (which, varied): (&[usize], &[usize]),
+        step: f64,
+    ) -> Result<Vec<(usize, DVector<f64>)>, Fault> {
+        let mut jobs = Vec::new();
+        let mut owners = Vec::new();
+        for &column in varied {
+            let unknown = which[column];
+            let mut moved = xi.to_vec();
+            moved[unknown] += step;
+            for &shot in weighing.shots.iter().filter(|&&shot| self.unknowns[unknown].touches(shot)) {
+                jobs.push(Job { span: shot, values: self.values(&moved, shot), derived: Vec::new() });
+                owners.push(column);
+            }
+        }
+        let spans = self.spans(weighing.horizon);
+        let answers = self.machine.run(&spans, &self.places, &jobs);
+        let mut columns: Vec<(usize, Runs, f64)> = varied.iter().map(|&column| (column, runs.clone(), step)).collect();
+        let mut failed: Vec<(usize, usize)> = Vec::new();
+        for ((job, owner), answer) in jobs.iter().zip(&owners).zip(answers) {
+            let Some(position) = varied.iter().position(|column| column == owner) else { continue };
+            match answer {
+                Ok(series) => columns[position].1[job.span] = Some(series),
+                Err(_) => failed.push((position, job.span)),
+            }
+        }
+        // To the other side where a run failed.
+        failed.dedup_by_key(|(position, _)| *position);
+        for (position, _) in failed {
+            let mut moved = xi.to_vec();
+            moved[which[columns[position].0]] -= step;
+            let touched =
+                weighing.shots.iter().copied().filter(|&shot| self.unknowns[which[columns[position].0]].touches(shot));
+            let part = Weighing { shots: touched.collect(), ..weighing.clone() };
+            let back = self.simulate(&moved, &part)?;
+            columns[position].1 = back.into_iter().zip(runs).map(|(new, old)| new.or_else(|| old.clone())).collect();
+            columns[position].2 = -step;
+        }
+        let changes = columns
+            .into_iter()
+            .map(|(column, other, step)| (column, self.signature(xi, runs, &other, weighing) / step));
+        Ok(changes.collect())
+    }
+}
