@@ -58,7 +58,13 @@ impl Opened {
 
     /// Writer of models over the libraries that `sources` gives.
     pub(crate) fn workshop<'a>(&self, sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync)) -> Workshop<'a> {
-        Workshop { sources, preamble: self.preamble(), class: self.class.clone(), channels: self.setup.expressions() }
+        Workshop {
+            sources,
+            preamble: self.preamble(),
+            file: self.model_file.display().to_string(),
+            class: self.class.clone(),
+            channels: self.setup.expressions(),
+        }
     }
 
     /// What must stand before a text that names the base model: the model's file, unless a package holds it.

@@ -4,12 +4,14 @@
 //! where another one ended.
 
 use crate::catalogue::Candidate;
+use crate::dictionary::Term;
 use crate::fit::Fit;
 use crate::machine::Machine;
 use crate::problem::{Problem, Weighing};
+use crate::prior::Prior;
 use crate::projection::{Projection, Score};
-use crate::unknowns::{LIMIT, Meaning};
-use crate::variant::{Insert, Workshop};
+use crate::unknowns::{EffectPart, LIMIT, Meaning, Unknown};
+use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 
 /// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
@@ -21,6 +23,8 @@ const AMPLITUDES: (f64, f64) = (0.0, 3.0);
 pub struct Hypothesis {
     /// The effects.
     pub inserts: Vec<Candidate>,
+    /// A term at an equation, with the spread of its coefficient before the measurement.
+    pub term: Option<(Term, f64)>,
     /// The translated model.
     pub machine: Machine,
 }
@@ -44,7 +48,22 @@ impl Hypothesis {
     pub fn new(setup: &Setup, workshop: &Workshop<'_>, inserts: Vec<Candidate>) -> Result<Self, Fault> {
         let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
         let model = workshop.translate(&texts.collect::<Vec<_>>())?;
-        Ok(Self { inserts, machine: setup.machine(&model)? })
+        Ok(Self { inserts, term: None, machine: setup.machine(&model)? })
+    }
+
+    /// Translates the base model with these effects and a term, whose coefficient is expected within `spread`.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn with_term(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        inserts: Vec<Candidate>,
+        (term, spread): (Term, f64),
+    ) -> Result<Self, Fault> {
+        let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
+        let model = workshop.translate_with_terms(&texts.collect::<Vec<_>>(), std::slice::from_ref(&term))?;
+        Ok(Self { inserts, term: Some((term, spread)), machine: setup.machine(&model)? })
     }
 
     /// The comparison with the set.
@@ -52,21 +71,38 @@ impl Hypothesis {
     /// # Errors
     /// When a parameter that the study names is not there.
     pub fn problem<'a>(&'a self, setup: &'a Setup) -> Result<Problem<'a>, Fault> {
-        setup.problem(&self.machine, &self.inserts)
+        let mut problem = setup.problem(&self.machine, &self.inserts)?;
+        if let Some((term, spread)) = &self.term {
+            let (place, nominal) = self.machine.parameter(&coefficient(0))?;
+            let places = vec![problem.places.len()];
+            problem.places.push(place);
+            problem.base.iter_mut().for_each(|values| values.push(nominal));
+            problem.unknowns.push(Unknown {
+                name: format!("{} of `{}`", term.shape, term.equation),
+                meaning: Meaning::Value { places, prior: Prior::Normal(0.0, *spread) },
+                shot: None,
+                effect: Some(EffectPart { effect: self.inserts.len(), parameter: 0 }),
+            });
+        }
+        Ok(problem)
+    }
+
+    /// Number of the last thing put in: among the effects, the term after them.
+    pub fn last(&self) -> Option<usize> {
+        (self.inserts.len() + usize::from(self.term.is_some())).checked_sub(1)
     }
 
     /// Names of the effects, for progress and reports.
     pub fn label(&self) -> String {
-        match self.inserts.is_empty() {
-            true => "the base model".to_string(),
-            false => self.inserts.iter().map(Candidate::label).collect::<Vec<_>>().join(" + "),
-        }
+        let mut parts: Vec<String> = self.inserts.iter().map(Candidate::label).collect();
+        parts.extend(self.term.iter().map(|(term, _)| format!("{} in `{}`", term.shape, term.equation)));
+        if parts.is_empty() { "the base model".to_string() } else { parts.join(" + ") }
     }
 
     /// Unknowns of the last effect at a size (all other parameters as expected), appended to those of the fit before.
     pub fn at_size(&self, problem: &Problem<'_>, before: &[f64], size: f64) -> Vec<f64> {
         let mut xi = before.to_vec();
-        let last = self.inserts.len().checked_sub(1);
+        let last = self.last();
         for unknown in &problem.unknowns[before.len()..] {
             let carries = unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0);
             xi.push(match &unknown.meaning {

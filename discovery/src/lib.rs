@@ -7,10 +7,12 @@
 pub mod bench;
 pub mod catalogue;
 pub mod data;
+pub mod dictionary;
 mod fault;
 pub mod fit;
 mod formula;
 pub mod hypothesis;
+pub mod location;
 pub mod machine;
 pub mod noise;
 pub mod prior;

@@ -69,7 +69,7 @@ pub fn report(
         after = Some(gaps(setup, &setup.problem(&machine, &candidates)?, &last.fit.xi)?);
         model = Some(text);
     }
-    let json = json(setup, findings, (&before, after.as_ref()), seconds)?;
+    let json = json((setup, workshop), findings, (&before, after.as_ref()), seconds)?;
     let trajectories = trajectories(setup, findings, (&before, after.as_ref()))?;
     let summary = summary(setup, findings, (&before, after.as_ref()), seconds)?;
     Ok(Report { json, model, trajectories, summary })
@@ -107,7 +107,7 @@ fn number(value: f64) -> Value {
 }
 
 fn json(
-    setup: &Setup,
+    (setup, workshop): (&Setup, &Workshop<'_>),
     findings: &Findings,
     (before, after): (&Gaps, Option<&Gaps>),
     seconds: f64,
@@ -129,14 +129,7 @@ fn json(
         }
     };
     let held_out = part(before.held_out.as_ref(), after.and_then(|gaps| gaps.held_out.as_ref()));
-    let first = findings.passes.first();
-    let location = first.iter().flat_map(|pass| pass.tried.iter()).filter_map(|tried| {
-        let (insert, look) = (tried.hypothesis.inserts.last()?, tried.look.as_ref()?);
-        let site = insert.sites.first()?;
-        Some((look.score.gain, json!({"equation": &*site.words, "component": site.path, "file": &*site.file, "line": site.line, "score": look.score.gain})))
-    });
-    let mut location: Vec<(f64, Value)> = location.collect();
-    location.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let location = findings.passes.first().map_or(Vec::new(), |pass| location(pass, workshop));
     let candidates = findings.passes.iter().enumerate().flat_map(|(pass, found)| {
         found.tried.iter().map(move |tried| {
             json!({"pass": pass + 1, "effect": tried.hypothesis.inserts.last().map(Candidate::label),
@@ -153,7 +146,7 @@ fn json(
         "ambiguous": findings.ambiguous.iter().map(|candidate| &*candidate.effect.id).collect::<Vec<_>>(),
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
-        "location": location.into_iter().map(|(_, value)| value).collect::<Vec<_>>(),
+        "location": location,
         "gap": {"train": part(Some(&before.train), after.map(|gaps| &gaps.train)), "heldout": held_out},
         "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out)},
         "noise": noise(setup),
@@ -164,6 +157,36 @@ fn json(
         "simulations": findings.runs,
         "seconds": seconds,
     }))
+}
+
+/// Equations and places, the likeliest first: by how much the cost would fall with the best term of each equation, or with the best
+/// effect of each place whose component has no equation among them.
+fn location(pass: &Pass, workshop: &Workshop<'_>) -> Vec<Value> {
+    let mut ranked: Vec<(f64, String, Value)> = Vec::new();
+    for located in &pass.located {
+        let (term, score) = (&located.term, &located.score);
+        let key = format!("{}:{}:{}", term.component, term.file, term.line);
+        if ranked.iter().any(|(_, known, _)| *known == key) {
+            continue;
+        }
+        let object = json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file),
+            "line": term.line, "score": number(score.gain), "shape": term.shape, "coefficient": number(score.amplitude), "unit": term.unit});
+        ranked.push((score.gain, key, object));
+    }
+    for tried in &pass.tried {
+        let (Some(insert), Some(look)) = (tried.hypothesis.inserts.last(), &tried.look) else { continue };
+        for site in insert.sites.iter().take(1) {
+            let key = format!("{}:{}:{}", site.path, site.file, site.line);
+            if ranked.iter().any(|(_, known, _)| *known == key) {
+                continue;
+            }
+            let object = json!({"equation": &*site.words, "component": site.path, "file": workshop.shown_file(&site.file),
+                "line": site.line, "score": number(look.score.gain), "effect": insert.label()});
+            ranked.push((look.score.gain, key, object));
+        }
+    }
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ranked.into_iter().map(|(_, _, value)| value).collect()
 }
 
 /// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.

@@ -11,6 +11,7 @@ use crate::catalogue::{Candidate, Kind};
 use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
+use crate::location::{Located, locate};
 use crate::problem::Weighing;
 use crate::projection::Projection;
 use crate::proof::gap;
@@ -98,6 +99,10 @@ pub struct Pass {
     pub record: Record,
     /// Candidates, the best first.
     pub tried: Vec<Tried>,
+    /// Terms of equations held against what is left, the best first.
+    pub located: Vec<Located>,
+    /// The best of them, fitted; the best first.
+    pub terms: Vec<Tried>,
 }
 
 /// The outcome of a search.
@@ -193,7 +198,7 @@ impl Search<'_> {
             }
         };
         drop(problem);
-        Ok(Pass { base, fit, expected, record, tried: Vec::new() })
+        Ok(Pass { base, fit, expected, record, tried: Vec::new(), located: Vec::new(), terms: Vec::new() })
     }
 
     /// Looks at all candidates that can join.
@@ -221,6 +226,11 @@ impl Search<'_> {
         }
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        let promise = pass.tried.first().map_or(0.0, gain);
+        if pass.fit.misfit / pass.expected > ADEQUATE || promise > NEEDED {
+            (self.progress)("looking at the equations");
+            pass.located = locate(self.setup, self.workshop, &pass.base, (&pass.fit, &projection), &weighing)?;
+        }
         Ok(())
     }
 

@@ -9,10 +9,13 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use hyd_compiler::render::render;
-use hyd_compiler::{CompiledModel, Goal, Options, Sources, compile};
+use hyd_compiler::{
+    Compilation, CompiledModel, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile_with, injection_sites,
+};
 
 use crate::Fault;
 use crate::catalogue::Candidate;
+use crate::dictionary::Term;
 
 /// Name of the model with effects, and of the one with channels.
 pub const EXTENDED: &str = "Discovered";
@@ -23,11 +26,14 @@ const STUDY: &str = "study";
 pub(crate) const CHANNEL: &str = "hyd_channel_";
 
 /// Where texts come from and what the base is.
+#[derive(Clone)]
 pub struct Workshop<'a> {
     /// Makes a new way to the libraries.
     pub sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync),
     /// Text that must come before the variants: that of the study's model file, if no library finds it.
     pub preamble: String,
+    /// Name of the study's model file.
+    pub file: String,
     /// Full name of the base model.
     pub class: String,
     /// Expressions of the channels.
@@ -103,7 +109,29 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn translate(&self, inserts: &[Insert]) -> Result<Arc<CompiledModel>, Fault> {
-        self.translate_text(&self.extended(inserts, "with effects", &[], ""))
+        self.translate_with_terms(inserts, &[])
+    }
+
+    /// The same with terms at equations; the coefficient of term `k` is the parameter [`coefficient`]`(k)`.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Arc<CompiledModel>, Fault> {
+        let extended = self.extended(inserts, "with effects", &[], "");
+        self.translate_with(&self.preamble, &extended, terms).map(|(model, _)| model)
+    }
+
+    /// The name under which users know a file.
+    pub fn shown_file<'b>(&'b self, file: &'b str) -> &'b str {
+        if file == STUDY { &self.file } else { file }
+    }
+
+    /// Equations of the model with effects to which terms can be added.
+    pub fn injection_sites(&self, inserts: &[Insert]) -> Vec<InjectionSite> {
+        let text = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""));
+        let (sites, _) = injection_sites(&mut *(self.sources)(), STUDY, &text, &options());
+        let own = self.preamble.lines().count();
+        sites.into_iter().filter(|site| *site.file != *STUDY || site.line as usize <= own).collect()
     }
 
     /// Translates a text that defines [`EXTENDED`] and all that it needs, with the channels added.
@@ -111,7 +139,7 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn translate_whole(&self, whole: &str) -> Result<Arc<CompiledModel>, Fault> {
-        self.translate_with("", whole).map(|(model, _)| model)
+        self.translate_with("", whole, &[]).map(|(model, _)| model)
     }
 
     /// Texts that a model with effects is made of, except its own and those that `built_in` knows by their names.
@@ -119,32 +147,34 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn texts(&self, inserts: &[Insert], built_in: &dyn Fn(&str) -> bool) -> Result<Vec<String>, Fault> {
-        let (_, files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""))?;
+        let (_, files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?;
         let mut texts = if self.preamble.is_empty() { Vec::new() } else { vec![self.preamble.clone()] };
         texts.extend(files.into_iter().filter(|(name, _)| name != STUDY && !built_in(name)).map(|(_, text)| text));
         Ok(texts)
     }
 
-    /// Translates a text that defines [`EXTENDED`], with the channels added.
-    fn translate_text(&self, extended: &str) -> Result<Arc<CompiledModel>, Fault> {
-        self.translate_with(&self.preamble, extended).map(|(model, _)| model)
-    }
-
-    #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
-    fn translate_with(
-        &self,
-        preamble: &str,
-        extended: &str,
-    ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
+    /// A text with the channels added.
+    fn measured(&self, preamble: &str, extended: &str) -> String {
         let mut text = format!("{preamble}{extended}model {MEASURED}\n  extends {EXTENDED};\n");
         for (k, expression) in self.channels.iter().enumerate() {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
         }
         let _ = writeln!(text, "end {MEASURED};");
-        let mut sources = (self.sources)();
-        let options = Options { model: Some(MEASURED.to_string()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
-        let compilation = compile(&mut *sources, STUDY, &text, &options);
+        text
+    }
+
+    /// Translates a text that defines [`EXTENDED`], with the channels added.
+    #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
+    fn translate_with(
+        &self,
+        preamble: &str,
+        extended: &str,
+        terms: &[Term],
+    ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
+        let text = self.measured(preamble, extended);
+        let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
+        let compilation: Compilation = compile_with(&mut *(self.sources)(), STUDY, &text, &options(), &terms);
         match compilation.model.clone() {
             Some(model) if !compilation.has_errors() => {
                 let files = &compilation.files;
@@ -153,4 +183,22 @@ impl Workshop<'_> {
             _ => Err(Fault::new(render(&compilation.files, &compilation.diagnostics, false))),
         }
     }
+}
+
+fn options() -> Options {
+    Options { model: Some(MEASURED.to_string()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 }
+}
+
+/// Name of the parameter that is the coefficient of a term.
+pub fn coefficient(term: usize) -> String {
+    format!("hyd_term_{term}")
+}
+
+fn injection(k: usize, term: &Term) -> Injection {
+    let shape = match term.shape.as_str() {
+        "1" => TermShape::Constant,
+        shape => TermShape::Expression(shape.to_string()),
+    };
+    let file = Some(term.file.to_string());
+    Injection { path: term.component.to_string(), file, line: term.line, name: coefficient(k), shape }
 }

@@ -105,7 +105,7 @@ impl Problem<'_> {
     }
 
     /// Change of the whitened residuals of a shot with a change of its channels; none where it is no number.
-    fn response(
+    pub(crate) fn response(
         &self,
         xi: &[f64],
         shot: usize,

@@ -55,7 +55,7 @@ impl Problem<'_> {
     }
 
     /// Parameter values of a shot.
-    fn values(&self, xi: &[f64], shot: usize) -> Vec<f64> {
+    pub(crate) fn values(&self, xi: &[f64], shot: usize) -> Vec<f64> {
         let mut values = self.base[shot].clone();
         for (unknown, &xi) in self.unknowns.iter().zip(xi).filter(|(unknown, _)| unknown.touches(shot)) {
             match &unknown.meaning {
@@ -68,7 +68,7 @@ impl Problem<'_> {
     }
 
     /// Output points of each shot up to a share of the record.
-    fn spans(&self, horizon: f64) -> Vec<Span> {
+    pub(crate) fn spans(&self, horizon: f64) -> Vec<Span> {
         let cut = |span: &Span| {
             // The record before the trigger is no part of the share.
             let from = span.start.min(0.0);

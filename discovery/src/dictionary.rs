@@ -1,0 +1,149 @@
+//! Terms that an equation may lack: shapes of the variables around it, each with one coefficient.
+//!
+//! Equations that only define or connect (`der(y) = v`, `a.u = b.y`) lack nothing: their terms would mean nothing.  Balances may
+//! lack a term, laws may be wrong, and measuring chains are equations like others.  The same shape holds in all shots, which is what
+//! tells a force from a pressure: a free function of time could imitate one by the other (Wang 2026; Brynjarsdottir, O'Hagan
+//! 2014).  Ranges of the variables decide the widths of shapes; they come from runs of the model as it is.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use hyd_compiler::InjectionSite;
+use hyd_system::{Tables, ValueKind, Variability};
+
+/// Most variables of the neighbourhood that are tried in one equation.
+const MOST_VARIABLES: usize = 8;
+/// Width of the transition of a saturating shape, and of the shapes near an end, by the range of the variable.
+const NARROW: f64 = 0.03;
+/// A variable that changes by less than this part of its size is a constant.
+const STILL: f64 = 1e-9;
+
+/// A term: a coefficient times a shape, added to the right side of an equation.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Instance path of the component whose equation it is.
+    pub component: Arc<str>,
+    /// File of the equation.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+    /// The equation as text.
+    pub equation: String,
+    /// The shape with the names of the component.
+    pub shape: String,
+    /// Unit of the coefficient, if the model decides it.
+    pub unit: Option<String>,
+}
+
+/// An equation that may lack a term, with what can be seen from it.
+pub struct Place {
+    /// The equation.
+    pub site: InjectionSite,
+    /// Variables by the names of the component, and in full.
+    pub variables: Vec<(String, String)>,
+}
+
+/// Equations that may lack a term.
+pub fn places(sites: Vec<InjectionSite>, tables: &Tables) -> Vec<Place> {
+    let eligible = sites.into_iter().filter(|site| site.refused.is_none() && !only_connects(site));
+    let place = |site: InjectionSite| {
+        let variables = around(&site, tables);
+        Place { site, variables }
+    };
+    eligible.map(place).filter(|place| !place.variables.is_empty()).collect()
+}
+
+/// `der(x) = v`, `a.u = b.y`: names on both sides, of which one is a derivative or belongs to a part.
+fn only_connects(site: &InjectionSite) -> bool {
+    let Some((left, right)) = site.text.split_once('=') else { return true };
+    let name = |text: &str| {
+        let text = text.trim().trim_end_matches(';').trim();
+        let inner = text.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
+        let plain = inner.unwrap_or(text);
+        let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let is_name = plain.chars().all(allowed) && plain.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        is_name.then_some((inner.is_some(), plain.contains('.')))
+    };
+    match (name(left), name(right)) {
+        (Some((derived, part)), Some((other_derived, other_part))) if site.variables.len() > 1 => {
+            derived || other_derived || part || other_part
+        }
+        _ => false,
+    }
+}
+
+/// Variables of the equation, then those of its component and its connectors.
+fn around(site: &InjectionSite, tables: &Tables) -> Vec<(String, String)> {
+    let prefix = if site.path.is_empty() { String::new() } else { format!("{}.", site.path) };
+    let mut found: Vec<(String, String)> = Vec::new();
+    let own = site.variables.iter().map(String::as_str);
+    let component = tables.variables.iter().filter(|v| v.name.count() == 1).map(|v| v.name.element(0));
+    let component: Vec<String> =
+        component.filter(|name| name.strip_prefix(&prefix).is_some_and(|rest| rest.matches('.').count() <= 1)).collect();
+    for full in own.chain(component.iter().map(String::as_str)) {
+        let Some(short) = full.strip_prefix(&prefix) else { continue };
+        let usable = tables.find(full).is_some_and(|(variable, _)| {
+            variable.variability == Variability::Continuous
+                && variable.kind == ValueKind::Real
+                && !variable.protected
+                && !variable.name.derivative
+        });
+        if usable && found.len() < MOST_VARIABLES && !found.iter().any(|(known, _)| known == short) {
+            found.push((short.to_string(), full.to_string()));
+        }
+    }
+    found
+}
+
+/// The terms of a place, given the ranges of variables by their full names.
+pub fn terms(place: &Place, ranges: &BTreeMap<String, (f64, f64)>, tables: &Tables) -> Vec<Term> {
+    let mut terms = Vec::new();
+    let mut add = |shape: String, unit: Option<String>| {
+        let site = &place.site;
+        terms.push(Term {
+            component: site.path.clone(),
+            file: site.file.clone(),
+            line: site.line,
+            equation: site.text.clone(),
+            shape,
+            unit,
+        });
+    };
+    let own = place.site.unit.as_deref();
+    add("1".to_string(), own.map(str::to_string));
+    for (name, full) in &place.variables {
+        let Some(&(low, high)) = ranges.get(full) else { continue };
+        let (reach, width) = (low.abs().max(high.abs()), high - low);
+        if width <= STILL * reach || !reach.is_finite() || width <= 0.0 {
+            continue;
+        }
+        let unit = tables.find(full).map_or("", |(variable, _)| &*variable.unit);
+        let per = |power: &str| own.and_then(|own| quotient(own, unit, power));
+        let both_ways = low < -NARROW * reach && high > NARROW * reach;
+        add(name.clone(), per(""));
+        add(format!("{name}*abs({name})"), per("2"));
+        if both_ways {
+            add(format!("tanh({name}/{:e})", NARROW * reach), own.map(str::to_string));
+        }
+        if unit == "Pa" {
+            add(format!("{name}/sqrt(abs({name}) + {:e})", 1e-4 * reach), per("(1/2)"));
+        }
+        if unit == "m" || unit == "rad" {
+            add(format!("exp(({low:e} - {name})/{:e})", NARROW * width), own.map(str::to_string));
+            add(format!("exp(({name} - {high:e})/{:e})", NARROW * width), own.map(str::to_string));
+        }
+    }
+    terms
+}
+
+/// `own/unit^power` as text.
+fn quotient(own: &str, unit: &str, power: &str) -> Option<String> {
+    let simple = !unit.contains(['.', '/', '(']);
+    match (unit, power) {
+        ("", _) => None,
+        ("1", _) => Some(own.to_string()),
+        (_, "") if simple => Some(format!("{own}/{unit}")),
+        (_, "") => Some(format!("{own}/({unit})")),
+        _ => Some(format!("{own}/({unit}){power}")),
+    }
+}

@@ -1,0 +1,157 @@
+//! Where is something missing?  Every term of every equation held against the residuals of a fit, without a fit of its own.
+//!
+//! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients along: the change of
+//! the channels per unit of a term, with everything that follows from it.  What the nuisances can imitate is taken out
+//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Models with delays are
+//! looked at by runs with small coefficients would cost too much: they are not located by equation.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+
+use crate::dictionary::{Place, Term, places, terms};
+use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
+use crate::machine::{Job, Machine};
+use crate::problem::Weighing;
+use crate::projection::{Projection, Score};
+use crate::variant::{Insert, Workshop, coefficient};
+use crate::{Fault, Setup};
+
+/// Terms looked at in one run.
+const TOGETHER: usize = 96;
+/// Coefficients of any size are taken.
+const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// A term held against the residuals.
+#[derive(Clone, Debug)]
+pub struct Located {
+    /// The term.
+    pub term: Term,
+    /// Its score; the amplitude is the coefficient.
+    pub score: Score,
+}
+
+/// All terms of all equations of a fitted model, the best first.
+///
+/// # Errors
+/// When the model with terms cannot be translated or run.
+pub fn locate(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    (fit, projection): (&Fit, &Projection<'_>),
+    weighing: &Weighing,
+) -> Result<Vec<Located>, Fault> {
+    if !hypothesis.machine.has_derivatives() {
+        return Ok(Vec::new());
+    }
+    let inserts: Vec<Insert> =
+        hypothesis.inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() }).collect();
+    let tables = hypothesis.machine.tables();
+    let places = places(workshop.injection_sites(&inserts), tables);
+    let ranges = ranges(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
+    let all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
+    let mut located = Vec::with_capacity(all.len());
+    for some in all.chunks(TOGETHER) {
+        located.extend(look_or_halve(setup, workshop, hypothesis, &inserts, some, (fit, projection), weighing));
+    }
+    located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
+    Ok(located)
+}
+
+/// Ranges of the variables around the equations in the fitted model.
+fn ranges(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    inserts: &[Insert],
+    places: &[Place],
+    (fit, weighing): (&Fit, &Weighing),
+) -> Result<BTreeMap<String, (f64, f64)>, Fault> {
+    let mut names: Vec<String> =
+        places.iter().flat_map(|place| place.variables.iter().map(|(_, full)| full.clone())).collect();
+    names.sort_unstable();
+    names.dedup();
+    let channels = names.clone();
+    let watching = Workshop { channels, ..workshop.clone() };
+    let machine =
+        Machine::new(&*watching.translate(inserts)?, names.len(), setup.study.run.tolerance, setup.threads)?;
+    let problem = setup.problem(&machine, &hypothesis.inserts)?;
+    let runs = problem.simulate(&fit.xi, weighing)?;
+    let mut ranges: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+    for run in runs.iter().flatten() {
+        for (name, series) in names.iter().zip(run) {
+            let own = ranges.entry(name.clone()).or_insert((f64::INFINITY, f64::NEG_INFINITY));
+            *own = series.iter().fold(*own, |(low, high), &value| (low.min(value), high.max(value)));
+        }
+    }
+    Ok(ranges)
+}
+
+/// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving and left out.
+fn look_or_halve(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    inserts: &[Insert],
+    terms: &[Term],
+    fitted: (&Fit, &Projection<'_>),
+    weighing: &Weighing,
+) -> Vec<Located> {
+    match look(setup, workshop, hypothesis, inserts, terms, fitted, weighing) {
+        Ok(located) => located,
+        Err(_) if terms.len() < 2 => Vec::new(),
+        Err(_) => {
+            let (left, right) = terms.split_at(terms.len() / 2);
+            let mut located = look_or_halve(setup, workshop, hypothesis, inserts, left, fitted, weighing);
+            located.extend(look_or_halve(setup, workshop, hypothesis, inserts, right, fitted, weighing));
+            located
+        }
+    }
+}
+
+/// Scores of some terms.
+fn look(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    inserts: &[Insert],
+    terms: &[Term],
+    (fit, projection): (&Fit, &Projection<'_>),
+    weighing: &Weighing,
+) -> Result<Vec<Located>, Fault> {
+    let machine = setup.machine(&*workshop.translate_with_terms(inserts, terms)?)?;
+    let mut problem = setup.problem(&machine, &hypothesis.inserts)?;
+    let first = problem.places.len();
+    for k in 0..terms.len() {
+        let (place, nominal) = machine.parameter(&coefficient(k))?;
+        problem.places.push(place);
+        problem.base.iter_mut().for_each(|values| values.push(nominal));
+    }
+    let derived: Vec<usize> = (first..first + terms.len()).collect();
+    let job = |&shot: &usize| Job { span: shot, values: problem.values(&fit.xi, shot), derived: derived.clone() };
+    let jobs: Vec<Job> = weighing.shots.iter().map(job).collect();
+    let spans = problem.spans(weighing.horizon);
+    let answers = machine.run_derived(&spans, &problem.places, &jobs);
+    let mut parts = Vec::with_capacity(jobs.len());
+    for (job, answer) in jobs.iter().zip(answers) {
+        parts.push((job.span, answer?.1));
+    }
+    let mut located = Vec::new();
+    for (k, term) in terms.iter().enumerate() {
+        let mut signature = Vec::with_capacity(problem.rows(weighing));
+        for (shot, derivatives) in &parts {
+            let change = |channel: usize| derivatives[k][channel].clone();
+            match problem.response(&fit.xi, *shot, &change, weighing) {
+                Some(part) => signature.extend(part),
+                None => break,
+            }
+        }
+        if signature.len() == fit.residuals.len() {
+            let score = projection.score(&DVector::from_vec(signature), ANY);
+            located.push(Located { term: term.clone(), score });
+        }
+    }
+    Ok(located)
+}
