@@ -12,7 +12,7 @@ use hyd_compiler::InjectionSite;
 use hyd_system::{Tables, ValueKind, Variability};
 
 /// Most variables of the neighbourhood that are tried in one equation.
-const MOST_VARIABLES: usize = 8;
+const MOST_VARIABLES: usize = 6;
 /// Width of the transition of a saturating shape, and of the shapes near an end, by the range of the variable.
 const NARROW: f64 = 0.03;
 /// A variable that changes by less than this part of its size is a constant.
@@ -44,8 +44,11 @@ pub struct Place {
 }
 
 /// Equations that may lack a term.
-pub fn places(sites: Vec<InjectionSite>, tables: &Tables) -> Vec<Place> {
-    let eligible = sites.into_iter().filter(|site| site.refused.is_none() && !only_connects(site));
+pub fn places(sites: Vec<InjectionSite>, tables: &Tables, exchangeable: &[&str]) -> Vec<Place> {
+    let eligible = sites.into_iter().filter(|site| {
+        let defines = !exchangeable.contains(&&*site.path) && only_sums(site);
+        site.refused.is_none() && !only_connects(site) && !defines
+    });
     let place = |site: InjectionSite| {
         let variables = around(&site, tables);
         Place { site, variables }
@@ -72,14 +75,38 @@ fn only_connects(site: &InjectionSite) -> bool {
     }
 }
 
+/// `dp = a.p - b.p`, `a.q + b.q = 0`: sums of variables and their rates, without a parameter or a law.
+fn only_sums(site: &InjectionSite) -> bool {
+    let mut rest = site.text.as_str();
+    let prefix = if site.path.is_empty() { String::new() } else { format!("{}.", site.path) };
+    while let Some(begin) = rest.find(|c: char| c.is_alphanumeric() || c == '_') {
+        if !rest[..begin].chars().all(|c| " ()+-=;".contains(c)) {
+            return false;
+        }
+        let name = &rest[begin..];
+        let end = name.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).unwrap_or(name.len());
+        let (name, after) = name.split_at(end);
+        let variable = site.variables.iter().any(|own| {
+            let own = own.strip_prefix("der(").and_then(|own| own.strip_suffix(')')).unwrap_or(own);
+            own.strip_prefix(&prefix) == Some(name)
+        });
+        if !(variable || name == "der" || name == "0") {
+            return false;
+        }
+        rest = after;
+    }
+    rest.chars().all(|c| " ()+-=;".contains(c))
+}
+
 /// Variables of the equation, then those of its component and its connectors.
 fn around(site: &InjectionSite, tables: &Tables) -> Vec<(String, String)> {
     let prefix = if site.path.is_empty() { String::new() } else { format!("{}.", site.path) };
     let mut found: Vec<(String, String)> = Vec::new();
     let own = site.variables.iter().map(String::as_str);
     let component = tables.variables.iter().filter(|v| v.name.count() == 1).map(|v| v.name.element(0));
-    let component: Vec<String> =
-        component.filter(|name| name.strip_prefix(&prefix).is_some_and(|rest| rest.matches('.').count() <= 1)).collect();
+    let component: Vec<String> = component
+        .filter(|name| name.strip_prefix(&prefix).is_some_and(|rest| rest.matches('.').count() <= 1))
+        .collect();
     for full in own.chain(component.iter().map(String::as_str)) {
         let Some(short) = full.strip_prefix(&prefix) else { continue };
         let usable = tables.find(full).is_some_and(|(variable, _)| {

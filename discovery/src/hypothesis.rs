@@ -7,8 +7,8 @@ use crate::catalogue::Candidate;
 use crate::dictionary::Term;
 use crate::fit::Fit;
 use crate::machine::Machine;
-use crate::problem::{Problem, Weighing};
 use crate::prior::Prior;
+use crate::problem::{Problem, Weighing};
 use crate::projection::{Projection, Score};
 use crate::unknowns::{EffectPart, LIMIT, Meaning, Unknown};
 use crate::variant::{Insert, Workshop, coefficient};
@@ -90,6 +90,14 @@ impl Hypothesis {
     /// Number of the last thing put in: among the effects, the term after them.
     pub fn last(&self) -> Option<usize> {
         (self.inserts.len() + usize::from(self.term.is_some())).checked_sub(1)
+    }
+
+    /// Name of what was put in last.
+    pub fn own_label(&self) -> String {
+        match &self.term {
+            Some((term, _)) => format!("{} in `{}`", term.shape, term.equation),
+            None => self.inserts.last().map_or(String::new(), Candidate::label),
+        }
     }
 
     /// Names of the effects, for progress and reports.

@@ -15,6 +15,7 @@ use crate::hypothesis::Hypothesis;
 use crate::machine::{Job, Machine};
 use crate::problem::Weighing;
 use crate::projection::{Projection, Score};
+use crate::search::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 
@@ -32,7 +33,8 @@ pub struct Located {
     pub score: Score,
 }
 
-/// All terms of all equations of a fitted model, the best first.
+/// All terms of all equations of a fitted model, the best first, and the number of runs.  `exchangeable` are the paths of components that
+/// are made to be exchanged: of equations that are equally good those of such components come first.
 ///
 /// # Errors
 /// When the model with terms cannot be translated or run.
@@ -40,16 +42,20 @@ pub fn locate(
     setup: &Setup,
     workshop: &Workshop<'_>,
     hypothesis: &Hypothesis,
+    exchangeable: &[&str],
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
-) -> Result<Vec<Located>, Fault> {
+) -> Result<(Vec<Located>, usize), Fault> {
     if !hypothesis.machine.has_derivatives() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), 0));
     }
-    let inserts: Vec<Insert> =
-        hypothesis.inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() }).collect();
+    let inserts: Vec<Insert> = hypothesis
+        .inserts
+        .iter()
+        .map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() })
+        .collect();
     let tables = hypothesis.machine.tables();
-    let places = places(workshop.injection_sites(&inserts), tables);
+    let places = places(workshop.injection_sites(&inserts), tables, exchangeable);
     let ranges = ranges(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
     let all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
     let mut located = Vec::with_capacity(all.len());
@@ -57,7 +63,11 @@ pub fn locate(
         located.extend(look_or_halve(setup, workshop, hypothesis, &inserts, some, (fit, projection), weighing));
     }
     located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
-    Ok(located)
+    // Equations that are as good as the best: first those of components that are meant to be exchanged.
+    let best = located.first().map_or(0.0, |best| best.score.gain);
+    let equal = located.partition_point(|own| own.score.gain > best - LEAD);
+    located[..equal].sort_by_key(|own| !exchangeable.contains(&&*own.term.component));
+    Ok((located, weighing.shots.len() * all.len().div_ceil(TOGETHER)))
 }
 
 /// Ranges of the variables around the equations in the fitted model.
@@ -75,8 +85,7 @@ fn ranges(
     names.dedup();
     let channels = names.clone();
     let watching = Workshop { channels, ..workshop.clone() };
-    let machine =
-        Machine::new(&*watching.translate(inserts)?, names.len(), setup.study.run.tolerance, setup.threads)?;
+    let machine = Machine::new(&*watching.translate(inserts)?, names.len(), setup.study.run.tolerance, setup.threads)?;
     let problem = setup.problem(&machine, &hypothesis.inserts)?;
     let runs = problem.simulate(&fit.xi, weighing)?;
     let mut ranges: BTreeMap<String, (f64, f64)> = BTreeMap::new();

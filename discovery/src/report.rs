@@ -8,8 +8,9 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
+use crate::location::Located;
 use crate::proof::{Gap, gap};
-use crate::search::{Findings, Pass, Status};
+use crate::search::{ERRORS, Findings, NEEDED, Pass, Status, Tried};
 use crate::text_bundle::bundle;
 use crate::unknowns::{EffectPart, Meaning};
 use crate::variant::{EXTENDED, Insert, Workshop};
@@ -71,7 +72,7 @@ pub fn report(
     }
     let json = json((setup, workshop), findings, (&before, after.as_ref()), seconds)?;
     let trajectories = trajectories(setup, findings, (&before, after.as_ref()))?;
-    let summary = summary(setup, findings, (&before, after.as_ref()), seconds)?;
+    let summary = summary((setup, workshop), findings, (&before, after.as_ref()), seconds)?;
     Ok(Report { json, model, trajectories, summary })
 }
 
@@ -129,10 +130,11 @@ fn json(
         }
     };
     let held_out = part(before.held_out.as_ref(), after.and_then(|gaps| gaps.held_out.as_ref()));
-    let location = findings.passes.first().map_or(Vec::new(), |pass| location(pass, workshop));
+    let location = location(findings, workshop);
+    let proposed = proposed(setup, findings, workshop)?;
     let candidates = findings.passes.iter().enumerate().flat_map(|(pass, found)| {
-        found.tried.iter().map(move |tried| {
-            json!({"pass": pass + 1, "effect": tried.hypothesis.inserts.last().map(Candidate::label),
+        found.tried.iter().chain(&found.terms).map(move |tried| {
+            json!({"pass": pass + 1, "effect": tried.hypothesis.own_label(),
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
@@ -147,6 +149,7 @@ fn json(
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
         "location": location,
+        "proposed": proposed,
         "gap": {"train": part(Some(&before.train), after.map(|gaps| &gaps.train)), "heldout": held_out},
         "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out)},
         "noise": noise(setup),
@@ -159,34 +162,74 @@ fn json(
     }))
 }
 
-/// Equations and places, the likeliest first: by how much the cost would fall with the best term of each equation, or with the best
-/// effect of each place whose component has no equation among them.
-fn location(pass: &Pass, workshop: &Workshop<'_>) -> Vec<Value> {
-    let mut ranked: Vec<(f64, String, Value)> = Vec::new();
-    for located in &pass.located {
-        let (term, score) = (&located.term, &located.score);
-        let key = format!("{}:{}:{}", term.component, term.file, term.line);
-        if ranked.iter().any(|(_, known, _)| *known == key) {
-            continue;
+/// Equations and places, the likeliest first: those of effects that were named, those of terms that were fitted by the fall of the cost,
+/// then the others by how much it would fall with the best term of the equation or the best effect of the place.
+fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
+    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Vec::new() };
+    let mut ranked: Vec<(u8, f64, String, Value)> = Vec::new();
+    let mut add = |rank: u8, score: f64, place: (&str, &str, u32), rest: Value| {
+        let (component, file, line) = place;
+        let key = format!("{component}:{file}:{line}");
+        if ranked.iter().any(|(_, _, known, _)| *known == key) {
+            return;
         }
-        let object = json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file),
-            "line": term.line, "score": number(score.gain), "shape": term.shape, "coefficient": number(score.amplitude), "unit": term.unit});
-        ranked.push((score.gain, key, object));
+        let mut object =
+            json!({"component": component, "file": workshop.shown_file(file), "line": line, "score": number(score)});
+        if let (Value::Object(object), Value::Object(rest)) = (&mut object, rest) {
+            object.extend(rest);
+        }
+        ranked.push((rank, score, key, object));
+    };
+    let named = matches!(findings.status, Status::Named | Status::Sensor);
+    for (insert, pass) in last.base.inserts.iter().zip(&findings.passes).filter(|_| named) {
+        let fall = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        for site in &insert.sites {
+            add(
+                0,
+                fall,
+                (&site.path, &site.file, site.line),
+                json!({"equation": &*site.words, "effect": insert.label()}),
+            );
+        }
     }
-    for tried in &pass.tried {
+    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.fall >= NEEDED;
+    for tried in first.terms.iter().filter(|tried| beaten(tried)) {
+        let Some((term, _)) = &tried.hypothesis.term else { continue };
+        let rest = json!({"equation": term.equation, "shape": term.shape, "unit": term.unit});
+        add(1, tried.fall, (&term.component, &term.file, term.line), rest);
+    }
+    for Located { term, score } in &first.located {
+        let rest = json!({"equation": term.equation, "shape": term.shape, "coefficient": number(score.amplitude), "unit": term.unit});
+        add(2, score.gain, (&term.component, &term.file, term.line), rest);
+    }
+    for tried in &first.tried {
         let (Some(insert), Some(look)) = (tried.hypothesis.inserts.last(), &tried.look) else { continue };
         for site in insert.sites.iter().take(1) {
-            let key = format!("{}:{}:{}", site.path, site.file, site.line);
-            if ranked.iter().any(|(_, known, _)| *known == key) {
-                continue;
-            }
-            let object = json!({"equation": &*site.words, "component": site.path, "file": workshop.shown_file(&site.file),
-                "line": site.line, "score": number(look.score.gain), "effect": insert.label()});
-            ranked.push((look.score.gain, key, object));
+            let rest = json!({"equation": &*site.words, "effect": insert.label()});
+            add(2, look.score.gain, (&site.path, &site.file, site.line), rest);
         }
     }
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    ranked.into_iter().map(|(_, _, value)| value).collect()
+    ranked.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    ranked.into_iter().map(|(.., value)| value).collect()
+}
+
+/// Terms that explain what no effect explains, the best first.
+fn proposed(setup: &Setup, findings: &Findings, workshop: &Workshop<'_>) -> Result<Vec<Value>, Fault> {
+    let Some(last) = findings.passes.last().filter(|_| findings.status == Status::Unknown) else {
+        return Ok(Vec::new());
+    };
+    let mut values = Vec::new();
+    for tried in last.terms.iter().filter(|tried| tried.fall >= NEEDED && tried.errors >= ERRORS) {
+        let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
+        let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
+        let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);
+        values.push(
+            json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file),
+            "line": term.line, "shape": term.shape, "unit": term.unit, "coefficient": number(fit.xi[own] * spread),
+            "stderr": number(error), "fall": number(tried.fall), "misfit": number(fit.misfit / last.expected)}),
+        );
+    }
+    Ok(values)
 }
 
 /// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.
@@ -262,7 +305,7 @@ fn trajectories(setup: &Setup, findings: &Findings, (before, after): (&Gaps, Opt
 }
 
 fn summary(
-    setup: &Setup,
+    (setup, workshop): (&Setup, &Workshop<'_>),
     findings: &Findings,
     (before, after): (&Gaps, Option<&Gaps>),
     seconds: f64,
@@ -295,6 +338,23 @@ fn summary(
     let _ = writeln!(text, "{sentence}");
     if let Some(reason) = findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
+    }
+    for term in proposed(setup, findings, workshop)? {
+        let text_of = |key: &str| term[key].as_str().unwrap_or_default().to_string();
+        let figure = |key: &str| term[key].as_f64().unwrap_or(f64::NAN);
+        let (component, unit) = (text_of("component"), text_of("unit"));
+        let _ = writeln!(
+            text,
+            "  a term like {:.3e}*{} {unit} (+- {:.1e}) in `{}`{} ({}:{}) would bring the misfit to {:.2}",
+            figure("coefficient"),
+            text_of("shape"),
+            figure("stderr"),
+            text_of("equation"),
+            if component.is_empty() { String::new() } else { format!(" of {component}") },
+            text_of("file"),
+            term["line"],
+            figure("misfit")
+        );
     }
     let _ = writeln!(text, "\ngap (1.00 is noise)         before   after");
     let mut line = |name: &str, before: &Gap, after: Option<&Gap>| {

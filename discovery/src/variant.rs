@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use hyd_compiler::render::render;
 use hyd_compiler::{
-    Compilation, CompiledModel, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile_with, injection_sites,
+    Compilation, CompiledModel, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile_with,
+    injection_sites,
 };
 
 use crate::Fault;

@@ -86,7 +86,8 @@ impl Problem<'_> {
     /// # Errors
     /// The first run that failed.
     pub fn simulate(&self, xi: &[f64], weighing: &Weighing) -> Result<Runs, Fault> {
-        let jobs = weighing.shots.iter().map(|&shot| Job { span: shot, values: self.values(xi, shot), derived: Vec::new() });
+        let jobs =
+            weighing.shots.iter().map(|&shot| Job { span: shot, values: self.values(xi, shot), derived: Vec::new() });
         let jobs: Vec<Job> = jobs.collect();
         let answers = self.machine.run(&self.spans(weighing.horizon), &self.places, &jobs);
         let mut runs: Runs = vec![None; self.data.shots.len()];

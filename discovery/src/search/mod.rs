@@ -3,21 +3,21 @@
 //! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best candidate
 //! and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a candidate whose size
 //! ends within two standard errors of nothing is the fit without.  A name needs a fall of the cost of 25, four standard
-//! errors, a lead of 10 over the next one and residuals that are noise.
+//! errors, a lead of 10 over the next one and residuals that are noise; plain terms at equations are rivals of every effect.
 
-use std::collections::BTreeMap;
+mod decide;
+mod terms;
 
-use crate::catalogue::{Candidate, Kind};
+use crate::catalogue::Candidate;
 use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
-use crate::location::{Located, locate};
+use crate::location::Located;
 use crate::problem::Weighing;
 use crate::projection::Projection;
-use crate::proof::gap;
-use crate::unknowns::Meaning;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
+use decide::Outcome;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
 pub const NEEDED: f64 = 25.0;
@@ -25,12 +25,8 @@ pub const NEEDED: f64 = 25.0;
 pub const LEAD: f64 = 10.0;
 /// Standard errors that the size must be away from nothing.
 pub const ERRORS: f64 = 4.0;
-/// A size of fewer standard errors is none.
-const NOTHING: f64 = 2.0;
 /// Misfit per expected misfit up to which residuals count as noise.
 pub const ADEQUATE: f64 = 1.06;
-/// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
-const APART: f64 = 0.1;
 /// Most effects that are looked for.
 const MOST_EFFECTS: usize = 3;
 /// Candidates fitted, at a misfit close to the expected one and far above it.
@@ -103,6 +99,8 @@ pub struct Pass {
     pub located: Vec<Located>,
     /// The best of them, fitted; the best first.
     pub terms: Vec<Tried>,
+    /// Runs that the look at the equations took.
+    pub located_runs: usize,
 }
 
 /// The outcome of a search.
@@ -153,6 +151,7 @@ impl Search<'_> {
             self.look(&mut pass)?;
             self.shortlist(&mut pass)?;
             self.cross(&mut pass)?;
+            self.fit_terms(&mut pass)?;
             self.judge(&mut pass);
             let mut outcome = self.outcome(&pass);
             if matches!(outcome, Outcome::Unexplained) && found.is_empty() {
@@ -198,7 +197,16 @@ impl Search<'_> {
             }
         };
         drop(problem);
-        Ok(Pass { base, fit, expected, record, tried: Vec::new(), located: Vec::new(), terms: Vec::new() })
+        Ok(Pass {
+            base,
+            fit,
+            expected,
+            record,
+            tried: Vec::new(),
+            located: Vec::new(),
+            terms: Vec::new(),
+            located_runs: 0,
+        })
     }
 
     /// Looks at all candidates that can join.
@@ -227,9 +235,8 @@ impl Search<'_> {
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);
-        if pass.fit.misfit / pass.expected > ADEQUATE || promise > NEEDED {
-            (self.progress)("looking at the equations");
-            pass.located = locate(self.setup, self.workshop, &pass.base, (&pass.fit, &projection), &weighing)?;
+        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED {
+            self.look_at_equations(pass)?;
         }
         Ok(())
     }
@@ -244,19 +251,26 @@ impl Search<'_> {
                 continue;
             }
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
-            tried.fit = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look)?;
+            let insert = tried.hypothesis.inserts.last();
+            let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
+            tried.fit = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, [0.5 * typical, 1.5 * typical])?;
         }
         Ok(())
     }
 
     /// Fits a candidate from three sizes: short ones with wide weights, the best of them to the end.
-    fn fit_from_sizes(&self, hypothesis: &Hypothesis, base: &Fit, look: &Look) -> Result<Option<Fit>, Fault> {
+    fn fit_from_sizes(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fit,
+        look: &Look,
+        others: [f64; 2],
+    ) -> Result<Option<Fit>, Fault> {
         let problem = hypothesis.problem(self.setup)?;
         let whole = self.whole();
         let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
-        let typical = hypothesis.inserts.last().map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
-        for multiple in [0.5, 1.5] {
-            starts.push(hypothesis.at_size(&problem, &base.xi, multiple * typical));
+        for size in others {
+            starts.push(hypothesis.at_size(&problem, &base.xi, size));
         }
         let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole.clone() };
         let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
@@ -314,142 +328,6 @@ impl Search<'_> {
         }
         Ok(())
     }
-
-    /// Falls of the cost and sizes in standard errors; candidates that have a size come first, in the order of their cost.  One
-    /// whose size ends within [`NOTHING`] errors of nothing is the fit without: it may lower the cost that others are held against.
-    fn judge(&self, pass: &mut Pass) {
-        let mut without = pass.fit.cost;
-        for tried in &mut pass.tried {
-            let Some(fit) = &tried.fit else { continue };
-            tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
-            if tried.errors < NOTHING {
-                without = without.min(fit.cost);
-            }
-        }
-        for tried in &mut pass.tried {
-            let Some(fit) = &tried.fit else { continue };
-            tried.fall = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
-        }
-        let key = |tried: &Tried| match &tried.fit {
-            Some(fit) => (tried.errors < NOTHING, fit.cost),
-            None => (true, f64::INFINITY),
-        };
-        pass.tried.sort_by(|a, b| {
-            let (a, b) = (key(a), key(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
-        for (k, tried) in pass.tried.iter_mut().enumerate() {
-            tried.verdict = verdict(tried, k == 0, best);
-        }
-    }
-
-    fn outcome(&self, pass: &Pass) -> Outcome {
-        let ratio = pass.fit.misfit / pass.expected;
-        let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
-            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
-        };
-        if best.fall < NEEDED || best.errors < ERRORS {
-            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
-        }
-        let scale = (fit.misfit / pass.expected).max(1.0);
-        let close: Vec<usize> = (0..pass.tried.len())
-            .filter(|&k| {
-                let own = pass.tried[k].fit.as_ref();
-                own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD && pass.tried[k].errors >= ERRORS)
-            })
-            .collect();
-        if close.len() > 1 { Outcome::Several(close) } else { Outcome::Name(0) }
-    }
-
-    fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
-        let own = |pass: &Pass| pass.tried.iter().map(|tried| tried.hypothesis.machine.runs()).sum::<usize>();
-        let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
-        let (status, ambiguous) = (Status::Adequate, Vec::new());
-        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs };
-        let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
-        let doubt = self.doubt(first, last)?;
-        let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
-        let (status, ambiguous) = match &outcome {
-            Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
-            Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
-            Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
-                (Status::Sensor, Vec::new())
-            }
-            Outcome::Nothing => (Status::Named, Vec::new()),
-            Outcome::Several(close) => {
-                let inserts = close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned());
-                (Status::Ambiguous, inserts.collect())
-            }
-            Outcome::Name(_) | Outcome::Unexplained => {
-                let unfinished = found.is_empty() && apart(&last.record) && last.fit.misfit / last.expected < 1.5;
-                (if unfinished { Status::Unconverged } else { Status::Unknown }, Vec::new())
-            }
-        };
-        (findings.status, findings.ambiguous) = (status, ambiguous);
-        findings.reason = if matches!(outcome, Outcome::Nothing) { doubt } else { None };
-        if status == Status::Unknown {
-            findings.resembles = found.last().cloned().or(best);
-        }
-        Ok(findings)
-    }
-
-    /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
-    /// must make the gap on shots held out smaller, and shots of one operating point cannot tell an effect from wrong numbers.
-    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<&'static str>, Fault> {
-        let (setup, base) = (self.setup, last.base.problem(self.setup)?);
-        let train = gap(&base, &last.fit.xi, &setup.train, false)?;
-        if train.all * train.all > ADEQUATE {
-            return Ok(Some("what is left is more than noise"));
-        }
-        if last.base.inserts.is_empty() {
-            return Ok(None);
-        }
-        if setup.held_out.is_empty() {
-            return Ok(Some("no shot is held out on which a name could be proved"));
-        }
-        if !setup.has_several_operating_points() {
-            return Ok(Some("all shots were made at one operating point, where wrong numbers and effects look alike"));
-        }
-        let after = gap(&base, &last.fit.xi, &setup.held_out, true)?;
-        let before = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.held_out, true)?;
-        let grew = after.all >= before.all;
-        Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
-    }
-}
-
-/// Why a candidate was not named; nothing for one that could be.
-fn verdict(tried: &Tried, first: bool, best: f64) -> String {
-    let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
-    match &tried.fit {
-        None if tried.look.is_none() => "the model does not run with it".to_string(),
-        None if promise < PROMISING => "its signature explains nothing of what is left".to_string(),
-        None => "others promised more, or no fit succeeded".to_string(),
-        Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
-        Some(_) if tried.fall < NEEDED => "it brings the model hardly nearer to the measurement".to_string(),
-        Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
-        Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
-        Some(_) => String::new(),
-    }
-}
-
-/// What a pass says.
-enum Outcome {
-    /// Nothing is missing any more.
-    Nothing,
-    /// This one.
-    Name(usize),
-    /// These explain it equally well.
-    Several(Vec<usize>),
-    /// Something is missing and nothing explains it.
-    Unexplained,
-}
-
-/// The attempts at a fit end far apart.
-fn apart(record: &Record) -> bool {
-    let ends: BTreeMap<u64, f64> = record.attempts.iter().map(|a| (a.misfit.to_bits(), a.misfit)).collect();
-    let (low, high) = ends.values().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-    high - low > APART * low
 }
 
 /// Positions of the candidates that were fitted, the lowest cost first.
@@ -467,23 +345,4 @@ pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, wei
     let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
     fit.jacobian = Some((jacobian, all));
     Ok(())
-}
-
-/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.
-pub(crate) fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
-    let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
-    let last = hypothesis.inserts.len().checked_sub(1);
-    let Some(insert) = hypothesis.inserts.last() else { return 0.0 };
-    let nothing = insert.effect.zero.unwrap_or(0.0);
-    let mut largest = 0.0_f64;
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
-        let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
-        if !unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0) {
-            continue;
-        }
-        let value = prior.value(fit.xi[k]);
-        let error = fit.standard_error(k).map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
-        largest = largest.max((value - nothing).abs() / error);
-    }
-    largest
 }

@@ -1,0 +1,197 @@
+//! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
+
+use std::collections::BTreeMap;
+
+use super::{ADEQUATE, ERRORS, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
+use crate::Fault;
+use crate::Setup;
+use crate::catalogue::{Candidate, Kind};
+use crate::fit::Fit;
+use crate::fit::schedule::Record;
+use crate::hypothesis::Hypothesis;
+use crate::proof::gap;
+use crate::unknowns::Meaning;
+
+/// A size of fewer standard errors is none.
+const NOTHING: f64 = 2.0;
+/// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
+const APART: f64 = 0.1;
+/// Standard deviations of the sum of squares of noise within which a misfit is that of noise.
+const SPREAD: f64 = 3.0;
+
+impl Search<'_> {
+    /// Falls of the cost and sizes in standard errors; candidates that have a size come first, in the order of their cost.  One
+    /// whose size ends within [`NOTHING`] errors of nothing is the fit without: it may lower the cost that others are held against.
+    pub(super) fn judge(&self, pass: &mut Pass) {
+        let mut without = pass.fit.cost;
+        for tried in pass.tried.iter_mut().chain(&mut pass.terms) {
+            let Some(fit) = &tried.fit else { continue };
+            tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
+            if tried.errors < NOTHING {
+                without = without.min(fit.cost);
+            }
+        }
+        for tried in pass.tried.iter_mut().chain(&mut pass.terms) {
+            let Some(fit) = &tried.fit else { continue };
+            tried.fall = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
+        }
+        let key = |tried: &Tried| match &tried.fit {
+            Some(fit) => (tried.errors < NOTHING, fit.cost),
+            None => (true, f64::INFINITY),
+        };
+        for list in [&mut pass.tried, &mut pass.terms] {
+            list.sort_by(|a, b| {
+                let (a, b) = (key(a), key(b));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            });
+        }
+        let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        for (k, tried) in pass.tried.iter_mut().enumerate() {
+            tried.verdict = verdict(tried, k == 0, best);
+        }
+    }
+
+    pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
+        let ratio = pass.fit.misfit / pass.expected;
+        let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
+            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        };
+        if best.fall < NEEDED || best.errors < ERRORS {
+            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        }
+        if self.is_beaten(pass, fit) {
+            return Outcome::Unexplained;
+        }
+        let scale = (fit.misfit / pass.expected).max(1.0);
+        let close: Vec<usize> = (0..pass.tried.len())
+            .filter(|&k| {
+                let own = pass.tried[k].fit.as_ref();
+                own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD && pass.tried[k].errors >= ERRORS)
+            })
+            .collect();
+        if close.len() > 1 { Outcome::Several(close) } else { Outcome::Name(0) }
+    }
+
+    /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.
+    fn is_beaten(&self, pass: &Pass, best: &Fit) -> bool {
+        let noise = pass.expected + SPREAD * (2.0 * pass.expected).sqrt();
+        let Some((term, fit)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
+            return false;
+        };
+        let scale = (fit.misfit / pass.expected).max(1.0);
+        best.misfit > noise
+            && term.errors >= ERRORS
+            && fit.misfit / pass.expected <= ADEQUATE
+            && (best.cost - fit.cost) / scale > LEAD
+    }
+
+    pub(super) fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
+        let tried =
+            |pass: &Pass| pass.tried.iter().chain(&pass.terms).map(|t| t.hypothesis.machine.runs()).sum::<usize>();
+        let own = |pass: &Pass| tried(pass) + pass.located_runs;
+        let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
+        let (status, ambiguous) = (Status::Adequate, Vec::new());
+        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs };
+        let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
+        let doubt = self.doubt(first, last)?;
+        let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
+        let (status, ambiguous) = match &outcome {
+            Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
+            Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
+            Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
+                (Status::Sensor, Vec::new())
+            }
+            Outcome::Nothing => (Status::Named, Vec::new()),
+            Outcome::Several(close) => {
+                let inserts = close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned());
+                (Status::Ambiguous, inserts.collect())
+            }
+            Outcome::Name(_) | Outcome::Unexplained => {
+                let unfinished = found.is_empty() && apart(&last.record) && last.fit.misfit / last.expected < 1.5;
+                (if unfinished { Status::Unconverged } else { Status::Unknown }, Vec::new())
+            }
+        };
+        (findings.status, findings.ambiguous) = (status, ambiguous);
+        findings.reason = if matches!(outcome, Outcome::Nothing) { doubt } else { None };
+        if status == Status::Unknown {
+            findings.resembles = found.last().cloned().or(best);
+        }
+        Ok(findings)
+    }
+
+    /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
+    /// must make the gap on shots held out smaller, and shots of one operating point cannot tell an effect from wrong numbers.
+    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<&'static str>, Fault> {
+        let (setup, base) = (self.setup, last.base.problem(self.setup)?);
+        let train = gap(&base, &last.fit.xi, &setup.train, false)?;
+        if train.all * train.all > ADEQUATE {
+            return Ok(Some("what is left is more than noise"));
+        }
+        if last.base.inserts.is_empty() {
+            return Ok(None);
+        }
+        if setup.held_out.is_empty() {
+            return Ok(Some("no shot is held out on which a name could be proved"));
+        }
+        if !setup.has_several_operating_points() {
+            return Ok(Some("all shots were made at one operating point, where wrong numbers and effects look alike"));
+        }
+        let after = gap(&base, &last.fit.xi, &setup.held_out, true)?;
+        let before = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.held_out, true)?;
+        let grew = after.all >= before.all;
+        Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
+    }
+}
+
+/// Why a candidate was not named; nothing for one that could be.
+fn verdict(tried: &Tried, first: bool, best: f64) -> String {
+    let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+    match &tried.fit {
+        None if tried.look.is_none() => "the model does not run with it".to_string(),
+        None if promise < PROMISING => "its signature explains nothing of what is left".to_string(),
+        None => "others promised more, or no fit succeeded".to_string(),
+        Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
+        Some(_) if tried.fall < NEEDED => "it brings the model hardly nearer to the measurement".to_string(),
+        Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
+        Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
+        Some(_) => String::new(),
+    }
+}
+
+/// What a pass says.
+pub(super) enum Outcome {
+    /// Nothing is missing any more.
+    Nothing,
+    /// This one.
+    Name(usize),
+    /// These explain it equally well.
+    Several(Vec<usize>),
+    /// Something is missing and nothing explains it.
+    Unexplained,
+}
+
+/// The attempts at a fit end far apart.
+fn apart(record: &Record) -> bool {
+    let ends: BTreeMap<u64, f64> = record.attempts.iter().map(|a| (a.misfit.to_bits(), a.misfit)).collect();
+    let (low, high) = ends.values().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    high - low > APART * low
+}
+
+/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.
+fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
+    let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
+    let last = hypothesis.last();
+    let effect = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none());
+    let nothing = effect.and_then(|insert| insert.effect.zero).unwrap_or(0.0);
+    let mut largest = 0.0_f64;
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
+        if !unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0) {
+            continue;
+        }
+        let value = prior.value(fit.xi[k]);
+        let error = fit.standard_error(k).map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
+        largest = largest.max((value - nothing).abs() / error);
+    }
+    largest
+}

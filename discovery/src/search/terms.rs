@@ -1,0 +1,64 @@
+//! Terms at equations: all held against what is left, the best fitted like effects.
+//!
+//! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
+
+use super::{ADEQUATE, NEEDED, Pass, Search, Tried};
+use crate::Fault;
+use crate::hypothesis::{Hypothesis, Look};
+use crate::location::{Located, locate};
+use crate::projection::Projection;
+
+/// Terms fitted: where the effects leave nothing but noise, and where they do not.
+const FITTED: (usize, usize) = (1, 3);
+/// Spread of a coefficient before the measurement, by what the look at it claims.
+const SPREAD: f64 = 5.0;
+
+impl Search<'_> {
+    /// Holds all terms against what is left.
+    pub(super) fn look_at_equations(&self, pass: &mut Pass) -> Result<(), Fault> {
+        (self.progress)("looking at the equations");
+        let Some(projection) = Projection::new(&pass.fit) else { return Ok(()) };
+        let places: Vec<&str> =
+            self.candidates.iter().flat_map(|candidate| &candidate.sites).map(|site| site.path.as_str()).collect();
+        let (located, runs) =
+            locate(self.setup, self.workshop, &pass.base, &places, (&pass.fit, &projection), &self.whole())?;
+        (pass.located, pass.located_runs) = (located, runs);
+        Ok(())
+    }
+
+    /// Fits the best term of each of the likeliest equations.
+    pub(super) fn fit_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let ratio = |fit: &crate::fit::Fit| fit.misfit / pass.expected;
+        let lowest =
+            pass.tried.iter().filter_map(|tried| tried.fit.as_ref()).map(ratio).fold(ratio(&pass.fit), f64::min);
+        let count = if lowest > ADEQUATE { FITTED.1 } else { FITTED.0 };
+        let chosen = likeliest(&pass.located, count);
+        for Located { term, score } in chosen {
+            (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));
+            let spread = SPREAD * score.amplitude.abs();
+            let made = Hypothesis::with_term(self.setup, self.workshop, pass.base.inserts.clone(), (term, spread));
+            let Ok(hypothesis) = made else { continue };
+            let problem = hypothesis.problem(self.setup)?;
+            let start = hypothesis.at_size(&problem, &pass.fit.xi, score.amplitude);
+            drop(problem);
+            let look = Look { score, size: score.amplitude, start: start[pass.fit.xi.len()..].to_vec() };
+            let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
+            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, others)?;
+            let tried = Tried { hypothesis, look: Some(look), fit, fall: 0.0, errors: 0.0, verdict: String::new() };
+            pass.terms.push(tried);
+        }
+        Ok(())
+    }
+}
+
+/// The best term of each of the best equations.
+fn likeliest(located: &[Located], count: usize) -> Vec<Located> {
+    let mut chosen: Vec<Located> = Vec::new();
+    for own in located.iter().filter(|own| own.score.gain > NEEDED) {
+        let place = |other: &Located| (other.term.component.clone(), other.term.line);
+        if chosen.len() < count && !chosen.iter().any(|other| place(other) == place(own)) {
+            chosen.push(own.clone());
+        }
+    }
+    chosen
+}
