@@ -2,8 +2,8 @@
 //!
 //! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients along: the change of
 //! the channels per unit of a term, with everything that follows from it.  What the nuisances can imitate is taken out
-//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Models with delays are
-//! looked at by runs with small coefficients would cost too much: they are not located by equation.
+//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Through delays
+//! go no sensitivities, so models with delays are not located by equation.
 
 use std::collections::BTreeMap;
 

@@ -35,6 +35,9 @@ pub type Answer = Result<Vec<Vec<f64>>, Fault>;
 /// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
 pub type Derivatives = Vec<Vec<Vec<f64>>>;
 
+/// Channels and their derivatives, or why the run failed.
+pub type DerivedAnswer = Result<(Vec<Vec<f64>>, Derivatives), Fault>;
+
 /// Times of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Span {
@@ -227,14 +230,9 @@ impl Machine {
     }
 
     /// Makes the runs and carries derivatives along where jobs want some.
-    pub fn run_derived(
-        &self,
-        spans: &[Span],
-        places: &[ParameterPlace],
-        jobs: &[Job],
-    ) -> Vec<Result<(Vec<Vec<f64>>, Derivatives), Fault>> {
+    pub fn run_derived(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<DerivedAnswer> {
         let next = AtomicUsize::new(0);
-        let answers: Vec<Mutex<Option<Result<_, Fault>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+        let answers: Vec<Mutex<Option<DerivedAnswer>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
         self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
         std::thread::scope(|scope| {
             for worker in self.workers.iter().take(jobs.len()) {
@@ -251,13 +249,7 @@ impl Machine {
         given.map(|answer| answer.unwrap_or_else(|| Err(Fault::run("a run was not made")))).collect()
     }
 
-    fn one(
-        &self,
-        worker: &mut Worker,
-        span: &Span,
-        places: &[ParameterPlace],
-        job: &Job,
-    ) -> Result<(Vec<Vec<f64>>, Derivatives), Fault> {
+    fn one(&self, worker: &mut Worker, span: &Span, places: &[ParameterPlace], job: &Job) -> DerivedAnswer {
         let Worker { system, simulator, grid } = worker;
         for (place, &value) in places.iter().zip(&job.values) {
             let value = if place.negated { -value } else { value };
