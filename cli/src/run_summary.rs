@@ -106,6 +106,8 @@ pub(crate) struct RunSummary {
     pub(crate) simulate_s: f64,
     pub(crate) counters: Counters,
     pub(crate) warnings: Vec<String>,
+    /// Where loops of equations went over to another of their solutions.
+    pub(crate) jumps: Vec<String>,
     pub(crate) result: Option<String>,
     pub(crate) plot: Option<String>,
     #[serde(rename = "final")]
@@ -263,6 +265,7 @@ mod tests {
             simulate_s: 1.5,
             counters: Counters::from(&Statistics { steps: 7, residuals: 9, ..Default::default() }),
             warnings: Vec::new(),
+            jumps: Vec::new(),
             result: Some("fall.csv".into()),
             plot: None,
             final_values: FinalValues(vec![("h".into(), 1.5, "m".into()), ("speed".into(), f64::NAN, "".into())]),
@@ -277,7 +280,7 @@ mod tests {
             r#""solver":"bdf","methods":[],"states":2,"unknowns":3,"templates":4,"code_bytes":512,"translate_s":0.25,"simulate_s":1.5,"#,
             r#""counters":{"steps":7,"steps_by_order":[0,0,0,0,0],"one_step_steps":0,"residuals":9,"jacobians":0,"factorisations":0,"#,
             r#""newton_iterations":0,"error_rejections":0,"convergence_failures":0,"state_events":0,"time_events":0},"#,
-            r#""warnings":[],"result":"fall.csv","plot":null,"final":{"h":1.5,"speed":null}}"#,
+            r#""warnings":[],"jumps":[],"result":"fall.csv","plot":null,"final":{"h":1.5,"speed":null}}"#,
             "\n"
         );
         assert_eq!(summary.json(), json);

@@ -21,6 +21,9 @@ use crate::{Failure, clock, interrupt, output, parameters, run_failure};
 
 mod recorder;
 
+/// Jumps that are told one by one.
+const MOST_JUMPS: usize = 5;
+
 use recorder::Recorder;
 
 /// Runs the verb.
@@ -79,6 +82,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         simulate_s,
         counters: Counters::from(simulator.statistics()),
         warnings: simulator.warnings().iter().map(warning_text).collect(),
+        jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
         result: result.map(|path| path.display().to_string()),
         plot: picture.map(|path| path.display().to_string()),
         final_values: FinalValues(recorder.last_values()),
@@ -209,6 +213,12 @@ fn finish(
 ) -> Result<(), Failure> {
     for warning in &summary.warnings {
         output::sentence("warning", warning, arguments.model.message_format);
+    }
+    for jump in summary.jumps.iter().take(MOST_JUMPS) {
+        output::sentence("note", jump, arguments.model.message_format);
+    }
+    if let Some(more @ 1..) = summary.jumps.len().checked_sub(MOST_JUMPS) {
+        output::sentence("note", &format!("{more} more jumps to other solutions"), arguments.model.message_format);
     }
     let printed = if arguments.json {
         output::print(&summary.json())

@@ -6,6 +6,7 @@ use std::fmt::{self, Display, Formatter};
 
 use hyd_system::{EquationInfo, RootInfo};
 
+use crate::Jump;
 use crate::error::{Cause, Place, SolveError, Stage, StepReport};
 
 impl Display for SolveError {
@@ -106,6 +107,30 @@ impl Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
+
+/// Variables, values and equations of a jump that are told.
+const MOST_NAMED: usize = 4;
+
+impl Display for Jump {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let names = self.variables.iter().take(MOST_NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = match self.variables.len().saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let time = shown(self.time);
+        write!(
+            f,
+            "at t = {time} s the solution for {names}{more} ends, and the run goes on with another one of the same equations:"
+        )?;
+        for (k, (name, before, after, unit)) in self.changes.iter().take(MOST_NAMED).enumerate() {
+            let comma = if k == 0 { "" } else { "," };
+            let space = if unit.is_empty() { "" } else { " " };
+            write!(f, "{comma} {name} from {} to {}{space}{unit}", shown(*before), shown(*after))?;
+        }
+        self.equations.iter().take(MOST_NAMED).try_for_each(|equation| line_of(f, equation))
+    }
+}
 
 impl Stage {
     fn words(self) -> &'static str {

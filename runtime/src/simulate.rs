@@ -22,6 +22,10 @@ use crate::sensitivity::{EventSource, Sensitivity};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
+mod jump;
+
+pub use jump::Jump;
+
 /// Without a stated limit a step is at most this part of the run, with and without state events to be seen.
 const MOST_OF_RUN_WITH_ROOTS: f64 = 0.02;
 const MOST_OF_RUN: f64 = 0.1;
@@ -46,6 +50,8 @@ pub struct Summary {
     pub statistics: Statistics,
     /// Assertions of level warning that did not hold, in the order of time.
     pub warnings: Vec<Warning>,
+    /// Where loops of equations went over to another of their solutions.
+    pub jumps: Vec<Jump>,
     /// Which methods were used from when on.
     pub phases: Vec<MethodPhase>,
     /// Message of `terminate`, if that ended the run.
@@ -69,6 +75,7 @@ pub struct Simulator {
     /// Present in runs that ask for sensitivities, and kept for the next one that does.
     sensitivity: Option<Box<Sensitivity>>,
     kept: Option<Box<Sensitivity>>,
+    jumps: Vec<Jump>,
     statistics: Statistics,
 }
 
@@ -127,6 +134,7 @@ impl Simulator {
             states: structure.differential.clone(),
             sensitivity: None,
             kept: None,
+            jumps: Vec::new(),
             statistics: Statistics::default(),
         }
     }
@@ -139,6 +147,11 @@ impl Simulator {
     /// Warnings of the last run, however it ended.
     pub fn warnings(&self) -> &[Warning] {
         &self.output.warnings
+    }
+
+    /// Jumps of the last run, however it ended.
+    pub fn jumps(&self) -> &[Jump] {
+        &self.jumps
     }
 
     /// Methods used in the last run, however it ended.
@@ -161,6 +174,7 @@ impl Simulator {
             [] => self.kept = kept,
             names => self.sensitivity = Some(Sensitivity::prepare(kept, system, names)?),
         }
+        self.jumps.clear();
         let mut delays = std::mem::take(&mut self.delays);
         delays.restart(options.tolerance);
         let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
@@ -180,7 +194,8 @@ impl Simulator {
         self.delays = delays;
         let time = result?;
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());
-        Ok(Summary { time, statistics: self.statistics, warnings, phases, terminated })
+        let jumps = self.jumps.clone();
+        Ok(Summary { time, statistics: self.statistics, warnings, jumps, phases, terminated })
     }
 
     /// Writes the rows that still wait for their derivatives, as far as a run that failed has them.
@@ -312,6 +327,9 @@ impl Simulator {
             }
         }
         if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
+            if let Some(t) = self.jump(run, &failure, (from, limit))? {
+                return Ok(t);
+            }
             let attempt = self.integrator.last_attempt();
             return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
         }

@@ -5,14 +5,14 @@
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, EventRelation, Plan, Resolution, Role, SortedSystem, rate_unit};
+use hyd_equations::{Assignment, Block, EventRelation, Plan, Resolution, Role, SortedSystem, rate_unit};
 use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_source::{Files, Span};
 use hyd_symbolic::{Arena, Node, SlotId, print};
 use hyd_system::{
-    EquationInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind, Variability,
-    VariableInfo,
+    EquationInfo, LoopInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind,
+    Variability, VariableInfo,
 };
 
 use crate::layout::{Layout, Place, resolve};
@@ -119,6 +119,7 @@ impl Describe<'_> {
             variables,
             unknowns: unknowns.ok_or("an unknown has no name")?,
             rows: self.rows(&self.sorted.simulation),
+            loops: self.loops(&unknown),
             equations: flat.equations.iter().map(|e| self.equation(&e.origin.path, e.origin.span)).collect(),
             roots: self.roots().into_iter().chain(crate::delay::roots(self.sorted, self.files)).collect(),
             initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
@@ -149,6 +150,25 @@ impl Describe<'_> {
 
     fn rows(&self, plan: &Plan) -> Vec<u32> {
         plan.residuals.iter().map(|r| self.sorted.system.equations[r.equation].block).collect()
+    }
+
+    /// The blocks of the simulation that hold more than one equation.
+    fn loops(&self, place: &dyn Fn(Target) -> Option<(u32, u32)>) -> Vec<LoopInfo> {
+        let plan = &self.sorted.simulation;
+        let describe = |block: &Block| {
+            let assigned = block.assignments.iter().map(|&k| &plan.assignments[k as usize]);
+            let residuals = block.residuals.iter().map(|&k| &plan.residuals[k as usize]);
+            let targets = block.unknowns.iter().map(|&k| plan.unknowns[k as usize].target);
+            let targets = targets.chain(assigned.clone().map(|a| a.target));
+            let equations = residuals.map(|r| r.equation).chain(assigned.map(|a| a.equation));
+            LoopInfo {
+                unknowns: block.unknowns.clone(),
+                variables: targets.filter_map(place).collect(),
+                equations: equations.map(|e| self.sorted.system.equations[e].block).collect(),
+            }
+        };
+        let several = |block: &&Block| block.assignments.len() + block.residuals.len() > 1;
+        plan.blocks.iter().filter(several).map(describe).collect()
     }
 
     fn variable(&self, block: &VariableBlock) -> Result<VariableInfo, String> {

@@ -8,6 +8,7 @@
 
 use hyd_system::{DaeSystem, Pattern, Structure};
 
+use crate::fold;
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
 use crate::newton::{Newton, NewtonFailure, Target};
 use crate::problem::Problem;
@@ -158,14 +159,7 @@ impl Consistency {
         yp: &mut [f64],
     ) -> Result<(), Inconsistent> {
         self.have_matrix = false;
-        self.core.y.copy_from_slice(y);
-        self.core.yp.copy_from_slice(yp);
-        for k in 0..y.len() {
-            let differential = self.core.differential[k];
-            self.newton.x[k] = if differential { yp[k] } else { y[k] };
-            let nominal = weights.nominals[k];
-            self.newton.nominals[k] = if differential { nominal / time_scale } else { nominal };
-        }
+        self.load(time_scale, weights, y, yp);
         let mut view = View { core: &mut self.core, problem, t };
         match self.newton.solve(&mut view, TOLERANCE) {
             Ok(()) => {
@@ -176,6 +170,47 @@ impl Consistency {
                 Ok(())
             }
             Err(cause) => Err(self.blame(cause)),
+        }
+    }
+
+    /// Where the solution has just vanished: leads from the last values to another one of the same equations, as [`solve`] does on
+    /// success; false if there is none on the way.
+    ///
+    /// [`solve`]: Consistency::solve
+    pub(crate) fn cross(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, time_scale): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        self.have_matrix = false;
+        self.load(time_scale, weights, y, yp);
+        let mut x = self.newton.x.clone();
+        let mut view = View { core: &mut self.core, problem, t };
+        if !fold::follow(&mut view, &mut x, &self.newton.nominals) {
+            return false;
+        }
+        self.newton.x.copy_from_slice(&x);
+        if self.newton.solve(&mut view, TOLERANCE).is_err() {
+            return false;
+        }
+        self.core.scatter(&self.newton.x);
+        y.copy_from_slice(&self.core.y);
+        yp.copy_from_slice(&self.core.yp);
+        true
+    }
+
+    /// The values from which a search starts, and their sizes.
+    fn load(&mut self, time_scale: f64, weights: &Weights, y: &[f64], yp: &[f64]) {
+        self.core.y.copy_from_slice(y);
+        self.core.yp.copy_from_slice(yp);
+        for k in 0..y.len() {
+            let differential = self.core.differential[k];
+            self.newton.x[k] = if differential { yp[k] } else { y[k] };
+            let nominal = weights.nominals[k];
+            self.newton.nominals[k] = if differential { nominal / time_scale } else { nominal };
         }
     }
 

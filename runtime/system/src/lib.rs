@@ -18,7 +18,8 @@ pub use dae::{
     Pattern, Structure,
 };
 pub use tables::{
-    EquationInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability, VariableInfo,
+    EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,
+    VariableInfo,
 };
 pub use tangents::{Along, Direction, DirectionError, Tangents};
 pub use text::TextFormat;

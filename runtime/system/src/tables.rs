@@ -156,6 +156,17 @@ pub struct RootInfo {
     pub line: u32,
 }
 
+/// A set of variables that only together follow from as many equations.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LoopInfo {
+    /// Those of them that are unknowns `y[k]`.
+    pub unknowns: Vec<u32>,
+    /// All of them: index into [`Tables::variables`] and element.
+    pub variables: Vec<(u32, u32)>,
+    /// User equations: indices into [`Tables::equations`].
+    pub equations: Vec<u32>,
+}
+
 /// Everything a system says about itself.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Tables {
@@ -167,6 +178,8 @@ pub struct Tables {
     pub unknowns: Vec<(u32, u32)>,
     /// User equation of each residual row: index into `equations`.
     pub rows: Vec<u32>,
+    /// Loops: sets of variables that only together follow from as many equations.
+    pub loops: Vec<LoopInfo>,
     /// User equations.
     pub equations: Vec<EquationInfo>,
     /// Relations behind the root functions.
@@ -189,6 +202,11 @@ impl Tables {
     /// The user's equation behind residual row `k`.
     pub fn row_equation(&self, k: usize) -> Option<&EquationInfo> {
         self.rows.get(k).and_then(|&e| self.equations.get(e as usize))
+    }
+
+    /// The loop that unknown `y[k]` belongs to; none if it follows from its equation alone.  Linear in the number of loops.
+    pub fn loop_of(&self, k: usize) -> Option<&LoopInfo> {
+        self.loops.iter().find(|found| found.unknowns.contains(&(k as u32)))
     }
 
     /// The variable and element with this full name, such as `a[2].b` or `der(x)`.  Linear in the number of variables.

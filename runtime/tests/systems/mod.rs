@@ -129,6 +129,7 @@ fn tables<M: Model>(model: &M) -> Tables {
         equations: (0..n).map(equation).collect(),
         roots: model.relations().iter().enumerate().map(root).collect(),
         initial_unknowns: names.iter().take(model.guess().len()).map(|name| name.as_str().into()).collect(),
+        loops: Vec::new(),
         initial_rows: (0..model.guess().len() as u32).collect(),
     }
 }

@@ -108,6 +108,7 @@ fn function(name: &str, x: f64) -> f64 {
         "sinh" => x.sinh(),
         "cosh" => x.cosh(),
         "tanh" => x.tanh(),
+        "acosh" => x.acosh(),
         _ => panic!("unknown function `{name}`"),
     }
 }
