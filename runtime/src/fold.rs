@@ -86,7 +86,8 @@ impl Curve<'_> {
     }
 
     fn walk(&mut self, mut at: Point) -> Option<Vec<f64>> {
-        let side = at.lambda.signum();
+        let (side, first_climb) = (at.lambda.signum(), at.climb);
+        let mut turned = false;
         let mut step = FIRST;
         for _ in 0..MOST_STEPS {
             let Some((next, corrections)) = self.advance(&at, step) else {
@@ -96,7 +97,12 @@ impl Curve<'_> {
                 }
                 continue;
             };
+            turned |= next.climb * first_climb < 0.0;
             if side * next.lambda <= 0.0 {
+                // Without a turn this is the solution from which the curve came, thrown far off where a factor passes through zero.
+                if !turned {
+                    return None;
+                }
                 let share = at.lambda / (at.lambda - next.lambda);
                 return Some(at.x.iter().zip(&next.x).map(|(a, b)| a + share * (b - a)).collect());
             }
@@ -233,6 +239,30 @@ mod tests {
         }
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.0;
+        }
+    }
+
+    /// (1 - t) x = 1 at t > 1: the solution came from infinity on the other side.
+    struct Pole(f64);
+
+    impl Target for Pole {
+        fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
+            out[0] = self.0 * x[0] - 1.0;
+            true
+        }
+        fn factor(&mut self, _x: &[f64]) -> Result<(), FactorError> {
+            Ok(())
+        }
+        fn solve(&mut self, b: &mut [f64]) {
+            b[0] /= self.0;
+        }
+    }
+
+    #[test]
+    fn a_pole_is_no_fold() {
+        for beyond in [1e-12, 1e-8, 1e-3] {
+            let mut x = [1.0 / beyond];
+            assert!(!follow(&mut Pole(-beyond), &mut x, &[1.0]));
         }
     }
 
