@@ -1,0 +1,190 @@
+//! The evaluation: for every trial of a shard the set is made in a temporary folder, the command that is judged runs on it as an
+//! outside process with a time limit, and one row is appended to a file and flushed.  Trials that the file already holds are
+//! skipped, so a run may be killed at any time and started again; a half-written last line is dropped.
+
+use crate::draft::{Draft, Request};
+use crate::files;
+use crate::measure;
+use crate::power;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// How to run the judged command.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// The command.
+    pub program: PathBuf,
+    /// The study.
+    pub study: PathBuf,
+    /// Time limit of a trial, s.
+    pub limit: f64,
+    /// Further arguments.
+    pub extra: Vec<String>,
+    /// What was judged: a version or commit, repeated in every row.
+    pub label: String,
+    /// Folder for the sets; each is removed after its trial unless `keep`.
+    pub temporary: PathBuf,
+    /// Leaves the sets and reports.
+    pub keep: bool,
+}
+
+/// Runs all `requests` whose rows `out` does not hold yet.
+pub fn run(requests: &[Request], judged: &Judged, out: &Path) -> Result<(), String> {
+    let done = finished(out)?;
+    let mut file =
+        std::fs::OpenOptions::new().create(true).append(true).open(out).map_err(|error| shown(out, error))?;
+    let left: Vec<&Request> = requests.iter().filter(|request| !done.contains(&request.name)).collect();
+    for (place, request) in left.iter().enumerate() {
+        let row = trial(request, judged)?;
+        writeln!(file, "{row}").and_then(|()| file.sync_data()).map_err(|error| shown(out, error))?;
+        println!("{}/{} {} {}", place + 1, left.len(), request.name, line(&row));
+    }
+    Ok(())
+}
+
+fn shown(path: &Path, error: std::io::Error) -> String {
+    format!("{}: {error}", path.display())
+}
+
+/// Names of the trials in a file of rows; removes a last line that was not finished.
+fn finished(out: &Path) -> Result<BTreeSet<String>, String> {
+    let Ok(text) = std::fs::read_to_string(out) else { return Ok(BTreeSet::new()) };
+    let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+    if whole.len() < text.len() {
+        std::fs::write(out, whole).map_err(|error| shown(out, error))?;
+    }
+    let name = |line: &str| serde_json::from_str::<Value>(line).ok()?["trial"].as_str().map(String::from);
+    Ok(whole.lines().filter_map(name).collect())
+}
+
+fn line(row: &Value) -> String {
+    let ids: Vec<&str> = row["named"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    format!(
+        "-> {} {} ({:.0} s)",
+        row["status"].as_str().unwrap_or("?"),
+        ids.join(" "),
+        row["wall"].as_f64().unwrap_or(0.0)
+    )
+}
+
+/// One trial: set, run, row.
+pub fn trial(request: &Request, judged: &Judged) -> Result<Value, String> {
+    let draft = Draft::draw(request)?;
+    let (ideal, recorded) = measure::all(&draft)?;
+    let failed = |failure: crate::integrator::Failure| format!("{}: {failure:?}", request.name);
+    let signature = measure::signature(&draft, &ideal).map_err(failed)?;
+    let power = power::power(&draft, &ideal).map_err(failed)?;
+    let folder = judged.temporary.join(&request.name);
+    files::write(&draft, &measure::times(), &recorded, &signature, &folder)?;
+    // What is judged must not be able to see the answers.
+    std::fs::remove_file(folder.join("ANSWERS.json")).map_err(|error| shown(&folder, error))?;
+    let mut row = json!({"trial": request.name, "seed": request.seed, "kind": draft.kind(), "truth": files::truths(&draft),
+        "base_model": draft.base_model(), "channels": draft.channels, "shots": draft.shots.len(),
+        "scattered": draft.shots.iter().any(|shot| shot.scatter != [1.0; 5]), "correlation": draft.correlation,
+        "noise": draft.noise, "raw_power": power.raw, "power": power.projected, "judged": judged.label});
+    ask(request, judged, &folder, &mut row)?;
+    if !judged.keep {
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+    Ok(row)
+}
+
+/// Runs the judged command on the set and puts what it says into the row.
+fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Result<(), String> {
+    let report = folder.join("report");
+    let log = std::fs::File::create(folder.join("log.txt")).map_err(|error| shown(folder, error))?;
+    let both = log.try_clone().map_err(|error| shown(folder, error))?;
+    let (start, before) = (Instant::now(), children_seconds());
+    let mut child = Command::new(&judged.program)
+        .arg("discover")
+        .arg(&judged.study)
+        .arg("--bench")
+        .arg(folder.join(format!("{}.json", request.name)))
+        .arg("--report")
+        .arg(&report)
+        .args(&judged.extra)
+        .stdin(Stdio::null())
+        .stdout(log)
+        .stderr(both)
+        .spawn()
+        .map_err(|error| shown(&judged.program, error))?;
+    let end = loop {
+        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
+            break status.code().map_or("killed".into(), |code| format!("code {code}"));
+        }
+        if start.elapsed().as_secs_f64() > judged.limit {
+            let _ = child.kill();
+            let _ = child.wait();
+            break "time limit".to_string();
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    row["end"] = json!(end);
+    row["wall"] = json!(start.elapsed().as_secs_f64());
+    row["cpu"] = json!(before.and_then(|before| Some(children_seconds()? - before)));
+    let text = std::fs::read_to_string(report.join("report.json")).unwrap_or_default();
+    match serde_json::from_str::<Value>(&text) {
+        Ok(found) if end != "time limit" => take(&found, row),
+        _ => {
+            row["status"] = json!("none");
+            row["named"] = json!([]);
+            let log = std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default();
+            row["message"] = json!(log.lines().rev().take(4).collect::<Vec<_>>().join(" | "));
+        }
+    }
+    Ok(())
+}
+
+/// The parts of a report that are judged.
+fn take(report: &Value, row: &mut Value) {
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let effects = list(&report["effects"]);
+    row["status"] = report["status"].clone();
+    row["named"] = effects.iter().map(|effect| effect["id"].clone()).collect();
+    row["kinds"] = effects.iter().map(|effect| effect["kind"].clone()).collect();
+    row["components"] = effects.iter().map(|effect| effect["component"].clone()).collect();
+    row["parameters"] = effects.iter().map(|effect| effect["parameters"].clone()).collect();
+    row["ambiguous"] = report["ambiguous"].clone();
+    let place =
+        |site: &Value| json!({"component": site["component"], "equation": site["equation"], "score": site["score"]});
+    row["location"] = list(&report["location"]).iter().take(5).map(place).collect();
+    for part in ["train", "heldout"] {
+        let gap = &report["gap"][part];
+        row["gap"][part] = json!({"before": gap["before"], "after": gap["after"]});
+    }
+    row["held_out"] = json!(list(&report["shots"]["heldout"]).len());
+    let candidate = |found: &Value| json!({"effect": found["effect"], "fall": found["fall"], "power": found["power"], "promise": found["promise"]});
+    row["candidates"] = list(&report["candidates"]).iter().take(6).map(candidate).collect();
+    row["proposed"] = report.get("proposed").or(report.get("term")).cloned().unwrap_or(Value::Null);
+    row["reason"] = report["reason"].clone();
+    row["resembles"] = report["resembles"].clone();
+    row["simulations"] = report["simulations"].clone();
+    row["seconds"] = report["seconds"].clone();
+}
+
+/// CPU seconds of finished child processes, where the system tells (Linux counts in hundredths).
+fn children_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let fields: Vec<&str> = text.rsplit(')').next()?.split_whitespace().collect();
+    let ticks = |place: usize| fields.get(place)?.parse::<f64>().ok();
+    Some((ticks(13)? + ticks(14)?) / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_a_killed_run_are_taken_up() {
+        let path = std::env::temp_dir().join(format!("rows-{}.jsonl", std::process::id()));
+        std::fs::write(&path, "{\"trial\":\"a\"}\n{\"trial\":\"b\"}\n{\"trial\":\"c\",").expect("written");
+        let done = finished(&path).expect("read");
+        assert_eq!(done.into_iter().collect::<Vec<_>>(), ["a", "b"]);
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), "{\"trial\":\"a\"}\n{\"trial\":\"b\"}\n");
+        std::fs::remove_file(&path).expect("removed");
+    }
+}

@@ -1,0 +1,117 @@
+//! Plans: which trials an evaluation runs.  A plan names groups; a trial's name and the seed decide everything in it.  Trials are
+//! ordered by repetition, so that a part of a plan covers every effect about equally, and dealt out to shards in turn.
+//!
+//! ```json
+//! {"seed": 1, "sizes": [0.5, 2.0], "groups": [
+//!   {"kind": "null", "count": 400}, {"kind": "effect", "effects": "all", "each": 15},
+//!   {"kind": "outside", "effects": ["valve_drag"], "each": 4}, {"kind": "pair", "count": 40}, {"kind": "triple", "count": 10}]}
+//! ```
+
+use crate::draft::{Request, draw_together};
+use crate::effects::{CATALOGUE, OUTSIDE};
+use crate::random::Stream;
+use serde_json::Value;
+
+/// The requests of a plan in running order; `seed` replaces the plan's own.
+pub fn requests(plan: &Value, seed: Option<u64>) -> Result<Vec<Request>, String> {
+    let seed = seed.or(plan["seed"].as_u64()).ok_or("the plan has no `seed`, and none was given")?;
+    let limits = plan["sizes"].as_array().map(|sizes| sizes.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
+    let limits = match limits.as_deref() {
+        None => [0.5, 2.0],
+        Some(&[low, high]) if low > 0.0 && low < high => [low, high],
+        Some(_) => return Err("`sizes` takes two positive numbers, the smaller first".into()),
+    };
+    let mut ordered: Vec<(usize, usize, Request)> = Vec::new();
+    for (group, entry) in plan["groups"].as_array().ok_or("the plan has no `groups`")?.iter().enumerate() {
+        for (repetition, name, ids) in members(entry, seed)? {
+            let mut sizes = Stream::new(seed, &format!("{name} sizes"));
+            let effects = ids.into_iter().map(|id| (id, sizes.log_uniform(limits[0], limits[1]))).collect();
+            ordered.push((repetition, group, Request { name, seed, effects }));
+        }
+    }
+    ordered.sort_by_key(|(repetition, group, _)| (*repetition, *group));
+    Ok(ordered.into_iter().map(|(_, _, request)| request).collect())
+}
+
+type Member = (usize, String, Vec<String>);
+
+/// Repetition, name and effects of a group's trials.  Where a group has many trials and others few, repetitions are stretched.
+fn members(entry: &Value, seed: u64) -> Result<Vec<Member>, String> {
+    let kind = entry["kind"].as_str().ok_or("a group has no `kind`")?;
+    let number = |key: &str| {
+        entry[key].as_u64().map(|count| count as usize).ok_or(format!("a group of kind `{kind}` needs `{key}`"))
+    };
+    match kind {
+        "null" => {
+            // Twenty effects come once in a repetition; so do twenty nulls.
+            let names = (0..number("count")?).map(|place| (place / 20, format!("null-{place:03}"), Vec::new()));
+            Ok(names.collect())
+        }
+        "pair" | "triple" => {
+            let count = if kind == "pair" { 2 } else { 3 };
+            let one = |place: usize| {
+                let name = format!("{kind}-{place:03}");
+                let drawn = draw_together(&mut Stream::new(seed, &format!("{name} together")), count);
+                (place / 2, name, drawn.iter().map(|effect| effect.id.to_string()).collect())
+            };
+            Ok((0..number("count")?).map(one).collect())
+        }
+        "effect" | "outside" => {
+            let known: Vec<&str> = match kind {
+                "effect" => CATALOGUE.iter().map(|effect| effect.id).collect(),
+                _ => OUTSIDE.iter().map(|effect| effect.id).collect(),
+            };
+            let wanted: Vec<&str> = match &entry["effects"] {
+                Value::Array(list) => list.iter().filter_map(Value::as_str).collect(),
+                _ => known.clone(),
+            };
+            if let Some(unknown) = wanted.iter().find(|id| !known.contains(id)) {
+                return Err(format!("no effect `{unknown}` of kind `{kind}`"));
+            }
+            let each = number("each")?;
+            let all = (0..each).flat_map(|place| wanted.iter().map(move |id| (place, *id)));
+            Ok(all.map(|(place, id)| (place, format!("{kind}-{id}-{place:02}"), vec![id.to_string()])).collect())
+        }
+        _ => Err(format!("no kind `{kind}`: null, effect, outside, pair, triple")),
+    }
+}
+
+/// The part of shard `i/n` (from 1).
+pub fn shard(requests: Vec<Request>, part: &str) -> Result<Vec<Request>, String> {
+    let numbers: Vec<usize> = part.split('/').filter_map(|number| number.parse().ok()).collect();
+    match numbers[..] {
+        [which, of] if which >= 1 && which <= of => {
+            Ok(requests.into_iter().enumerate().filter(|(place, _)| place % of == which - 1).map(|(_, r)| r).collect())
+        }
+        _ => Err(format!("--shard takes i/n with 1 <= i <= n, not `{part}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn shards_are_a_partition_and_names_differ() {
+        let plan = json!({"seed": 5, "groups": [{"kind": "null", "count": 7}, {"kind": "effect", "effects": "all", "each": 2},
+            {"kind": "pair", "count": 4}]});
+        let all = requests(&plan, None).expect("a plan");
+        assert_eq!(all.len(), 7 + 40 + 4);
+        let mut names: Vec<String> = all.iter().map(|request| request.name.clone()).collect();
+        let mut dealt: Vec<String> = (1..=3)
+            .flat_map(|which| shard(all.clone(), &format!("{which}/3")).expect("a shard"))
+            .map(|request| request.name)
+            .collect();
+        names.sort();
+        dealt.sort();
+        assert_eq!(names, dealt);
+        names.dedup();
+        assert_eq!(names.len(), all.len());
+        assert!(all.iter().all(|request| request.effects.iter().all(|(_, size)| (0.5..2.0).contains(size))));
+        assert!(
+            requests(&json!({"seed": 1, "groups": [{"kind": "effect", "effects": ["none"], "each": 1}]}), None)
+                .is_err()
+        );
+    }
+}
