@@ -138,6 +138,7 @@ fn derivative_block(of: &VariableBlock, name: NamePattern, order: u32, first: Va
         first,
         count,
         unit: (0..order).fold(of.unit.clone(), |unit, _| unit.map(|unit| rate_unit(&unit).into())),
+        element_units: Vec::new(),
         display_unit: None,
         description: None,
         settable: Settable::No,

@@ -120,6 +120,10 @@ impl Flattener<'_, '_> {
         for (form, value) in forms.iter().zip(&values) {
             self.nodes_of(span, form, value, &mut arguments)?;
         }
+        let _ = self.claim_inputs(span, callee, values, cx);
+        let counts: Vec<(Name, u32)> =
+            outputs.iter().map(|(name, form)| (name.clone(), form.scalars().len() as u32)).collect();
+        self.note_results(callee, id, &counts);
         if self.in_body(cx) {
             return Ok(self.call_step(id, arguments, outputs));
         }

@@ -13,7 +13,7 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::reference::Range;
+use crate::range::Range;
 use crate::statement::Flow;
 
 /// Most turns of a loop that is written out.

@@ -11,7 +11,7 @@ use crate::flatten::Flattener;
 use crate::fold::Fold;
 use crate::index::{Affine, Kind};
 use crate::lower::Typed;
-use crate::reference::Range;
+use crate::range::Range;
 
 /// Operators and functions of Modelica that this profile does not read yet or not at all.
 const OUTSIDE: &[(&str, &str)] = &[

@@ -39,6 +39,15 @@ impl Callee {
         self.with_direction(Direction::Output)
     }
 
+    /// `annotation(GenerateEvents = true)`: relations inside cause events (Modelica 3.6, section 12.8).
+    fn generates_events(&self) -> bool {
+        let Some(annotation) = &self.def.annotation else { return false };
+        let tree = AstMod::from_syntax(annotation);
+        let said = tree.children.iter().find(|(name, _)| name.as_ref() == "GenerateEvents");
+        let value = said.and_then(|(_, tree)| tree.binding.as_ref().map(|e| &e.kind));
+        matches!(value, Some(hyd_syntax::tree::ExprKind::Boolean(true)))
+    }
+
     /// The derivatives that its annotation names (Modelica 3.6, section 12.7.1).
     pub fn derivatives(&self) -> Vec<Arc<AstMod>> {
         let Some(annotation) = &self.def.annotation else { return Vec::new() };
@@ -52,14 +61,18 @@ impl Callee {
 
     /// The surroundings of its text when it is called from `cx`, without names.
     pub fn context(&self, cx: &Context) -> Context {
-        let mut inner =
-            Context { no_event: true, depth: cx.depth + 1, ..Context::new(Scope { inst: self.inst, frame: 0 }) };
+        let mut inner = Context {
+            no_event: cx.no_event || !self.generates_events(),
+            depth: cx.depth + 1,
+            ..Context::new(Scope { inst: self.inst, frame: 0 })
+        };
         inner.counts.clone_from(&cx.counts);
         inner.fixed.clone_from(&cx.fixed);
         inner.implicit.clone_from(&cx.implicit);
         inner.inputs = self.inputs().iter().map(|c| c.name.name.clone()).collect();
         inner.called.clone_from(&cx.called);
         inner.called.push((self.inst, false));
+        inner.called_from = cx.called_from;
         inner
     }
 }
@@ -137,7 +150,13 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Vec<(hyd_syntax::tree::Name, Local)>, Fail> {
-        let values = self.values_of_inputs(span, callee, arguments, cx)?;
+        let values = match self.values_of_inputs(span, callee, arguments, cx) {
+            Err(Fail::Reported) => {
+                self.look_at_names(callee);
+                return Err(Fail::Reported);
+            }
+            values => values?,
+        };
         let Some(outer) = values.iter().map(|v| &v.outer).find(|outer| !outer.is_empty()).cloned() else {
             let locals = values.into_iter().map(|v| v.local).collect();
             return self.call_with(span, callee, locals, cx);

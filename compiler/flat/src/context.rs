@@ -73,6 +73,8 @@ pub struct Context {
     pub inputs: Vec<Name>,
     /// Nesting of function calls.
     pub depth: usize,
+    /// In a function: the call in the equation that leads here.
+    pub called_from: Option<Span>,
     /// The functions being run, outermost first; true for those in which this place is reached only under a condition that
     /// is known in the run.
     pub called: Vec<(InstId, bool)>,
@@ -98,6 +100,7 @@ impl Context {
             whens: Vec::new(),
             inputs: Vec::new(),
             depth: 0,
+            called_from: None,
             called: Vec::new(),
             may_add_variables: false,
         }

@@ -87,7 +87,7 @@ impl Flattener<'_, '_> {
     fn is_fixed(&self, node: NodeId) -> bool {
         let arena = &self.model.templates.arena;
         let fixed = |slot: &hyd_symbolic::SlotId| match &self.slots.keys[slot.0 as usize] {
-            SlotKey::Number(_) => true,
+            SlotKey::Number(_) | SlotKey::Quantity(_) => true,
             SlotKey::Variable(Kind::Start, ..) => true,
             SlotKey::Variable(Kind::Var, v, _) => {
                 self.model.variables[self.model.locate(*v).0].variability <= Variability::Parameter
@@ -184,7 +184,7 @@ impl Flattener<'_, '_> {
 }
 
 /// Position of the element for the counters: fixed ones count once.
-fn offset(cx: &Context) -> Result<Affine, Fail> {
+pub(crate) fn offset(cx: &Context) -> Result<Affine, Fail> {
     let fixed = cx.fixed.as_ref().map_or(0, Vec::len);
     let mut offset = Affine::constant(0);
     for (k, &size) in cx.loop_counts().iter().enumerate() {

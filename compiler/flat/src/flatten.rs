@@ -9,7 +9,7 @@ use hyd_instance::{InstId, InstanceTree, Scope};
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, canonical};
 use hyd_syntax::tree::ClassKind;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
@@ -18,6 +18,7 @@ use crate::index::{Affine, SlotKey, Slots};
 use crate::inject::{Injection, Pending};
 use crate::jump::JumpKey;
 use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
+use crate::unit_claim::FunctionUnits;
 
 /// Work in progress.
 pub struct Flattener<'t, 's> {
@@ -33,7 +34,7 @@ pub struct Flattener<'t, 's> {
     /// Where a `when` sets a whole variable.
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
-    pub(crate) samples: FxHashMap<(InstId, Span), VarId>,
+    pub(crate) samples: FxHashMap<(InstId, Span, Vec<i64>), VarId>,
     /// Whole numbers with events at their jumps: the variable of each.
     pub(crate) jumps: Vec<(JumpKey, VarId)>,
     /// Functions that are being compiled, innermost last, and those that were.
@@ -43,6 +44,14 @@ pub struct Flattener<'t, 's> {
     pub(crate) opaque_at: Span,
     /// Terms to be added to equations.
     pub(crate) injections: Vec<Pending>,
+    /// Numbers with units made so far.
+    pub(crate) quantities: FxHashMap<(Span, u64, Arc<str>), ConstId>,
+    /// Equations whose values must be discrete-time expressions.
+    pub(crate) discrete_equations: Vec<usize>,
+    /// Functions whose names have been looked at because a call failed.
+    pub(crate) looked_at: FxHashSet<InstId>,
+    /// Units that functions declare.
+    pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
     numbers: FxHashMap<u64, ConstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
@@ -54,6 +63,7 @@ struct Made {
     equations: usize,
     delays: usize,
     messages: usize,
+    claims: usize,
 }
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
@@ -82,6 +92,10 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         bodies: Vec::new(),
         opaque_at: span,
         injections: Vec::new(),
+        quantities: FxHashMap::default(),
+        discrete_equations: Vec::new(),
+        looked_at: FxHashSet::default(),
+        function_units: FxHashMap::default(),
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
     };
@@ -96,6 +110,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flattener.sections(root);
     flattener.check_injections();
     flattener.connect_all();
+    flattener.check_discrete_time();
     flattener.settle();
     flattener.model
 }
@@ -187,6 +202,7 @@ impl Flattener<'_, '_> {
             equations: self.model.equations.len(),
             delays: self.model.delays.len(),
             messages: self.model.messages.len(),
+            claims: self.model.claims.len(),
         }
     }
 
@@ -197,11 +213,35 @@ impl Flattener<'_, '_> {
         self.model.equations.truncate(made.equations);
         self.model.delays.truncate(made.delays);
         self.model.messages.truncate(made.messages);
+        self.model.claims.truncate(made.claims);
+        self.discrete_equations.retain(|&at| at < made.equations);
         self.samples.retain(|_, due| due.0 < made.scalars);
     }
 
     /// Adds `left = right` for all values of the counters.
     pub(crate) fn emit(&mut self, section: Section, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
+        let Some(block) = self.equations_over(section, left, right, counts, origin) else { return };
+        // Loops that had to be run through give neighbours with one template.
+        if let Some(last) = self.model.equations.last_mut()
+            && (last.section, last.template) == (section, block.template)
+            && last.origin == *origin
+        {
+            last.count += block.count;
+            last.operands.extend(block.operands);
+        } else {
+            self.model.equations.push(block);
+        }
+    }
+
+    /// `left = right` for all values of the counters; none if there are no values.
+    pub(crate) fn equations_over(
+        &mut self,
+        section: Section,
+        left: NodeId,
+        right: NodeId,
+        counts: &[usize],
+        origin: &Origin,
+    ) -> Option<EquationBlock> {
         let (template, order) = canonical(&mut self.model.templates.arena, left, right);
         let id = self.model.templates.intern(template);
         let keys: Vec<SlotKey> = order.iter().map(|&s: &SlotId| self.slots.keys[s.index()].clone()).collect();
@@ -220,28 +260,20 @@ impl Flattener<'_, '_> {
                 counters[k] = 0;
             }
         }
-        if total == 0 {
-            return;
-        }
-        // Loops that had to be run through give neighbours with one template.
-        if let Some(last) = self.model.equations.last_mut()
-            && (last.section, last.template) == (section, id)
-            && last.origin == *origin
-        {
-            last.count += total as u32;
-            last.operands.extend(operands);
-        } else {
-            let block = EquationBlock { section, template: id, count: total as u32, operands, origin: origin.clone() };
-            self.model.equations.push(block);
-        }
+        let origin = origin.clone();
+        (total > 0).then_some(EquationBlock { section, template: id, count: total as u32, operands, origin })
     }
 
-    fn operand(&mut self, key: &SlotKey, counters: &[i64]) -> Operand {
-        let affine = affine_of(key);
-        let value = affine.constant + affine.terms.iter().map(|(id, c)| c * counters[id.index()]).sum::<i64>();
+    pub(crate) fn operand(&mut self, key: &SlotKey, counters: &[i64]) -> Operand {
+        let at = |affine: &Affine| {
+            affine.constant + affine.terms.iter().map(|(id, c)| c * counters[id.index()]).sum::<i64>()
+        };
         match key {
-            SlotKey::Variable(kind, first, _) => Operand::new(kind.of(VarId((i64::from(first.0) + value) as u32))),
-            SlotKey::Number(_) => Operand::new(crate::model::Target::Const(self.number(value as f64))),
+            SlotKey::Variable(kind, first, affine) => {
+                Operand::new(kind.of(VarId((i64::from(first.0) + at(affine)) as u32)))
+            }
+            SlotKey::Number(affine) => Operand::new(crate::model::Target::Const(self.number(at(affine) as f64))),
+            SlotKey::Quantity(id) => Operand::new(crate::model::Target::Const(*id)),
         }
     }
 
@@ -307,12 +339,6 @@ impl Flattener<'_, '_> {
                 cx.implicit.push((id, own));
             }
         }
-    }
-}
-
-fn affine_of(key: &SlotKey) -> &Affine {
-    match key {
-        SlotKey::Variable(_, _, affine) | SlotKey::Number(affine) => affine,
     }
 }
 

@@ -94,10 +94,16 @@ impl Flattener<'_, '_> {
             return Err(Fail::Opaque);
         }
         let mark = self.tree.table.diagnostics.len();
+        let claims = self.model.claims.len();
         match self.call_symbolically(span, callee, &values, cx) {
             Err(Fail::Opaque) => {
                 self.tree.table.diagnostics.truncate(mark);
+                self.model.claims.truncate(claims);
                 self.call_compiled(span, callee, values, cx)
+            }
+            Err(Fail::Reported) => {
+                self.look_at_names(callee);
+                Err(Fail::Reported)
             }
             done => done,
         }
@@ -111,8 +117,10 @@ impl Flattener<'_, '_> {
         cx: &Context,
     ) -> Result<Vec<(Name, Local)>, Fail> {
         let mut inner = callee.context(cx);
+        inner.called_from = Some(cx.called_from.unwrap_or(span));
+        let values = self.claim_inputs(span, callee, values.to_vec(), cx);
         for (input, value) in callee.inputs().iter().zip(values) {
-            inner.names.push((input.name.name.clone(), value.clone()));
+            inner.names.push((input.name.name.clone(), value));
         }
         for (frame, component) in callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)) {
             inner.scope.frame = *frame;
@@ -256,7 +264,10 @@ impl Flattener<'_, '_> {
 
     pub(crate) fn declare_local(&mut self, component: &Component, inner: &mut Context) -> Result<(), Fail> {
         let local = match &component.modification.binding {
-            Some(binding) => self.local_value(&binding.clone(), inner)?,
+            Some(binding) => {
+                let local = self.local_value(&binding.clone(), inner)?;
+                self.claim_assigned(binding.span, &component.name.name, local, inner)
+            }
             None if component.variability <= Variability::Parameter => return Ok(()),
             None if !simple_type(component) => match self.empty_record(component, inner)? {
                 Some(record) => record,

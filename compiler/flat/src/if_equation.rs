@@ -15,7 +15,7 @@ use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
 use crate::model::Section;
-use crate::reference::Range;
+use crate::range::Range;
 use crate::section::Loops;
 use crate::substitute::{mentions, with_value};
 
@@ -93,14 +93,9 @@ impl Flattener<'_, '_> {
             _ => return,
         };
         for value in values {
-            let Value::Integer(k) = value else {
-                let message = "only whole numbers can decide here whether there is a connection or a `when`";
-                let _ = self.error(Code::NotStructural, first.name.span, message);
-                return;
-            };
-            let inner: Vec<_> = rest.iter().map(|i| with_value(*i, &first.name.name, k)).collect();
+            let inner: Vec<_> = rest.iter().map(|i| with_value(*i, &first.name.name, &value)).collect();
             let loops = Loops { iterators: inner.iter().collect() };
-            self.written_out(&with_value(equation, &first.name.name, k), scope, &loops, initial);
+            self.written_out(&with_value(equation, &first.name.name, &value), scope, &loops, initial);
         }
     }
 

@@ -5,7 +5,7 @@
 
 use hyd_symbolic::SlotId;
 
-use crate::model::{Target, VarId};
+use crate::model::{ConstId, Target, VarId};
 use hyd_index::{TypedIndex, typed_index};
 use rustc_hash::FxHashMap;
 
@@ -75,6 +75,8 @@ pub enum SlotKey {
     Variable(Kind, VarId, Affine),
     /// The number itself: a loop variable used as a value.
     Number(Affine),
+    /// A number with a unit.
+    Quantity(ConstId),
 }
 
 /// Kinds of targets that point at variables.

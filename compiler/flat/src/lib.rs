@@ -1,6 +1,6 @@
 //! Instance tree to flat model: variables and equations without components.
 //!
-//! `flatten` declares variables and drives the rest; `lower`, `reference`, `call` and `function` turn expressions into nodes
+//! `flatten` declares variables and drives the rest; `lower`, `reference`, `range`, `call` and `function` turn expressions into nodes
 //! over slots; `section` and `when` do the equation sections; `connect` makes the equations of connections.  Loops and arrays
 //! are lowered once with symbolic counters (`index`), so equations of a loop share one template and cost a few words each.
 //! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
@@ -13,10 +13,12 @@ mod body_store;
 mod branch;
 mod call;
 mod callee;
+mod callee_names;
 mod connect;
 mod connector_match;
 mod context;
 mod delay;
+mod discrete_time;
 mod flatten;
 mod fold;
 mod function;
@@ -29,6 +31,7 @@ mod jump;
 mod lower;
 pub mod model;
 mod print;
+mod range;
 mod record;
 mod reference;
 mod rename;
@@ -39,6 +42,7 @@ mod shape;
 mod statement;
 mod substitute;
 mod text;
+mod unit_claim;
 mod variable;
 mod verify;
 mod walk;
@@ -49,6 +53,6 @@ pub use flatten::{flatten, flatten_with};
 pub use inject::{Injection, TermShape};
 pub use model::{
     BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, MessagePart, Operand, PerElement,
-    Section, StateSelect, Target, VarId, VariableBlock,
+    Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
 };
 pub use verify::verify;

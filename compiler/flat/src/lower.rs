@@ -376,15 +376,15 @@ impl Flattener<'_, '_> {
     ) -> Result<Local, Fail> {
         let range = self.range(iterator, cx)?;
         match range {
-            crate::reference::Range::Steps { start, step, .. } => {
+            crate::range::Range::Steps { start, step, .. } => {
                 let value = start.add_scaled(at, step).ok_or(Fail::NeedsExpansion)?;
                 Ok(Local::Index(value))
             }
-            crate::reference::Range::Values(values) => {
+            crate::range::Range::Values(values) => {
                 let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
                 values.get(k as usize).map(|v| local_of(v.clone())).ok_or(Fail::Reported)
             }
-            crate::reference::Range::Nodes(values) => {
+            crate::range::Range::Nodes(values) => {
                 let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
                 values.get(k as usize).map(|v| Local::Node(v.clone())).ok_or(Fail::Reported)
             }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use hyd_index::{IndexVec, TypedIndex, typed_index};
 use hyd_source::{Origin, Span};
-use hyd_symbolic::{TemplateId, Templates};
+use hyd_symbolic::{BodyId, TemplateId, Templates};
 use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
 
 typed_index!(
@@ -164,8 +164,10 @@ pub struct VariableBlock {
     pub kind: ValueKind,
     /// When it may change: declared, or following from its type and its `when`.
     pub variability: Variability,
-    /// Unit string, `None` if not stated.
+    /// Unit string, `None` if not stated; that of the first element where they differ.
     pub unit: Option<Arc<str>>,
+    /// Unit strings of the elements where they differ (`unit = {"m", "s"}`), else empty.
+    pub element_units: Vec<Arc<str>>,
     /// Display unit.
     pub display_unit: Option<Arc<str>>,
     /// Description string.
@@ -241,6 +243,37 @@ impl EquationBlock {
     }
 }
 
+/// A number of the text with a unit: the value of a constant that declares one.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Quantity {
+    /// The number.
+    pub id: ConstId,
+    /// Its unit string.
+    pub unit: Arc<str>,
+    /// Name of the constant.
+    pub name: Arc<str>,
+    /// Where the unit is declared.
+    pub declared: Span,
+}
+
+/// A value whose unit is declared where no variable of the model stands: an input or output of a function, a field of a
+/// constructed record.  Looked at by the unit check only.
+#[derive(Clone, PartialEq, Debug)]
+pub struct UnitClaim {
+    /// `value = 1`, where the 1 is a [`Quantity`] with the unit.
+    pub equations: EquationBlock,
+    /// What takes the value: "the input `d` of `area`".
+    pub what: Arc<str>,
+    /// The call in an equation that leads here.
+    pub call: Span,
+    /// An input or a field: what comes after it cannot fit if this does not.
+    pub given: bool,
+    /// Its declaration.
+    pub declared: Span,
+    /// The unit string.
+    pub unit: Arc<str>,
+}
+
 /// Delay sites that were made together: site `first + k` delays element `k` of the source.
 ///
 /// The value obeys `value = delayed(source)` while the model runs and `value = source` at the start (Modelica 3.6,
@@ -308,6 +341,12 @@ pub struct FlatModel {
     pub scalars: u32,
     /// Pool of numbers in slots.
     pub constants: IndexVec<ConstId, f64>,
+    /// Those with units, ascending.
+    pub quantities: Vec<Quantity>,
+    /// Units of values that are no variables.
+    pub claims: Vec<UnitClaim>,
+    /// Declared units of the results of compiled functions: body, output, unit.
+    pub result_units: Vec<(BodyId, u32, Arc<str>)>,
     /// Templates of the equations.
     pub templates: Templates,
     /// Equations in the order of the text, connection equations last.
@@ -338,6 +377,11 @@ impl FlatModel {
         self.variables[block].name.element(k)
     }
 
+    /// The unit of a number, if it has one.
+    pub fn quantity(&self, id: ConstId) -> Option<&Quantity> {
+        self.quantities.binary_search_by_key(&id, |q| q.id).ok().map(|k| &self.quantities[k])
+    }
+
     /// The delay block of a site and the position of the site in it.
     pub fn delay(&self, site: u32) -> Option<(&DelayBlock, u32)> {
         let block = self.delays.partition_point(|b| b.first <= site).checked_sub(1)?;
@@ -361,7 +405,10 @@ impl FlatModel {
             Target::Der(v) => format!("der({})", self.var_name(v)),
             Target::Pre(v) => format!("pre({})", self.var_name(v)),
             Target::Start(v) => format!("{}.start", self.var_name(v)),
-            Target::Const(c) => hyd_symbolic::format_number(self.constants[c]),
+            Target::Const(c) => match self.quantity(c) {
+                Some(quantity) => quantity.name.to_string(),
+                None => hyd_symbolic::format_number(self.constants[c]),
+            },
             Target::Held(r) => format!("relation {}", r + 1),
             Target::Chosen(k) => format!("chosen {}", k + 1),
             Target::Delayed(site) => format!("delayed({})", self.source_name(site)),

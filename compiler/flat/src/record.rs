@@ -80,7 +80,11 @@ impl Flattener<'_, '_> {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
             let Element::Component(declaration) = &elements(&owner)[element.position as usize] else { continue };
             let value = match field(expr, &element.name, position, true) {
-                Field::Expr(value) => self.local_value(&value, cx)?,
+                Field::Expr(value) => {
+                    let local = self.local_value(&value, cx)?;
+                    let named = (Scope { inst, frame: element.frame }, declaration);
+                    self.claim_field(value.span, named, &owner.name.name, local, cx)
+                }
                 _ => {
                     let mut own = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: element.frame }) };
                     own.names.clone_from(&fields);

@@ -2,7 +2,8 @@
 //!
 //! Two discrete variables of the translation's own carry it: the next instant, and whether it is due.  `due` rises when
 //! `time` reaches the instant before the event, the instant moves on, and `due` falls again in the next pass of the same
-//! event, so `sample` is true in one pass only (Modelica 3.6, section 3.7.5).
+//! event, so `sample` is true in one pass only (Modelica 3.6, section 3.7.5).  Inside loops and arrays of components each
+//! element has instants of its own.
 
 use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{Function, Node, Relation};
@@ -20,11 +21,7 @@ impl Flattener<'_, '_> {
         let [start, interval] = list else {
             return Err(self.error(Code::BadArguments, span, "`sample` takes the first instant and the interval"));
         };
-        if !cx.loop_counts().iter().all(|&count| count == 1) {
-            let message = "`sample` inside loops or arrays of components is not supported; sample once and pass it on";
-            return Err(self.error(Code::OutsideProfile, span, message));
-        }
-        let key = (cx.scope.inst, span);
+        let key = (cx.scope.inst, span, cx.fixed.clone().unwrap_or_default());
         let due = match self.samples.get(&key) {
             Some(&known) => known,
             None => {
@@ -33,15 +30,16 @@ impl Flattener<'_, '_> {
                 made
             }
         };
-        let now = self.variable_slot(Kind::Var, due);
-        let before = self.variable_slot(Kind::Pre, due);
+        let at = crate::delay::offset(cx)?;
+        let now = self.variable_slot(Kind::Var, due, &at);
+        let before = self.variable_slot(Kind::Pre, due, &at);
         let arena = &mut self.model.templates.arena;
         let off = arena.not(before);
         Ok(Typed::boolean(arena.and(now, off)))
     }
 
-    fn variable_slot(&mut self, kind: Kind, v: VarId) -> hyd_symbolic::NodeId {
-        let slot = self.slots.slot(SlotKey::Variable(kind, v, Affine::constant(0)));
+    fn variable_slot(&mut self, kind: Kind, v: VarId, at: &Affine) -> hyd_symbolic::NodeId {
+        let slot = self.slots.slot(SlotKey::Variable(kind, v, at.clone()));
         self.model.templates.arena.slot(slot)
     }
 
@@ -54,13 +52,16 @@ impl Flattener<'_, '_> {
         self.want_number(interval.span, "`sample`", &step)?;
         let number = self.samples.len() + 1;
         let shape = (ValueKind::Real, Variability::Discrete);
-        let next = self.internal(format!("$sample{number}.next"), &[], origin.clone(), shape);
+        let dims = cx.loop_counts();
+        let at = crate::delay::offset(cx)?;
+        let next = self.internal(format!("$sample{number}.next"), &dims, origin.clone(), shape);
         let (block, _) = self.model.locate(next);
         self.model.variables[block].has_start = true;
-        let due = self.internal_boolean(format!("$sample{number}.due"), &[], origin.clone());
-        let (next_start, next_pre) = (self.variable_slot(Kind::Start, next), self.variable_slot(Kind::Pre, next));
-        let (next_now, due_now) = (self.variable_slot(Kind::Var, next), self.variable_slot(Kind::Var, due));
-        let due_pre = self.variable_slot(Kind::Pre, due);
+        let due = self.internal_boolean(format!("$sample{number}.due"), &dims, origin.clone());
+        let mut slot = |kind: Kind, v: VarId| self.variable_slot(kind, v, &at);
+        let (next_start, next_pre) = (slot(Kind::Start, next), slot(Kind::Pre, next));
+        let (next_now, due_now) = (slot(Kind::Var, next), slot(Kind::Var, due));
+        let due_pre = slot(Kind::Pre, due);
         let arena = &mut self.model.templates.arena;
         // The first instant at or after the start of the run.
         let (time, zero) = (arena.intern(Node::Time), arena.constant(0.0));
@@ -78,9 +79,9 @@ impl Flattener<'_, '_> {
         let rises = arena.and(due_now, was);
         let later = arena.add(next_pre, step.node);
         let moved = arena.select(rises, later, next_pre);
-        self.emit(Section::Start, next_start, begin, &[], &origin);
-        self.emit(Section::Discrete, due_now, is_due, &[], &origin);
-        self.emit(Section::Discrete, next_now, moved, &[], &origin);
+        self.emit(Section::Start, next_start, begin, &dims, &origin);
+        self.emit(Section::Discrete, due_now, is_due, &dims, &origin);
+        self.emit(Section::Discrete, next_now, moved, &dims, &origin);
         Ok(due)
     }
 }

@@ -15,7 +15,7 @@ use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
 use crate::model::Section;
-use crate::reference::Range;
+use crate::range::Range;
 
 /// What surrounds an equation in the text: loops not yet entered, from the outside in.
 #[derive(Clone, Default)]
@@ -143,7 +143,11 @@ impl Flattener<'_, '_> {
             let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
             flat.check_sides(equation, left, right, &a, &b)?;
             let section = flat.section_of(&a, initial);
-            flat.emit_equal(section, (a.node, b.node), cx, &index, &origin)
+            flat.emit_equal(section, (a.node, b.node), cx, &index, &origin)?;
+            if !initial && (section == Section::Discrete || flat.is_discrete(&a)) {
+                flat.note_discrete();
+            }
+            Ok(())
         });
     }
 
@@ -316,14 +320,25 @@ impl Flattener<'_, '_> {
     }
 
     /// True if the node is a plain slot of a discrete variable (not of a parameter or a loop variable).
-    fn is_discrete_ref(&self, typed: &Typed) -> bool {
+    pub(crate) fn is_discrete_ref(&self, typed: &Typed) -> bool {
         let hyd_symbolic::Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
         match &self.slots.keys[slot.0 as usize] {
             crate::index::SlotKey::Variable(_, v, _) => {
                 let (block, _) = self.model.locate(*v);
                 self.model.variables[block].variability >= hyd_system::Variability::Discrete
             }
-            crate::index::SlotKey::Number(_) => false,
+            crate::index::SlotKey::Number(_) | crate::index::SlotKey::Quantity(_) => false,
+        }
+    }
+
+    /// True for a variable that is discrete as far as its declaration says.
+    fn is_discrete(&self, typed: &Typed) -> bool {
+        let hyd_symbolic::Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
+        match &self.slots.keys[slot.0 as usize] {
+            crate::index::SlotKey::Variable(crate::index::Kind::Var, v, _) => {
+                self.model.variables[self.model.locate(*v).0].variability == hyd_system::Variability::Discrete
+            }
+            _ => false,
         }
     }
 

@@ -7,7 +7,8 @@ use hyd_instance::{InstId, Resolved};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind};
 
-use crate::reference::{Range, Subscript};
+use crate::range::Range;
+use crate::reference::Subscript;
 
 impl Flattener<'_, '_> {
     /// Sizes of an expression.

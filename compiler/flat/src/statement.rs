@@ -14,7 +14,7 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::reference::Range;
+use crate::range::Range;
 
 /// Most turns of a `while` that is decided at translation.
 const MAX_TURNS: usize = 100_000;
@@ -140,6 +140,7 @@ impl Flattener<'_, '_> {
 
     fn assign(&mut self, target: &ComponentRef, value: Local, cx: &mut Context) -> Result<(), Fail> {
         let name: Name = target.parts[0].name.name.clone();
+        let value = if target.parts.len() == 1 { self.claim_assigned(target.span, &name, value, cx) } else { value };
         if cx.inputs.contains(&name) {
             return Err(self.error(Code::Misplaced, target.span, format!("the input `{name}` cannot be assigned")));
         }

@@ -3,18 +3,38 @@
 //! Needed where what there is depends on the loop (a connection for all but the first), so that the loop must be written out
 //! before anything is lowered.  A loop inside that has a variable of the same name hides it.
 
-use hyd_syntax::tree::{Arguments, ComponentRef, Equation, EquationKind, Expr, ExprKind, Iterator, Name, UnaryOp};
+use hyd_instance::Value;
+use hyd_syntax::tree::{ComponentRef, Equation, Expr, ExprKind, Ident, Iterator, Name, RefPart, UnaryOp};
+use hyd_syntax::visit_mut::{VisitorMut, walk_expr_mut};
 
 /// A part of the text in which names can be replaced.
 pub trait Part: Clone {
-    /// Replaces `name` by the number, in place.
-    fn replace(&mut self, name: &Name, value: i64);
+    /// Lets the visitor go through it.
+    fn accept(&mut self, visitor: &mut Substitution<'_>);
 }
 
-/// A copy with the number in place of the name.
-pub fn with_value<P: Part>(part: &P, name: &Name, value: i64) -> P {
+impl Part for Expr {
+    fn accept(&mut self, visitor: &mut Substitution<'_>) {
+        visitor.expr(self);
+    }
+}
+
+impl Part for Iterator {
+    fn accept(&mut self, visitor: &mut Substitution<'_>) {
+        self.range.iter_mut().for_each(|e| visitor.expr(e));
+    }
+}
+
+impl Part for Equation {
+    fn accept(&mut self, visitor: &mut Substitution<'_>) {
+        visitor.equation(self);
+    }
+}
+
+/// A copy with the value in place of the name.
+pub fn with_value<P: Part>(part: &P, name: &Name, value: &Value) -> P {
     let mut copy = part.clone();
-    copy.replace(name, value);
+    copy.accept(&mut Substitution { name, value, hidden: Vec::new() });
     copy
 }
 
@@ -27,117 +47,53 @@ fn is_name(reference: &ComponentRef, name: &Name) -> bool {
     !reference.global && reference.parts.len() == 1 && reference.parts[0].name.name == *name
 }
 
-impl Part for Expr {
-    fn replace(&mut self, name: &Name, value: i64) {
-        match &mut self.kind {
-            ExprKind::Ref(reference) if is_name(reference, name) => {
-                self.kind = number(value, self.span);
+/// A replacement on its way through the text.
+pub struct Substitution<'a> {
+    name: &'a Name,
+    value: &'a Value,
+    hidden: Vec<Name>,
+}
+
+impl VisitorMut for Substitution<'_> {
+    fn enter(&mut self, iterators: &mut [Iterator]) {
+        iterators.iter_mut().filter_map(|i| i.range.as_mut()).for_each(|e| self.expr(e));
+        self.hidden.extend(iterators.iter().map(|i| i.name.name.clone()));
+    }
+
+    fn leave(&mut self, iterators: &mut [Iterator]) {
+        self.hidden.truncate(self.hidden.len() - iterators.len());
+    }
+
+    fn expr(&mut self, expr: &mut Expr) {
+        if let ExprKind::Ref(reference) = &expr.kind
+            && is_name(reference, self.name)
+            && !self.hidden.contains(self.name)
+        {
+            if let Some(kind) = literal(self.value, expr.span) {
+                expr.kind = kind;
             }
-            ExprKind::Ref(reference) => reference.replace(name, value),
-            ExprKind::Call(function, arguments) => {
-                function.replace(name, value);
-                arguments.replace(name, value);
-            }
-            ExprKind::Unary(_, a) | ExprKind::Field(a, _) => a.replace(name, value),
-            ExprKind::Binary(_, a, b) => {
-                a.replace(name, value);
-                b.replace(name, value);
-            }
-            ExprKind::If(branches, otherwise) => {
-                for (condition, inner) in branches {
-                    condition.replace(name, value);
-                    inner.replace(name, value);
-                }
-                otherwise.replace(name, value);
-            }
-            ExprKind::Range(a, step, b) => {
-                a.replace(name, value);
-                step.iter_mut().for_each(|e| e.replace(name, value));
-                b.replace(name, value);
-            }
-            ExprKind::Array(items) => items.iter_mut().for_each(|e| e.replace(name, value)),
-            ExprKind::ArrayFor(body, iterators) => replace_inside(body.as_mut(), iterators, name, value),
-            ExprKind::Matrix(rows) => rows.iter_mut().flatten().for_each(|e| e.replace(name, value)),
-            ExprKind::Tuple(items) => items.iter_mut().flatten().for_each(|e| e.replace(name, value)),
-            ExprKind::Integer(_)
-            | ExprKind::Real(_)
-            | ExprKind::Text(_)
-            | ExprKind::Boolean(_)
-            | ExprKind::Colon
-            | ExprKind::End => {}
+            return;
         }
+        walk_expr_mut(self, expr);
     }
 }
 
-impl Part for ComponentRef {
-    fn replace(&mut self, name: &Name, value: i64) {
-        self.parts.iter_mut().flat_map(|part| &mut part.subscripts).for_each(|e| e.replace(name, value));
-    }
-}
-
-impl Part for Iterator {
-    fn replace(&mut self, name: &Name, value: i64) {
-        self.range.iter_mut().for_each(|e| e.replace(name, value));
-    }
-}
-
-impl Part for Arguments {
-    fn replace(&mut self, name: &Name, value: i64) {
-        match self {
-            Arguments::List { positional, named } => {
-                positional.iter_mut().chain(named.iter_mut().map(|(_, e)| e)).for_each(|e| e.replace(name, value));
-            }
-            Arguments::Reduction(body, iterators) => replace_inside(body.as_mut(), iterators, name, value),
+/// A value as it could stand in the text.
+fn literal(value: &Value, span: hyd_source::Span) -> Option<ExprKind> {
+    let negated = |kind: ExprKind| ExprKind::Unary(UnaryOp::Minus, Box::new(Expr { kind, span }));
+    Some(match value {
+        Value::Integer(k) if *k < 0 => negated(ExprKind::Integer(k.saturating_abs())),
+        Value::Integer(k) => ExprKind::Integer(*k),
+        Value::Real(x) if *x < 0.0 => negated(ExprKind::Real(-x)),
+        Value::Real(x) => ExprKind::Real(*x),
+        Value::Boolean(b) => ExprKind::Boolean(*b),
+        Value::Text(text) => ExprKind::Text(text.clone()),
+        Value::Enumeration(of, k) => {
+            let literal = of.literals.get(*k as usize - 1)?;
+            let part = |name: &str| RefPart { name: Ident { name: name.into(), span }, subscripts: Vec::new() };
+            let parts = of.name.split('.').map(part).chain([part(literal)]).collect();
+            ExprKind::Ref(ComponentRef { global: true, parts, span })
         }
-    }
-}
-
-impl Part for Equation {
-    fn replace(&mut self, name: &Name, value: i64) {
-        match &mut self.kind {
-            EquationKind::Equal(a, b) => {
-                a.replace(name, value);
-                b.replace(name, value);
-            }
-            EquationKind::Connect(a, b) => {
-                a.replace(name, value);
-                b.replace(name, value);
-            }
-            EquationKind::For(iterators, body) => {
-                iterators.iter_mut().for_each(|i| i.replace(name, value));
-                if !iterators.iter().any(|i| i.name.name == *name) {
-                    body.iter_mut().for_each(|e| e.replace(name, value));
-                }
-            }
-            EquationKind::If(branches) => {
-                for (condition, body) in branches {
-                    condition.iter_mut().for_each(|e| e.replace(name, value));
-                    body.iter_mut().for_each(|e| e.replace(name, value));
-                }
-            }
-            EquationKind::When(branches) => {
-                for (condition, body) in branches {
-                    condition.replace(name, value);
-                    body.iter_mut().for_each(|e| e.replace(name, value));
-                }
-            }
-            EquationKind::Call(function, arguments) => {
-                function.replace(name, value);
-                arguments.replace(name, value);
-            }
-        }
-    }
-}
-
-/// Replaces in the ranges, and in the body unless an iterator hides the name.
-fn replace_inside(body: &mut Expr, iterators: &mut [Iterator], name: &Name, value: i64) {
-    iterators.iter_mut().for_each(|i| i.replace(name, value));
-    if !iterators.iter().any(|i| i.name.name == *name) {
-        body.replace(name, value);
-    }
-}
-
-fn number(value: i64, span: hyd_source::Span) -> ExprKind {
-    let magnitude = ExprKind::Integer(value.saturating_abs());
-    if value >= 0 { magnitude } else { ExprKind::Unary(UnaryOp::Minus, Box::new(Expr { kind: magnitude, span })) }
+        Value::Array(_) => return None,
+    })
 }

@@ -62,6 +62,7 @@ impl Flattener<'_, '_> {
             kind,
             variability,
             unit: None,
+            element_units: Vec::new(),
             display_unit: None,
             description: instance.description.clone(),
             settable: Settable::No,
@@ -120,6 +121,7 @@ impl Flattener<'_, '_> {
             kind,
             variability,
             unit: None,
+            element_units: Vec::new(),
             display_unit: None,
             description: None,
             settable: Settable::No,
@@ -167,6 +169,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn attributes(&mut self, inst: InstId) {
         let block = self.blocks[&inst];
         self.model.variables[block].unit = self.text_attribute(inst, "unit");
+        self.model.variables[block].element_units = self.element_units(inst);
         self.model.variables[block].display_unit = self.text_attribute(inst, "displayUnit");
         self.check_attributes(inst);
         if let Some(values) = self.element_values(inst, "fixed") {
@@ -235,6 +238,20 @@ impl Flattener<'_, '_> {
                 let _ = self.error(Code::Value, span, format!("`{path}` has `min` {low} above `max` {high}"));
             }
         }
+    }
+
+    /// The units of the elements where they differ.
+    fn element_units(&mut self, inst: InstId) -> Vec<Arc<str>> {
+        if self.model.variables[self.blocks[&inst]].unit.is_none() {
+            return Vec::new();
+        }
+        let Some(values) = self.element_values(inst, "unit") else { return Vec::new() };
+        let texts = values.iter().filter_map(|value| match value {
+            Value::Text(text) => Some(text.clone()),
+            _ => None,
+        });
+        let texts: Vec<Arc<str>> = texts.collect();
+        if texts.iter().all(|text| Some(text) == texts.first()) { Vec::new() } else { texts }
     }
 
     pub(crate) fn text_attribute(&mut self, inst: InstId, name: &str) -> Option<Arc<str>> {
@@ -408,6 +425,9 @@ impl Flattener<'_, '_> {
             let slot = flat.slots.slot(SlotKey::Variable(kind, first, offset));
             let left = flat.model.templates.arena.slot(slot);
             flat.emit(section, left, value.node, &cx.loop_counts(), &origin);
+            if section == Section::Discrete {
+                flat.note_discrete();
+            }
             Ok(())
         });
     }

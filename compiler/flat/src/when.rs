@@ -44,7 +44,7 @@ impl Flattener<'_, '_> {
         self.when_body(equation, branches, &conditions, scope, loops);
     }
 
-    /// The conditions of one branch as discrete Booleans (`{a, b}` gives two).
+    /// The conditions of one branch as discrete Booleans (`{a, b}`, or a vector of two, gives two).
     pub(crate) fn conditions(
         &mut self,
         expr: &Expr,
@@ -58,7 +58,7 @@ impl Flattener<'_, '_> {
             _ => vec![expr],
         };
         let mut result = Vec::new();
-        for (k, part) in parts.into_iter().enumerate() {
+        for part in parts {
             if let ExprKind::Call(function, _) = &part.kind
                 && function.parts.len() == 1
                 && function.parts[0].name.name.as_ref() == "initial"
@@ -66,15 +66,43 @@ impl Flattener<'_, '_> {
                 result.push(WhenCondition::Initial);
                 continue;
             }
-            result.push(WhenCondition::Variable(self.condition_variable(part, number, (branch, k), scope, loops)?));
+            let Some(size) = self.size_of_condition(part, scope, loops) else {
+                result.push(WhenCondition::Variable(self.condition_variable(
+                    (part, None),
+                    number,
+                    (branch, result.len()),
+                    scope,
+                    loops,
+                )?));
+                continue;
+            };
+            for element in 0..size {
+                let place = (branch, result.len());
+                let one = self.condition_variable((part, Some(element)), number, place, scope, loops)?;
+                result.push(WhenCondition::Variable(one));
+            }
         }
         Some(result)
+    }
+
+    /// The size of a condition that is a vector.
+    fn size_of_condition(&mut self, expr: &Expr, scope: Scope, loops: &Loops<'_>) -> Option<usize> {
+        let mark = self.tree.table.diagnostics.len();
+        let slots = std::mem::take(&mut self.slots);
+        let mut probe = self.context_of(scope);
+        let shape = self.enter_all(&mut probe, loops).and_then(|()| self.shape(expr, &mut probe));
+        self.slots = slots;
+        self.tree.table.diagnostics.truncate(mark);
+        match shape.as_deref() {
+            Ok([size]) => Some(*size),
+            _ => None,
+        }
     }
 
     /// `$when1.1.1 = condition`, one per element of the loops around.
     fn condition_variable(
         &mut self,
-        expr: &Expr,
+        (expr, element): (&Expr, Option<usize>),
         number: u32,
         part: (usize, usize),
         scope: Scope,
@@ -98,7 +126,8 @@ impl Flattener<'_, '_> {
         let before = self.tree.table.diagnostics.len();
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
-            let value = flat.lower(expr, cx, &[])?;
+            let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
+            let value = flat.lower(expr, cx, &index)?;
             flat.want_boolean(expr.span, "the condition of a `when`", &value)?;
             let left = flat.condition_slot(first, cx, Kind::Var)?;
             flat.emit(Section::Discrete, left, value.node, &cx.loop_counts(), &origin);

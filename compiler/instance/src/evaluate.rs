@@ -154,12 +154,17 @@ impl InstanceTree<'_> {
         };
         let items: Option<Vec<Value>> = match (&first, &by, &last) {
             (Value::Integer(a), Value::Integer(s), Value::Integer(b)) if *s != 0 => {
-                let count = (i128::from(*b) - i128::from(*a)) / i128::from(*s) + 1;
+                let (distance, step) = (i128::from(*b) - i128::from(*a), i128::from(*s));
+                let backwards = distance != 0 && (distance > 0) != (step > 0);
+                let count = if backwards { 0 } else { distance / step + 1 };
                 let count = count.clamp(0, MAX_VALUES as i128 + 1) as usize;
                 (count <= MAX_VALUES).then(|| (0..count as i64).map(|k| Value::Integer(a + k * s)).collect())
             }
             (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
                 Some((*a..=*b).map(|k| Value::Enumeration(t.clone(), k)).collect())
+            }
+            (Value::Boolean(a), _, Value::Boolean(b)) if step.is_none() => {
+                Some([false, true].into_iter().filter(|v| *a <= *v && *v <= *b).map(Value::Boolean).collect())
             }
             _ => match (first.as_real(), by.as_real(), last.as_real()) {
                 (Some(a), Some(s), Some(b)) if s != 0.0 => {

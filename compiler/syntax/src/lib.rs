@@ -17,6 +17,8 @@ mod printer;
 mod recovery;
 mod scan;
 pub mod tree;
+pub mod visit;
+pub mod visit_mut;
 
 pub use build_file::parse;
 pub use printer::{print_expr, print_path, print_reference};

@@ -3,7 +3,7 @@
 //! Cases are numbered in the order of the text.  When something contradicts and some array without unit shares one for all
 //! its elements, everything is done again with one unit per element; that pass counts.
 
-use hyd_flat::{BlockId, FlatModel, Section, Target, VarId};
+use hyd_flat::{BlockId, EquationBlock, FlatModel, Section, Target, UnitClaim, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Diagnostic, Files, Span};
 use hyd_symbolic::{Function, Node, NodeId, TemplateId, contains, post_order, slots};
@@ -12,7 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::class::{Classes, Declared, SlotClass, read_declared};
 use crate::form::Fit;
-use crate::infer::{Case, Row, SMALL, infer};
+use crate::infer::{Case, Row, Rule, SMALL, infer};
 use crate::place::has_number;
 use crate::report::Reporter;
 use crate::solve::{Solution, solve};
@@ -94,6 +94,17 @@ struct Traits {
     large: Vec<f64>,
 }
 
+/// Equation block `k`, claims counted behind the equations.
+pub fn block_of(flat: &FlatModel, k: usize) -> &EquationBlock {
+    let claim = |k: usize| &flat.claims[k - flat.equations.len()].equations;
+    flat.equations.get(k).unwrap_or_else(|| claim(k))
+}
+
+/// True if the first place lies in the second.
+fn inside(inner: Span, outer: Span) -> bool {
+    inner.file == outer.file && outer.start <= inner.start && inner.end <= outer.end
+}
+
 struct Pass<'a> {
     flat: &'a FlatModel,
     files: &'a Files,
@@ -144,14 +155,17 @@ impl<'a> Pass<'a> {
     fn visit(&mut self, mut f: impl FnMut(&mut Self, &[SlotClass], usize, usize)) {
         let flat = self.flat;
         let (mut key, mut last): (Vec<SlotClass>, Vec<SlotClass>) = (Vec::new(), Vec::new());
-        for (e, block) in flat.equations.iter().enumerate() {
+        let claims = flat.claims.iter().map(|claim| &claim.equations);
+        for (e, block) in flat.equations.iter().chain(claims).enumerate() {
             let arity = flat.templates.get(block.template).arity as usize;
             let (exponent, visible) = self.traits_of(block.template, block.origin.span);
             let alone = matches!(block.section, Section::Assert(_) | Section::Terminate(_));
+            let claim = e >= flat.equations.len();
             last.clear();
             for k in 0..block.count as usize {
                 key.clear();
-                key.push((block.template.index() as u64) << 2 | u64::from(alone) << 1 | u64::from(visible));
+                let marks = u64::from(claim) << 2 | u64::from(alone) << 1 | u64::from(visible);
+                key.push((block.template.index() as u64) << 3 | marks);
                 key.extend(block.operands_of(k, arity).iter().map(|&o| self.classes.of(o, exponent)));
                 if key != last {
                     f(self, &key, e, k);
@@ -170,7 +184,8 @@ impl<'a> Pass<'a> {
     }
 
     fn add_case(&mut self, key: &[SlotClass], equation: usize, k: usize) {
-        let block = &self.flat.equations[equation];
+        let block = block_of(self.flat, equation);
+        let rule = if equation < self.flat.equations.len() { Rule::Equation } else { Rule::Claim };
         let template = self.flat.templates.get(block.template);
         let operands = block.operands_of(k, template.arity as usize);
         let value = |o: &hyd_flat::Operand| match o.target() {
@@ -183,10 +198,17 @@ impl<'a> Pass<'a> {
             slots: key[1..].iter().map(|&class| self.classes.form(class)).collect(),
             values: operands.iter().map(value).collect(),
             conversions: self.declared.scaled,
+            results: &self.declared.of_result,
             visible: key[0] & 1 == 1,
             number,
         };
-        infer(&case, &template, key[0] & 2 == 2, &mut self.rows);
+        let before = self.rows.len();
+        infer(&case, &template, (key[0] & 2 == 2, rule), &mut self.rows);
+        if rule == Rule::Claim {
+            // What stands inside is part of an equation, and looked at there.
+            let own = self.rows.split_off(before);
+            self.rows.extend(own.into_iter().filter(|row| row.rule == Rule::Claim));
+        }
         self.cases.insert(key.into(), number);
         self.first.push((equation as u32, k as u32));
     }
@@ -200,6 +222,7 @@ impl<'a> Pass<'a> {
                 found.extend(case.into_iter().flatten().map(|&(row, fit)| (equation, k, row, fit)));
             });
         }
+        self.leave_out_consequences(&mut found);
         let reporter = Reporter {
             flat: self.flat,
             files: self.files,
@@ -212,13 +235,29 @@ impl<'a> Pass<'a> {
         let mut seen: FxHashSet<(Span, String)> = FxHashSet::default();
         let mut diagnostics = Vec::new();
         for (equation, k, row, fit) in found {
-            let origin = &self.flat.equations[equation].origin;
+            let origin = &block_of(self.flat, equation).origin;
             let (left, right) = reporter.texts(&self.rows[row as usize]);
             if seen.insert((origin.span, format!("{left} {right}"))) {
                 diagnostics.push(reporter.diagnostic(equation, k, &self.rows[row as usize], fit));
             }
         }
         diagnostics
+    }
+
+    /// What a call gives cannot fit where something wrong is given to it, or where its own inside is at fault.
+    fn leave_out_consequences(&self, found: &mut Vec<(usize, usize, u32, Fit)>) {
+        let claim = |equation: usize| equation.checked_sub(self.flat.equations.len()).map(|k| &self.flat.claims[k]);
+        let at_fault: Vec<&UnitClaim> = found.iter().filter_map(|&(equation, ..)| claim(equation)).collect();
+        if at_fault.is_empty() {
+            return;
+        }
+        found.retain(|&(equation, ..)| match claim(equation) {
+            Some(own) => own.given || !at_fault.iter().any(|other| other.given && inside(other.call, own.call)),
+            None => {
+                let span = self.flat.equations[equation].origin.span;
+                !at_fault.iter().any(|other| inside(other.call, span))
+            }
+        });
     }
 
     /// Fills in the units found and those that stay unknown.

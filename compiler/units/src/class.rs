@@ -6,9 +6,10 @@
 
 use std::sync::Arc;
 
-use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
+use hyd_flat::{ConstId, FlatModel, Operand, PerElement, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Span};
+use hyd_symbolic::BodyId;
 use hyd_system::ValueKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -19,8 +20,12 @@ use crate::unit::{Unit, same_factor};
 
 /// The declared units of a model.
 pub struct Declared {
-    /// Unit of each variable block, if readable.
-    pub of_block: Vec<Option<Unit>>,
+    /// Unit of each variable block, if readable; by element where they differ.
+    pub of_block: Vec<PerElement<Option<Unit>>>,
+    /// Units of the numbers that have one.
+    pub of_number: FxHashMap<ConstId, Unit>,
+    /// Units of the results of compiled functions.
+    pub of_result: FxHashMap<(BodyId, u32), Unit>,
     /// Texts for units.
     pub names: UnitNames,
     /// Some unit has a factor other than 1.
@@ -33,8 +38,14 @@ pub struct Declared {
 pub fn read_declared(flat: &FlatModel) -> Declared {
     let mut known: FxHashMap<Arc<str>, Option<Unit>> = FxHashMap::default();
     let mut reported: FxHashSet<(Span, Arc<str>)> = FxHashSet::default();
-    let mut result =
-        Declared { of_block: Vec::new(), names: UnitNames::default(), scaled: false, diagnostics: Vec::new() };
+    let mut result = Declared {
+        of_block: Vec::new(),
+        of_number: FxHashMap::default(),
+        of_result: FxHashMap::default(),
+        names: UnitNames::default(),
+        scaled: false,
+        diagnostics: Vec::new(),
+    };
     for block in flat.variables.raw.iter() {
         let mut read = |text: &Option<Arc<str>>, display: bool| -> Option<Unit> {
             let text = text.as_ref().filter(|t| !t.is_empty())?;
@@ -45,6 +56,8 @@ pub fn read_declared(flat: &FlatModel) -> Declared {
             unit
         };
         let unit = read(&block.unit, false);
+        let units: Vec<(Option<Unit>, Arc<str>)> =
+            block.element_units.iter().map(|text| (read(&Some(text.clone()), false), text.clone())).collect();
         let display = read(&block.display_unit, true);
         if let (Some(unit), Some(shown), Some(text), Some(display)) = (unit, display, &block.unit, &block.display_unit)
             && unit.dimension != shown.dimension
@@ -54,13 +67,47 @@ pub fn read_declared(flat: &FlatModel) -> Declared {
             let fault = Diagnostic::warning(Code::UnitMismatch, message).at(block.origin.span, "declared here");
             result.diagnostics.push(fault);
         }
-        if let (Some(unit), Some(text)) = (unit, &block.unit) {
+        let all = units.iter().map(|(unit, text)| (*unit, Some(text))).chain([(unit, block.unit.as_ref())]);
+        for (unit, text) in all {
+            if let (Some(unit), Some(text)) = (unit, text) {
+                result.names.declare(unit, text);
+                result.scaled |= !same_factor(unit.factor, 1.0);
+            }
+        }
+        result.of_block.push(match units.is_empty() {
+            true => PerElement::All(unit),
+            false => PerElement::Each(units.into_iter().map(|(unit, _)| unit).collect()),
+        });
+    }
+    read_numbers(flat, &mut result);
+    result
+}
+
+/// The units of constants and of the results of functions.
+fn read_numbers(flat: &FlatModel, result: &mut Declared) {
+    let mut reported: FxHashSet<Span> = FxHashSet::default();
+    for quantity in &flat.quantities {
+        match parse_unit(&quantity.unit) {
+            Ok(unit) => {
+                result.names.declare(unit, &quantity.unit);
+                result.scaled |= !same_factor(unit.factor, 1.0);
+                result.of_number.insert(quantity.id, unit);
+            }
+            Err(error) if reported.insert(quantity.declared) => {
+                let message = format!("the unit \"{}\" of `{}` {}", quantity.unit, quantity.name, error.reason);
+                let fault = Diagnostic::error(Code::UnitSyntax, message).at(quantity.declared, "declared here");
+                result.diagnostics.push(fault.maybe_help(error.help));
+            }
+            Err(_) => {}
+        }
+    }
+    for (body, output, text) in &flat.result_units {
+        if let Ok(unit) = parse_unit(text) {
             result.names.declare(unit, text);
             result.scaled |= !same_factor(unit.factor, 1.0);
+            result.of_result.insert((*body, *output), unit);
         }
-        result.of_block.push(unit);
     }
-    result
 }
 
 fn unreadable(block: &VariableBlock, text: &str, display: bool) -> Diagnostic {
@@ -97,6 +144,7 @@ pub struct Classes {
     /// What each delay site delays.
     sources: Vec<VarId>,
     units: Vec<Unit>,
+    numbers: FxHashMap<ConstId, u32>,
     offsets: bool,
     /// First scalar that each unknown unit stands for.
     pub unknowns: Vec<VarId>,
@@ -107,42 +155,76 @@ pub struct Classes {
 impl Classes {
     /// Numbers the units; with `split`, each element of an array without unit has its own.
     pub fn new(flat: &FlatModel, declared: &Declared, split: bool) -> Self {
-        let mut numbers: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
+        let mut known: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
         let mut result = Self {
             of_scalar: Vec::with_capacity(flat.scalars as usize),
             sources: flat.delays.iter().flat_map(|d| (0..d.count).map(|k| VarId(d.source.0 + k))).collect(),
             units: Vec::new(),
+            numbers: FxHashMap::default(),
             offsets: false,
             unknowns: Vec::new(),
             split,
         };
         for (block, unit) in flat.variables.raw.iter().zip(&declared.of_block) {
             let count = block.count as usize;
-            let undeclared = unit.is_none() && block.unit.as_ref().is_none_or(|t| t.is_empty());
-            match unit {
-                Some(unit) => {
-                    let key = (unit.dimension, unit.factor.to_bits(), unit.offset.to_bits());
-                    let next = result.units.len() as u32;
-                    let number = *numbers.entry(key).or_insert(next);
-                    if number == next {
-                        result.units.push(*unit);
-                        result.offsets |= unit.offset != 0.0;
+            let units = match unit {
+                PerElement::All(unit) => unit,
+                PerElement::Each(units) => {
+                    for (k, unit) in units.iter().enumerate() {
+                        match unit {
+                            Some(unit) => {
+                                let number = result.number_of(unit, &mut known);
+                                result.extend(KNOWN << TAG_SHIFT | number, 1);
+                            }
+                            None => result.add_unknown(VarId(block.first.0 + k as u32)),
+                        }
                     }
+                    continue;
+                }
+            };
+            let undeclared = units.is_none() && block.unit.as_ref().is_none_or(|t| t.is_empty());
+            match units {
+                Some(unit) => {
+                    let number = result.number_of(unit, &mut known);
                     result.extend(KNOWN << TAG_SHIFT | number, count);
                 }
                 None if block.kind != ValueKind::Real && undeclared => result.extend(COUNT << TAG_SHIFT, count),
                 None => {
                     for k in 0..count {
                         if k == 0 || split {
-                            result.unknowns.push(VarId(block.first.0 + k as u32));
+                            result.add_unknown(VarId(block.first.0 + k as u32));
+                        } else {
+                            let number = result.unknowns.len() as u32 - 1;
+                            result.of_scalar.push(UNKNOWN << TAG_SHIFT | number & INDEX);
                         }
-                        let number = result.unknowns.len() as u32 - 1;
-                        result.of_scalar.push(UNKNOWN << TAG_SHIFT | number & INDEX);
                     }
                 }
             }
         }
+        let mut numbers: Vec<(ConstId, Unit)> = declared.of_number.iter().map(|(id, unit)| (*id, *unit)).collect();
+        numbers.sort_unstable_by_key(|(id, _)| *id);
+        for (id, unit) in numbers {
+            let number = result.number_of(&unit, &mut known);
+            result.numbers.insert(id, number);
+        }
         result
+    }
+
+    fn number_of(&mut self, unit: &Unit, known: &mut FxHashMap<(crate::unit::Dimension, u64, u64), u32>) -> u32 {
+        let key = (unit.dimension, unit.factor.to_bits(), unit.offset.to_bits());
+        let next = self.units.len() as u32;
+        let number = *known.entry(key).or_insert(next);
+        if number == next {
+            self.units.push(*unit);
+            self.offsets |= unit.offset != 0.0;
+        }
+        number
+    }
+
+    fn add_unknown(&mut self, v: VarId) {
+        self.unknowns.push(v);
+        let number = self.unknowns.len() as u32 - 1;
+        self.of_scalar.push(UNKNOWN << TAG_SHIFT | number & INDEX);
     }
 
     fn extend(&mut self, class: u32, count: usize) {
@@ -155,6 +237,9 @@ impl Classes {
         match operand.target() {
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => u64::from(self.of_scalar[v.index()]) | sign,
             Target::Der(v) => u64::from(self.of_scalar[v.index()]) | DER,
+            Target::Const(c) if self.numbers.contains_key(&c) => {
+                u64::from(KNOWN << TAG_SHIFT | self.numbers[&c]) | sign
+            }
             Target::Const(c) if exact => NUMBER | c.0 as u64 | if operand.negated() { NEGATED } else { 0 },
             Target::Delayed(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]),
             Target::DelayedRate(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]) | DER,

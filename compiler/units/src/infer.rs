@@ -5,7 +5,7 @@
 //! demand between two quantities is a [`Row`] of a system that is linear in the exponents of the unknown units (Kennedy
 //! 1994; Wand and O'Keefe, "Automatic dimensional inference", 1991).  Rows that hold already are dropped.
 
-use hyd_symbolic::{Arena, Function, Node, NodeId, SlotId, Template, post_order, slots};
+use hyd_symbolic::{Arena, BodyId, Function, Node, NodeId, SlotId, Template, post_order, slots};
 use rustc_hash::FxHashMap;
 
 use crate::form::{Fit, Form, Product, is_plain};
@@ -36,6 +36,8 @@ pub enum Rule {
     Base,
     /// An exponent must be a number.
     Exponent,
+    /// What a function or record declares of the value given to it.
+    Claim,
 }
 
 /// Two units that must agree.
@@ -65,12 +67,14 @@ pub struct Case<'a> {
     pub conversions: bool,
     /// Larger whole numbers stand in the text, so that they are no constants with a unit put in by value.
     pub visible: bool,
+    /// Units of the results of compiled functions.
+    pub results: &'a FxHashMap<(BodyId, u32), Unit>,
     /// Number of this case.
     pub number: u32,
 }
 
 /// Goes through `left = right` (only `left` if `alone`) and adds the rows that do not hold already.
-pub fn infer(case: &Case<'_>, template: &Template, alone: bool, rows: &mut Vec<Row>) {
+pub fn infer(case: &Case<'_>, template: &Template, (alone, rule): (bool, Rule), rows: &mut Vec<Row>) {
     let roots = [template.left, template.right];
     let roots = if alone { &roots[..1] } else { &roots[..] };
     let mut pass = Pass { case, forms: FxHashMap::default(), rows };
@@ -79,7 +83,7 @@ pub fn infer(case: &Case<'_>, template: &Template, alone: bool, rows: &mut Vec<R
         pass.forms.insert(id, form);
     }
     if !alone {
-        pass.agree(template.left, template.right, Rule::Equation);
+        pass.agree(template.left, template.right, rule);
     }
 }
 
@@ -118,8 +122,12 @@ impl Pass<'_, '_> {
             Node::If(_, a, b) => self.agree(a, b, Rule::Branches),
             Node::Call1(function, a) => self.call1(function, a),
             Node::Call2(function, a, b) => self.call2(function, a, b),
-            // What a compiled function does with units is not followed.
-            Node::Pair(..) | Node::Apply(..) => Form::Free,
+            // Inside a compiled function units are not followed: its results have what it declares.
+            Node::Apply(body, output, _) => match self.case.results.get(&(body, output)) {
+                Some(unit) => Form::Quantity(Product::known(unit)),
+                None => Form::Free,
+            },
+            Node::Pair(..) => Form::Free,
         }
     }
 

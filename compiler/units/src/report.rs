@@ -7,6 +7,7 @@ use hyd_flat::{FlatModel, Operand, Section, Target, VarId};
 use hyd_source::{Code, Diagnostic, Files, Span};
 use hyd_symbolic::{Function, Node, NodeId, slots};
 
+use crate::check::block_of;
 use crate::class::{Classes, Declared};
 use crate::form::{Fit, Product};
 use crate::infer::{Row, Rule};
@@ -71,7 +72,7 @@ impl Reporter<'_> {
 
     /// The message for a row at fault, in equation `k` of a block.
     pub fn diagnostic(&self, equation: usize, k: usize, row: &Row, fit: Fit) -> Diagnostic {
-        let block = &self.flat.equations[equation];
+        let block = block_of(self.flat, equation);
         let arity = self.flat.templates.get(block.template).arity as usize;
         let operands = block.operands_of(k, arity);
         let snippet = self.files.snippet(block.origin.span);
@@ -83,6 +84,17 @@ impl Reporter<'_> {
             && left.place == right.place
         {
             (left.place, right.place) = (None, None);
+        }
+        let claim = equation.checked_sub(self.flat.equations.len()).map(|k| &self.flat.claims[k]);
+        if let (Some(claim), Some(right)) = (claim, &mut right) {
+            right.place = None;
+            let message =
+                format!("units do not fit: {} is {}, but `{}` is {}", claim.what, claim.unit, left.text, left.unit);
+            let mut diagnostic = Diagnostic::error(Code::UnitMismatch, message);
+            diagnostic = mark(diagnostic, block.origin.span, &left, None);
+            diagnostic = diagnostic.with(claim.declared, format!("declared in {} here", claim.unit));
+            diagnostic = diagnostic.maybe_help(conversion(&left, Some(right), fit));
+            return self.declarations(diagnostic, &left.operands, row);
         }
         let message = match &right {
             Some(right) => two_sided(&left, right, row.rule, connection),
@@ -101,7 +113,7 @@ impl Reporter<'_> {
     }
 
     fn side(&self, equation: usize, operands: &[Operand], node: NodeId, unit: &Product, other: Option<NodeId>) -> Side {
-        let block = &self.flat.equations[equation];
+        let block = block_of(self.flat, equation);
         let path = &block.origin.path;
         let local = |text: String| -> String {
             match text.strip_prefix(path.as_ref()).and_then(|t| t.strip_prefix('.')) {
@@ -167,9 +179,12 @@ impl Reporter<'_> {
     fn own_text(&self, operand: Operand) -> Option<String> {
         match operand.target() {
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => {
-                let text = self.flat.variables[self.flat.locate(v).0].unit.as_ref()?;
+                let (block, k) = self.flat.locate(v);
+                let block = &self.flat.variables[block];
+                let text = block.element_units.get(k).or(block.unit.as_ref())?;
                 (!text.is_empty()).then(|| text.to_string())
             }
+            Target::Const(c) => self.flat.quantity(c).map(|quantity| quantity.unit.to_string()),
             _ => None,
         }
     }
@@ -209,7 +224,7 @@ impl Reporter<'_> {
         if source == row.case {
             return diagnostic.help(format!("`{name}` declares no unit; it gets {unit} from this equation"));
         }
-        let span = self.flat.equations[self.first[source as usize].0 as usize].origin.span;
+        let span = block_of(self.flat, self.first[source as usize].0 as usize).origin.span;
         diagnostic.with(span, format!("from here `{name}` gets {unit}")).help(note)
     }
 }

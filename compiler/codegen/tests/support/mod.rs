@@ -135,6 +135,7 @@ impl Maker {
             kind,
             variability,
             unit: Some("m".into()),
+            element_units: Vec::new(),
             display_unit: None,
             description: None,
             settable: if role == Role::Parameter { Settable::Yes } else { Settable::No },

@@ -75,6 +75,7 @@ impl Model {
             kind: if matches!(kind, "boolean" | "internal") { ValueKind::Boolean } else { ValueKind::Real },
             variability,
             unit: None,
+            element_units: Vec::new(),
             display_unit: None,
             description: None,
             settable: Settable::Yes,

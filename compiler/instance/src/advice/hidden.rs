@@ -6,10 +6,8 @@
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Span};
-use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassDef, Element, Equation, EquationKind, Expr, ExprKind, Import, ImportKind, Iterator,
-    Name, Statement, StatementKind, Variability,
-};
+use hyd_syntax::tree::{ClassBody, ClassDef, Element, Import, ImportKind, Iterator, Name, Variability};
+use hyd_syntax::visit::Visitor;
 use rustc_hash::FxHashMap;
 
 use crate::class::{elements, nested_classes};
@@ -76,12 +74,17 @@ impl Search {
             }
         }
         equations.iter().flat_map(|section| &section.equations).for_each(|e| self.equation(e));
-        self.statements(algorithms.iter().flat_map(|section| &section.statements));
+        algorithms.iter().flat_map(|section| &section.statements).for_each(|s| self.statement(s));
     }
 
-    /// Loop variables become visible for `inside`.
-    fn with(&mut self, iterators: &[Iterator], inside: impl FnOnce(&mut Self)) {
-        let mark = self.loops.len();
+    fn warn(&mut self, message: String, span: Span, declared: Span) {
+        let warning = Diagnostic::warning(Code::Hidden, message);
+        self.found.push(warning.at(span, "this one is meant from here on").with(declared, "declared here"));
+    }
+}
+
+impl Visitor for Search {
+    fn enter(&mut self, iterators: &[Iterator]) {
         for iterator in iterators {
             iterator.range.iter().for_each(|e| self.expr(e));
             let (name, span) = (&iterator.name.name, iterator.name.span);
@@ -91,102 +94,10 @@ impl Search {
             }
             self.loops.push((name.clone(), span));
         }
-        inside(self);
-        self.loops.truncate(mark);
     }
 
-    fn warn(&mut self, message: String, span: Span, declared: Span) {
-        let warning = Diagnostic::warning(Code::Hidden, message);
-        self.found.push(warning.at(span, "this one is meant from here on").with(declared, "declared here"));
-    }
-
-    fn equation(&mut self, equation: &Equation) {
-        match &equation.kind {
-            EquationKind::Equal(a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            EquationKind::For(iterators, body) => {
-                self.with(iterators, |search| body.iter().for_each(|e| search.equation(e)));
-            }
-            EquationKind::If(branches) => {
-                for (condition, body) in branches {
-                    condition.iter().for_each(|e| self.expr(e));
-                    body.iter().for_each(|e| self.equation(e));
-                }
-            }
-            EquationKind::When(branches) => {
-                for (condition, body) in branches {
-                    self.expr(condition);
-                    body.iter().for_each(|e| self.equation(e));
-                }
-            }
-            EquationKind::Call(_, arguments) => self.arguments(arguments),
-            EquationKind::Connect(..) => {}
-        }
-    }
-
-    fn statements<'t>(&mut self, statements: impl IntoIterator<Item = &'t Statement>) {
-        for statement in statements {
-            match &statement.kind {
-                StatementKind::Assign(_, value) => self.expr(value),
-                StatementKind::AssignTuple(_, _, arguments) | StatementKind::Call(_, arguments) => {
-                    self.arguments(arguments);
-                }
-                StatementKind::If(branches) => {
-                    for (condition, body) in branches {
-                        condition.iter().for_each(|e| self.expr(e));
-                        self.statements(body);
-                    }
-                }
-                StatementKind::For(iterators, body) => self.with(iterators, |search| search.statements(body)),
-                StatementKind::While(condition, body) => {
-                    self.expr(condition);
-                    self.statements(body);
-                }
-                StatementKind::When(branches) => {
-                    for (condition, body) in branches {
-                        self.expr(condition);
-                        self.statements(body);
-                    }
-                }
-                StatementKind::Break | StatementKind::Return => {}
-            }
-        }
-    }
-
-    fn arguments(&mut self, arguments: &Arguments) {
-        match arguments {
-            Arguments::List { positional, named } => {
-                positional.iter().chain(named.iter().map(|(_, e)| e)).for_each(|e| self.expr(e));
-            }
-            Arguments::Reduction(body, iterators) => self.with(iterators, |search| search.expr(body)),
-        }
-    }
-
-    fn expr(&mut self, expr: &Expr) {
-        match &expr.kind {
-            ExprKind::Call(_, arguments) => self.arguments(arguments),
-            ExprKind::ArrayFor(body, iterators) => self.with(iterators, |search| search.expr(body)),
-            ExprKind::Unary(_, a) | ExprKind::Field(a, _) => self.expr(a),
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::If(branches, otherwise) => {
-                branches.iter().flat_map(|(c, v)| [c, v]).for_each(|e| self.expr(e));
-                self.expr(otherwise);
-            }
-            ExprKind::Array(items) => items.iter().for_each(|e| self.expr(e)),
-            ExprKind::Matrix(rows) => rows.iter().flatten().for_each(|e| self.expr(e)),
-            ExprKind::Tuple(items) => items.iter().flatten().for_each(|e| self.expr(e)),
-            ExprKind::Range(a, step, b) => {
-                self.expr(a);
-                step.iter().for_each(|e| self.expr(e));
-                self.expr(b);
-            }
-            _ => {}
-        }
+    fn leave(&mut self, iterators: &[Iterator]) {
+        self.loops.truncate(self.loops.len() - iterators.len());
     }
 }
 

@@ -4,9 +4,9 @@
 //! declarations, equations, statements, annotations and nested classes.
 
 use hyd_syntax::tree::{
-    Argument, Arguments, ClassBody, ClassDef, Component, ComponentRef, Constraint, Element, Equation, EquationKind,
-    Expr, ExprKind, Iterator, Modification, Name, NestedClass, Path, Statement, StatementKind,
+    Argument, ClassBody, ClassDef, Component, ComponentRef, Constraint, Element, Modification, Name, NestedClass, Path,
 };
+use hyd_syntax::visit::{Role, Visitor, walk_reference};
 use rustc_hash::FxHashMap;
 
 /// How often a name is read, and how often it is only the target of `name := value`.
@@ -130,148 +130,17 @@ impl Mentions {
         self.constraint(class.constrained_by.as_ref());
         self.add_class(&class.class);
     }
+}
 
-    fn reference(&mut self, reference: &ComponentRef) {
+impl Visitor for Mentions {
+    fn reference(&mut self, reference: &ComponentRef, role: Role) {
         if let (false, Some(first)) = (reference.global, reference.parts.first()) {
-            self.read(&first.name.name);
-        }
-        self.subscripts(reference);
-    }
-
-    fn subscripts(&mut self, reference: &ComponentRef) {
-        reference.parts.iter().flat_map(|part| &part.subscripts).for_each(|e| self.expr(e));
-    }
-
-    fn arguments(&mut self, arguments: &Arguments) {
-        match arguments {
-            Arguments::List { positional, named } => {
-                positional.iter().chain(named.iter().map(|(_, e)| e)).for_each(|e| self.expr(e));
-            }
-            Arguments::Reduction(body, iterators) => {
-                self.expr(body);
-                self.iterators(iterators);
-            }
-        }
-    }
-
-    fn iterators(&mut self, iterators: &[Iterator]) {
-        iterators.iter().filter_map(|i| i.range.as_ref()).for_each(|e| self.expr(e));
-    }
-
-    fn expr(&mut self, expr: &Expr) {
-        match &expr.kind {
-            ExprKind::Ref(reference) => self.reference(reference),
-            ExprKind::Call(function, arguments) => {
-                self.reference(function);
-                self.arguments(arguments);
-            }
-            ExprKind::Unary(_, a) | ExprKind::Field(a, _) => self.expr(a),
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::If(branches, otherwise) => {
-                branches.iter().flat_map(|(c, v)| [c, v]).for_each(|e| self.expr(e));
-                self.expr(otherwise);
-            }
-            ExprKind::Range(a, step, b) => {
-                self.expr(a);
-                step.iter().for_each(|e| self.expr(e));
-                self.expr(b);
-            }
-            ExprKind::ArrayFor(body, iterators) => {
-                self.expr(body);
-                self.iterators(iterators);
-            }
-            ExprKind::Array(items) => items.iter().for_each(|e| self.expr(e)),
-            ExprKind::Matrix(rows) => rows.iter().flatten().for_each(|e| self.expr(e)),
-            ExprKind::Tuple(items) => items.iter().flatten().for_each(|e| self.expr(e)),
-            ExprKind::Integer(_)
-            | ExprKind::Real(_)
-            | ExprKind::Text(_)
-            | ExprKind::Boolean(_)
-            | ExprKind::Colon
-            | ExprKind::End => {}
-        }
-    }
-
-    fn equation(&mut self, equation: &Equation) {
-        match &equation.kind {
-            EquationKind::Equal(a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            EquationKind::Connect(a, b) => {
-                self.reference(a);
-                self.reference(b);
-            }
-            EquationKind::For(iterators, body) => {
-                self.iterators(iterators);
-                body.iter().for_each(|e| self.equation(e));
-            }
-            EquationKind::If(branches) => {
-                for (condition, body) in branches {
-                    condition.iter().for_each(|e| self.expr(e));
-                    body.iter().for_each(|e| self.equation(e));
-                }
-            }
-            EquationKind::When(branches) => {
-                for (condition, body) in branches {
-                    self.expr(condition);
-                    body.iter().for_each(|e| self.equation(e));
-                }
-            }
-            EquationKind::Call(function, arguments) => {
-                self.reference(function);
-                self.arguments(arguments);
-            }
-        }
-    }
-
-    fn statement(&mut self, statement: &Statement) {
-        match &statement.kind {
-            StatementKind::Assign(target, value) => {
-                if let (false, Some(first)) = (target.global, target.parts.first()) {
-                    self.uses.entry(first.name.name.clone()).or_default().set += 1;
-                }
-                self.subscripts(target);
-                self.expr(value);
-            }
-            StatementKind::AssignTuple(targets, function, arguments) => {
+            match role {
+                Role::Assigned => self.uses.entry(first.name.name.clone()).or_default().set += 1,
                 // Of several results some are often taken only because of their place.
-                targets.iter().flatten().for_each(|target| self.reference(target));
-                self.reference(function);
-                self.arguments(arguments);
+                _ => self.read(&first.name.name),
             }
-            StatementKind::Call(function, arguments) => {
-                self.reference(function);
-                self.arguments(arguments);
-            }
-            StatementKind::If(branches) => {
-                for (condition, body) in branches {
-                    condition.iter().for_each(|e| self.expr(e));
-                    self.statements(body);
-                }
-            }
-            StatementKind::For(iterators, body) => {
-                self.iterators(iterators);
-                self.statements(body);
-            }
-            StatementKind::While(condition, body) => {
-                self.expr(condition);
-                self.statements(body);
-            }
-            StatementKind::When(branches) => {
-                for (condition, body) in branches {
-                    self.expr(condition);
-                    self.statements(body);
-                }
-            }
-            StatementKind::Break | StatementKind::Return => {}
         }
-    }
-
-    fn statements(&mut self, statements: &[Statement]) {
-        statements.iter().for_each(|statement| self.statement(statement));
+        walk_reference(self, reference);
     }
 }

@@ -1,0 +1,166 @@
+//! The values of loop variables, and ranges as subscripts.
+//!
+//! Evenly spaced whole numbers stay a start, a distance and a number, so a loop is not run through; all else is a list of
+//! values.  How many values there are must be known at translation (Modelica 3.6, sections 10.4.3 and 11.2.2).
+
+use hyd_instance::{Resolved, ScalarType, Value};
+use hyd_source::Code;
+use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, Iterator};
+
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::index::Affine;
+use crate::lower::Typed;
+
+/// The values of a loop variable.
+pub(crate) enum Range {
+    /// Evenly spaced whole numbers.
+    Steps {
+        /// First value.
+        start: Affine,
+        /// Distance.
+        step: i64,
+        /// How many.
+        count: usize,
+    },
+    /// Any other values known at translation.
+    Values(Vec<Value>),
+    /// The elements of an array inside a function.
+    Nodes(Vec<Typed>),
+}
+
+impl Range {
+    /// Number of values.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Range::Steps { count, .. } => *count,
+            Range::Values(values) => values.len(),
+            Range::Nodes(values) => values.len(),
+        }
+    }
+}
+
+/// Most values of a range.
+const MAX_STEPS: i128 = 1 << 27;
+
+impl Flattener<'_, '_> {
+    /// The values of a loop variable.
+    pub(crate) fn range(&mut self, iterator: &Iterator, cx: &mut Context) -> Result<Range, Fail> {
+        let Some(range) = &iterator.range else {
+            let message = format!("the range of `{}` must be written", iterator.name.name);
+            return Err(self.error(Code::NotStructural, iterator.name.span, message));
+        };
+        if let ExprKind::Range(start, step, stop) = &range.kind {
+            return self.steps_of(start, step.as_deref(), stop, cx);
+        }
+        if self.mentions_counter(range, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        if cx.depth > 0 && self.mentions_local(range, cx) {
+            return Ok(Range::Nodes(self.elements_of(range, cx)?));
+        }
+        let (env, _) = cx.env();
+        Ok(match self.tree.evaluate(range, cx.scope, &env)? {
+            Value::Array(values) => Range::Values(values),
+            single => Range::Values(vec![single]),
+        })
+    }
+
+    /// A range of Real values inside a function, whose ends may be variables of the function that are known here.
+    fn real_steps(&mut self, parts: [&Expr; 3], stepped: bool, cx: &mut Context) -> Result<Range, Fail> {
+        let mut values = [0.0, 1.0, 0.0];
+        for (k, part) in parts.into_iter().enumerate() {
+            if k == 1 && !stepped {
+                continue;
+            }
+            let node = self.lower(part, cx, &[])?.node;
+            match self.model.templates.arena.as_constant(node) {
+                Some(value) => values[k] = value,
+                None => return self.opaque(part.span),
+            }
+        }
+        let [start, step, stop] = values;
+        let count = ((stop - start) / step + 1e-10).floor() + 1.0;
+        if !(count.is_finite() && count < 1e6) {
+            return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
+        }
+        Ok(Range::Values((0..count.max(0.0) as usize).map(|k| Value::Real(start + step * k as f64)).collect()))
+    }
+
+    /// True for ends of ranges of Real, Boolean or enumeration values.
+    fn is_no_integer(&mut self, part: &Expr, cx: &Context) -> bool {
+        match &part.kind {
+            ExprKind::Real(_) | ExprKind::Boolean(_) => true,
+            ExprKind::Ref(reference) if cx.local(&reference.parts[0].name.name).is_none() => {
+                let mark = self.tree.table.diagnostics.len();
+                let found = self.tree.resolve(cx.scope, reference);
+                self.tree.table.diagnostics.truncate(mark);
+                match found {
+                    Ok(Resolved::Literal(..)) => true,
+                    Ok(Resolved::Variable(steps)) => {
+                        let last = &self.tree.instances[steps[steps.len() - 1].0];
+                        last.primitive.as_ref().is_some_and(|p| !matches!(p.scalar, ScalarType::Integer))
+                    }
+                    _ => false,
+                }
+            }
+            ExprKind::Unary(_, a) => self.is_no_integer(a, cx),
+            ExprKind::Binary(op, a, b) => {
+                *op == BinaryOp::Div || self.is_no_integer(a, cx) || self.is_no_integer(b, cx)
+            }
+            _ => false,
+        }
+    }
+
+    pub(crate) fn steps_of(
+        &mut self,
+        start: &Expr,
+        step: Option<&Expr>,
+        stop: &Expr,
+        cx: &mut Context,
+    ) -> Result<Range, Fail> {
+        let (env, _) = cx.env();
+        let mut parts = [Some(start), step, Some(stop)].into_iter().flatten();
+        if cx.depth > 0 && parts.clone().any(|part| matches!(part.kind, ExprKind::Real(_))) {
+            return self.real_steps([start, step.unwrap_or(start), stop], step.is_some(), cx);
+        }
+        if parts.any(|part| self.is_no_integer(part, cx)) {
+            let whole = Expr {
+                kind: ExprKind::Range(
+                    Box::new(start.clone()),
+                    step.map(|s| Box::new(s.clone())),
+                    Box::new(stop.clone()),
+                ),
+                span: start.span.to(stop.span),
+            };
+            return match self.tree.evaluate(&whole, cx.scope, &env)? {
+                Value::Array(values) => Ok(Range::Values(values)),
+                single => Ok(Range::Values(vec![single])),
+            };
+        }
+        let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
+        let step = match step {
+            Some(step) => self.affine(step, cx)?.as_constant().filter(|s| *s != 0).ok_or(Fail::NeedsExpansion)?,
+            None => 1,
+        };
+        let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
+        let count = (i128::from(distance).div_euclid(i128::from(step)) + 1).max(0);
+        let count = if distance != 0 && (distance > 0) != (step > 0) { 0 } else { count };
+        if count > MAX_STEPS {
+            let message = format!("this range has {count} values; at most {MAX_STEPS} are possible");
+            return Err(self.error(Code::Limit, start.span.to(stop.span), message));
+        }
+        let count = count as usize;
+        Ok(Range::Steps { start: first, step, count })
+    }
+
+    /// True if a variable of a function occurs.
+    fn mentions_local(&self, expr: &Expr, cx: &Context) -> bool {
+        crate::walk::any_ref(expr, &mut |reference| {
+            matches!(
+                cx.local(&reference.parts[0].name.name),
+                Some(Local::Node(_) | Local::Array(..) | Local::Record(_))
+            )
+        })
+    }
+}
