@@ -10,7 +10,9 @@ use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
 
 use crate::algebra::Algebra;
-use crate::explain::{counted, explain_parts, list_names, mark_equations, mark_variables, smallest_over, variable_of};
+use crate::explain::{
+    counted, explain_parts, list_names, mark_equations, mark_variables, name_components, smallest_over, variable_of,
+};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::sorted::EqId;
 use crate::system::{EquationSystem, Reduction, Role};
@@ -112,7 +114,8 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
     let mut by_value = unknowns.clone();
     by_value.targets = hyd_index::IndexVec::from_vec(values);
-    explain_parts(Diagnostic::error(code, message), system, pattern, &by_value, matching)
+    let diagnostic = name_components(Diagnostic::error(code, message), system);
+    explain_parts(diagnostic, system, pattern, &by_value, matching)
 }
 
 fn constraints(rates: &Pattern, matching: &Matching) -> Constraints {

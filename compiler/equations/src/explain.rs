@@ -189,7 +189,7 @@ pub(crate) fn explain_under(
         first.columns.dedup();
         diagnostic = diagnostic.help(under_sentence(system, unknowns, &first, &[]));
         diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, &first));
-        diagnostic = diagnostic.maybe_help(component_of(system, unknowns, &first));
+        diagnostic = under_component(diagnostic, system, unknowns, &first);
     }
     parts.sort_by_key(|part| part.columns.len());
     let mut seen: Vec<EqId> = Vec::new();
@@ -202,9 +202,62 @@ pub(crate) fn explain_under(
         diagnostic = mark_equations(diagnostic, system, &equations);
         diagnostic = diagnostic.help(under_sentence(system, unknowns, part, &equations));
         diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, part));
-        diagnostic = diagnostic.maybe_help(component_of(system, unknowns, part));
+        diagnostic = under_component(diagnostic, system, unknowns, part);
         seen.extend(equations);
         shown += 1;
+    }
+    diagnostic
+}
+
+/// Says what a part that is under-determined lacks: the value of an input, or else an equation of the component around it.
+fn under_component(
+    mut diagnostic: Diagnostic,
+    system: &EquationSystem,
+    unknowns: &Unknowns,
+    part: &Part,
+) -> Diagnostic {
+    let variables = part_variables(unknowns, part);
+    let open = |v: &&VarId| system.flat.open_inputs.contains(&system.flat.locate(**v).0);
+    let inputs: Vec<VarId> = variables.iter().filter(open).copied().collect();
+    if !inputs.is_empty() {
+        let names = list_names(inputs.iter().map(|&v| system.flat.var_name(v)));
+        let (is, them) = if inputs.len() == 1 { ("is an input", "it") } else { ("are inputs", "them") };
+        return diagnostic
+            .help(format!("{names} {is} that nothing is connected to: connect {them}, or give {them} a value"));
+    }
+    if system.flat.imbalances.iter().all(|fault| fault.component.is_empty()) {
+        diagnostic = diagnostic.maybe_help(component_of(system, unknowns, part));
+    }
+    diagnostic
+}
+
+/// Names the components that bring too many or too few equations, those of one class together.
+pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSystem) -> Diagnostic {
+    let all = &system.flat.imbalances;
+    let mut shown: Vec<(Span, usize, usize)> = Vec::new();
+    for fault in all.iter().filter(|fault| !fault.component.is_empty()) {
+        let key = (fault.declared, fault.needed, fault.given);
+        if shown.contains(&key) || shown.len() == MOST_PARTS {
+            continue;
+        }
+        shown.push(key);
+        let alike: Vec<String> = all
+            .iter()
+            .filter(|other| (other.declared, other.needed, other.given) == key && !other.component.is_empty())
+            .map(|other| other.component.to_string())
+            .collect();
+        let (plural, verb) = if alike.len() == 1 { ("", "brings") } else { ("s", "each bring") };
+        let (number, names) = (fault.given.abs_diff(fault.needed), list_names(alike));
+        let is = if number == 1 { "is" } else { "are" };
+        let fate = if fault.given < fault.needed { "missing" } else { "too many" };
+        let given = counted(fault.given, "equation");
+        diagnostic = diagnostic.with(fault.declared, format!("brings {given}, needs {}", fault.needed));
+        diagnostic = diagnostic.help(format!(
+            "the component{plural} {names} {verb} {given} where {} {} needed: {number} {is} {fate} in `{}`",
+            fault.needed,
+            if fault.needed == 1 { "is" } else { "are" },
+            fault.class,
+        ));
     }
     diagnostic
 }

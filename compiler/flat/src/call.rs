@@ -1,17 +1,15 @@
 //! Calls: operators with special meaning, functions of the language, and the user's own functions (see `function`).
 
-use hyd_instance::{Resolved, ScalarType};
+use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
-use hyd_symbolic::{Function, Node, Relation};
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator};
+use hyd_symbolic::{Function, Node};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind};
 
 use crate::array::ARRAY_FUNCTIONS;
-use crate::context::{Context, Fail, Local};
+use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
-use crate::fold::Fold;
-use crate::index::{Affine, Kind};
+use crate::index::Affine;
 use crate::lower::Typed;
-use crate::range::Range;
 
 /// Operators and functions of Modelica that this profile does not read yet or not at all.
 const OUTSIDE: &[(&str, &str)] = &[
@@ -61,7 +59,7 @@ pub(crate) fn is_predefined(name: &str) -> bool {
         || OUTSIDE.iter().any(|(n, _)| *n == name)
 }
 
-fn simple_name(function: &ComponentRef) -> Option<&str> {
+pub(crate) fn simple_name(function: &ComponentRef) -> Option<&str> {
     match function.parts.as_slice() {
         [only] if !function.global => Some(&only.name.name),
         _ => None,
@@ -186,138 +184,6 @@ impl Flattener<'_, '_> {
         })
     }
 
-    fn without_events(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
-        let before = std::mem::replace(&mut cx.no_event, true);
-        let result = self.lower(expr, cx, index);
-        cx.no_event = before;
-        result
-    }
-
-    fn lower_der(&mut self, span: Span, list: &[Expr], cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
-        self.expect_arguments(span, "der", list, 1)?;
-        if cx.depth > 0 {
-            return Err(self.error(Code::Misplaced, span, "`der` is not allowed inside a function"));
-        }
-        let ExprKind::Ref(reference) = &list[0].kind else {
-            let always = std::mem::replace(&mut cx.may_add_variables, false);
-            let result = self.lower_der_of_expression(&list[0], cx, index);
-            cx.may_add_variables = always;
-            return result;
-        };
-        match self.tree.resolve(cx.scope, reference)? {
-            Resolved::Variable(steps) => {
-                let last = steps[steps.len() - 1].0;
-                if self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter {
-                    return Ok(self.literal(0.0, ScalarType::Real));
-                }
-                self.lower_variable(span, &steps, Kind::Der, cx, index)
-            }
-            _ => Err(self.error(Code::BadArguments, span, "`der` needs a variable")),
-        }
-    }
-
-    /// `der(expression)`: the chain rule over its variables.
-    fn lower_der_of_expression(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
-        let value = self.lower(expr, cx, index)?;
-        let mut rates = Vec::new();
-        for slot in hyd_symbolic::slots(&self.model.templates.arena, &[value.node]) {
-            let key = self.slots.keys[slot.0 as usize].clone();
-            let rate = match key {
-                crate::index::SlotKey::Variable(Kind::Var, v, offset) if self.varies(v) => {
-                    let rate = self.slots.slot(crate::index::SlotKey::Variable(Kind::Der, v, offset));
-                    self.model.templates.arena.slot(rate)
-                }
-                _ => self.model.templates.arena.constant(0.0),
-            };
-            rates.push((slot, rate));
-        }
-        let one = self.model.templates.arena.constant(1.0);
-        let zero = self.model.templates.arena.constant(0.0);
-        let seed = |leaf: Node| match leaf {
-            Node::Time => Some(one),
-            Node::Slot(slot) => Some(rates.iter().find(|(s, _)| *s == slot).map_or(zero, |(_, r)| *r)),
-            _ => None,
-        };
-        Ok(Typed::real(hyd_symbolic::tangent(&mut self.model.templates.arena, value.node, seed)))
-    }
-
-    /// True for a continuous variable.
-    pub(crate) fn varies(&self, v: crate::model::VarId) -> bool {
-        let (block, _) = self.model.locate(v);
-        self.model.variables[block].variability == hyd_system::Variability::Continuous
-    }
-
-    fn lower_pre(&mut self, span: Span, list: &[Expr], cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
-        self.expect_arguments(span, "pre", list, 1)?;
-        let ExprKind::Ref(reference) = &list[0].kind else {
-            return Err(self.error(Code::BadArguments, span, "`pre` needs a variable"));
-        };
-        match self.tree.resolve(cx.scope, reference)? {
-            Resolved::Variable(steps) => {
-                let last = steps[steps.len() - 1].0;
-                let variability = self.tree.instances[last].variability;
-                if variability <= hyd_syntax::tree::Variability::Parameter {
-                    return self.lower_variable(span, &steps, Kind::Var, cx, index);
-                }
-                if variability == hyd_syntax::tree::Variability::Continuous && !cx.in_when {
-                    let message = format!(
-                        "`pre` of the continuous variable `{}` is allowed only inside `when`",
-                        self.tree.instances[last].name
-                    );
-                    return Err(self.error(Code::Misplaced, span, message));
-                }
-                self.lower_variable(span, &steps, Kind::Pre, cx, index)
-            }
-            _ => Err(self.error(Code::BadArguments, span, "`pre` needs a variable")),
-        }
-    }
-
-    /// `edge(b)` is `b and not pre(b)`, `change(v)` is `v <> pre(v)`.
-    fn lower_edge(
-        &mut self,
-        span: Span,
-        name: &str,
-        list: &[Expr],
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
-        self.expect_arguments(span, name, list, 1)?;
-        let now = self.lower(&list[0], cx, index)?;
-        let before = self.lower_pre(span, list, cx, index)?;
-        let arena = &mut self.model.templates.arena;
-        if name == "change" {
-            return Ok(Typed::boolean(arena.compare(Relation::NotEqual, now.node, before.node)));
-        }
-        let off = arena.not(before.node);
-        let node = arena.and(now.node, off);
-        self.want_boolean(list[0].span, "`edge`", &now)?;
-        Ok(Typed::boolean(node))
-    }
-
-    /// `semiLinear(x, p, n)` is `smooth(0, if x >= 0 then p*x else n*x)`.
-    fn lower_semi_linear(
-        &mut self,
-        span: Span,
-        list: &[Expr],
-        cx: &mut Context,
-        index: &[Affine],
-    ) -> Result<Typed, Fail> {
-        self.expect_arguments(span, "semiLinear", list, 3)?;
-        let mut values = Vec::with_capacity(3);
-        for argument in list {
-            let scalar = self.shape(argument, cx)?.is_empty();
-            let value = self.lower(argument, cx, if scalar { &[] } else { index })?;
-            self.want_number(argument.span, "`semiLinear`", &value)?;
-            values.push(value);
-        }
-        let [x, p, n] = values.as_slice() else { return Err(Fail::Reported) };
-        let arena = &mut self.model.templates.arena;
-        let zero = arena.constant(0.0);
-        let test = arena.compare(Relation::GreaterEqual, x.node, zero);
-        let (up, down) = (arena.mul(p.node, x.node), arena.mul(n.node, x.node));
-        Ok(Typed::real(arena.select(test, up, down)))
-    }
-
     /// Functions whose value is known from their arguments at translation, or whose elements are their argument.
     fn lower_constructor(
         &mut self,
@@ -371,128 +237,6 @@ impl Flattener<'_, '_> {
         let whole = call_expr(span, name, list);
         let value = self.tree.evaluate(&whole, cx.scope, &env)?;
         self.element_of_value(span, &value, index)
-    }
-
-    fn lower_fold(&mut self, name: &str, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
-        let shape = self.shape(array, cx)?;
-        if let (Some(fold), &[total]) = (Fold::by_name(name), shape.as_slice()) {
-            let mut term =
-                |flat: &mut Self, cx: &mut Context, at: &Affine| flat.lower(array, cx, std::slice::from_ref(at));
-            if let Some(long) = self.long_fold(fold, total, (array.span, cx), &mut term)? {
-                return Ok(long);
-            }
-        }
-        let all = self.elements_of(array, cx)?;
-        self.fold(array.span, name, all)
-    }
-
-    fn fold(&mut self, span: Span, name: &str, all: Vec<Typed>) -> Result<Typed, Fail> {
-        for value in &all {
-            self.want_number(span, "this reduction", value)?;
-        }
-        if name == "sum" {
-            return Ok(self.sum(all));
-        }
-        let integer = all.iter().all(|v| matches!(v.scalar, ScalarType::Integer));
-        let scalar = if integer { ScalarType::Integer } else { ScalarType::Real };
-        let mut result = None;
-        for value in all {
-            let arena = &mut self.model.templates.arena;
-            result = Some(match result {
-                None => value.node,
-                Some(before) => match name {
-                    "product" => arena.mul(before, value.node),
-                    "min" => arena.call2(Function::Min, before, value.node),
-                    _ => arena.call2(Function::Max, before, value.node),
-                },
-            });
-        }
-        match result {
-            Some(node) => Ok(Typed { node, scalar }),
-            None if name == "product" => Ok(self.literal(1.0, ScalarType::Integer)),
-            None => Err(self.error(Code::ArrayShape, span, format!("`{name}` of an empty array has no value"))),
-        }
-    }
-
-    fn lower_reduction(
-        &mut self,
-        span: Span,
-        function: &ComponentRef,
-        body: &Expr,
-        iterators: &[Iterator],
-        cx: &mut Context,
-    ) -> Result<Typed, Fail> {
-        let Some(name @ ("sum" | "product" | "min" | "max")) = simple_name(function) else {
-            return Err(self.error(
-                Code::BadArguments,
-                span,
-                "only sum, product, min and max take `... for ... in ...`",
-            ));
-        };
-        if let Some(long) = self.long_reduction(span, name, body, iterators, cx)? {
-            return Ok(long);
-        }
-        let mark = cx.names.len();
-        let mut all = Vec::new();
-        let result = self.collect_terms(body, iterators, cx, &mut all);
-        cx.names.truncate(mark);
-        result?;
-        self.fold(span, name, all)
-    }
-
-    /// A reduction over one long range of numbers.
-    fn long_reduction(
-        &mut self,
-        span: Span,
-        name: &str,
-        body: &Expr,
-        iterators: &[Iterator],
-        cx: &mut Context,
-    ) -> Result<Option<Typed>, Fail> {
-        let ([iterator], Some(fold)) = (iterators, Fold::by_name(name)) else { return Ok(None) };
-        let range = self.range(iterator, cx)?;
-        let Range::Steps { start, step, .. } = &range else { return Ok(None) };
-        let mut term = |flat: &mut Self, cx: &mut Context, at: &Affine| {
-            let value = start.add_scaled(at, *step).ok_or(Fail::NeedsExpansion)?;
-            cx.names.push((iterator.name.name.clone(), Local::Index(value)));
-            let result = flat.lower(body, cx, &[]);
-            cx.names.pop();
-            result
-        };
-        self.long_fold(fold, range.count(), (span, cx), &mut term)
-    }
-
-    fn collect_terms(
-        &mut self,
-        body: &Expr,
-        iterators: &[Iterator],
-        cx: &mut Context,
-        all: &mut Vec<Typed>,
-    ) -> Result<(), Fail> {
-        let Some((iterator, rest)) = iterators.split_first() else {
-            all.push(self.lower(body, cx, &[])?);
-            return Ok(());
-        };
-        let range = self.range(iterator, cx)?;
-        if range.count() > crate::lower::MAX_TERMS {
-            let message = format!("more than {} terms", crate::lower::MAX_TERMS);
-            return Err(self.error(Code::Limit, body.span, message));
-        }
-        for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    let value = start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?;
-                    crate::context::Local::Index(value)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                Range::Nodes(values) => crate::context::Local::Node(values[k].clone()),
-            };
-            cx.names.push((iterator.name.name.clone(), local));
-            let result = self.collect_terms(body, rest, cx, all);
-            cx.names.pop();
-            result?;
-        }
-        Ok(())
     }
 
     fn lower_builtin(

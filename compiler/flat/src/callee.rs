@@ -224,15 +224,20 @@ impl Flattener<'_, '_> {
         }
         let mut defaults = callee.context(cx);
         let mut values = Vec::with_capacity(inputs.len());
+        let mut spans = Vec::with_capacity(inputs.len());
         for (k, input) in inputs.iter().enumerate() {
             let by_name = || named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e);
             let (local, outer) = match (positional.get(k).or_else(by_name), &input.modification.binding) {
                 (Some(expr), _) => {
                     let local = self.local_value(expr, cx)?;
                     let outer = self.check_argument(expr, input, &local)?;
+                    spans.push(Some(expr.span));
                     (local, outer)
                 }
-                (None, Some(default)) => (self.local_value(&default.clone(), &mut defaults)?, Vec::new()),
+                (None, Some(default)) => {
+                    spans.push(None);
+                    (self.local_value(&default.clone(), &mut defaults)?, Vec::new())
+                }
                 (None, None) => {
                     let message = format!("the input `{}` has no value", input.name.name);
                     return Err(self.error(Code::BadArguments, span, message));
@@ -241,7 +246,39 @@ impl Flattener<'_, '_> {
             defaults.names.push((input.name.name.clone(), local.clone()));
             values.push(Argument { local, outer });
         }
+        for ((input, value), span) in inputs.iter().zip(&values).zip(spans) {
+            if let Some(span) = span {
+                self.check_sizes_of_input(span, input, value, &mut defaults)?;
+            }
+        }
         Ok(values)
+    }
+
+    /// The sizes that an input declares, where they are known here.
+    fn check_sizes_of_input(
+        &mut self,
+        span: Span,
+        input: &Component,
+        value: &Argument,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let Local::Array(_, shape) = &value.local else { return Ok(()) };
+        let own = &shape[value.outer.len()..];
+        for (dim, &size) in input.dims.iter().zip(own) {
+            if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
+                continue;
+            }
+            let mark = self.tree.table.diagnostics.len();
+            let known = self.affine(dim, cx).ok().and_then(|affine| affine.as_constant());
+            self.tree.table.diagnostics.truncate(mark);
+            if let Some(wanted) = known.filter(|&wanted| wanted != size as i64) {
+                let name = &input.name.name;
+                let message = format!("the input `{name}` has the size {wanted} here, but this has {size}");
+                self.report(Diagnostic::error(Code::ArrayShape, message).at(span, "").with(dim.span, "declared here"));
+                return Err(Fail::Reported);
+            }
+        }
+        Ok(())
     }
 
     /// Rank and type of an argument against the declaration of the input.  An array more than is declared asks for

@@ -60,6 +60,19 @@ impl Connections {
         self.size[a as usize] += self.size[b as usize];
     }
 
+    /// How many elements of a connector are connected at a face, and how many there are; `None` if no connect knows it.
+    pub(crate) fn joined(&mut self, inst: InstId, face: u32) -> Option<(i64, i64)> {
+        let base = *self.base.get(&inst)?;
+        let next = self.order.iter().map(|(_, base)| *base).filter(|&b| b > base).min();
+        let end = next.unwrap_or(self.elements);
+        let mut joined = 0;
+        for element in base..end {
+            let root = self.find(2 * element + face);
+            joined += i64::from(self.size[root as usize] > 1);
+        }
+        Some((joined, i64::from(end - base)))
+    }
+
     fn register(&mut self, inst: InstId, count: u32) -> u32 {
         if let Some(&base) = self.base.get(&inst) {
             return base;
@@ -324,12 +337,18 @@ impl Flattener<'_, '_> {
             let count = self.own_count(leaf.inst, order[connector].0);
             for k in 0..count {
                 let mut variables = Vec::with_capacity(set.len());
+                let mut same_leaves = Vec::with_capacity(set.len());
                 for &face in set {
                     let other = owner[(face / 2) as usize] as usize;
                     let Some(same) = leaves[other].iter().find(|l| l.path == leaf.path) else { continue };
                     let element = face / 2 - order[other].1;
                     let base = self.model.variables[self.blocks[&same.inst]].first.0;
+                    let joined_at = self.connections.span[face as usize].unwrap_or(span);
+                    same_leaves.push((same.inst, face % 2 == OUTSIDE, joined_at));
                     variables.push((VarId(base + element * count as u32 + k as u32), face % 2 == OUTSIDE));
+                }
+                if !leaf.flow && self.has_two_sources(&same_leaves, &variables) {
+                    continue;
                 }
                 if leaf.flow {
                     self.flow_sum(&variables, span, groups);

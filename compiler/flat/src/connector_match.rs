@@ -1,12 +1,14 @@
 //! Whether the two sides of a `connect` fit: sizes, and elements with name, flow or potential, type and sizes
-//! (Modelica 3.6, section 9.3).
+//! (Modelica 3.6, section 9.3); and whether a connected input has one source.
 
+use hyd_instance::InstId;
 use hyd_source::{Code, Diagnostic, Span};
-use hyd_syntax::tree::ComponentRef;
+use hyd_syntax::tree::{ClassKind, ComponentRef, Direction};
 
 use crate::connect::{Leaf, Side};
 use crate::context::Fail;
 use crate::flatten::Flattener;
+use crate::model::VarId;
 
 impl Flattener<'_, '_> {
     pub(crate) fn check_connectors(
@@ -107,5 +109,55 @@ impl Flattener<'_, '_> {
             }
         }
         None
+    }
+
+    /// Reports a set of connected inputs and outputs with more than one source: an output seen from outside its component, or
+    /// a public input seen from inside (Modelica 3.6, section 9.3).  With each variable: whether it shows its outside face, and the connect.
+    pub(crate) fn has_two_sources(&mut self, leaves: &[(InstId, bool, Span)], variables: &[(VarId, bool)]) -> bool {
+        let mut sources = Vec::new();
+        let mut taken = Vec::new();
+        for (&(leaf, outside, at), &(v, _)) in leaves.iter().zip(variables) {
+            match self.direction_of(leaf) {
+                Some(Direction::Output) if !outside => sources.push((v, leaf, at)),
+                Some(Direction::Input) if outside && !self.tree.instances[leaf].protected => {
+                    sources.push((v, leaf, at))
+                }
+                Some(_) => taken.push(v),
+                None => {}
+            }
+        }
+        let Some(span) = sources.iter().skip(1).map(|&(.., at)| at).max_by_key(|at| (at.file, at.start)) else {
+            return false;
+        };
+        let names: Vec<String> = sources.iter().map(|&(v, ..)| format!("`{}`", self.model.var_name(v))).collect();
+        let number = names.len();
+        let names = names.join(", ");
+        let message = match taken.first() {
+            Some(&v) => {
+                format!("`{}` takes one value, but {number} are connected to it: {names}", self.model.var_name(v))
+            }
+            None => format!("{number} sources are connected to each other: {names}"),
+        };
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "");
+        for (_, leaf, _) in sources {
+            let declared = self.tree.instances[leaf].span;
+            if diagnostic.labels.iter().all(|label| label.span != declared) {
+                diagnostic = diagnostic.with(declared, "gives a value");
+            }
+        }
+        self.report(diagnostic.help("an output may go to several inputs, but an input takes one output"));
+        true
+    }
+
+    /// `input` or `output` of a variable in a connector, its own or that of what it is part of.
+    fn direction_of(&self, leaf: InstId) -> Option<Direction> {
+        let mut at = leaf;
+        loop {
+            let instance = &self.tree.instances[at];
+            if instance.direction.is_some() {
+                return instance.direction;
+            }
+            at = instance.parent.filter(|&p| self.tree.instances[p].kind == ClassKind::Connector)?;
+        }
     }
 }

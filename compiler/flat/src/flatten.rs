@@ -107,9 +107,12 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         flattener.attributes(inst);
         flattener.bind(inst);
     }
+    let bindings = flattener.model.equations.len();
     flattener.sections(root);
     flattener.check_injections();
+    let sections = flattener.model.equations.len();
     flattener.connect_all();
+    flattener.balance_components(bindings, sections);
     flattener.check_discrete_time();
     flattener.settle();
     flattener.model

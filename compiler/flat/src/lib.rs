@@ -14,6 +14,7 @@ mod branch;
 mod call;
 mod callee;
 mod callee_names;
+mod component_balance;
 mod connect;
 mod connector_match;
 mod context;
@@ -30,15 +31,18 @@ mod inject;
 mod jump;
 mod lower;
 pub mod model;
+mod operator;
 mod print;
 mod range;
 mod record;
+mod reduction;
 mod reference;
 mod rename;
 mod run_decided;
 mod sample;
 mod section;
 mod shape;
+mod sides;
 mod statement;
 mod substitute;
 mod text;
@@ -52,7 +56,7 @@ mod when_body;
 pub use flatten::{flatten, flatten_with};
 pub use inject::{Injection, TermShape};
 pub use model::{
-    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Message, MessagePart, Operand, PerElement,
-    Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
+    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart, Operand,
+    PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
 };
 pub use verify::verify;

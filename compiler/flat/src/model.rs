@@ -274,6 +274,21 @@ pub struct UnitClaim {
     pub unit: Arc<str>,
 }
 
+/// A component that does not bring the equations it must (Modelica 3.6, section 4.7).
+#[derive(Clone, PartialEq, Debug)]
+pub struct Imbalance {
+    /// Its path; empty for the model itself.
+    pub component: Arc<str>,
+    /// Name of its class.
+    pub class: Arc<str>,
+    /// Where the class is declared.
+    pub declared: Span,
+    /// Equations that one such component must bring.
+    pub needed: usize,
+    /// Equations it brings.
+    pub given: usize,
+}
+
 /// Delay sites that were made together: site `first + k` delays element `k` of the source.
 ///
 /// The value obeys `value = delayed(source)` while the model runs and `value = source` at the start (Modelica 3.6,
@@ -361,6 +376,10 @@ pub struct FlatModel {
     pub injectable: Vec<u32>,
     /// Values that are set for a run where declarations say otherwise; they stay data, but nothing is divided by one that is zero.
     pub given: Vec<(VarId, f64)>,
+    /// Components that bring too many or too few equations, where the model has too many or too few.
+    pub imbalances: Vec<Imbalance>,
+    /// Inputs of components that are neither connected nor given a value in their declaration; known where numbers differ.
+    pub open_inputs: Vec<BlockId>,
 }
 
 impl FlatModel {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hyd_instance::record::{Field, field};
 use hyd_instance::{ScalarType, Scope, Value};
-use hyd_source::{Code, Diagnostic, Origin, Reported, Span};
+use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Name, Variability,
@@ -142,6 +142,9 @@ impl Flattener<'_, '_> {
             cx.may_add_variables = !initial;
             let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
             flat.check_sides(equation, left, right, &a, &b)?;
+            if !initial {
+                flat.check_determines(equation, [left, right], [&a, &b], cx)?;
+            }
             let section = flat.section_of(&a, initial);
             flat.emit_equal(section, (a.node, b.node), cx, &index, &origin)?;
             if !initial && (section == Section::Discrete || flat.is_discrete(&a)) {
@@ -280,65 +283,6 @@ impl Flattener<'_, '_> {
                 Section::Continuous
             }
             _ => Section::Discrete,
-        }
-    }
-
-    pub(crate) fn check_sides(
-        &mut self,
-        equation: &Equation,
-        left: &Expr,
-        right: &Expr,
-        a: &Typed,
-        b: &Typed,
-    ) -> Result<(), Fail> {
-        let constant = |flat: &Self, t: &Typed| flat.model.templates.arena.as_constant(t.node).is_some();
-        let fits = a.scalar == b.scalar
-            || a.is_number() && b.is_number() && {
-                // An Integer variable cannot equal a Real expression.
-                let integer_left = matches!(a.scalar, ScalarType::Integer) && !constant(self, a);
-                let integer_right = matches!(b.scalar, ScalarType::Integer) && !constant(self, b);
-                let variable = |e: &Expr| matches!(e.kind, ExprKind::Ref(_));
-                let taken = integer_left && variable(left) && self.is_discrete_ref(a)
-                    || integer_right
-                        && variable(right)
-                        && self.is_discrete_ref(b)
-                        && !self.changes_between_events(a.node);
-                !taken
-            };
-        if fits {
-            return Ok(());
-        }
-        let message =
-            format!("the sides of this equation have different types: {} and {}", a.scalar.name(), b.scalar.name());
-        self.report(
-            Diagnostic::error(Code::TypeMismatch, message)
-                .at(equation.span, "")
-                .with(left.span, format!("this is {}", a.scalar.name()))
-                .with(right.span, format!("this is {}", b.scalar.name())),
-        );
-        Err(Fail::Reported)
-    }
-
-    /// True if the node is a plain slot of a discrete variable (not of a parameter or a loop variable).
-    pub(crate) fn is_discrete_ref(&self, typed: &Typed) -> bool {
-        let hyd_symbolic::Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
-        match &self.slots.keys[slot.0 as usize] {
-            crate::index::SlotKey::Variable(_, v, _) => {
-                let (block, _) = self.model.locate(*v);
-                self.model.variables[block].variability >= hyd_system::Variability::Discrete
-            }
-            crate::index::SlotKey::Number(_) | crate::index::SlotKey::Quantity(_) => false,
-        }
-    }
-
-    /// True for a variable that is discrete as far as its declaration says.
-    fn is_discrete(&self, typed: &Typed) -> bool {
-        let hyd_symbolic::Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
-        match &self.slots.keys[slot.0 as usize] {
-            crate::index::SlotKey::Variable(crate::index::Kind::Var, v, _) => {
-                self.model.variables[self.model.locate(*v).0].variability == hyd_system::Variability::Discrete
-            }
-            _ => false,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
 //! last name.
 
-use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Severity, Span, did_you_mean};
 use hyd_syntax::tree::{Ident, Name};
 
 use crate::build::InstanceTree;
@@ -125,6 +125,11 @@ impl InstanceTree<'_> {
         let mut names = self.names_from(scope);
         let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
+        let said = |d: &Diagnostic| d.severity == Severity::Error && d.code == Code::UnknownClass;
+        let failed = around.is_some_and(|from| self.table.import_failed(from, &Name::from(name)));
+        if failed && self.table.diagnostics.iter().any(said) {
+            return;
+        }
         let visible = |table: &ClassTable<'_>, class: ClassId| {
             table.class(class).parent.filter(|_| !table.class(class).def.encapsulated)
         };

@@ -28,6 +28,8 @@ pub(crate) struct Builder<'t> {
     pub(crate) subscripts: usize,
     /// A limit was exceeded: the rest of the text is not looked at.
     pub(crate) gave_up: bool,
+    /// A section lacks its head or a block its end: what follows in the class stands in the wrong place without fault.
+    pub(crate) lost: bool,
     /// Offset of the last `end Name` for each name.
     pub(crate) ends: FxHashMap<&'t str, usize>,
     names: FxHashMap<&'t str, Name>,
@@ -42,6 +44,7 @@ impl<'t> Builder<'t> {
             recovered: false,
             truncated: false,
             gave_up: false,
+            lost: false,
             subscripts: 0,
             ends: FxHashMap::default(),
             names: FxHashMap::default(),

@@ -98,7 +98,9 @@ impl<'t> Builder<'t> {
     ) -> (Vec<T>, Vec<(Span, Modification)>) {
         let mut section = Section { items: Vec::new(), open: Vec::new() };
         let mut annotations = Vec::new();
+        let mut end = self.text.len();
         for node in nodes {
+            end = node.as_span().end();
             if self.gave_up {
                 break;
             }
@@ -140,7 +142,8 @@ impl<'t> Builder<'t> {
             }
         }
         while let Some(block) = section.open.pop() {
-            if !block.broken && !self.gave_up {
+            let silent = block.broken || self.gave_up || self.lost;
+            if !silent && !self.bare_end(end, block.kind, block.head) {
                 self.not_closed(&block);
             }
             self.finish(block, None, None, &mut section);

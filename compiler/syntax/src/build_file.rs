@@ -110,6 +110,7 @@ impl<'t> FileReader<'t> {
             Rule::within => self.within(node),
             Rule::bad_element => self.bad_element(&node),
             Rule::stray_semi => self.builder.stray_semi(&node),
+            Rule::block_end if self.builder.lost => {}
             Rule::block_end => {
                 let span = self.builder.trimmed_span(&node);
                 self.builder.error(span, format!("`{}` closes nothing here", one_line(self.builder.text, span)));
@@ -223,6 +224,9 @@ impl<'t> FileReader<'t> {
             self.open.pop();
             return;
         }
+        if self.builder.misspelt_head(node) || self.builder.lost && !self.builder.begins_class(node) {
+            return;
+        }
         if let Some(name) = self.builder.bad_fragment(node, place).class {
             let span = self.builder.span(node);
             let name = Ident { name: self.builder.name(name), span };
@@ -278,6 +282,9 @@ impl<'t> FileReader<'t> {
     fn component_clause(&mut self, node: &Node<'t>, prefixes: Prefixes, clause: Node<'t>, span: Span) {
         if self.open.is_empty() {
             return self.stray(node);
+        }
+        if self.builder.misspelt_head(node) {
+            return;
         }
         self.builder.recovered = false;
         self.builder.check_terminator(node, "this declaration");
@@ -364,6 +371,10 @@ impl<'t> FileReader<'t> {
         }
         let _ = annotation;
         self.builder.check_terminator(&node, "the end of the class");
+        if name.is_none() && self.builder.lost {
+            return;
+        }
+        self.builder.lost = false;
         let Some(position) = self.find_class(name.as_ref(), span) else { return };
         while self.open.len() > position + 1 {
             let Some(inner) = self.open.pop() else { break };

@@ -16,6 +16,7 @@ mod grammar;
 mod printer;
 mod recovery;
 mod scan;
+mod slips;
 pub mod tree;
 pub mod visit;
 pub mod visit_mut;

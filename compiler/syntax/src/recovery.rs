@@ -247,6 +247,9 @@ impl<'t> Builder<'t> {
     pub(crate) fn bad_fragment(&mut self, node: &Node<'t>, place: Place) -> Opened<'t> {
         let words = self.leading_words(node);
         let opened = self.opened(&words, place);
+        if matches!(place, Place::Equation | Place::Statement) && self.misspelt_head(node) {
+            return opened;
+        }
         if std::mem::take(&mut self.recovered) && opened.block.is_none() && opened.class.is_none() {
             return opened;
         }
