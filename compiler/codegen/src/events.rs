@@ -53,6 +53,13 @@ impl CompiledSystem {
         let changed = self.differs();
         let terminated = self.termination(Point { unknown: y, rate: yp });
         let reinitialised = self.reinitialise(y, yp);
+        // Conditions are judged once relations and discrete variables have settled.
+        if phase == EventPhase::Initial
+            && !changed
+            && let Some(contradiction) = self.memory.contradiction.take()
+        {
+            return Err(contradiction);
+        }
         let layout = &self.shared.lowered.layout;
         let discrete = &self.memory.data[layout.discrete.start as usize..layout.discrete.end as usize];
         if discrete.iter().chain(y.iter()).all(|value| value.is_finite()) {

@@ -167,7 +167,6 @@ impl Layout {
             other => other,
         });
         let discrete = discrete_vars(sorted).into_iter().map(Target::Start);
-        let discrete = discrete.chain(sorted.redundant_starts.iter().map(|&v| Target::Start(v)));
         let wanted: Vec<Target> = targets.chain(operands).chain(unknowns).chain(discrete).collect();
         for target in wanted {
             let Target::Start(v) = target else { continue };

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use hyd_equations::{Plan, SortedSystem};
+use hyd_equations::{Plan, Redundant, SortedSystem, equation_text};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Files};
@@ -106,10 +106,21 @@ pub(crate) struct InitialTransfer {
     pub rates: Vec<Option<Place>>,
     /// Parameters and discrete variables that the initial system determines: from, to.
     pub values: Vec<(Place, u32)>,
-    /// Variables that must have their start values: variable, place, position of the start value.
-    pub checked: Vec<(VarId, Place, u32)>,
+    /// Conditions that follow from others, checked at the start.
+    pub checked: Vec<Checked>,
     /// `homotopy` occurs in the initial system.
     pub homotopy: bool,
+}
+
+/// An initial condition whose sides must agree.
+#[derive(Clone, Debug)]
+pub(crate) struct Checked {
+    /// Index into `Tables::equations`.
+    pub equation: u32,
+    /// The equation as it is written.
+    pub text: String,
+    /// The variable whose fixed start value this is.
+    pub start_of: Option<VarId>,
 }
 
 /// Where the rows of a plan come from.
@@ -330,15 +341,22 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {
         let from = places.get(Target::Var(v)).filter(|place| place.area != Area::Data)?;
         Some((from, layout.value(v)?.index))
     };
+    // No `when` has set a discrete variable yet that the initial system determines: its `pre` has the same value.
+    let before = |(k, &v): (usize, &VarId)| Some((value(&v)?.0, layout.pre.start + k as u32));
+    let values = known.filter_map(value).chain(layout.discrete_vars.iter().enumerate().filter_map(before));
     let unknowns = &sorted.simulation.unknowns;
-    let checked = |&v: &VarId| Some((v, places.get(Target::Var(v))?, layout.start(v)?));
+    let checked = |r: &Redundant| Checked {
+        equation: sorted.system.equations[r.left.equation].block,
+        text: equation_text(&sorted.system, r.left.equation),
+        start_of: r.start_of,
+    };
     InitialTransfer {
         homotopy: uses_homotopy(sorted),
-        checked: sorted.redundant_starts.iter().filter_map(checked).collect(),
+        checked: sorted.redundant.iter().map(checked).collect(),
         guess: sorted.initial.unknowns.iter().map(|u| guess(u.target)).collect(),
         states: unknowns.iter().map(|u| state(u.target)).collect(),
         rates: unknowns.iter().map(rate).collect(),
-        values: known.filter_map(value).collect(),
+        values: values.collect(),
     }
 }
 

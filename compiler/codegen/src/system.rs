@@ -46,6 +46,8 @@ pub(crate) struct Own {
     /// Which candidates are states, per set.
     choices: Vec<Choice>,
     registers: Registers,
+    /// An initial condition that does not hold with the last solution of the initial system.
+    pub contradiction: Option<EvalFailure>,
     /// Present once directions are set.
     pub tangents: Option<Box<TangentMemory>>,
 }
@@ -68,7 +70,8 @@ impl CompiledSystem {
         let events = &shared.lowered.events;
         let pivots = shared.candidates.iter().map(CandidateSet::entries).sum();
         let checks = shared.checks.iter().map(|check| 1 + check.values).sum();
-        let sizes = [layout.held.len(), events.timed.len(), events.reinit_unknowns.len(), checks, pivots];
+        let starts = layout.held.len() + 2 * shared.initial.checked.len();
+        let sizes = [starts, events.timed.len(), events.reinit_unknowns.len(), checks, pivots];
         let memory = Own {
             data,
             work: vec![0.0; work],
@@ -79,6 +82,7 @@ impl CompiledSystem {
             choices: shared.candidates.iter().map(CandidateSet::first_choice).collect(),
             registers: shared.engine.registers(),
             tangents: None,
+            contradiction: None,
         };
         Self { shared, memory }
     }
@@ -172,21 +176,36 @@ impl CompiledSystem {
         }
     }
 
-    /// Fixed start values that follow from others must be what follows.
-    fn check_redundant_starts(&self, z: &[f64]) -> Result<(), EvalFailure> {
-        for &(v, place, start) in &self.shared.initial.checked {
-            let (value, start) = (self.read(place, z), self.memory.data[start as usize]);
-            if (value - start).abs() > SAME_START * value.abs().max(start.abs()).max(1.0) {
-                return Err(EvalFailure {
-                    equation: None,
-                    variable: Some(self.shared.origins.target_name(Target::Var(v))),
-                    reason: format!(
-                        "its fixed start value {start} contradicts the other initial conditions, which give {value}"
-                    ),
-                });
-            }
+    /// Initial conditions that follow from others must hold; the first one that does not.
+    fn violated_condition(&mut self, z: &[f64]) -> Option<EvalFailure> {
+        let shared = self.shared.clone();
+        let checked = &shared.initial.checked;
+        if checked.is_empty() {
+            return None;
         }
-        Ok(())
+        self.run_own(shared.lowered.initial.extra, Point { unknown: z, rate: &[] });
+        let sides = &self.memory.out[shared.lowered.layout.held.len()..];
+        let violated = |side: &[f64]| {
+            let [value, wanted] = [side[0], side[1]];
+            let near = (value - wanted).abs() <= SAME_START * value.abs().max(wanted.abs()).max(1.0);
+            (!near).then_some((value, wanted))
+        };
+        checked.iter().zip(sides.chunks_exact(2)).find_map(|(condition, sides)| {
+            let (left, right) = violated(sides)?;
+            let name = condition.start_of.map(|v| shared.origins.target_name(Target::Var(v)));
+            let reason = match name {
+                Some(_) => {
+                    format!("its fixed start value {right} contradicts the other initial conditions, which give {left}")
+                }
+                None => format!(
+                    "the initial equation `{}` contradicts the other conditions, which give {left} on its left and \
+                     {right} on its right side",
+                    condition.text
+                ),
+            };
+            let equation = Some(condition.equation).filter(|_| name.is_none());
+            Some(EvalFailure { equation, variable: name, reason })
+        })
     }
 
     /// Discrete variables and their `pre` start at their start values.
@@ -304,7 +323,8 @@ impl DaeSystem for CompiledSystem {
         if !y.iter().chain(yp.iter()).all(|value| value.is_finite()) {
             return Err(self.initial_failure(z));
         }
-        self.check_redundant_starts(z)
+        self.memory.contradiction = self.violated_condition(z);
+        Ok(())
     }
 
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {

@@ -155,9 +155,7 @@ pub(crate) fn explain_over(
         if shown == MOST_PARTS || equations.iter().any(|eq| seen.contains(eq)) {
             continue;
         }
-        diagnostic = mark_equations(diagnostic, system, &equations);
-        diagnostic = diagnostic.help(over_sentence(system, unknowns, part, &equations));
-        diagnostic = mark_variables(diagnostic, system, &part_variables(unknowns, part));
+        diagnostic = explain_part(diagnostic, system, pattern, unknowns, part);
         seen.extend(equations);
         shown += 1;
     }
@@ -169,6 +167,20 @@ pub(crate) fn explain_over(
         diagnostic = diagnostic.help(format!("left over as well: {texts}"));
     }
     diagnostic
+}
+
+/// Adds one over-determined set.
+pub(crate) fn explain_part(
+    diagnostic: Diagnostic,
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    part: &Part,
+) -> Diagnostic {
+    let equations = part_equations(pattern, part);
+    let diagnostic = mark_equations(diagnostic, system, &equations);
+    let diagnostic = diagnostic.help(over_sentence(system, unknowns, part, &equations));
+    mark_variables(diagnostic, system, &part_variables(unknowns, part))
 }
 
 /// Adds the unknowns that no equation is left for, then the smallest under-determined sets found.

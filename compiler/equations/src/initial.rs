@@ -16,47 +16,52 @@ use rustc_hash::FxHashMap;
 use crate::algebra::Algebra;
 use crate::bindings::Bindings;
 use crate::discrete::discrete_start_slot;
+use crate::discrete_start::open_discrete;
 use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
-use crate::redundant::redundant_starts;
+use crate::redundant::{Conditions, note_redundant, take_redundant};
 use crate::representative::block_of_variable;
 use crate::selection::dependent_at_start;
 use crate::sort::wishes;
-use crate::sorted::{EqId, Plan};
+use crate::sorted::{EqId, Plan, Redundant};
 use crate::start_point::StartPoint;
 use crate::system::{Equation, EquationSystem, Resolution, Role};
 
-/// The initial plan, and the variables whose fixed start values follow from others and are only checked; notes say which those
-/// are and which start values were taken as initial values.
+/// The initial plan, and the conditions that follow from others and are only checked; notes say which those are and which start
+/// values were taken as initial values.
 pub(crate) fn initial_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     bindings: &Bindings,
     values: &StartPoint,
     notes: &mut Vec<Diagnostic>,
-) -> Result<(Plan, Vec<VarId>), Box<Diagnostic>> {
+) -> Result<(Plan, Vec<Redundant>), Box<Diagnostic>> {
     check_fixed_aliases(system)?;
-    let unknowns = initial_unknowns(system, bindings);
-    let mut rows = system.equations_in(Section::Continuous);
+    let mut unknowns = initial_unknowns(system, bindings);
+    let mut model = system.equations_in(Section::Continuous);
     // At the start a delayed value is its source, as an initial equation says.
-    rows.retain(|&eq| !bindings.used[eq] && !system.is_delay(eq));
-    for eq in system.equations_in(Section::Initial) {
-        if discrete_start_slot(system, algebra, &bindings.known, eq).is_none() {
-            rows.push(eq);
-        }
-    }
-    rows.extend(&bindings.late_equations);
-    let mut fixed = fixed_variables(system, &unknowns);
+    model.retain(|&eq| !bindings.used[eq] && !system.is_delay(eq));
+    model.extend(&bindings.late_equations);
+    let mut initial = system.equations_in(Section::Initial);
+    initial.retain(|&eq| discrete_start_slot(system, algebra, &bindings.known, eq).is_none());
+    let fixed = fixed_variables(system, &unknowns);
+    let starts = add_start_equations(system, &fixed);
+    let fixed = fixed.into_iter().zip(starts).collect();
+    let mut conditions = Conditions { model, fixed, initial };
     let mut redundant = Vec::new();
-    if !system.reduction.demoted.is_empty() {
-        let others = pattern(system, algebra, rows.clone(), &unknowns);
-        redundant = redundant_starts(system, algebra, &others, &unknowns, &fixed)?;
-        fixed.retain(|v| !redundant.contains(v));
+    let mut rows = pattern(system, algebra, conditions.rows(), &unknowns);
+    let mut matching = first_matching(system, &rows, &unknowns);
+    if matching.unmatched_rows().next().is_some() && open_discrete(system, &mut unknowns, &conditions) {
+        rows = pattern(system, algebra, conditions.rows(), &unknowns);
+        matching = first_matching(system, &rows, &unknowns);
     }
-    rows.extend(add_start_equations(system, &fixed));
-    let pattern = pattern(system, algebra, rows, &unknowns);
-    let mut matching = first_matching(system, &pattern, &unknowns);
+    if matching.unmatched_rows().next().is_some() {
+        redundant = take_redundant(system, algebra, &unknowns, &mut conditions)?;
+        rows = pattern(system, algebra, conditions.rows(), &unknowns);
+        matching = first_matching(system, &rows, &unknowns);
+    }
+    let pattern = rows;
     if matching.unmatched_rows().next().is_some() {
         return Err(Box::new(overdetermined(system, &pattern, &unknowns, &matching)));
     }
@@ -72,7 +77,7 @@ pub(crate) fn initial_plan(
     let mut rows = pattern.rows;
     rows.extend(add_start_equations(system, &chosen));
     let kind = |target: &Target| match *target {
-        Target::Var(v) if system.roles[v] == Role::Parameter => Kind::Iterated,
+        Target::Var(v) if !system.roles[v].is_continuous() => Kind::Iterated,
         _ => Kind::Plain,
     };
     let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
@@ -146,7 +151,7 @@ fn fixed_variables(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
         block.fixed.get((v.0 - block.first.0) as usize)
     };
     let values = unknowns.targets.iter().filter_map(|&target| match target {
-        Target::Var(v) if system.roles[v] != Role::Parameter => Some(v),
+        Target::Var(v) if system.roles[v].is_continuous() => Some(v),
         _ => None,
     });
     values.filter(|&v| fixed(v)).collect()
@@ -178,7 +183,7 @@ fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<
 /// A matching that leaves states open rather than derivatives and algebraic variables, free parameters used last.
 pub(crate) fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
     let class = |column: Column| match unknowns.targets[column] {
-        Target::Var(v) if system.roles[v] == Role::Parameter => 2,
+        Target::Var(v) if !system.roles[v].is_continuous() => 2,
         Target::Var(v) if system.roles[v].may_be_state() => 1,
         _ => 0,
     };
@@ -222,7 +227,7 @@ fn candidates(system: &EquationSystem, unknowns: &Unknowns, dependent: &IndexVec
         let block = &system.flat.variables.raw[blocks[v] as usize];
         let kind = match system.roles[v] {
             Role::State | Role::Candidate => 0,
-            Role::Parameter => 1,
+            Role::Parameter | Role::Discrete => 1,
             _ if block.has_start => 2,
             _ => continue,
         };
@@ -231,16 +236,6 @@ fn candidates(system: &EquationSystem, unknowns: &Unknowns, dependent: &IndexVec
     }
     keys.sort_unstable();
     keys.into_iter().map(|key| key.4).collect()
-}
-
-fn note_redundant(system: &EquationSystem, redundant: &[VarId]) -> Option<Diagnostic> {
-    let names = list_names(redundant.iter().map(|&v| system.flat.var_name(v)));
-    let (values, follow, are) = match redundant.len() {
-        1 => ("value", "follows", "is"),
-        _ => ("values", "follow", "are"),
-    };
-    let message = format!("the fixed start {values} of {names} {follow} from the others and {are} only checked");
-    (!redundant.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
 }
 
 fn note(system: &EquationSystem, chosen: &[VarId]) -> Option<Diagnostic> {

@@ -11,7 +11,9 @@ mod alias;
 mod balance;
 mod bindings;
 mod classes;
+mod contradiction;
 mod discrete;
+mod discrete_start;
 mod explain;
 mod explain_variable;
 mod higher;
@@ -59,7 +61,8 @@ pub use relations::extract_relations;
 pub use roles::assign_roles;
 pub use sort::sort_system;
 pub use sorted::{
-    Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Residual, SortedSystem, Trigger, Unknown,
+    Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Redundant, Residual, SortedSystem, Trigger,
+    Unknown,
 };
 pub use system::{Candidate, Equation, EquationSystem, Reduction, Resolution, Role, Selection};
 pub use verify::verify;

@@ -1,50 +1,89 @@
-//! Fixed starts that constraints make superfluous.
+//! Initial conditions beyond those that determine the start.
 //!
-//! After index reduction the start of a former state may follow from others: a pendulum whose `x` and `y` are both fixed.
-//! Such starts become no equations; they stay guesses, and whether they fit is checked when the values at the start are known,
-//! because that may depend on parameters that are set later.  An equation between fixed variables and numbers alone is judged
-//! here, and refused with the names of the variables if it does not hold.
+//! After index reduction the start of a former state may follow from others (a pendulum whose `x` and `y` are both fixed), and an
+//! initial equation may repeat what fixed starts say.  Conditions are matched one after the other, those that a model states most
+//! directly first; greedy choice is optimal because sets that can be matched form a matroid (Edmonds and Fulkerson 1965,
+//! transversals).  What is left over becomes no equation: it is checked when the values at the start are known, because that may
+//! depend on parameters that are set later.  Where numbers decide already, a contradiction is refused here by name.
 
-use hyd_flat::{Section, Target, VarId};
-use hyd_index::{IndexVec, TypedIndex};
+use hyd_flat::VarId;
+use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
-use hyd_structure::{Augmentation, Augmenter};
+use hyd_structure::{Augmentation, Augmenter, Part};
+use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
-use crate::explain::{list_names, mark_equations, mark_variables};
-use crate::incidence::{Pattern, Unknowns};
+use crate::contradiction::{Contradiction, find_contradiction, start_numbers};
+use crate::explain::{equation_text, explain_part, list_names, part_names};
+use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::initial::first_matching;
-use crate::start_point::StartPoint;
+use crate::sorted::{EqId, Redundant, Residual};
 use crate::system::{EquationSystem, Resolution};
 
-/// An equation holds if it is violated by at most this, relative to its sides or to 1.
-const TOLERANCE: f64 = 1e-6;
+/// Initial conditions by kind.
+pub(crate) struct Conditions {
+    /// The equations of the model: they are never left out.
+    pub model: Vec<EqId>,
+    /// `x = x.start` for variables with fixed start.
+    pub fixed: Vec<(VarId, EqId)>,
+    /// Initial equations.
+    pub initial: Vec<EqId>,
+}
 
-/// Those of the fixed variables that must not become equations; `pattern` holds the initial system without former states.
-pub(crate) fn redundant_starts(
+/// Moves the conditions that follow from others out of `conditions`.
+pub(crate) fn take_redundant(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
-    pattern: &Pattern,
     unknowns: &Unknowns,
-    fixed: &[VarId],
-) -> Result<Vec<VarId>, Box<Diagnostic>> {
-    let former = former_states(system);
-    let mut matching = first_matching(system, pattern, unknowns);
-    let mut incidence = pattern.incidence.clone();
-    let mut augmenter = Augmenter::new();
-    let mut redundant = Vec::new();
-    let ordered = fixed.iter().filter(|&&v| !former[v]).chain(fixed.iter().filter(|&&v| former[v]));
-    for &v in ordered {
-        let Some(column) = unknowns.column(Target::Var(v)) else { continue };
-        let row = incidence.push_row([column]).expect("invariant: one known column");
-        if augmenter.augment(&incidence, &mut matching, row, |_| true) != Augmentation::Matched && former[v] {
-            redundant.push(v);
+    conditions: &mut Conditions,
+) -> Result<Vec<Redundant>, Box<Diagnostic>> {
+    let (pattern, left_over) = unmatched(system, algebra, unknowns, conditions);
+    let starts = start_numbers(system, algebra)?;
+    for (eq, part) in &left_over {
+        if let Some(contradiction) = find_contradiction(system, algebra, &starts, &pattern, (part, *eq)) {
+            return Err(Box::new(refuse(system, &pattern, unknowns, part, &contradiction)));
         }
     }
-    if !redundant.is_empty() {
-        judge(system, algebra, fixed)?;
-    }
+    let equations: FxHashSet<EqId> = left_over.iter().map(|(eq, _)| *eq).collect();
+    let of_start = conditions.fixed.iter().filter(|(_, eq)| equations.contains(eq)).map(|&(v, eq)| (eq, Some(v)));
+    let of_text = conditions.initial.iter().filter(|eq| equations.contains(eq)).map(|&eq| (eq, None));
+    let redundant = of_start.chain(of_text).map(|(eq, start_of)| checked(system, eq, start_of)).collect();
+    conditions.fixed.retain(|(_, eq)| !equations.contains(eq));
+    conditions.initial.retain(|eq| !equations.contains(eq));
     Ok(redundant)
+}
+
+impl Conditions {
+    /// All equations.
+    pub fn rows(&self) -> Vec<EqId> {
+        let fixed = self.fixed.iter().map(|fixed| fixed.1);
+        self.model.iter().copied().chain(self.initial.iter().copied()).chain(fixed).collect()
+    }
+}
+
+/// The conditions that cannot be matched beside the others, each with the smallest set that it closes.
+fn unmatched(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    unknowns: &Unknowns,
+    conditions: &Conditions,
+) -> (Pattern, Vec<(EqId, Part)>) {
+    let former = former_states(system);
+    let (late, early): (Vec<_>, Vec<_>) = conditions.fixed.iter().partition(|(v, _)| former[*v]);
+    let equations = |fixed: Vec<(VarId, EqId)>| fixed.into_iter().map(|fixed| fixed.1).collect();
+    let ordered: Vec<EqId> = [equations(early), conditions.initial.clone(), equations(late)].concat();
+    let rows: Vec<EqId> = conditions.model.iter().chain(&ordered).copied().collect();
+    let model = pattern(system, algebra, conditions.model.clone(), unknowns);
+    let mut matching = first_matching(system, &model, unknowns);
+    let pattern = pattern(system, algebra, rows, unknowns);
+    let mut augmenter = Augmenter::new();
+    let mut left_over = Vec::new();
+    for (row, eq) in pattern.incidence.rows().zip(&pattern.rows).skip(conditions.model.len()) {
+        if let Augmentation::Blocked(part) = augmenter.augment(&pattern.incidence, &mut matching, row, |_| true) {
+            left_over.push((*eq, part));
+        }
+    }
+    (pattern, left_over)
 }
 
 /// Variables that were states before index reduction, or are equal to one.
@@ -59,54 +98,48 @@ fn former_states(system: &EquationSystem) -> IndexVec<VarId, bool> {
     former
 }
 
-/// True if a start value is more than a number: it may be set for a run.
-fn starts_are_open(system: &EquationSystem, variables: &[VarId]) -> bool {
-    let arena = &system.flat.templates.arena;
-    system.equations_in(Section::Start).into_iter().any(|eq| {
-        let right = system.flat.templates.get(system.equations[eq].template).right;
-        let target = system.left_operand(eq).map(|operand| operand.target());
-        let ours = matches!(target, Some(Target::Start(v)) if variables.contains(&v));
-        ours && arena.as_constant(right).is_none()
-    })
+fn checked(system: &EquationSystem, eq: EqId, start_of: Option<VarId>) -> Redundant {
+    let equation = system.equations[eq];
+    let template = system.flat.templates.get(equation.template);
+    let side = |value| Residual { value, operands: equation.operands, equation: eq };
+    Redundant { left: side(template.left), right: side(template.right), start_of }
 }
 
-/// An error if a continuous equation between fixed variables and numbers does not hold.
-fn judge(system: &mut EquationSystem, algebra: &mut Algebra, fixed: &[VarId]) -> Result<(), Box<Diagnostic>> {
-    let point = StartPoint::new(system, algebra)?;
-    let mut is_fixed = IndexVec::filled(false, system.roles.len());
-    for &v in fixed {
-        is_fixed[v] = true;
+fn refuse(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    part: &Part,
+    contradiction: &Contradiction,
+) -> Diagnostic {
+    let Contradiction { equation, sides: [left, right] } = contradiction;
+    let text = equation_text(system, *equation);
+    let names = part_names(system, unknowns, part);
+    let message = format!(
+        "the initial conditions of {names} contradict each other: in `{text}` the sides are {left} and {right}"
+    );
+    explain_part(Diagnostic::error(Code::InitialUnbalanced, message), system, pattern, unknowns, part)
+}
+
+/// Says which conditions are only checked.
+pub(crate) fn note_redundant(system: &EquationSystem, redundant: &[Redundant]) -> Vec<Diagnostic> {
+    let starts: Vec<VarId> = redundant.iter().filter_map(|r| r.start_of).collect();
+    let equations: Vec<EqId> = redundant.iter().filter(|r| r.start_of.is_none()).map(|r| r.left.equation).collect();
+    let names = list_names(starts.iter().map(|&v| system.flat.var_name(v)));
+    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
+    let words = |count: usize| match count {
+        1 => ("", "follows", "is"),
+        _ => ("s", "follow", "are"),
+    };
+    let mut notes = Vec::new();
+    if !starts.is_empty() {
+        let (s, follow, are) = words(starts.len());
+        notes.push(format!("the fixed start value{s} of {names} {follow} from the others and {are} only checked"));
     }
-    for eq in system.equations_in(Section::Continuous) {
-        let equation = system.equations[eq];
-        let facts = algebra.facts(&mut system.flat.templates, equation.template).clone();
-        let operands: Vec<_> = facts.slots.iter().map(|s| system.operands_of(equation.operands)[s.index()]).collect();
-        let variables: Vec<VarId> = operands
-            .iter()
-            .filter_map(|operand| match operand.target() {
-                Target::Var(v) if system.is_continuous(v) => Some(v),
-                _ => None,
-            })
-            .collect();
-        let known = |&v: &VarId| is_fixed[v];
-        let others = operands.iter().filter(|operand| !matches!(operand.target(), Target::Const(_))).count();
-        if others > variables.len()
-            || starts_are_open(system, &variables)
-            || variables.is_empty()
-            || !variables.iter().all(known)
-        {
-            continue;
-        }
-        let template = system.flat.templates.get(equation.template);
-        let [left, right] = [template.left, template.right].map(|side| point.evaluate(system, side, equation.operands));
-        let size = left.abs().max(right.abs()).max(1.0);
-        let holds = (left - right).abs() <= TOLERANCE * size;
-        if !holds {
-            let names = list_names(variables.iter().map(|&v| system.flat.var_name(v)));
-            let message = format!("the fixed start values of {names} contradict an equation between them");
-            let fault = mark_equations(Diagnostic::error(Code::InitialUnbalanced, message), system, &[eq]);
-            return Err(Box::new(mark_variables(fault, system, &variables)));
-        }
+    if !equations.is_empty() {
+        let (s, follow, are) = words(equations.len());
+        notes
+            .push(format!("the initial equation{s} {texts} {follow} from the other conditions and {are} only checked"));
     }
-    Ok(())
+    notes.into_iter().map(|note| Diagnostic::note(Code::Chosen, note)).collect()
 }

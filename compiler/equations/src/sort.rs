@@ -48,7 +48,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
-    let (initial, redundant_starts) = initial_plan(&mut system, &mut algebra, &bindings, &values, notes)?;
+    let (initial, redundant) = initial_plan(&mut system, &mut algebra, &bindings, &values, notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
@@ -66,7 +66,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
         relations,
         selections,
         pivots,
-        redundant_starts,
+        redundant,
     };
     debug_assert_eq!(crate::verify::verify(&sorted), Ok(()));
     Ok(sorted)

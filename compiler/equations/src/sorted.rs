@@ -123,6 +123,17 @@ pub struct Check {
     pub terminate: bool,
 }
 
+/// An initial condition that follows from others: an equation whose sides must agree.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Redundant {
+    /// Left side.
+    pub left: Residual,
+    /// Right side.
+    pub right: Residual,
+    /// The variable whose fixed start value this is, if it is not an equation of the text.
+    pub start_of: Option<VarId>,
+}
+
 /// Everything that code is made from.
 #[derive(Clone, Debug)]
 pub struct SortedSystem {
@@ -148,6 +159,6 @@ pub struct SortedSystem {
     pub selections: Vec<Selection>,
     /// The entries of their Jacobians, set after set.
     pub pivots: Vec<Residual>,
-    /// Variables whose fixed start values follow from the initial system: their values must be those.
-    pub redundant_starts: Vec<VarId>,
+    /// Initial conditions that follow from the initial system: they must hold.
+    pub redundant: Vec<Redundant>,
 }

@@ -58,6 +58,11 @@ impl StartPoint {
         }
     }
 
+    /// The start attribute of a variable, if it is known.
+    pub fn start(&self, v: VarId) -> Option<f64> {
+        self.start[v]
+    }
+
     /// The value of an expression.
     pub fn evaluate(&self, system: &EquationSystem, root: NodeId, operands: OperandRange) -> f64 {
         let operands = system.operands_of(operands);

@@ -117,6 +117,7 @@ fn check_coverage(
         let expected = match sorted.system.section(eq) {
             Section::Continuous if name == "initial" && sorted.system.is_delay(eq) => Some(0),
             Section::Continuous => Some(1),
+            Section::Initial if sorted.redundant.iter().any(|r| r.left.equation == eq) => Some(0),
             Section::Initial if name == "initial" => Some(1),
             Section::Selection if name == "simulation" => Some(1),
             _ => None,

@@ -60,7 +60,7 @@ pub struct Lowered {
     pub bind: RoutineId,
     /// The simulation; its further rows are the root functions.
     pub simulation: PlanCode,
-    /// The initial system; its further rows are the truths of all relations.
+    /// The initial system; its further rows are the truths of all relations, then both sides of each redundant condition.
     pub initial: PlanCode,
     /// Routines of events.
     pub events: EventCode,
@@ -129,13 +129,18 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
         places: &initial_places,
         plan: &sorted.initial,
         jacobian: jacobians.initial,
-        extra: truths.clone(),
+        extra: truths.iter().copied().chain(redundant_sides(sorted)).collect(),
         ..lowering
     };
     let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
     let initial = lowering.lower(&mut program, names)?;
     let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
     Ok(Lowered { program, layout, places, initial_places, bind, simulation, initial, events })
+}
+
+/// Left and right side of the initial conditions that are only checked.
+fn redundant_sides(sorted: &SortedSystem) -> impl Iterator<Item = (NodeId, OperandRange)> + '_ {
+    sorted.redundant.iter().flat_map(|r| [r.left, r.right]).map(|side| (side.value, side.operands))
 }
 
 fn relations(sorted: &SortedSystem, wanted: impl Fn(&Trigger) -> bool) -> Vec<u32> {

@@ -110,7 +110,7 @@ impl Maker {
             relations: Vec::new(),
             selections: Vec::new(),
             pivots: Vec::new(),
-            redundant_starts: Vec::new(),
+            redundant: Vec::new(),
         };
         Self { sorted, files: Files::new(), text: String::new() }
     }

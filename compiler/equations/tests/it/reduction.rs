@@ -195,7 +195,7 @@ fn surplus_fixed_starts_are_tolerated_if_they_fit() {
     // With a length that may be set, whether starts fit is known in the run only.
     let later = pendulum(["fixed x = 0.6", "fixed y = -0.9", "fixed vx = 0.8", "real vy", "real F"]);
     let sorted = sort(later.flat).value.expect("may fit");
-    assert_eq!(sorted.redundant_starts.len(), 1);
+    assert_eq!(sorted.redundant.len(), 1);
     let equations = ["der(x) = vx", "der(y) = vy", "der(vx) = -F*x", "der(vy) = -F*y - 9.81", "x*x + y*y = 1"];
     let wrong = Model::new(&["fixed x = 0.6", "fixed y = -0.9", "fixed vx = 0.8", "real vy", "real F"], &equations);
     let outcome = sort(wrong.flat);

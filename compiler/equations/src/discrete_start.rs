@@ -1,0 +1,85 @@
+//! Discrete variables that the initial system determines.
+//!
+//! Discrete variables start at their start values, unless there are more initial conditions than continuous unknowns: then those
+//! that are not fixed are unknowns too (Modelica 3.6, section 8.6: `pre(v)` of a variable that is not fixed is an unknown of
+//! the initial system).  Such a variable keeps its value until a `when` sets it, so at the start it and its `pre` are one value.
+
+use hyd_flat::{Operand, Section, Target, VarId};
+use hyd_index::IndexVec;
+use hyd_system::ValueKind;
+
+use crate::incidence::Unknowns;
+use crate::redundant::Conditions;
+use crate::representative::block_of_variable;
+use crate::sorted::EqId;
+use crate::system::{EquationSystem, Role};
+
+/// Makes unknowns of the discrete variables in these equations that are not fixed; true if there are any.
+pub(crate) fn open_discrete(system: &mut EquationSystem, unknowns: &mut Unknowns, conditions: &Conditions) -> bool {
+    let keeps = keep_their_values(system);
+    let blocks = block_of_variable(&system.flat);
+    let is_open = |system: &EquationSystem, v: VarId| {
+        let block = &system.flat.variables.raw[blocks[v] as usize];
+        let fixed = block.fixed.get((v.0 - block.first.0) as usize);
+        keeps[v] && system.roles[v] == Role::Discrete && block.kind == ValueKind::Real && !fixed
+    };
+    let mut open = IndexVec::filled(false, system.roles.len());
+    for &eq in conditions.initial.iter().chain(&conditions.model) {
+        for operand in system.operands_of(system.equations[eq].operands) {
+            if let Target::Var(v) | Target::Pre(v) = operand.target() {
+                open[v] |= is_open(system, v);
+            }
+        }
+    }
+    // Where both are told apart, or the simulation reads the value before, it stays known.
+    for &eq in &conditions.initial {
+        for v in twice(system, eq) {
+            open[v] = false;
+        }
+    }
+    for &eq in &conditions.model {
+        for operand in system.operands_of(system.equations[eq].operands) {
+            if let Target::Pre(v) = operand.target() {
+                open[v] = false;
+            }
+        }
+    }
+    for &eq in &conditions.initial {
+        read_value(system, eq, &open);
+    }
+    let found = open.iter_enumerated().filter(|(_, open)| **open);
+    found.map(|(v, _)| unknowns.add(Target::Var(v))).count() > 0
+}
+
+/// Variables whose equation reads what they were before: those of `when`.
+fn keep_their_values(system: &EquationSystem) -> IndexVec<VarId, bool> {
+    let mut keeps = IndexVec::filled(false, system.roles.len());
+    for eq in system.equations_in(Section::Discrete) {
+        let Some(Target::Var(v)) = system.left_operand(eq).map(|operand| operand.target()) else { continue };
+        let operands = system.operands_of(system.equations[eq].operands);
+        keeps[v] |= operands.iter().any(|operand| operand.target() == Target::Pre(v));
+    }
+    keeps
+}
+
+/// Variables that an equation reads both now and before.
+fn twice(system: &EquationSystem, eq: EqId) -> Vec<VarId> {
+    let operands = system.operands_of(system.equations[eq].operands);
+    let before = operands.iter().filter_map(|operand| match operand.target() {
+        Target::Pre(v) => Some(v),
+        _ => None,
+    });
+    before.filter(|&v| operands.iter().any(|operand| operand.target() == Target::Var(v))).collect()
+}
+
+/// Lets an initial equation read the value where it reads the value before.
+fn read_value(system: &mut EquationSystem, eq: EqId, open: &IndexVec<VarId, bool>) {
+    let range = system.equations[eq].operands;
+    for operand in &mut system.operands[range.first as usize..(range.first + range.len) as usize] {
+        if let Target::Pre(v) = operand.target()
+            && open[v]
+        {
+            *operand = Operand::new(Target::Var(v)).signed(operand.negated());
+        }
+    }
+}
