@@ -5,7 +5,10 @@
 
 use hyd_flat::{Operand, Target, VarId};
 use hyd_source::{Diagnostic, Span};
-use hyd_structure::{Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined};
+use hyd_structure::{
+    Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined, smallest_overdetermined,
+    smallest_underdetermined,
+};
 use hyd_system::Variability;
 
 use crate::incidence::{Pattern, Unknowns};
@@ -146,7 +149,7 @@ pub(crate) fn explain_over(
 ) -> Diagnostic {
     let rows = matching.unmatched_rows().take(MOST_TRIED);
     let parts = rows.filter_map(|row| minimal_overdetermined(&pattern.incidence, matching, row).ok());
-    let mut parts: Vec<Part> = parts.collect();
+    let mut parts: Vec<Part> = smallest_overdetermined(&pattern.incidence, matching).into_iter().chain(parts).collect();
     parts.sort_by_key(|part| part.rows.len());
     let mut seen: Vec<EqId> = Vec::new();
     let mut shown = 0;
@@ -194,7 +197,8 @@ pub(crate) fn explain_under(
     let transpose = pattern.incidence.transpose();
     let columns = matching.unmatched_columns().take(MOST_TRIED);
     let parts = columns.filter_map(|column| minimal_underdetermined(&transpose, matching, column).ok());
-    let (mut alone, mut parts): (Vec<Part>, Vec<Part>) = parts.partition(|part| part.rows.is_empty());
+    let smallest = smallest_underdetermined(&pattern.incidence, matching).into_iter();
+    let (mut alone, mut parts): (Vec<Part>, Vec<Part>) = smallest.chain(parts).partition(|part| part.rows.is_empty());
     if let Some(mut first) = alone.pop() {
         first.columns.extend(alone.iter().flat_map(|part| part.columns.iter().copied()));
         first.columns.sort_unstable();

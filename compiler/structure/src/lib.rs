@@ -5,7 +5,7 @@
 //!
 //! 1. [`maximum_matching`]: which equation determines which unknown, with preferences.
 //! 2. [`decompose`]: if the matching is not perfect, where equations are too many or too few;
-//!    [`minimal_overdetermined`] and [`minimal_underdetermined`] name the smallest set to report.
+//!    [`minimal_overdetermined`], [`minimal_underdetermined`] and [`smallest_overdetermined`] name the set to report.
 //! 3. [`block_order`]: which equations must be solved together, and in which order (BLT form).
 //! 4. [`Tearing`]: inside a block, explicit assignments around a few iteration variables.
 //! 5. [`pantelides`]: which equations to differentiate, so that all highest derivatives are determined;
@@ -65,6 +65,7 @@ pub mod graph;
 mod independent;
 pub mod matching;
 pub mod pantelides;
+pub mod smallest;
 pub mod tearing;
 pub mod verify;
 
@@ -83,4 +84,5 @@ pub use graph::{Column, Entry, Incidence, IncidenceError, Row, Transpose};
 pub use independent::independent;
 pub use matching::{Matching, maximum_matching};
 pub use pantelides::{DifferentiationPlan, NotReducible, pantelides};
+pub use smallest::{smallest_overdetermined, smallest_underdetermined};
 pub use tearing::{Tearing, TearingOptions, TearingPlan};
