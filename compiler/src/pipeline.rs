@@ -235,6 +235,8 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, terms: &[
     result.diagnostics.extend(diagnostics);
     let Some(reduced) = value else { return };
     result.diagnostics.extend(refusals(&reduced, terms));
+    let fixed = reduced.reduction.fixed_at_zero.iter().map(|&v| reduced.flat.var_name(v));
+    result.set_at_translation.extend(fixed.filter(|name| options.set.iter().any(|(set, _)| set == name)));
     let Outcome { value, diagnostics } =
         result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced.clone()));
     result.reduced = Some(reduced);

@@ -25,7 +25,14 @@ impl Display for SolveError {
                 let time = shown(*time);
                 write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
-                hint(f, "give start values closer to the solution, or check the initial equations")
+                match cause {
+                    Cause::Singular => hint(
+                        f,
+                        "its factor may be zero at these values, or equations say the same: change start values or \
+                         parameters, or check the initial equations",
+                    ),
+                    _ => hint(f, "give start values closer to the solution, or check the initial equations"),
+                }
             }
             SolveError::Inconsistent { stage, time, cause, place } => {
                 let time = shown(*time);

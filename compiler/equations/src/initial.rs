@@ -45,7 +45,7 @@ pub(crate) fn initial_plan(
     model.extend(&bindings.late_equations);
     let mut initial = system.equations_in(Section::Initial);
     initial.retain(|&eq| discrete_start_slot(system, algebra, &bindings.known, eq).is_none());
-    let fixed = fixed_variables(system, &unknowns);
+    let fixed = fixed_variables(system);
     let starts = add_start_equations(system, &fixed);
     let fixed = fixed.into_iter().zip(starts).collect();
     let mut conditions = Conditions { model, fixed, initial };
@@ -143,18 +143,15 @@ fn initial_unknowns(system: &EquationSystem, bindings: &Bindings) -> Unknowns {
     unknowns
 }
 
-/// Continuous variables whose start value is an initial equation.
-fn fixed_variables(system: &EquationSystem, unknowns: &Unknowns) -> Vec<VarId> {
+/// Continuous variables whose start value is an initial equation; also those that are known before the start, whose value must
+/// agree.
+fn fixed_variables(system: &EquationSystem) -> Vec<VarId> {
     let blocks = block_of_variable(&system.flat);
     let fixed = |v: VarId| {
         let block = &system.flat.variables.raw[blocks[v] as usize];
         block.fixed.get((v.0 - block.first.0) as usize)
     };
-    let values = unknowns.targets.iter().filter_map(|&target| match target {
-        Target::Var(v) if system.roles[v].is_continuous() => Some(v),
-        _ => None,
-    });
-    values.filter(|&v| fixed(v)).collect()
+    system.roles.indices().filter(|&v| system.is_continuous(v) && fixed(v)).collect()
 }
 
 /// Appends initial equations `x = x.start`, neighbours of one declaration in one block.

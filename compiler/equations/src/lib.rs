@@ -12,6 +12,7 @@ mod balance;
 mod bindings;
 mod classes;
 mod contradiction;
+mod dependent;
 mod discrete;
 mod discrete_start;
 mod explain;
@@ -43,6 +44,7 @@ mod structure;
 mod support;
 pub mod system;
 mod time_derivative;
+mod vanishing;
 mod verify;
 mod verify_system;
 

@@ -14,7 +14,7 @@ use hyd_symbolic::{SlotId, Template};
 use crate::algebra::Algebra;
 use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
-use crate::explain::{counted, mark_equations};
+use crate::explain::{counted, list_names, mark_equations, mark_variables};
 use crate::higher::Derivatives;
 use crate::selection::{append_selections, candidates_are_distinct};
 use crate::sorted::EqId;
@@ -22,6 +22,7 @@ use crate::state_select::check_always;
 use crate::structure::{ReductionPlan, plan_reduction};
 use crate::system::{Equation, EquationSystem};
 use crate::time_derivative::{append_derivatives, replace_rates};
+use crate::vanishing::{fix_at_zero, vanishing_parameters};
 
 /// Alias elimination between rounds may uncover further constraints; more rounds than this mean a fault.
 const MOST_ROUNDS: usize = 8;
@@ -41,6 +42,31 @@ pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem
 }
 
 fn reduce(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<(), Diagnostic> {
+    let zeros = vanishing_parameters(system);
+    if zeros.is_empty() {
+        return reduce_as_it_is(system, notes);
+    }
+    let names = list_names(zeros.iter().map(|&v| system.flat.var_name(v)));
+    let (are, they) = if zeros.len() == 1 { ("is", "it is") } else { ("are", "they are") };
+    let mut fixed = system.clone();
+    fix_at_zero(&mut fixed, &zeros);
+    fixed = eliminate_aliases(fixed);
+    let mut fixed_notes = Vec::new();
+    if reduce_as_it_is(&mut fixed, &mut fixed_notes).is_ok() {
+        let message =
+            format!("{names} {are} 0, which changes what the equations determine: {they} fixed at translation");
+        notes.push(mark_variables(Diagnostic::note(Code::Chosen, message), system, &zeros));
+        notes.extend(fixed_notes);
+        *system = fixed;
+        return Ok(());
+    }
+    let message = format!("while {names} {are} 0, the equations do not determine all unknowns");
+    reduce_as_it_is(system, notes)?;
+    notes.push(mark_variables(Diagnostic::warning(Code::Singular, message), system, &zeros));
+    Ok(())
+}
+
+fn reduce_as_it_is(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<(), Diagnostic> {
     if check_balance(system, &mut Algebra::default())?.equations.is_empty() {
         return Ok(());
     }

@@ -12,6 +12,7 @@ use hyd_structure::Column;
 use crate::algebra::{Algebra, Known};
 use crate::balance::{add_candidate, simulation_equations};
 use crate::bindings::{Bindings, sort_bindings};
+use crate::dependent::judge_blocks;
 use crate::discrete::{checks, reinits, sort_discrete, starts};
 use crate::explain::explain_parts;
 use crate::homotopy::{restore_simplified, take_actual};
@@ -45,6 +46,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     find_time_events(&mut system, &mut relations, &bindings.known);
     let values = StartPoint::of_parameters(&system, &bindings.assignments);
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values)?;
+    notes.extend(judge_blocks(&mut system, &mut algebra, &bindings.known, &bindings.assignments, &simulation)?);
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);

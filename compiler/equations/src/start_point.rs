@@ -7,11 +7,12 @@ use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::Diagnostic;
 use hyd_symbolic::{NodeId, SlotId, eval};
+use hyd_system::{Settable, ValueKind};
 
 use crate::algebra::Algebra;
 use crate::bindings::{assignment, sort_bindings};
 use crate::sorted::{Assignment, OperandRange};
-use crate::system::EquationSystem;
+use crate::system::{EquationSystem, Role};
 
 /// Values of variables and their derivatives at the start.
 pub(crate) struct StartPoint {
@@ -43,6 +44,22 @@ impl StartPoint {
         let mut point = Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time };
         for a in bindings {
             point.execute(system, a);
+        }
+        point
+    }
+
+    /// The same with a made-up number for each real parameter that can be set.
+    pub fn of_made_up_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
+        let mut point = Self::of_parameters(system, &[]);
+        for a in bindings {
+            point.execute(system, a);
+            if let Target::Var(v) = a.target {
+                let block = &system.flat.variables[system.flat.locate(v).0];
+                let free = system.roles[v] == Role::Parameter && block.settable == Settable::Yes;
+                if free && block.kind == ValueKind::Real {
+                    point.value[v] = Some(typical(v.0));
+                }
+            }
         }
         point
     }

@@ -75,6 +75,8 @@ pub struct Reduction {
     pub dummies: Vec<VarId>,
     /// Sets of candidates whose states are chosen during the run.
     pub selections: Vec<Selection>,
+    /// Parameters that are taken as 0 for good, because equations determine other unknowns without them.
+    pub fixed_at_zero: Vec<VarId>,
 }
 
 /// Variables of which some are states and the others follow from constraints; which ones is decided during the run.

@@ -10,7 +10,7 @@ use crate::augment::{Augmentation, Augmenter};
 use crate::decomposition::{Part, decompose};
 use crate::graph::{Column, Incidence, Row};
 use crate::matching::Matching;
-use hyd_index::{IndexVec, TypedIndex};
+use hyd_index::IndexVec;
 
 /// Parts of at most so many equations are searched completely.
 pub const EXHAUSTIVE: usize = 16;
@@ -120,6 +120,7 @@ mod tests {
     use super::*;
     use crate::brute_force::{any_incidence, maximum_size, restrict};
     use crate::matching::maximum_matching;
+    use hyd_index::TypedIndex;
     use proptest::prelude::*;
 
     /// Fewest rows that cannot all be matched, by trying all sets.
