@@ -76,11 +76,11 @@ impl Data {
     /// When a channel is unusable: of unknown scatter, or the same number throughout.
     pub fn new(bench: &Bench, study: &Study) -> Result<Self, Fault> {
         let mut channels = Vec::new();
-        for (name, channel) in &study.channels {
-            if !bench.shots.iter().any(|shot| shot.values.contains_key(name)) {
-                continue;
-            }
-            let noise = Noise::of(bench, study, name)?;
+        let measured = |name: &str| bench.shots.iter().any(|shot| shot.values.contains_key(name));
+        let named: Vec<_> = study.channels.iter().filter(|(name, _)| measured(name)).collect();
+        let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+        let noises = Noise::of_all(bench, study, &names)?;
+        for ((name, channel), noise) in named.into_iter().zip(noises) {
             let scale = channel.scale.abs();
             let all =
                 || bench.shots.iter().filter_map(|shot| shot.values.get(name)).flatten().filter(|v| v.is_finite());

@@ -56,11 +56,12 @@ pub fn places(sites: Vec<InjectionSite>, tables: &Tables, exchangeable: &[&str])
     eligible.map(place).filter(|place| !place.variables.is_empty()).collect()
 }
 
-/// `der(x) = v`, `a.u = b.y`: names on both sides, of which one is a derivative or belongs to a part.
+/// `der(x) = v`, `a.u = b.y`, `flange.f = -F`: names on both sides, of which one is a derivative or belongs to a part.
 fn only_connects(site: &InjectionSite) -> bool {
     let Some((left, right)) = site.text.split_once('=') else { return true };
     let name = |text: &str| {
         let text = text.trim().trim_end_matches(';').trim();
+        let text = text.strip_prefix('-').map_or(text, str::trim);
         let inner = text.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
         let plain = inner.unwrap_or(text);
         let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '.';

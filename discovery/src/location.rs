@@ -2,18 +2,19 @@
 //!
 //! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients along: the change of
 //! the channels per unit of a term, with everything that follows from it.  What the nuisances can imitate is taken out
-//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Through delays
-//! go no sensitivities, so models with delays are not located by equation.
+//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Where terms are
+//! many, the shot that is farthest from the model chooses those that are held against all shots.  Through delays go no
+//! sensitivities, so models with delays are not located by equation.
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::dictionary::{Place, Term, places, terms};
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::machine::{Job, Machine};
-use crate::problem::Weighing;
+use crate::problem::{Problem, Weighing};
 use crate::projection::{Projection, Score};
 use crate::search::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
@@ -21,6 +22,8 @@ use crate::{Fault, Setup};
 
 /// Terms looked at in one run.
 const TOGETHER: usize = 96;
+/// Terms that one shot leaves for all shots.
+const SCREENED: usize = 2 * TOGETHER;
 /// Coefficients of any size are taken.
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
@@ -57,17 +60,50 @@ pub fn locate(
     let tables = hypothesis.machine.tables();
     let places = places(workshop.injection_sites(&inserts), tables, exchangeable);
     let ranges = ranges(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
-    let all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
-    let mut located = Vec::with_capacity(all.len());
-    for some in all.chunks(TOGETHER) {
-        located.extend(look_or_halve(setup, workshop, hypothesis, &inserts, some, (fit, projection), weighing));
+    let mut all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
+    let look_at = |all: &[Term], fitted: (&Fit, &Projection<'_>), weighing: &Weighing| {
+        let mut located = Vec::with_capacity(all.len());
+        for some in all.chunks(TOGETHER) {
+            located.extend(look_or_halve(setup, workshop, hypothesis, &inserts, some, fitted, weighing));
+        }
+        located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
+        located
+    };
+    let mut runs = 0;
+    if all.len() > SCREENED && weighing.shots.len() > 1 {
+        let (alone, own) = farthest_shot(&hypothesis.problem(setup)?, fit, weighing);
+        if let Some(projection) = Projection::new(&alone) {
+            runs = all.len().div_ceil(TOGETHER);
+            let screened = look_at(&all, (&alone, &projection), &own);
+            all = screened.into_iter().take(SCREENED).map(|located| located.term).collect();
+        }
     }
-    located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
+    runs += weighing.shots.len() * all.len().div_ceil(TOGETHER);
+    let mut located = look_at(&all, (fit, projection), weighing);
     // Equations that are as good as the best: first those of components that are meant to be exchanged.
     let best = located.first().map_or(0.0, |best| best.score.gain);
     let equal = located.partition_point(|own| own.score.gain > best - LEAD);
     located[..equal].sort_by_key(|own| !exchangeable.contains(&&*own.term.component));
-    Ok((located, weighing.shots.len() * all.len().div_ceil(TOGETHER)))
+    Ok((located, runs))
+}
+
+/// The fit seen on the one shot whose residuals are farthest from noise.
+fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit, Weighing) {
+    let (mut first, mut farthest) = (0, (f64::NEG_INFINITY, 0, 0, weighing.clone()));
+    for &shot in &weighing.shots {
+        let own = Weighing { shots: vec![shot], ..weighing.clone() };
+        let rows = problem.rows(&own);
+        let excess = fit.residuals.rows(first, rows).norm_squared() - problem.expected(&own);
+        if excess > farthest.0 {
+            farthest = (excess, first, rows, own);
+        }
+        first += rows;
+    }
+    let (_, first, rows, own) = farthest;
+    let cut =
+        |(jacobian, unknowns): &(DMatrix<f64>, Vec<usize>)| (jacobian.rows(first, rows).into_owned(), unknowns.clone());
+    let residuals = fit.residuals.rows(first, rows).into_owned();
+    (Fit { residuals, jacobian: fit.jacobian.as_ref().map(cut), ..fit.clone() }, own)
 }
 
 /// Ranges of the variables around the equations in the fitted model.

@@ -148,7 +148,7 @@ fn verdict(tried: &Tried, first: bool, best: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
     match &tried.fit {
         None if tried.look.is_none() => "the model does not run with it".to_string(),
-        None if promise < PROMISING => "its signature explains nothing of what is left".to_string(),
+        None if promise < PROMISING.0 => "its signature explains nothing of what is left".to_string(),
         None => "others promised more, or no fit succeeded".to_string(),
         Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
         Some(_) if tried.fall < NEEDED => "it brings the model hardly nearer to the measurement".to_string(),

@@ -33,8 +33,8 @@ const MOST_EFFECTS: usize = 3;
 const SHORTLIST: (usize, usize) = (5, 8);
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
 const CLOSE: (f64, f64) = (60.0, 0.05);
-/// A look that promises less is not followed.
-const PROMISING: f64 = 6.0;
+/// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
+const PROMISING: (f64, f64) = (6.0, 12.0);
 
 /// What came out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -245,9 +245,10 @@ impl Search<'_> {
     fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
+        let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
         for tried in pass.tried.iter_mut().take(count) {
             let Some(look) = tried.look.clone() else { continue };
-            if look.score.gain < PROMISING {
+            if look.score.gain < promising {
                 continue;
             }
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
