@@ -6,11 +6,12 @@ use std::time::Instant;
 use hyd_compiler::inquiry::{annotated_classes, annotated_components};
 use hyd_compiler::render::render;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
-use hyd_discovery::report::report;
+use hyd_discovery::report::{report, table};
 use hyd_discovery::search::Search;
 use hyd_results::write_whole;
 
 use crate::arguments::Discover;
+use crate::discovery_page::page;
 use crate::study::{Opened, open};
 use crate::{Failure, output};
 
@@ -44,7 +45,8 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
             .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))
     };
     save("report.json", &json)?;
-    save("trajectories.csv", &report.trajectories)?;
+    save("trajectories.csv", &table(&report.curves))?;
+    save("report.html", &page(&report))?;
     let stale = arguments.report.join("discovered.hyd");
     match &report.model {
         Some(text) => save("discovered.hyd", text)?,

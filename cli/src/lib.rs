@@ -9,6 +9,7 @@ mod check;
 pub mod clock;
 mod compare;
 mod discover;
+mod discovery_page;
 mod equations;
 mod explain;
 mod fit;

@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::{Fault, Study};
 
 /// A set of shots.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub struct Bench {
     /// Its name.
     pub name: String,
@@ -36,7 +36,7 @@ pub struct Bench {
 }
 
 /// One shot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub struct Shot {
     /// Number given by the lab, or its position from 1.
     pub number: usize,

@@ -3,6 +3,8 @@
 //! The unknowns of a model with one more effect are those of the model before, then those of the effect, so that a fit can go on
 //! where another one ended.
 
+use nalgebra::DVector;
+
 use crate::catalogue::Candidate;
 use crate::dictionary::Term;
 use crate::fit::Fit;
@@ -38,6 +40,8 @@ pub struct Look {
     pub size: f64,
     /// Unknowns of the effect at the size that the score claims.
     pub start: Vec<f64>,
+    /// Score and signature at the typical size.
+    pub typical: Option<(f64, Score, DVector<f64>)>,
 }
 
 impl Hypothesis {
@@ -137,6 +141,7 @@ impl Hypothesis {
         let problem = self.problem(setup)?;
         let typical = insert.effect.probe * setup.scale(insert);
         let mut best: Option<Look> = None;
+        let mut usual = None;
         let sizes = if insert.effect.zero.is_some() { SIZES.0 } else { SIZES.1 };
         for &multiple in sizes {
             let size = multiple * typical;
@@ -153,9 +158,12 @@ impl Hypothesis {
                     &before.xi,
                     size * if score.amplitude == 0.0 { 1.0 } else { score.amplitude },
                 );
-                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec() });
+                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec(), typical: None });
+            }
+            if multiple == 1.0 {
+                usual = Some((size, score, signature));
             }
         }
-        Ok(best)
+        Ok(best.map(|best| Look { typical: usual, ..best }))
     }
 }

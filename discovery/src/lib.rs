@@ -15,6 +15,7 @@ pub mod hypothesis;
 pub mod location;
 pub mod machine;
 pub mod noise;
+pub mod power;
 pub mod prior;
 pub mod problem;
 pub mod projection;

@@ -2,9 +2,10 @@
 //!
 //! The stated noise and the rounding, `sigma^2 = noise^2 + step^2/12`, are used as they are where the set has them, since they
 //! set the scale on which "nothing is missing" is judged; the quiet record is reported beside them.  Correlation from sample to
-//! sample is that of an AR(1) process (Box, Jenkins, "Time Series Analysis", section 3.2), used only where it is significant.
-//! Channels read by one recorder are often correlated alike; where nothing speaks against it, what they say together is used
-//! for each, because a quiet record alone is short (Cochran 1954: homogeneity of estimates).
+//! sample is that of an AR(1) process (Box, Jenkins, "Time Series Analysis", section 3.2).  That there is one must show before the
+//! trigger, in one channel or in all that are read by one recorder (Cochran 1954: homogeneity of estimates); how large it is, is
+//! then taken from third differences of the whole record, because a quiet record alone is short: differences leave out what is
+//! smooth, and their quartiles what is fast and rare.
 
 use crate::{Bench, Fault, Study};
 
@@ -13,6 +14,12 @@ const FEWEST: usize = 20;
 /// A correlation below this many standard errors is taken for none.
 const SIGNIFICANT: f64 = 3.0;
 
+/// Fewest differences from which a correlation is taken.
+const ENOUGH: usize = 400;
+/// Largest correlation that is believed.
+const LARGEST: f64 = 0.95;
+/// Distance of the quartiles of a normal distribution in standard deviations.
+const QUARTILES: f64 = 1.348_98;
 /// Standard deviations of chi-squared within which estimates count as estimates of one number.
 const ALIKE: f64 = 2.0;
 
@@ -29,6 +36,8 @@ pub struct Noise {
     pub samples: usize,
     /// Number of pairs of neighbours among them.
     pub(crate) pairs: f64,
+    /// Correlation by the differences of the whole record, if there are enough.
+    pub(crate) whole: Option<f64>,
 }
 
 impl Noise {
@@ -58,11 +67,12 @@ impl Noise {
                 "nothing says how much `{channel}` scatters: the set states no noise and the record before the trigger is too short or constant"
             ))
         })?;
-        Ok(Self { sigma, rho, quiet, samples, pairs })
+        let whole = whole_record(bench, channel, sigma);
+        Ok(Self { sigma, rho, quiet, samples, pairs, whole })
     }
 }
 
-/// Takes one correlation for all channels where theirs differ no more than by chance, and none where it is not significant.
+/// Correlation where the quiet records show one, of all channels together where theirs differ no more than by chance.
 fn settle_correlations(noises: &mut [Noise]) {
     let pairs: f64 = noises.iter().map(|noise| noise.pairs).sum();
     let mean = noises.iter().map(|noise| noise.pairs * noise.rho).sum::<f64>() / pairs.max(1.0);
@@ -72,8 +82,32 @@ fn settle_correlations(noises: &mut [Noise]) {
     let alike = freedom > 0.0 && apart < freedom + ALIKE * (2.0 * freedom).sqrt();
     for noise in noises {
         let (rho, pairs) = if alike { (mean, pairs) } else { (noise.rho, noise.pairs) };
-        noise.rho = if noise.pairs > 0.0 && rho * pairs.sqrt() > SIGNIFICANT { rho } else { 0.0 };
+        let is_correlated = noise.pairs > 0.0 && rho * pairs.sqrt() > SIGNIFICANT;
+        noise.rho = if is_correlated { noise.whole.unwrap_or(rho).clamp(0.0, LARGEST) } else { 0.0 };
     }
+}
+
+/// The correlation with which noise of this standard deviation has third differences like those of the record.
+fn whole_record(bench: &Bench, channel: &str, sigma: f64) -> Option<f64> {
+    let mut thirds: Vec<f64> = Vec::new();
+    for values in bench.shots.iter().filter_map(|shot| shot.values.get(channel)) {
+        thirds
+            .extend(values.windows(4).map(|v| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]).filter(|third| third.is_finite()));
+    }
+    if thirds.len() < ENOUGH {
+        return None;
+    }
+    thirds.sort_unstable_by(f64::total_cmp);
+    let quarter = thirds.len() / 4;
+    let scale = (thirds[3 * quarter] - thirds[quarter]) / QUARTILES / sigma;
+    // For AR(1) noise of variance 1 the third differences have the variance 20 - 30 rho + 12 rho^2 - 2 rho^3, which falls with rho.
+    let variance = |rho: f64| 20.0 - rho * (30.0 - rho * (12.0 - 2.0 * rho));
+    let (mut low, mut high) = (-0.5, LARGEST);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if variance(middle) > scale * scale { low = middle } else { high = middle }
+    }
+    Some(low)
 }
 
 /// Standard deviation, correlation, number of the samples before the trigger and of pairs of neighbours among them; means are taken
@@ -101,16 +135,20 @@ fn quiet(bench: &Bench, channel: &str) -> (Option<f64>, f64, usize, f64) {
     // Means taken out of short records bias the correlation down by about (1 + rho)/(1 - rho) times the reciprocal of their length.
     let raw = lagged / pairs / variance;
     let bias = shots as f64 / count as f64;
-    let rho = (raw + bias * (1.0 + raw) / (1.0 - raw).max(0.1)).clamp(-0.95, 0.95);
+    let rho = (raw + bias * (1.0 + raw) / (1.0 - raw).max(0.1)).clamp(-LARGEST, LARGEST);
     (Some(variance.sqrt()), rho, count, pairs)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Noise, settle_correlations};
+    use std::collections::BTreeMap;
+
+    use super::{Noise, settle_correlations, whole_record};
+    use crate::bench::{Bench, Shot};
+    use crate::fit::schedule::Draws;
 
     fn noises(estimates: &[f64]) -> Vec<Noise> {
-        let one = |&rho: &f64| Noise { sigma: 1.0, rho, quiet: Some(1.0), samples: 164, pairs: 160.0 };
+        let one = |&rho: &f64| Noise { sigma: 1.0, rho, quiet: Some(1.0), samples: 164, pairs: 160.0, whole: None };
         estimates.iter().map(one).collect()
     }
 
@@ -125,5 +163,25 @@ mod tests {
         let mut none = noises(&[0.05, -0.06, 0.02, 0.08]);
         settle_correlations(&mut none);
         assert!(none.iter().all(|noise| noise.rho == 0.0));
+    }
+
+    /// A signal with a step and an oscillation under noise of known correlation.
+    #[test]
+    fn differences_of_the_whole_record_show_the_correlation() {
+        for rho in [0.0, 0.3, 0.6_f64] {
+            let mut draws = Draws(77);
+            let mut noise = draws.normal();
+            let times: Vec<f64> = (0..8000).map(|k| f64::from(k) * 5e-5).collect();
+            let record = times.iter().map(|&t| {
+                noise = rho * noise + (1.0 - rho * rho).sqrt() * draws.normal();
+                let signal = if t > 0.1 { 500.0 } else { 0.0 } + 40.0 * (300.0 * t).sin();
+                signal + 2.0 * noise
+            });
+            let values = BTreeMap::from([("c".to_string(), record.collect())]);
+            let shot = Shot { times: times.clone(), values, ..Shot::default() };
+            let bench = Bench { shots: vec![shot], ..Bench::default() };
+            let found = whole_record(&bench, "c", 2.0).expect("enough");
+            assert!((found - rho).abs() < 0.03, "{found} instead of {rho}");
+        }
     }
 }

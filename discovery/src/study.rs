@@ -101,6 +101,8 @@ pub struct Shots {
     pub trigger_jitter: f64,
     /// Tolerance of time with which fast changes are compared, in sample periods.
     pub time_tolerance: f64,
+    /// The channel whose course divides a shot into phases for reports.
+    pub phases_of: Option<String>,
     /// Numbers of the shots held out; by default they are chosen by operating point.
     pub hold_out: Option<Vec<usize>>,
     /// Parts of the shots that are left out.
@@ -114,6 +116,7 @@ impl Default for Shots {
             time_scale: 1.0,
             trigger_jitter: 0.0,
             time_tolerance: 0.1,
+            phases_of: None,
             hold_out: None,
             masks: Vec::new(),
         }

@@ -154,6 +154,14 @@ impl Workshop<'_> {
         Ok(texts)
     }
 
+    /// Names and texts of all files that a model with effects is made of, its own text among them.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn files(&self, inserts: &[Insert]) -> Result<Vec<(String, String)>, Fault> {
+        Ok(self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?.1)
+    }
+
     /// A text with the channels added.
     fn measured(&self, preamble: &str, extended: &str) -> String {
         let mut text = format!("{preamble}{extended}model {MEASURED}\n  extends {EXTENDED};\n");

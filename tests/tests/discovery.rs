@@ -145,6 +145,29 @@ fn nothing_is_missing_where_nothing_is_missing() {
     let _ = fs::remove_dir_all(&folder);
 }
 
+/// The tables by phase agree with the gaps by channel, a leak would have been seen before it was put in, and the text that was added
+/// is the redeclaration.
+fn check_tables(report: &serde_json::Value) {
+    let phases = &report["phases"];
+    assert_eq!(phases["names"].as_array().map(Vec::len), Some(5));
+    let channels = phases["channels"].as_array().expect("a list");
+    let column = channels.iter().position(|name| *name == "pR_Pa").expect("measured");
+    for (stage, key) in [("before", "before"), ("after", "after")] {
+        let cells: Vec<f64> =
+            phases[stage].as_array().expect("rows").iter().filter_map(|row| row[column].as_f64()).collect();
+        let whole = report["gap"]["train"]["channels"]["pR_Pa"][key].as_f64().expect("a number");
+        let (low, high) = cells.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+        assert!(cells.len() == 5 && low <= whole && whole <= high, "{stage}: {cells:?} and {whole} in all");
+    }
+    let added = report["change"].as_str().expect("the text that was added");
+    assert!(added.contains("redeclare Hyd.Effects.ChamberLeakage leakage(k_leak ="), "{added}");
+    let powers = report["power"].as_array().expect("a list");
+    let friction = powers.iter().find(|own| own["effect"] == "piston_friction").expect("listed");
+    let chance = friction["chance"].as_f64().expect("a number");
+    assert!(chance > 0.99, "60 N of friction are plain to see: {friction}");
+    assert!(powers.iter().all(|own| own["effect"] != "chamber_leakage"), "what is in the model cannot join");
+}
+
 #[test]
 fn a_leak_is_named_and_the_model_that_has_it_is_written() {
     let folder = folder("leak");
@@ -195,6 +218,9 @@ fn a_leak_is_named_and_the_model_that_has_it_is_written() {
     let stated = report["gap"]["train"]["channels"]["pR_Pa"]["after"].as_f64().expect("a number");
     let again = (sum / count).sqrt();
     assert!((again - stated).abs() < 1e-3 * stated, "{again} from the table, {stated} stated");
+    check_tables(&report);
+    let page = fs::read_to_string(folder.join("report.html")).expect("written");
+    assert!(page.contains("leakage of the working chamber") && !page.contains("http://") && !page.contains("https://"));
     let _ = fs::remove_dir_all(&folder);
 }
 
@@ -299,7 +325,7 @@ fn what_no_library_knows_gets_no_name() {
     study_with(
         &folder,
         &format!("without = [{without}]"),
-        &[("[nuisances]", "[shots]\ntime_tolerance = 0.25\n\n[nuisances]")],
+        &[("trigger_jitter = 1e-5", "trigger_jitter = 1e-5\ntime_tolerance = 0.25")],
     );
     fs::create_dir_all(folder.join("libraries")).expect("made");
     let report = report_of(&folder, &root().join("tests/data/bench/B10.json").display().to_string());

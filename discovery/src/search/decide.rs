@@ -91,7 +91,7 @@ impl Search<'_> {
         let own = |pass: &Pass| tried(pass) + pass.located_runs;
         let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
         let (status, ambiguous) = (Status::Adequate, Vec::new());
-        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs };
+        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs, seed: self.seed };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());

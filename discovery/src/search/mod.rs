@@ -13,6 +13,7 @@ use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::Located;
+use crate::power::{Confusion, Power, confusions};
 use crate::problem::Weighing;
 use crate::projection::Projection;
 use crate::variant::Workshop;
@@ -101,6 +102,10 @@ pub struct Pass {
     pub terms: Vec<Tried>,
     /// Runs that the look at the equations took.
     pub located_runs: usize,
+    /// How well each effect that can join could be seen.
+    pub powers: Vec<Power>,
+    /// Effects that look alike.
+    pub confusions: Vec<Confusion>,
 }
 
 /// The outcome of a search.
@@ -117,6 +122,8 @@ pub struct Findings {
     pub resembles: Option<Candidate>,
     /// Runs of the model.
     pub runs: usize,
+    /// Seed of the random starts.
+    pub seed: u64,
 }
 
 /// A search.
@@ -206,6 +213,8 @@ impl Search<'_> {
             located: Vec::new(),
             terms: Vec::new(),
             located_runs: 0,
+            powers: Vec::new(),
+            confusions: Vec::new(),
         })
     }
 
@@ -218,6 +227,7 @@ impl Search<'_> {
         let Some(projection) = Projection::new(&pass.fit) else {
             return Err(Fault::run("no derivatives at the fit of the base model"));
         };
+        let mut signatures = Vec::new();
         for candidate in &self.candidates {
             let taken = pass.base.inserts.iter().any(|own| {
                 own.excludes(candidate)
@@ -229,9 +239,16 @@ impl Search<'_> {
             let mut inserts = pass.base.inserts.clone();
             inserts.push(candidate.clone());
             let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
-            let look = hypothesis.look(self.setup, &pass.fit, &projection, &weighing)?;
+            let mut look = hypothesis.look(self.setup, &pass.fit, &projection, &weighing)?;
+            if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
+                let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
+                signatures.push((power, signature));
+            }
             pass.tried.push(Tried { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, verdict: String::new() });
         }
+        pass.confusions = confusions(&signatures, &projection);
+        pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
+        pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);

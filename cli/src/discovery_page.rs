@@ -1,0 +1,42 @@
+//! A report of a search as one page that works without a network.
+//!
+//! Findings, curves and texts become JSON in front of `discovery_page.js`, which draws them; style and script stand in files of
+//! their own and are put together here.
+
+use hyd_discovery::report::{Report, ShotCurves};
+use serde_json::{Value, json};
+
+const PAGE: &str = include_str!("discovery_page/page.html");
+const STYLE: &str = include_str!("discovery_page/page.css");
+const SCRIPT: &str = include_str!("discovery_page/page.js");
+const CURVES: &str = include_str!("discovery_page/curves.js");
+/// Significant digits of curves: more than a screen shows.
+const DIGITS: usize = 5;
+
+/// The page as HTML.
+pub(crate) fn page(report: &Report) -> String {
+    let texts: Vec<Value> = report.texts.iter().map(|(name, text)| json!({"name": name, "text": text})).collect();
+    let shots: Vec<Value> = report.curves.iter().map(shot).collect();
+    let data = json!({"report": report.json, "shots": shots, "texts": texts});
+    // In a script nothing may look like the end of the script.
+    let data = data.to_string().replace("</", "<\\/").replace("<!--", "<\\!--");
+    PAGE.replacen("/*STYLE*/", STYLE, 1).replacen("/*SCRIPT*/", &format!("{CURVES}\n{SCRIPT}"), 1).replacen(
+        "/*DATA*/null",
+        &data,
+        1,
+    )
+}
+
+fn shot(shot: &ShotCurves) -> Value {
+    let short = |values: &[f64]| values.iter().map(|&value| rounded(value)).collect::<Vec<Value>>();
+    let channels = shot.channels.iter().map(|channel| {
+        let left_out: Vec<usize> = (0..channel.used.len()).filter(|&k| !channel.used[k]).collect();
+        json!({"name": channel.name, "measured": short(&channel.measured), "base": short(&channel.base),
+            "extended": short(&channel.extended), "left_out": left_out})
+    });
+    json!({"number": shot.number, "held_out": shot.held_out, "times": short(&shot.times), "channels": channels.collect::<Vec<_>>()})
+}
+
+fn rounded(value: f64) -> Value {
+    format!("{value:.DIGITS$e}").parse::<f64>().ok().filter(|value| value.is_finite()).map_or(Value::Null, Value::from)
+}

@@ -1,0 +1,194 @@
+"use strict";
+// The sections of the report: what was found, where the gap lies, what was tried, and how far it can be trusted.
+
+const R = DATA.report, main = document.getElementById("main");
+const ESCAPES = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
+const safe = (text) => String(text ?? "").replace(/[&<>"]/g, (c) => ESCAPES[c]);
+const fixed = (value, digits = 2) => (value === null || value === undefined ? "" : value.toFixed(digits));
+
+function section(title, inside, { wide = false, note = "" } = {}) {
+  const part = document.createElement("section");
+  if (wide) part.className = "wide";
+  part.innerHTML = "<h2>" + safe(title) + "</h2>" + (note ? "<p>" + note + "</p>" : "") + inside;
+  main.append(part);
+  return part;
+}
+
+// Columns: [title, cell, numeric].
+function table(rows, columns, mark = () => false) {
+  const head = columns.map(([title, , numeric]) => `<th class="${numeric ? "n" : ""}">${safe(title)}</th>`).join("");
+  const body = rows.map((row, k) => `<tr class="${mark(row, k) ? "best" : ""}">` +
+    columns.map(([, cell, numeric]) => `<td class="${numeric ? "n" : ""}">${cell(row)}</td>`).join("") + "</tr>").join("");
+  return `<div class="scroll"><table><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table></div>`;
+}
+
+const hasText = (file) => DATA.texts.some((own) => own.name === file);
+const place = (own) => hasText(own.file)
+  ? `<a data-file="${safe(own.file)}" data-line="${own.line}">${safe(own.file)}:${own.line}</a>` : `${safe(own.file)}:${own.line}`;
+
+function begin() {
+  document.title = (R.title ? R.title + ": " : "") + R.status;
+  document.getElementById("sentence").textContent = R.sentence.charAt(0).toUpperCase() + R.sentence.slice(1);
+  const held = R.shots.heldout.length ? `, ${R.shots.heldout.join(", ")} held out` : "";
+  document.getElementById("about").textContent =
+    `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
+    `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.reason ? ` No name, because ${R.reason}.` : "");
+}
+
+function answer() {
+  const gap = (name, own) => own ? `<div><b>${fixed(own.before)} &rarr; ${fixed(own.after)}</b><span>${name}</span></div>` : "";
+  const figures = `<div class="figures">${gap("gap on fitted shots", R.gap.train)}${gap("gap on shots held out", R.gap.heldout)}` +
+    `<div><b>1.00</b><span>noise</span></div></div>`;
+  const effects = R.effects.map((own) => {
+    const sizes = Object.entries(own.parameters).map(([name, p]) => `<code>${safe(name)} = ${short(p.value)} &plusmn; ${short(p.stderr)}</code>`);
+    return `<p><b>${safe(own.id)}</b> (${safe(own.equation)}) at <code>${safe(own.component)}</code>, ${place(own)}<br>${sizes.join("<br>")}</p>`;
+  });
+  const terms = R.proposed.map((own) =>
+    `<p>a term <code>${short(own.coefficient)}*${safe(own.shape)}</code> ${safe(own.unit)} (&plusmn; ${short(own.stderr)}) in <code>${safe(own.equation)}</code>` +
+    ` of <code>${safe(own.component || "the model")}</code>, ${place(own)}, would bring the misfit to ${fixed(own.misfit)}</p>`);
+  const further = (R.further || []).map((own) => `<p>${safe(own)}</p>`);
+  section("What was found", figures + effects.join("") + terms.join("") + further.join(""));
+}
+
+function phases() {
+  const P = R.phases;
+  if (!P) return;
+  const cell = (list, phase, channel) => (list && list[phase] ? fixed(list[phase][channel]) : "");
+  const rows = [];
+  P.channels.forEach((name, channel) => P.names.forEach((phase, k) => rows.push({ name, channel, phase, k })));
+  const columns = [["channel", (r) => (r.k === 0 ? `<a data-channel="${safe(r.name)}">${safe(r.name)}</a>` : "")], ["phase", (r) => safe(r.phase)],
+    ["as designed", (r) => cell(P.raw, r.k, r.channel), true], ["base fitted", (r) => cell(P.before, r.k, r.channel), true],
+    ["extended", (r) => cell(P.after, r.k, r.channel), true], ["held out, base", (r) => cell(P.heldout_before, r.k, r.channel), true],
+    ["held out, extended", (r) => cell(P.heldout_after, r.k, r.channel), true]];
+  const far = (r) => P.before && P.before[r.k][r.channel] > 1.2;
+  section("Where the gap lies", table(rows, columns, far), {
+    note: "Root of the mean square of the residuals in standard deviations of the noise; 1.00 is noise. " +
+      (P.of ? `Phases are those of ${safe(P.of)}.` : "Phases are thirds of the record.") });
+}
+
+function structure() {
+  const top = R.location.length ? Math.max(...R.location.map((own) => own.score || 0)) : 0;
+  const root = { name: "the model", inside: new Map(), own: [] };
+  for (const own of R.location) {
+    let node = root;
+    for (const part of (own.component || "").split(".").filter(Boolean)) {
+      if (!node.inside.has(part)) node.inside.set(part, { name: part, inside: new Map(), own: [] });
+      node = node.inside.get(part);
+    }
+    node.own.push(own);
+  }
+  const best = R.location[0];
+  const heat = (score) => `<span class="heat"><i style="width:${top > 0 ? Math.max(1, 100 * Math.max(0, score) / top) : 0}%"></i></span>`;
+  const strength = (node) => Math.max(0, ...node.own.map((own) => own.score || 0), ...[...node.inside.values()].map(strength));
+  const print = (node) => [...node.inside.values()].sort((a, b) => strength(b) - strength(a)).map((child) => {
+    const here = best && child.own.includes(best);
+    const equations = child.own.slice(0, 2).map((own) => `<code>${safe(own.equation)}</code>${own.effect ? " (" + safe(own.effect) + ")" : ""} ${place(own)}`);
+    return `<li>${heat(strength(child))}<b${here ? ' style="background:var(--mark)"' : ""}>${safe(child.name)}</b> ${equations.join("; ")}` +
+      (child.inside.size ? `<ul>${print(child)}</ul>` : "") + "</li>";
+  }).join("");
+  const own = root.own.slice(0, 2).map((eq) => `<code>${safe(eq.equation)}</code> ${place(eq)}`).join("; ");
+  section("The structure, and where something seems to be missing",
+    `<div class="tree scroll"><ul><li>${own}<ul>${print(root)}</ul></li></ul></div>`,
+    { note: "Bars: by how much the cost would fall with the best term of an equation, or the best effect of a place. Marked: the likeliest." });
+}
+
+function text() {
+  if (!DATA.texts.length) return;
+  const options = DATA.texts.map((own) => `<option>${safe(own.name)}</option>`).join("");
+  const part = section("Text", `<div class="bar"><select>${options}</select></div><pre class="scroll"></pre>`);
+  const select = part.querySelector("select"), pre = part.querySelector("pre");
+  const show = (file, line) => {
+    select.value = file;
+    const own = DATA.texts.find((candidate) => candidate.name === file);
+    pre.innerHTML = own.text.split("\n").map((row, k) =>
+      `<div class="${k + 1 === line ? "mark" : ""}"><span class="n">${k + 1}</span>${safe(row)}</div>`).join("");
+    const marked = pre.querySelector(".mark");
+    if (marked) pre.scrollTop = marked.offsetTop - pre.offsetTop - 120;
+  };
+  select.onchange = () => show(select.value, 0);
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-file]");
+    if (link) { show(link.dataset.file, Number(link.dataset.line)); part.scrollIntoView({ block: "nearest", behavior: "smooth" }); }
+  });
+  const best = R.effects[0] || R.proposed[0] || R.location[0];
+  if (best && hasText(best.file)) show(best.file, best.line); else show(DATA.texts[0].name, 0);
+}
+
+function change() {
+  if (!R.change) return;
+  const lines = R.change.trimEnd().split("\n").map((line) => `<div class="added">+ ${safe(line)}</div>`).join("");
+  section("What was added to the model", `<pre>${lines}</pre>`,
+    { wide: true, note: "The whole model stands in <code>discovered.hyd</code> and runs by itself." });
+}
+
+function candidates() {
+  const several = R.candidates.some((own) => own.pass > 1);
+  const columns = [["effect or term", (r) => `<code>${safe(r.effect)}</code>`], ["promise", (r) => fixed(r.promise, 1), true],
+    ["fall", (r) => (r.fitted ? fixed(r.fall, 1) : ""), true], ["size / error", (r) => (r.fitted ? fixed(r.size_in_errors, 1) : ""), true],
+    ["misfit", (r) => fixed(r.misfit, 3), true], ["why not", (r) => safe(r.verdict)]];
+  if (several) columns.unshift(["pass", (r) => r.pass, true]);
+  section("Candidates", table(R.candidates, columns, (r) => r.fitted && !r.verdict), {
+    note: "Promise: fall of the cost that the signature explains without a fit. Fall: after a fit of everything. A name needs a fall of 25, " +
+      "a size of four standard errors and a lead of 10." });
+}
+
+function parameters() {
+  const columns = [["what may be off", (r) => safe(r.name)], ["base", (r) => (r.before ? short(r.before.value) : ""), true],
+    ["pull", (r) => (r.before ? fixed(r.before.pull) : ""), true], ["last fit", (r) => short(r.after.value), true],
+    ["&plusmn;", (r) => short(r.after.stderr), true], ["pull", (r) => fixed(r.after.pull), true]];
+  columns[4][0] = "\u00b1";
+  section("What may be off", table(R.parameters, columns, (r) => Math.abs(r.after.pull) > 2), {
+    note: "Pull: distance from the value before the measurement in its standard deviations; bold above 2. Factors, gains: times the stated value." });
+}
+
+function power() {
+  const columns = [["effect", (r) => `<code>${safe(r.effect)}</code>`], ["typical size", (r) => short(r.typical), true],
+    ["fall to expect", (r) => fixed(r.fall, 0), true], ["left by nuisances", (r) => fixed(100 * r.left_by_nuisances, 0) + " %", true],
+    ["seen in", (r) => fixed(100 * r.chance, 0) + " %", true], ["smallest visible", (r) => short(r.smallest_visible), true]];
+  section("What these shots could have shown", table(R.power, columns), {
+    note: "For effects that are not in the last model. Smallest visible: seen in 95 of 100 sets. The figures are linear, so optimistic where nuisances are not." });
+  const pairs = [["effects", (r) => `<code>${safe(r.effects[0])}</code>, <code>${safe(r.effects[1])}</code>`],
+    ["cosine", (r) => fixed(r.cosine), true], ["told apart by", (r) => fixed(r.apart, 0), true],
+    ["", (r) => (r.apart > 45 ? "told apart" : "may be taken for each other")]];
+  section("Effects that look alike", R.confusions.length ? table(R.confusions, pairs) : "<p>None.</p>",
+    { note: "Cosine of the signatures after the nuisances have taken their share; a difference of 45 tells two apart." });
+}
+
+function record() {
+  const rows = R.attempts.flatMap((pass, k) => pass.map((own) => ({ pass: k + 1, ...own })));
+  const columns = [["pass", (r) => r.pass, true], ["start", (r) => safe(r.start)], ["misfit", (r) => fixed(r.misfit, 3), true],
+    ["cost", (r) => fixed(r.cost, 1), true], ["steps", (r) => r.steps, true], ["", (r) => (r.converged ? "converged" : "not converged")]];
+  section("Fits of the model without", table(rows, columns), { note: "Attempts that end far apart make a name impossible." });
+  const noise = Object.entries(R.noise).map(([name, own]) => ({ name, ...own, masked: R.masked[name] }));
+  const names = [["channel", (r) => safe(r.name)], ["noise used", (r) => short(r.used), true], ["before the trigger", (r) => short(r.before_trigger), true],
+    ["samples", (r) => r.samples, true], ["correlation", (r) => fixed(r.correlation), true], ["left out", (r) => fixed(100 * r.masked, 1) + " %", true]];
+  section("Noise and masks", table(noise, names));
+}
+
+// The shot held out, if there is one, and the channel with the largest gap in it.
+function firstView() {
+  const shot = Math.max(0, DATA.shots.findIndex((own) => own.held_out));
+  const gap = (R.gap.heldout || R.gap.train).channels, has = (name) => gap[name] && gap[name].before !== null;
+  const names = DATA.shots[shot].channels.map((own) => own.name);
+  const worst = names.filter(has).sort((a, b) => gap[b].before - gap[a].before)[0];
+  return { shot, channel: worst || names[0] };
+}
+
+begin();
+answer();
+phases();
+const overlay = section("Measured and simulated", '<div class="curves"></div>', { wide: true });
+const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView()) : null;
+structure();
+text();
+change();
+candidates();
+parameters();
+power();
+record();
+document.addEventListener("click", (event) => {
+  const link = event.target.closest("a[data-channel]");
+  if (!link || !view) return;
+  const shot = DATA.shots.findIndex((own) => own.channels.some((channel) => channel.name === link.dataset.channel));
+  if (shot >= 0) { view.show(shot, link.dataset.channel); overlay.scrollIntoView({ block: "nearest", behavior: "smooth" }); }
+});

@@ -1,0 +1,215 @@
+//! The findings as JSON: `report.json`.
+
+use serde_json::{Map, Value, json};
+
+use super::{AllGaps, Scene, is_named, number, parameters, phases};
+use crate::catalogue::Candidate;
+use crate::location::Located;
+use crate::power::{Confusion, Power};
+use crate::proof::Gap;
+use crate::search::{ERRORS, Findings, NEEDED, Status, Tried};
+use crate::unknowns::Meaning;
+use crate::variant::Workshop;
+use crate::{Fault, Setup};
+
+/// All of it.
+pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Value, Fault> {
+    let &Scene { setup, workshop, findings, last, .. } = scene;
+    let effects = if gaps.after.is_some() { effects(scene)? } else { Vec::new() };
+    let (before, after) = (&gaps.before, gaps.after.as_ref());
+    let train = gap_json(setup, Some(&before.train), after.map(|gaps| &gaps.train));
+    let held_out = gap_json(setup, before.held_out.as_ref(), after.and_then(|gaps| gaps.held_out.as_ref()));
+    Ok(json!({
+        "status": findings.status.word(),
+        "sentence": super::summary::sentence(scene),
+        "title": setup.study.title,
+        "set": setup.bench.name,
+        "model": workshop.class,
+        "effects": effects,
+        "ambiguous": findings.ambiguous.iter().map(|candidate| &*candidate.effect.id).collect::<Vec<_>>(),
+        "reason": findings.reason,
+        "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
+        "location": location(findings, workshop),
+        "proposed": proposed(scene)?,
+        "gap": {"train": train, "heldout": held_out},
+        "phases": phases::phases(scene, gaps),
+        "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out)},
+        "channels": channels(setup),
+        "noise": noise(setup),
+        "masked": masked(setup),
+        "parameters": parameters::parameters(scene)?,
+        "candidates": candidates(findings),
+        "power": last.powers.iter().map(power).collect::<Vec<_>>(),
+        "confusions": last.confusions.iter().map(confusion).collect::<Vec<_>>(),
+        "attempts": findings.passes.iter().map(|pass| pass.record.attempts.iter().map(|a|
+            json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
+        ).collect::<Vec<_>>()).collect::<Vec<_>>(),
+        "seed": findings.seed,
+        "simulations": findings.runs,
+        "seconds": seconds,
+    }))
+}
+
+/// A gap before and after, over all and by channel; after is before where nothing was added.
+fn gap_json(setup: &Setup, before: Option<&Gap>, after: Option<&Gap>) -> Value {
+    let Some(before) = before else { return Value::Null };
+    let after_all = after.map_or(before.all, |gap| gap.all);
+    let channels = setup.data.channels.iter().enumerate().map(|(k, channel)| {
+        let after = after.map_or(before.channels[k], |gap| gap.channels[k]);
+        (channel.name.clone(), json!({"before": number(before.channels[k]), "after": number(after)}))
+    });
+    json!({"before": number(before.all), "after": number(after_all), "channels": channels.collect::<Map<String, Value>>()})
+}
+
+fn candidates(findings: &Findings) -> Vec<Value> {
+    let all = findings.passes.iter().enumerate().flat_map(|(pass, found)| {
+        found.tried.iter().chain(&found.terms).map(move |tried| {
+            json!({"pass": pass + 1, "effect": tried.hypothesis.own_label(),
+                "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
+                "power": tried.look.as_ref().map(|look| number(look.score.power)),
+                "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
+                "fitted": tried.fit.is_some(), "misfit": tried.fit.as_ref().map(|fit| number(fit.misfit / found.expected)),
+                "verdict": tried.verdict, "fall": number(tried.fall), "size_in_errors": number(tried.errors)})
+        })
+    });
+    all.collect()
+}
+
+fn power(power: &Power) -> Value {
+    json!({"effect": power.effect, "typical": number(power.typical), "fall": number(power.fall),
+        "left_by_nuisances": number(power.left), "chance": number(power.chance()), "smallest_visible": number(power.smallest())})
+}
+
+fn confusion(own: &Confusion) -> Value {
+    json!({"effects": [own.effects.0, own.effects.1], "cosine": number(own.cosine), "apart": number(own.apart)})
+}
+
+fn channels(setup: &Setup) -> Vec<Value> {
+    let of = setup.data.channels.iter().map(|channel| {
+        json!({"name": channel.name, "unit": channel.unit, "words": channel.words, "expression": channel.expression,
+            "sigma": channel.noise.sigma * channel.scale.abs()})
+    });
+    of.collect()
+}
+
+/// Share of the samples that are left out, by channel.
+fn masked(setup: &Setup) -> Value {
+    let share = |channel: usize| {
+        let traces = || setup.data.shots.iter().filter_map(move |shot| shot.traces[channel].as_ref());
+        let (all, used) = traces().fold((0, 0), |(all, used), trace| {
+            (all + trace.used.len(), used + trace.used.iter().filter(|used| **used).count())
+        });
+        1.0 - f64::from(used as u32) / f64::from(all.max(1) as u32)
+    };
+    let of = setup.data.channels.iter().enumerate().map(|(k, channel)| (channel.name.clone(), json!(share(k))));
+    of.collect::<Map<String, Value>>().into()
+}
+
+/// Equations and places, the likeliest first: those of effects that were named, those of terms that were fitted by the fall of the cost,
+/// then the others by how much it would fall with the best term of the equation or the best effect of the place.
+fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
+    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Vec::new() };
+    let mut ranked: Vec<(u8, f64, String, Value)> = Vec::new();
+    let mut add = |rank: u8, score: f64, place: (&str, &str, u32), rest: Value| {
+        let (component, file, line) = place;
+        let key = format!("{component}:{file}:{line}");
+        if ranked.iter().any(|(_, _, known, _)| *known == key) {
+            return;
+        }
+        let mut object =
+            json!({"component": component, "file": workshop.shown_file(file), "line": line, "score": number(score)});
+        if let (Value::Object(object), Value::Object(rest)) = (&mut object, rest) {
+            object.extend(rest);
+        }
+        ranked.push((rank, score, key, object));
+    };
+    let named = is_named(findings.status);
+    for (insert, pass) in last.base.inserts.iter().zip(&findings.passes).filter(|_| named) {
+        let fall = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        for site in &insert.sites {
+            add(
+                0,
+                fall,
+                (&site.path, &site.file, site.line),
+                json!({"equation": &*site.words, "effect": insert.label()}),
+            );
+        }
+    }
+    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.fall >= NEEDED;
+    for tried in first.terms.iter().filter(|tried| beaten(tried)) {
+        let Some((term, _)) = &tried.hypothesis.term else { continue };
+        let rest = json!({"equation": term.equation, "shape": term.shape, "unit": term.unit});
+        add(1, tried.fall, (&term.component, &term.file, term.line), rest);
+    }
+    for Located { term, score } in &first.located {
+        let rest = json!({"equation": term.equation, "shape": term.shape, "coefficient": number(score.amplitude), "unit": term.unit});
+        add(2, score.gain, (&term.component, &term.file, term.line), rest);
+    }
+    for tried in &first.tried {
+        let (Some(insert), Some(look)) = (tried.hypothesis.inserts.last(), &tried.look) else { continue };
+        for site in insert.sites.iter().take(1) {
+            let rest = json!({"equation": &*site.words, "effect": insert.label()});
+            add(2, look.score.gain, (&site.path, &site.file, site.line), rest);
+        }
+    }
+    ranked.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    ranked.into_iter().map(|(.., value)| value).collect()
+}
+
+/// Terms that explain what no effect explains, the best first.
+pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
+    let &Scene { setup, workshop, last, findings, .. } = scene;
+    if findings.status != Status::Unknown {
+        return Ok(Vec::new());
+    }
+    let mut values = Vec::new();
+    for tried in last.terms.iter().filter(|tried| tried.fall >= NEEDED && tried.errors >= ERRORS) {
+        let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
+        let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
+        let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);
+        values.push(
+            json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file),
+            "line": term.line, "shape": term.shape, "unit": term.unit, "coefficient": number(fit.xi[own] * spread),
+            "stderr": number(error), "fall": number(tried.fall), "misfit": number(fit.misfit / last.expected)}),
+        );
+    }
+    Ok(values)
+}
+
+/// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.
+fn noise(setup: &Setup) -> Value {
+    let of = setup.data.channels.iter().map(|channel| {
+        let (noise, scale) = (&channel.noise, channel.scale.abs());
+        let quiet = noise.quiet.map(|quiet| quiet * scale);
+        (channel.name.clone(), json!({"used": noise.sigma * scale, "before_trigger": quiet, "samples": noise.samples, "correlation": noise.rho}))
+    });
+    of.collect::<Map<String, Value>>().into()
+}
+
+fn numbers(setup: &Setup, shots: &[usize]) -> Vec<usize> {
+    shots.iter().map(|&shot| setup.data.shots[shot].number).collect()
+}
+
+/// The effects that were named.
+fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
+    let (setup, pass) = (scene.setup, scene.last);
+    let problem = pass.base.problem(setup)?;
+    let describe = |(number_of, candidate): (usize, &Candidate)| {
+        let (effect, site) = (&candidate.effect, &candidate.sites[0]);
+        let mut parameters = Map::new();
+        for (k, unknown) in
+            problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect.is_some_and(|part| part.effect == number_of))
+        {
+            let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
+            let error = pass.fit.standard_error(k).map_or(f64::NAN, |error| error * prior.slope(pass.fit.xi[k]).abs());
+            let name = unknown.name.strip_prefix(&format!("{}.", effect.id)).unwrap_or(&unknown.name);
+            parameters.insert(
+                name.to_string(),
+                json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error)}),
+            );
+        }
+        json!({"id": &*effect.id, "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
+            "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})
+    };
+    Ok(pass.base.inserts.iter().enumerate().map(describe).collect())
+}

@@ -1,0 +1,170 @@
+//! What is written down: the model as text, the findings as JSON, measured and simulated channels, a summary to read.
+//!
+//! Numbers of the extended model come from runs of the text that is written, translated anew.  Gaps are roots of the mean square of
+//! residuals in standard deviations of the noise (1.0 is noise); see [`crate::proof`].
+
+mod json;
+mod parameters;
+mod phases;
+mod summary;
+mod trajectories;
+
+use serde_json::{Value, json};
+
+use crate::catalogue::Candidate;
+use crate::machine::Machine;
+use crate::proof::{Gap, gap};
+use crate::search::{Findings, Pass, Status};
+use crate::text_bundle::bundle;
+use crate::unknowns::EffectPart;
+use crate::variant::{Insert, Workshop};
+use crate::{Fault, Setup};
+
+pub use trajectories::{ChannelCurves, ShotCurves, table};
+
+/// Everything that is written down.
+pub struct Report {
+    /// `report.json`.
+    pub json: Value,
+    /// `discovered.hyd`, if something was named.
+    pub model: Option<String>,
+    /// Measured, base and extended, shot by shot.
+    pub curves: Vec<ShotCurves>,
+    /// For the terminal.
+    pub summary: String,
+    /// Names and texts of the files that the report points at.
+    pub texts: Vec<(String, String)>,
+}
+
+/// Gaps of one model on the shots that were fitted and on those held out.
+struct Gaps {
+    train: Gap,
+    held_out: Option<Gap>,
+}
+
+/// The gaps of the machine as its drawings say, of the base model as fitted, and of the model with what was found.
+struct AllGaps {
+    raw: Option<Gap>,
+    before: Gaps,
+    after: Option<Gaps>,
+}
+
+/// Study, set, models and what was found.
+#[derive(Clone, Copy)]
+struct Scene<'a> {
+    setup: &'a Setup,
+    workshop: &'a Workshop<'a>,
+    findings: &'a Findings,
+    first: &'a Pass,
+    last: &'a Pass,
+}
+
+/// The model with what was found: text, and translated.
+struct Extended {
+    whole: String,
+    own: String,
+    machine: Machine,
+    candidates: Vec<Candidate>,
+}
+
+/// Writes everything down.  `built_in` knows the names of texts that every reader has.
+///
+/// # Errors
+/// When the written model cannot be translated or run.
+pub fn report(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    findings: &Findings,
+    seconds: f64,
+    built_in: &dyn Fn(&str) -> bool,
+) -> Result<Report, Fault> {
+    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
+        return Err(Fault::run("nothing was fitted"));
+    };
+    let scene = Scene { setup, workshop, findings, first, last };
+    let base = first.base.problem(setup)?;
+    let raw = gap(&base, &vec![0.0; base.unknowns.len()], &setup.train, false).ok();
+    let before = gaps(setup, &base, &first.fit.xi)?;
+    let extended = if is_named(findings.status) { Some(scene.extend(built_in)?) } else { None };
+    let after = match &extended {
+        Some(own) => Some(gaps(setup, &setup.problem(&own.machine, &own.candidates)?, &last.fit.xi)?),
+        None => None,
+    };
+    let gaps = AllGaps { raw, before, after };
+    let curves = trajectories::curves(&scene, &gaps)?;
+    let mut json = json::json(&scene, &gaps, seconds)?;
+    let texts = scene.pointed_at(&json)?;
+    if let (Value::Object(object), Some(own)) = (&mut json, &extended) {
+        object.insert("change".into(), json!(own.own));
+    }
+    let summary = summary::summary(&scene, &gaps, seconds)?;
+    Ok(Report { json, model: extended.map(|own| own.whole), curves, summary, texts })
+}
+
+fn is_named(status: Status) -> bool {
+    matches!(status, Status::Named | Status::Sensor)
+}
+
+fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Result<Gaps, Fault> {
+    let train = gap(problem, xi, &setup.train, false)?;
+    let held_out = match setup.held_out.is_empty() {
+        true => None,
+        false => Some(gap(problem, xi, &setup.held_out, true)?),
+    };
+    Ok(Gaps { train, held_out })
+}
+
+impl Scene<'_> {
+    /// The model with what was found.
+    fn extend(&self, built_in: &dyn Fn(&str) -> bool) -> Result<Extended, Fault> {
+        let (setup, workshop) = (self.setup, self.workshop);
+        let inserts = inserts(setup, self.last)?;
+        let annotation = format!(
+            "  annotation(experiment(StopTime = {:e}, Tolerance = 1e-7), __hyd(discovered(from = \"{}\", status = \"{}\", set = \"{}\")));\n",
+            setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max),
+            workshop.class,
+            self.findings.status.word(),
+            setup.bench.name
+        );
+        let words: Vec<&str> = inserts.iter().map(|insert| &*insert.candidate.effect.words).collect();
+        let description = format!("{} with {}", workshop.class, words.join(" and "));
+        let mut whole = bundle(&workshop.texts(&inserts, built_in)?);
+        let own = workshop.extended(&inserts, &description.replace('"', "'"), &[], &annotation);
+        whole.push_str(&own);
+        let machine = setup.machine(&*workshop.translate_whole(&whole)?)?;
+        Ok(Extended { whole, own, machine, candidates: inserts.into_iter().map(|insert| insert.candidate).collect() })
+    }
+
+    /// Texts of the files that effects, terms and places of a report stand in.
+    fn pointed_at(&self, json: &Value) -> Result<Vec<(String, String)>, Fault> {
+        let lists = ["effects", "location", "proposed"].into_iter().filter_map(|key| json[key].as_array()).flatten();
+        let mut names: Vec<&str> = lists.filter_map(|own| own["file"].as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        let files = self.workshop.files(&inserts(self.setup, self.last)?)?;
+        let shown = files.into_iter().map(|(name, text)| (self.workshop.shown_file(&name).to_string(), text));
+        Ok(shown.filter(|(name, _)| names.contains(&name.as_str())).collect())
+    }
+}
+
+/// The effects of a pass with their fitted values; what is another one in every shot gets its mean over the fitted shots.
+fn inserts(setup: &Setup, pass: &Pass) -> Result<Vec<Insert>, Fault> {
+    let problem = pass.base.problem(setup)?;
+    let value = |part: EffectPart| {
+        let of = problem.unknowns.iter().zip(&pass.fit.xi).filter(|(unknown, _)| {
+            unknown.effect == Some(part) && unknown.shot.is_none_or(|shot| setup.train.contains(&shot))
+        });
+        let values: Vec<f64> = of.map(|(unknown, &xi)| unknown.value(xi)).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    };
+    let make = |(effect, candidate): (usize, &Candidate)| {
+        let values = (0..candidate.effect.parameters.len()).map(|parameter| value(EffectPart { effect, parameter }));
+        Insert { candidate: candidate.clone(), values: values.collect() }
+    };
+    Ok(pass.base.inserts.iter().enumerate().map(make).collect())
+}
+
+/// A number, or null where there is none.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}

@@ -1,0 +1,89 @@
+//! The findings for the terminal.
+
+use std::fmt::Write;
+
+use super::{AllGaps, Scene, json::proposed};
+use crate::Fault;
+use crate::catalogue::Candidate;
+use crate::proof::Gap;
+use crate::search::Status;
+use crate::variant::EXTENDED;
+
+/// What came out, in one sentence.
+pub(super) fn sentence(scene: &Scene<'_>) -> String {
+    let findings = scene.findings;
+    match findings.status {
+        Status::Adequate => "adequate: nothing is missing; what is left is noise".to_string(),
+        Status::Named | Status::Sensor => {
+            let inserts = &scene.last.base.inserts;
+            let names: Vec<String> = inserts.iter().map(|c| format!("{} ({})", c.label(), c.effect.words)).collect();
+            format!("{}: missing is {}", findings.status.word(), names.join(" and "))
+        }
+        Status::Ambiguous => {
+            let names: Vec<String> = findings.ambiguous.iter().map(Candidate::label).collect();
+            format!("ambiguous: these explain it equally well: {}", names.join(", "))
+        }
+        Status::Unknown => match &findings.resembles {
+            Some(candidate) => format!(
+                "unknown: something is missing that no library effect explains; it resembles {}",
+                candidate.label()
+            ),
+            None => "unknown: something is missing that no library effect explains".to_string(),
+        },
+        Status::Unconverged => {
+            "unconverged: the fits did not end where they could be compared; no name is given".to_string()
+        }
+    }
+}
+
+/// Sentence, gaps and sizes.
+pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<String, Fault> {
+    let &Scene { setup, findings, last, .. } = scene;
+    let (before, after) = (&gaps.before, gaps.after.as_ref());
+    let mut text = String::new();
+    let _ = writeln!(text, "{}", sentence(scene));
+    if let Some(reason) = findings.reason {
+        let _ = writeln!(text, "  no name, because {reason}");
+    }
+    for term in proposed(scene)? {
+        let text_of = |key: &str| term[key].as_str().unwrap_or_default().to_string();
+        let figure = |key: &str| term[key].as_f64().unwrap_or(f64::NAN);
+        let (component, unit) = (text_of("component"), text_of("unit"));
+        let _ = writeln!(
+            text,
+            "  a term like {:.3e}*{} {unit} (+- {:.1e}) in `{}`{} ({}:{}) would bring the misfit to {:.2}",
+            figure("coefficient"),
+            text_of("shape"),
+            figure("stderr"),
+            text_of("equation"),
+            if component.is_empty() { String::new() } else { format!(" of {component}") },
+            text_of("file"),
+            term["line"],
+            figure("misfit")
+        );
+    }
+    let _ = writeln!(text, "\ngap (1.00 is noise)         before   after");
+    let mut line = |name: &str, before: &Gap, after: Option<&Gap>| {
+        let _ = writeln!(text, "  {name:24} {:7.2} {:7.2}", before.all, after.map_or(before.all, |gap| gap.all));
+        for (k, channel) in setup.data.channels.iter().enumerate().filter(|&(k, _)| before.channels[k].is_finite()) {
+            let after = after.map_or(before.channels[k], |gap| gap.channels[k]);
+            let _ = writeln!(text, "    {:22} {:7.2} {after:7.2}", channel.name, before.channels[k]);
+        }
+    };
+    line("fitted shots", &before.train, after.map(|gaps| &gaps.train));
+    if let Some(own) = &before.held_out {
+        line("shots held out", own, after.and_then(|gaps| gaps.held_out.as_ref()));
+    }
+    if after.is_some() {
+        let problem = last.base.problem(setup)?;
+        let _ = writeln!(text, "\nsizes");
+        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.effect.is_some()) {
+            let xi = last.fit.xi[k];
+            let error = last.fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(xi).abs());
+            let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));
+        }
+    }
+    let model = if after.is_some() { format!("; the model is {EXTENDED}") } else { String::new() };
+    let _ = writeln!(text, "\n{} runs of one shot, {seconds:.1} s{model}", findings.runs);
+    Ok(text)
+}

@@ -1,0 +1,118 @@
+"""Opens the pages that hyd writes in a headless Chromium: they draw, answer to the mouse and ask nothing of a network."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+from playwright.sync_api import sync_playwright
+
+HYD, WORK = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]).resolve()
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+             "--disable-component-update", "--disable-sync"]
+# Effects that stay in the search, so that it is short.
+KEPT = {"ChamberLeakage", "PistonFriction", "SensorLag"}
+
+
+def run(*arguments):
+    subprocess.run([HYD, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+
+
+def report():
+    """A search with a few effects on the bench with a leak."""
+    drive = ROOT / "models/single_acting_drive"
+    effects = [path.stem for path in (ROOT / "stdlib/Hyd/Effects").glob("*.hyd") if path.stem != "package"]
+    without = ", ".join(f'"Hyd.Effects.{name}"' for name in sorted(set(effects) - KEPT))
+    study = (drive / "bench.toml").read_text()
+    study = study.replace('file = "drive.hyd"', f'file = "{drive / "drive.hyd"}"\nwithout = [{without}]')
+    (WORK / "study.toml").write_text(study)
+    run("discover", WORK / "study.toml", "--bench", ROOT / "tests/data/bench/B03.json", "--report", WORK / "leak")
+    return WORK / "leak/report.html"
+
+
+def coloured(page, canvas, colour):
+    """Pixels of a canvas near a colour of the page."""
+    return page.evaluate(
+        """([canvas, colour]) => {
+          const own = document.querySelector(canvas), pen = own.getContext("2d");
+          const name = getComputedStyle(document.documentElement).getPropertyValue(colour).trim();
+          const wanted = [1, 3, 5].map((k) => parseInt(name.slice(k, k + 2), 16));
+          const pixels = pen.getImageData(0, 0, own.width, own.height).data;
+          let count = 0;
+          for (let k = 0; k < pixels.length; k += 4)
+            if (pixels[k + 3] > 128 && wanted.every((value, j) => Math.abs(pixels[k + j] - value) < 24)) count += 1;
+          return count;
+        }""", [canvas, colour])
+
+
+def check(condition, words):
+    if not condition:
+        sys.exit(f"FAILED: {words}")
+
+
+def open_page(browser, path):
+    """A page, with all that goes wrong in it and all that it asks for."""
+    page = browser.new_page(viewport={"width": 1500, "height": 1100})
+    wrong, asked = [], []
+    page.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    return page, wrong, asked
+
+
+def check_report(browser, path):
+    page, wrong, asked = open_page(browser, path)
+    data = json.loads((path.parent / "report.json").read_text())
+    check("chamber_leakage" in page.inner_text("#sentence"), "the sentence names the effect")
+    check(page.locator("main section").count() >= 10, "all sections are there")
+    for colour in ("--base", "--more", "--seen"):
+        check(coloured(page, "canvas.above", colour) > 200, f"{colour} is drawn")
+    page.screenshot(path=WORK / "report.png", full_page=True)
+    # Another channel and shot, a closer look, and a value under the pointer.
+    page.click(".channels button:text-is('pR_Pa')")
+    page.click(".shots button:has-text('shot 3')")
+    check(page.locator(".shots button.on").inner_text().startswith("shot 3"), "the shot is chosen")
+    box = page.locator("canvas.above").bounding_box()
+    whole = page.evaluate("document.querySelector('canvas.above').map.t1 - document.querySelector('canvas.above').map.t0")
+    page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 100, steps=4)
+    page.mouse.up()
+    part = page.evaluate("document.querySelector('canvas.above').map.t1 - document.querySelector('canvas.above').map.t0")
+    check(0.1 * whole < part < 0.35 * whole, f"dragging zooms ({part} of {whole})")
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 120)
+    check("measured" in page.inner_text(".hover"), "values are shown under the pointer")
+    page.screenshot(path=WORK / "report_zoomed.png")
+    page.dblclick("canvas.above")
+    # The likeliest place leads to its line.
+    line = data["effects"][0]["line"]
+    check(page.locator("pre div.mark .n").inner_text() == str(line), "the line of the effect is marked")
+    page.locator("a[data-file]").nth(2).click()
+    check(page.locator("pre div.mark").count() == 1, "a link marks a line")
+    check(not wrong, f"errors in the page: {wrong}")
+    check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
+
+
+def check_equations(browser):
+    path = WORK / "equations.html"
+    run("equations", ROOT / "models/single_acting_drive/drive.hyd", "--html", path)
+    page, wrong, asked = open_page(browser, path)
+    check(page.locator("canvas#matrix").count() == 1, "the matrix is there")
+    check(coloured(page, "canvas#matrix", "--explicit") > 50, "the matrix is drawn")
+    page.screenshot(path=WORK / "equations.png", full_page=True)
+    check(not wrong, f"errors in the page: {wrong}")
+    check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
+
+
+with sync_playwright() as play:
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    program = next((path for path in map(shutil.which, names) if path), None)
+    check(program, "a Chromium is installed")
+    browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
+    check_equations(browser)
+    check_report(browser, report())
+    browser.close()
+print("pages in a browser: as they should be")
