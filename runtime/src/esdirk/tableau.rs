@@ -5,7 +5,8 @@
 //! convection-diffusion-reaction equations", Appl. Numer. Math. 44 (2003) 139, the implicit part of ARK4(3)6L[2]SA.
 //! The dense output is derived here: polynomials `b_i(theta)` of degree 4 that satisfy the conditions of order 4 for every theta and
 //! join with continuous derivative, `b'(0) = e_1`, `b'(1) = e_6`; the one free number makes the factor by which a stiff component
-//! enters between the ends least.  Predictors are least-norm combinations of earlier stages exact for quadratics.
+//! enters between the ends least.  The combination that sees kinks is the only one that vanishes for cubic rates with the stages'
+//! own errors of order 3; its scale is that of the largest error a kink makes.  Predictors are least-norm combinations of earlier stages exact for quadratics.
 
 /// Number of stages.
 pub(crate) const STAGES: usize = 6;
@@ -48,6 +49,20 @@ fn weight(i: usize) -> f64 {
 pub(crate) fn difference(i: usize) -> f64 {
     weight(i) - EMBEDDED[i]
 }
+
+/// Weight of stage `i` in the measure of kinks, exact up to the common factor.
+pub(crate) fn kink(i: usize) -> f64 {
+    KINK[i]
+}
+
+const KINK: [f64; STAGES] = [
+    0.05930268940077737,
+    0.4934902353441119,
+    -0.4175992073169061,
+    0.08845847753712523,
+    -0.4047050536616511,
+    0.18105285869654267,
+];
 
 /// Coefficients of theta^1 to theta^4 in `b_i(theta)`.
 const DENSE: [[f64; 4]; STAGES] = [
@@ -132,6 +147,27 @@ mod tests {
         order_conditions(&EMBEDDED, 1.0, 3);
         // The pair differs in order 4, or there would be no error estimate.
         assert!((sum(&EMBEDDED, |i| C[i].powi(3)) - 0.25).abs() > 1e-4);
+    }
+
+    /// A rate with slope 1 from `theta` on: what the weights make of it, and the error of the result, in `h^2`.
+    fn at_kink(theta: f64) -> (f64, f64, f64) {
+        let bent = |weights: &[f64]| sum(weights, |i| (C[i] - theta).max(0.0));
+        let embedded: Vec<f64> = (0..STAGES).map(difference).collect();
+        (bent(&KINK), bent(&embedded), bent(&full(5)) - 0.5 * (1.0 - theta).powi(2))
+    }
+
+    #[test]
+    fn kinks_are_seen_at_their_size_and_smooth_rates_not_at_all() {
+        for q in 0..4 {
+            holds(sum(&KINK, |i| C[i].powi(q)), 0.0);
+        }
+        holds(sum(&KINK, |i| sum(&full(i), |j| C[j] * C[j])), 0.0);
+        let kinks: Vec<_> = (0..=1000).map(|k| at_kink(k as f64 / 1000.0)).collect();
+        let largest = |value: fn(&(f64, f64, f64)) -> f64| kinks.iter().map(|k| value(k).abs()).fold(0.0, f64::max);
+        let (seen, embedded, error) = (largest(|k| k.0), largest(|k| k.1), largest(|k| k.2));
+        assert!((seen / error - 1.0).abs() < 1e-3, "{seen} of {error}");
+        // What it is for: the embedded result sees a tenth at most.
+        assert!(embedded < 0.1 * error, "{embedded} of {error}");
     }
 
     #[test]
