@@ -15,21 +15,21 @@ use crate::tables::span_of_variable;
 use hyd_source::Files;
 
 /// A place, negated or not.
-type Signed = (Place, bool);
+pub(crate) type Signed = (Place, bool);
 
 /// Where the values of one site stand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SitePlaces {
     /// What is delayed, in the simulation.
-    source: Signed,
+    pub(crate) source: Signed,
     /// The same in the initial system.
-    initial_source: Signed,
+    pub(crate) initial_source: Signed,
     /// The delay time.
-    time: Signed,
+    pub(crate) time: Signed,
     /// Its upper bound.
     most: Signed,
     /// The delay time varies.
-    varying: bool,
+    pub(crate) varying: bool,
 }
 
 /// The places of all sites.

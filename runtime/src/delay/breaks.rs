@@ -89,6 +89,11 @@ impl Breaks {
         }
     }
 
+    /// The break at the begin of the newest segment is one for a site, whatever its values do.
+    pub(super) fn keep_newest(&mut self, past: &Past, site: usize) {
+        self.set(past.newest(), site, State::Jump);
+    }
+
     /// Decides open breaks whose surroundings are known by now; true if one has turned out to be smooth.
     pub(super) fn decide(&mut self, past: &Past, times: &[f64], limits: &[f64]) -> bool {
         let mut smooth = false;

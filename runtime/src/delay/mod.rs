@@ -17,6 +17,7 @@ mod past;
 mod polynomial;
 mod record;
 mod system;
+mod tangents;
 
 use hyd_system::{DelaySite, Structure};
 
@@ -70,6 +71,9 @@ pub(crate) struct DelayWork {
     tolerance: f64,
     limits: Vec<f64>,
     record: record::Record,
+    /// In runs with derivatives: their past, and the time (s) up to which they have come.
+    derived: Option<Box<tangents::Derived>>,
+    kept_from: f64,
 }
 
 impl DelayWork {
@@ -102,8 +106,16 @@ impl DelayWork {
         self.recording = false;
         self.anchor = None;
         self.cached = None;
+        self.derived_off();
         self.tolerance = tolerance;
         self.sources.fill(0.0);
+    }
+
+    fn derived_off(&mut self) {
+        self.kept_from = f64::INFINITY;
+        if let Some(derived) = &mut self.derived {
+            derived.stop();
+        }
     }
 
     /// True if some delayed time lies within the step to `t` (s), so that its value depends on the iterate.

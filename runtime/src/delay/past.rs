@@ -5,7 +5,7 @@
 //! slopes may jump, so a value is always asked for within given segments.  Before the first break the sources are constant.
 //! Pieces that no delay reaches any more are dropped; in steady state nothing is allocated.
 
-use super::polynomial::{NODES, rate, value};
+use super::polynomial::{NODES, curvature, rate, value};
 
 /// Dropped pieces are given back when they are at least this many and half of all.
 const SHORTEST_DROP: usize = 64;
@@ -127,13 +127,29 @@ impl Past {
 
     /// Value and rate of a source at `t` (s) from segments `low` to below `high` (to the newest if none); outside of them
     /// the nearest piece is extended.  `hint` is where the last search ended.
-    pub(super) fn at(
-        &self,
-        site: usize,
-        t: f64,
-        (low, high): (Segment, Option<Segment>),
-        hint: &mut usize,
-    ) -> (f64, f64) {
+    pub(super) fn at(&self, site: usize, t: f64, range: (Segment, Option<Segment>), hint: &mut usize) -> (f64, f64) {
+        let k = self.find(t, range, hint);
+        let Piece { from, to } = self.pieces[k];
+        if self.dropped + k == 0 && self.first_segment == 0 {
+            return (self.values[site], 0.0);
+        }
+        let nodes = self.nodes(k, site);
+        let part = (t - from) / (to - from);
+        (value(&nodes, part), rate(&nodes, part) / (to - from))
+    }
+
+    /// Second derivative, where [`Past::at`] gives value and rate.
+    pub(super) fn bend(&self, site: usize, t: f64, range: (Segment, Option<Segment>), hint: &mut usize) -> f64 {
+        let k = self.find(t, range, hint);
+        let Piece { from, to } = self.pieces[k];
+        if self.dropped + k == 0 && self.first_segment == 0 {
+            return 0.0;
+        }
+        curvature(&self.nodes(k, site), (t - from) / (to - from)) / (to - from).powi(2)
+    }
+
+    /// The piece in which `t` (s) lies, or the nearest one of these segments.
+    fn find(&self, t: f64, (low, high): (Segment, Option<Segment>), hint: &mut usize) -> usize {
         let first = self.first_piece(low);
         let end = high.map_or(self.pieces.len(), |high| self.first_piece(high));
         let (first, end) = if first < end { (first, end) } else { (end.saturating_sub(1), end.max(1)) };
@@ -148,13 +164,7 @@ impl Past {
             found.min(end - 1)
         };
         *hint = k + self.dropped;
-        let Piece { from, to } = self.pieces[k];
-        if self.dropped + k == 0 && self.first_segment == 0 {
-            return (self.values[site], 0.0);
-        }
-        let nodes = self.nodes(k, site);
-        let part = (t - from) / (to - from);
-        (value(&nodes, part), rate(&nodes, part) / (to - from))
+        k
     }
 
     /// Ends of pieces of the newest segment, the latest first, at least `distance` (s) apart; as many as there are and fit.

@@ -42,6 +42,20 @@ pub(super) fn rate(nodes: &[f64; NODES], part: f64) -> f64 {
     slope * (NODES - 1) as f64
 }
 
+/// Its second derivative with respect to `part`.
+pub(super) fn curvature(nodes: &[f64; NODES], part: f64) -> f64 {
+    let d = differences(nodes);
+    let s = part * (NODES - 1) as f64;
+    let (mut sum, mut slope, mut bend) = (d[4], 0.0, 0.0);
+    for j in (0..4).rev() {
+        let (below, x) = ((j + 1) as f64, s - j as f64);
+        bend = (bend * x + 2.0 * slope) / below;
+        slope = (slope * x + sum) / below;
+        sum = d[j] + sum * x / below;
+    }
+    bend * ((NODES - 1) * (NODES - 1)) as f64
+}
+
 /// The fourth difference: the size of the highest term.
 pub(super) fn highest(nodes: &[f64; NODES]) -> f64 {
     differences(nodes)[4]
@@ -88,6 +102,7 @@ mod tests {
             let x = 2.0 + 3.0 * part;
             assert!((value(&nodes, part) - f(x)).abs() < 1e-11, "{part}");
             assert!((rate(&nodes, part) / 3.0 - slope(x)).abs() < 1e-11, "{part}");
+            assert!((curvature(&nodes, part) / 9.0 - (12.0 * x * x - 12.0 * x)).abs() < 1e-10, "{part}");
         }
         assert!((end_slope(&nodes, 0.75) - slope(2.0)).abs() < 1e-12);
         assert!((highest(&nodes) - 24.0 * 0.75f64.powi(4)).abs() < 1e-10);

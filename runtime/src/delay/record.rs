@@ -71,8 +71,8 @@ impl Recorder<'_, '_> {
         work.cached = None;
         work.sources.copy_from_slice(&work.anchor_values);
         let reach = work.bounds.iter().copied().fold(0.0, f64::max);
-        // Output points and events within the step are still to come.
-        work.past.drop_before(from - reach, work.breaks.oldest_read());
+        // Output points and events within the step are still to come, and so are derivatives that lag behind.
+        work.past.drop_before(from.min(work.kept_from) - reach, work.breaks.oldest_read());
         work.breaks.drop_before(work.past.oldest());
         work.breaks.decide(&work.past, &work.times, &work.limits)
     }

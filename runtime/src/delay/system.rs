@@ -24,7 +24,7 @@ impl<'a> Delaying<'a> {
     }
 
     /// Hands over the delayed values that belong to a point.
-    fn prepare(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+    pub(super) fn prepare(&mut self, t: f64, y: &[f64], yp: &[f64]) {
         if self.work.sites.is_empty() || !self.work.recording {
             return;
         }
@@ -53,6 +53,16 @@ impl<'a> Delaying<'a> {
             self.work.values.fill(f64::NAN);
             self.hand_over();
         }
+    }
+
+    /// Some equation reads values of the past.
+    pub(crate) fn has_delays(&self) -> bool {
+        !self.work.sites.is_empty()
+    }
+
+    /// Prepares derivatives by so many directions.
+    pub(crate) fn derive(&mut self, width: usize) {
+        self.work.derive(width);
     }
 
     /// Longest sensible step from here (s).
@@ -275,6 +285,6 @@ impl DaeSystem for Delaying<'_> {
     }
 
     fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        self.inner.tangents()
+        if self.work.sites.is_empty() { self.inner.tangents() } else { Some(self) }
     }
 }

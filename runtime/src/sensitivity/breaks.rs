@@ -58,6 +58,11 @@ impl Breaks {
         }
     }
 
+    /// Branches without an event are known, so that no step goes over one.
+    pub(super) fn located(&self) -> bool {
+        !self.left.is_empty()
+    }
+
     /// The next break, if there is one.
     pub(super) fn next(&self) -> Option<(f64, f64)> {
         self.list.first().copied()

@@ -72,6 +72,7 @@ impl Sensitivity {
                 }
             }
         }
+        self.instant.copy_from_slice(&self.dt[..last]);
         for block in self.s.chunks_exact_mut(width).chain(self.sp.chunks_exact_mut(width)) {
             let rate = std::mem::replace(&mut block[last], 0.0);
             for (value, dt) in block.iter_mut().zip(&self.dt) {

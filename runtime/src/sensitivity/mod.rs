@@ -64,6 +64,10 @@ pub(crate) struct Sensitivity {
     z: Vec<f64>,
     roots: Vec<f64>,
     y_before: Vec<f64>,
+    /// A point of the solution at which sources of delays are derived.
+    point: (Vec<f64>, Vec<f64>),
+    /// Derivatives of the instant of the last event.
+    instant: Vec<f64>,
     row: Vec<f64>,
     parameters: Vec<f64>,
     extended: Vec<f64>,
@@ -81,12 +85,6 @@ impl Sensitivity {
         system: &mut dyn DaeSystem,
         names: &[String],
     ) -> Result<Box<Sensitivity>, OptionError> {
-        if !system.structure().delays.is_empty() {
-            return Err(refusal(
-                &names[0],
-                "the model reads values of the past (delay), through which no derivatives go",
-            ));
-        }
         let tables = Arc::clone(system.tables());
         let mut made = match old.filter(|old| old.names == names && old.tables.is_of(&tables)) {
             Some(old) => old,
@@ -147,6 +145,8 @@ impl Sensitivity {
             z: vec![0.0; structure.initial.unknowns * width],
             roots: vec![0.0; structure.roots * width],
             y_before: vec![0.0; n],
+            point: (vec![0.0; n], vec![0.0; n]),
+            instant: vec![0.0; width - 1],
             row: vec![0.0; structure.outputs * width],
             parameters: vec![0.0; parameters * width],
             extended: Vec::new(),
@@ -186,6 +186,8 @@ impl Sensitivity {
         self.dt.fill(0.0);
         self.s.fill(0.0);
         self.sp.fill(0.0);
+        self.instant.fill(0.0);
+        problem.system.derive(self.width);
         let parameters = problem.system.parameters();
         self.steps.begin(tolerance, |unknown, direction| {
             let value = match self.directions[direction] {
@@ -252,6 +254,8 @@ impl Sensitivity {
 
     /// Forgets the past: the current derivatives are those at the point.
     pub(crate) fn restart(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) {
+        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+        problem.system.begin_derived(t, (y, yp), along, &self.instant);
         self.breaks.restart(problem, t, y, yp);
         self.steps.restart(t, &self.s, &self.sp, self.width);
         self.trail.restart(t, y, yp);
@@ -266,7 +270,7 @@ impl Sensitivity {
     ) -> Result<(), SolveError> {
         self.trail.push(t, y, yp, &self.differential);
         self.breaks.look(problem, &mut self.matrices, &self.trail, (t, y, yp));
-        while self.trail.is_full() || self.steps.fits(&self.trail, &self.breaks) {
+        while self.trail.is_full() || self.steps.fits(&self.trail, &self.breaks, problem.system.shortest_delay()) {
             self.step(problem)?;
         }
         Ok(())
@@ -293,7 +297,46 @@ impl Sensitivity {
             self.trail.values(t, &mut y, &mut yp);
             return Err(singular((Stage::Step, t), error, (&y, &yp), problem));
         }
+        self.record(problem)?;
+        self.trail.drop_before(self.steps.newest());
         self.serve(self.steps.newest());
+        Ok(())
+    }
+
+    /// Records what delays ask for later: the derivatives of their sources over the last step.
+    fn record(&mut self, problem: &mut Problem<'_>) -> Result<(), SolveError> {
+        let (from, to) = (self.steps.before(), self.steps.newest());
+        if !problem.system.has_delays() || to <= from {
+            return Ok(());
+        }
+        let mut point = std::mem::take(&mut self.point);
+        let sampled = self.sample(problem, (from, to), (&mut point.0, &mut point.1));
+        self.point = point;
+        sampled?;
+        let keep = self.waiting.oldest().map_or(from, |row| row.min(from));
+        problem.system.record_derived((from, to), keep);
+        Ok(())
+    }
+
+    /// Hands the derivatives at the nodes of a step over to the past.
+    fn sample(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (from, to): (f64, f64),
+        (y, yp): (&mut [f64], &mut [f64]),
+    ) -> Result<(), SolveError> {
+        let known = usize::from(problem.system.continues_derived(from));
+        for node in known..=4 {
+            let t = if node == 4 { to } else { from + (to - from) * node as f64 / 4.0 };
+            self.trail.values(t, y, yp);
+            self.s.fill(0.0);
+            self.sp.fill(0.0);
+            self.steps.interpolate(t, &self.differential, (&mut self.s, &mut self.sp), self.width);
+            // Interpolated algebraic unknowns amplify what is rough in the past that they follow, pass after pass.
+            self.consistent(problem, (Stage::Step, t), y, yp)?;
+            let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+            problem.system.sample_derived(node, t, (y, yp), along);
+        }
         Ok(())
     }
 

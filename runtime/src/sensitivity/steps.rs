@@ -4,14 +4,15 @@
 //! `R_i = c (S_i - P_i)`, the tableau being that of [`crate::esdirk`].  The equations are as rough as the model is: where a contact closes
 //! without an event, `s'` jumps although `y'` does not.  Steps end before such a [break](super::breaks) and begin anew behind it; they
 //! are the sensitivities' own, chosen by their own error, and the method has no past that a jump would spoil.  The error estimate is the difference of the two results
-//! over differential unknowns, relative to the largest derivative so far, the worst direction counting.
+//! over differential unknowns, relative to the largest derivative so far, the worst direction counting; where breaks are not located,
+//! the combination that sees kinks counts too.
 //!
 //! Directions are handled in tiles, so that one load of a matrix entry serves several: tile by tile, unknown by unknown.
 
 use super::breaks::Breaks;
 use super::linear::Matrices;
 use super::trail::Trail;
-use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference};
+use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference, kink};
 use crate::linear::{FactorError, LANES, Tile};
 use crate::problem::Problem;
 
@@ -115,10 +116,16 @@ impl Steps {
         self.t
     }
 
-    /// True if the next step lies within the trail, or a break cuts it short.
-    pub(super) fn fits(&self, trail: &Trail, breaks: &Breaks) -> bool {
+    /// Time before the last step (s).
+    pub(super) fn before(&self) -> f64 {
+        self.t_before
+    }
+
+    /// True if the next step, at most as long as the shortest delay, lies within the trail, or a break cuts it short.
+    pub(super) fn fits(&self, trail: &Trail, breaks: &Breaks, shortest: Option<f64>) -> bool {
         let rest = trail.end() - self.t;
-        rest > 0.0 && (!self.h.is_finite() || self.h <= rest || breaks.next().is_some())
+        let wanted = self.h.min(shortest.unwrap_or(f64::INFINITY));
+        rest > 0.0 && (!wanted.is_finite() || wanted <= rest || breaks.next().is_some())
     }
 
     /// Goes over a break, if the newest point stands before one: rates begin anew behind it.
@@ -162,6 +169,8 @@ impl Steps {
         differential: &[bool],
     ) -> Result<(), (f64, FactorError)> {
         let limit = breaks.next().map_or(trail.end(), |(before, _)| before.min(trail.end()));
+        // What a step reads of the past must be known.
+        let limit = problem.system.shortest_delay().map_or(limit, |shortest| limit.min(self.t + shortest));
         if limit <= self.t {
             // The next break is at hand, or the last one led to the end.
             return Ok(());
@@ -180,7 +189,10 @@ impl Steps {
             self.attempts += 1;
             problem.statistics.sensitivity_steps += 1;
             let error = match self.stages(problem, matrices, trail, (h, target)) {
-                Ok(()) => self.error(h, differential),
+                Ok(()) => {
+                    let error = self.error(h, differential, difference);
+                    if breaks.located() { error } else { error.max(self.error(h, differential, kink)) }
+                }
                 Err(error) if self.attempts >= MOST_ATTEMPTS => return Err((target, error)),
                 Err(_) => f64::NAN,
             };
@@ -194,7 +206,6 @@ impl Steps {
                 }
                 (self.t_before, self.t, self.h_used) = (self.t, target, h);
                 self.first = std::mem::take(&mut self.fresh);
-                trail.drop_before(target);
                 self.measure();
                 return Ok(());
             }
@@ -240,10 +251,10 @@ impl Steps {
         Ok(())
     }
 
-    /// Error of the attempt, in accepted ones.
-    fn error(&self, h: f64, differential: &[bool]) -> f64 {
+    /// Error of the attempt by a combination of its rates, in accepted ones.
+    fn error(&self, h: f64, differential: &[bool], weight: fn(usize) -> f64) -> f64 {
         let count = differential.iter().filter(|differential| **differential).count().max(1) as f64;
-        let weights: [f64; STAGES] = std::array::from_fn(|i| h * difference(i));
+        let weights: [f64; STAGES] = std::array::from_fn(|i| h * weight(i));
         let mut worst = 0.0f64;
         for tile in 0..self.tiles {
             let mut sum = [0.0; LANES];

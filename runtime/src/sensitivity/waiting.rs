@@ -32,6 +32,11 @@ impl Waiting {
         (self.count, self.ready, self.taken) = (0, 0, 0);
     }
 
+    /// Time of the oldest row (s).
+    pub(super) fn oldest(&self) -> Option<f64> {
+        self.rows[self.taken.min(self.count)..self.count].first().map(|row| row.t)
+    }
+
     /// Takes a row; `length` is that of its blocks.
     pub(super) fn push(&mut self, t: f64, y: &[f64], yp: &[f64], length: usize) {
         if self.count == self.rows.len() {

@@ -70,7 +70,7 @@ pub trait Tangents {
     fn jacobian_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], jacobians: (&mut [f64], &mut [f64]), out: &mut [f64]);
 
     /// Number of branches without an event among the Jacobians.
-    fn branches(&self) -> usize {
+    fn branches(&mut self) -> usize {
         0
     }
 
@@ -99,9 +99,25 @@ pub trait Tangents {
         dy: &mut [f64],
     ) -> bool;
 
+    /// Takes over the derivatives of all delayed values and of their rates, one block per delay site, at the delay times `times` (s), for
+    /// the calls that follow.  That of a varying delay time through `rate * time` is not in them: the equations have it.
+    fn set_delayed_tangents(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
+
+    /// Tangents of `delay_points`: of what the sites delay, and of their delay times.
+    fn delay_points_tangent(
+        &mut self,
+        _t: f64,
+        _y: &[f64],
+        _yp: &[f64],
+        _along: Along<'_>,
+        _sources: &mut [f64],
+        _times: &mut [f64],
+    ) {
+    }
+
     /// Tangents of the row of outputs.
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 
     /// Derivatives of all parameters, in the order of `DaeSystem::parameters`.
-    fn parameters_tangent(&self, out: &mut [f64]);
+    fn parameters_tangent(&mut self, out: &mut [f64]);
 }

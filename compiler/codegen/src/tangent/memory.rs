@@ -8,6 +8,7 @@ use hyd_system::{Along, Direction, DirectionError, Place as ValuePlace, Tables};
 use super::code::{PARTS, Part, TangentCode};
 use super::rows::Rows;
 use super::sweep::{Sweep, SweepCode};
+use crate::delay::Signed;
 use crate::layout::Place;
 use crate::model::Shared;
 use crate::program::{Area, TIME};
@@ -45,6 +46,8 @@ pub(super) struct ActiveRows {
     pub(super) assign: Rows,
     pub(super) for_residual: Rows,
     pub(super) for_roots: Rows,
+    /// Those that sources of delays and delay times need.
+    pub(super) for_delays: Rows,
     pub(super) residual: Rows,
     /// The same where time and unknowns are held.
     pub(super) held_assign: Rows,
@@ -119,6 +122,14 @@ impl TangentMemory {
         out.copy_from_slice(&self.blocks[start..start + out.len()]);
     }
 
+    /// The block of a place of the simulation or of the initial system, into `out`.
+    pub(super) fn signed(&self, (place, negated): Signed, initial: bool, out: &mut [f64]) {
+        self.get(self.block(place, initial), out);
+        if negated {
+            out.iter_mut().for_each(|value| *value = -*value);
+        }
+    }
+
     /// Copies one block.
     pub(super) fn copy(&mut self, from: u32, to: u32) {
         let (from, to) = (from as usize * self.width, to as usize * self.width);
@@ -181,7 +192,8 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     // What changes at events follows the instants of events.
     let discrete = layout.discrete.clone().chain(layout.pre.clone());
     let continuous = layout.pre_continuous.iter().map(|&(_, index)| index);
-    for block in unknowns.chain(initial).chain(discrete).chain(continuous) {
+    let delayed = layout.delayed.clone().chain(layout.delayed_rates.clone());
+    for block in unknowns.chain(initial).chain(discrete).chain(continuous).chain(delayed) {
         active[block as usize] = true;
     }
     let rows = |part: Part| &code.stage(part).rows;
@@ -210,7 +222,15 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
         held_residual.mark_read(&mut marked);
         held_assign.needed(&mut marked)
     };
+    let for_delays = {
+        let mut marked = vec![false; active.len()];
+        for (place, _) in shared.delays.iter().flat_map(|site| [site.source, site.time]) {
+            marked[(spaces.start(place.area, false) + place.index) as usize] = true;
+        }
+        assign.needed(&mut marked)
+    };
     let rows = ActiveRows {
+        for_delays,
         for_residual: needed(&residual),
         for_roots: needed(&roots),
         instants: rows(Part::Instants).filtered(&active),

@@ -162,6 +162,12 @@ impl Tangents for CompiledSystem {
         for &(from, to) in &shared.initial.values {
             tangents.copy(tangents.block(from, true), to);
         }
+        // At the start the delayed values are the sources.
+        let mut source = vec![0.0; width];
+        for (site, to) in shared.delays.iter().zip(shared.lowered.layout.delayed.clone()) {
+            tangents.signed(site.initial_source, true, &mut source);
+            tangents.put(to, &source);
+        }
         self.memory.tangents = Some(tangents);
     }
 
@@ -192,7 +198,7 @@ impl Tangents for CompiledSystem {
         self.memory.tangents = Some(tangents);
     }
 
-    fn branches(&self) -> usize {
+    fn branches(&mut self) -> usize {
         let sweep = self.memory.tangents.as_ref().and_then(|tangents| tangents.sweep.code.as_ref());
         sweep.map_or(0, |code| code.branch_count)
     }
@@ -287,6 +293,48 @@ impl Tangents for CompiledSystem {
         changed
     }
 
+    fn set_delayed_tangents(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
+        let mut tangents = self.take_tangents();
+        tangents.sweep.outdated = true;
+        let shared = self.shared.clone();
+        let layout = &shared.lowered.layout;
+        let width = tangents.width;
+        tangents.put(layout.delayed.start, values);
+        tangents.put(layout.delayed_rates.start, rates);
+        for (k, _) in shared.delays.iter().enumerate().filter(|(_, site)| site.varying) {
+            // As with the values: `value + rate * time` stands there.
+            let first = (layout.delayed.start as usize + k) * width;
+            let block = &mut tangents.blocks[first..first + width];
+            for (value, rate) in block.iter_mut().zip(&rates[k * width..]) {
+                *value += rate * times[k];
+            }
+        }
+        self.memory.tangents = Some(tangents);
+    }
+
+    fn delay_points_tangent(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+        along: Along<'_>,
+        sources: &mut [f64],
+        times: &mut [f64],
+    ) {
+        let mut tangents = self.take_tangents();
+        self.set_time(t, false);
+        self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
+        tangents.load(along);
+        tangents.chain(Part::Assign, |rows| &rows.for_delays, false);
+        let width = tangents.width;
+        for (k, site) in self.shared.delays.iter().enumerate() {
+            let block = k * width..(k + 1) * width;
+            tangents.signed(site.source, false, &mut sources[block.clone()]);
+            tangents.signed(site.time, false, &mut times[block]);
+        }
+        self.memory.tangents = Some(tangents);
+    }
+
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
         self.set_time(t, false);
@@ -307,7 +355,7 @@ impl Tangents for CompiledSystem {
         self.memory.tangents = Some(tangents);
     }
 
-    fn parameters_tangent(&self, out: &mut [f64]) {
+    fn parameters_tangent(&mut self, out: &mut [f64]) {
         if let Some(tangents) = &self.memory.tangents {
             tangents.get(self.shared.lowered.layout.parameters.start, out);
         }
