@@ -116,15 +116,15 @@ impl Delaying<'_> {
             let mut cursor = self.work.breaks.cursors[k];
             let range = (cursor.low, cursor.high);
             let (slope, bend) = (self.work.rates[k], self.work.past.bend(k, at, range, &mut cursor.hint));
-            for direction in 0..width {
+            for (direction, &dt) in dt.iter().enumerate().take(width) {
                 let (value, rate) = match direction == last {
                     true => (0.0, 0.0),
                     false => past.at(k * last + direction, at, range, &mut hints[k]),
                 };
                 let entry = k * width + direction;
-                let moved = dt[direction] - times[entry];
+                let moved = dt - times[entry];
                 // The equations have what a varying delay time does.
-                values[entry] = value + slope * if site.varying { dt[direction] } else { moved };
+                values[entry] = value + slope * if site.varying { dt } else { moved };
                 rates[entry] = rate + bend * moved;
             }
         }
