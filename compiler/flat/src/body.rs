@@ -13,6 +13,7 @@ use hyd_syntax::tree::{ClassKind, Component, Direction, Element, Name};
 use crate::callee::Callee;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
+use crate::function::sized_by_value;
 use crate::index::{Affine, SlotKey, Slots};
 use crate::lower::Typed;
 
@@ -323,24 +324,34 @@ impl Flattener<'_, '_> {
         }
         let mut outputs = Vec::new();
         let mut known = Vec::new();
-        let others: Vec<_> = callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)).collect();
+        let mut made = Vec::new();
+        let mut others: Vec<_> =
+            callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)).collect();
+        others.sort_by_key(|(_, c)| sized_by_value(c) && c.modification.binding.is_none());
         for (frame, component) in &others {
             inner.scope.frame = *frame;
             if component.variability <= hyd_syntax::tree::Variability::Parameter {
                 self.declare_local(component, &mut inner)?;
                 continue;
             }
-            let form = self.declared_form(component, &mut inner)?;
+            let sizes = self.sizes_in_body(callee, component, &mut inner)?;
+            let form = self.declared_form(component, sizes, &mut inner)?;
             let own = self.registers(form.scalars().len());
             let mut nodes =
                 own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
             inner.names.push((component.name.name.clone(), form.local(&mut nodes)));
             if component.direction == Some(Direction::Output) {
-                let (count, name) = (own.len(), &component.name.name);
-                let output = |(k, register)| BodyOutput { name: output_name(name, count, k), register, zero: false };
-                outputs.extend(own.enumerate().map(output));
-                known.push((component.name.name.clone(), form));
+                made.push((component.name.name.clone(), form, own));
             }
+        }
+        for output in callee.outputs() {
+            let Some((name, form, own)) = made.iter().find(|(name, ..)| *name == output.name.name).cloned() else {
+                continue;
+            };
+            let count = own.len();
+            let output = |(k, register)| BodyOutput { name: output_name(&name, count, k), register, zero: false };
+            outputs.extend(own.enumerate().map(output));
+            known.push((name, form));
         }
         self.bodies.push(KnownBody { function: callee.inst, inputs: inputs.to_vec(), id, outputs: known, done: false });
         for (frame, component) in others {
@@ -397,9 +408,29 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
+    /// The sizes of a local or output; those of `v[:]` are read off its declaration's value or the first assignment to it.
+    fn sizes_in_body(
+        &mut self,
+        callee: &Callee,
+        component: &Component,
+        inner: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
+        if !sized_by_value(component) {
+            return self.local_sizes(component, inner);
+        }
+        let name = &component.name.name;
+        let value = component.modification.binding.clone().or_else(|| callee.first_value(&self.tree.table, name));
+        match value {
+            Some(value) => self.shape(&value, inner),
+            None => {
+                let message = format!("nothing gives `{name}` a size: it is assigned as a whole nowhere");
+                Err(self.error(Code::ArrayShape, component.name.span, message))
+            }
+        }
+    }
+
     /// Type and sizes of a local or output, from its declaration.
-    fn declared_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
-        let sizes = self.local_sizes(component, inner)?;
+    fn declared_form(&mut self, component: &Component, sizes: Vec<usize>, inner: &mut Context) -> Result<Form, Fail> {
         let scalar = match component.class.parts.as_slice() {
             [only] => match only.name.as_ref() {
                 "Real" => Some(ScalarType::Real),
@@ -449,7 +480,8 @@ impl Flattener<'_, '_> {
             if let Element::Component(field) = declared {
                 let scope = Scope { inst, frame: element.frame };
                 let mut own = Context { depth: inner.depth, ..Context::new(scope) };
-                fields.push((element.name.clone(), self.declared_form(field, &mut own)?));
+                let sizes = self.local_sizes(field, &mut own)?;
+                fields.push((element.name.clone(), self.declared_form(field, sizes, &mut own)?));
             }
         }
         Ok(Form::Record(fields))

@@ -9,9 +9,11 @@ use std::sync::Arc;
 use hyd_instance::class::elements;
 use hyd_instance::modifier::AstMod;
 use hyd_instance::shape::Shape;
-use hyd_instance::{InstId, LocalClass, Resolved, Scope};
+use hyd_instance::{ClassTable, InstId, LocalClass, Resolved, Scope};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
-use hyd_syntax::tree::{Arguments, ClassDef, Component, ComponentRef, Direction, Element, Expr};
+use hyd_syntax::tree::{
+    Arguments, ClassBody, ClassDef, Component, ComponentRef, Direction, Element, Expr, Name, Statement, StatementKind,
+};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -57,6 +59,14 @@ impl Callee {
 
     fn with_direction(&self, direction: Direction) -> Vec<Component> {
         self.components.iter().map(|(_, c)| c).filter(|c| c.direction == Some(direction)).cloned().collect()
+    }
+
+    /// What the first assignment to a variable as a whole gives it.
+    pub fn first_value(&self, table: &ClassTable<'_>, name: &Name) -> Option<Expr> {
+        self.shape.frames.iter().find_map(|part| {
+            let ClassBody::Long { algorithms, .. } = &table.class(part.class).def.body else { return None };
+            algorithms.iter().find_map(|section| first_assignment(&section.statements, name))
+        })
     }
 
     /// The surroundings of its text when it is called from `cx`, without names.
@@ -149,7 +159,7 @@ impl Flattener<'_, '_> {
         callee: &Callee,
         arguments: &Arguments,
         cx: &mut Context,
-    ) -> Result<Vec<(hyd_syntax::tree::Name, Local)>, Fail> {
+    ) -> Result<Vec<(Name, Local)>, Fail> {
         let values = match self.values_of_inputs(span, callee, arguments, cx) {
             Err(Fail::Reported) => {
                 self.look_at_names(callee);
@@ -165,7 +175,7 @@ impl Flattener<'_, '_> {
             self.check_same_sizes("the arguments of a call per element", span, &value.outer, &outer)?;
         }
         let total: usize = outer.iter().product();
-        let mut results: Vec<(hyd_syntax::tree::Name, Local)> = Vec::new();
+        let mut results: Vec<(Name, Local)> = Vec::new();
         for k in 0..total {
             let locals = values.iter().map(|v| slice(v, k, total)).collect();
             for (position, (name, local)) in self.call_with(span, callee, locals, cx)?.into_iter().enumerate() {
@@ -318,6 +328,18 @@ impl Flattener<'_, '_> {
         let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
         Err(self.error(Code::TypeMismatch, expr.span, message))
     }
+}
+
+fn first_assignment(statements: &[Statement], name: &Name) -> Option<Expr> {
+    statements.iter().find_map(|statement| match &statement.kind {
+        StatementKind::Assign(target, value) => {
+            let whole = target.parts.len() == 1 && target.parts[0].subscripts.is_empty();
+            (whole && target.parts[0].name.name == *name).then(|| value.clone())
+        }
+        StatementKind::If(branches) => branches.iter().find_map(|(_, body)| first_assignment(body, name)),
+        StatementKind::For(_, body) | StatementKind::While(_, body) => first_assignment(body, name),
+        _ => None,
+    })
 }
 
 /// Element `k` of `total` of an argument that is an array of what is declared.

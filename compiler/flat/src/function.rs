@@ -273,6 +273,8 @@ impl Flattener<'_, '_> {
                 Some(record) => record,
                 None => return Ok(()),
             },
+            // `v[:]` has the size of what is assigned to it.
+            None if sized_by_value(component) => return Ok(()),
             None => {
                 let sizes = self.local_sizes(component, inner)?;
                 if sizes.is_empty() {
@@ -313,6 +315,11 @@ impl Flattener<'_, '_> {
 
 /// Largest array inside a function.
 const MAX_LOCAL: usize = 1 << 20;
+
+/// Declared as `v[:]`: the size is that of the value.
+pub(crate) fn sized_by_value(component: &Component) -> bool {
+    component.dims.iter().any(|dim| matches!(dim.kind, ExprKind::Colon))
+}
 
 /// Declared with a predefined type.
 pub(crate) fn simple_type(component: &Component) -> bool {

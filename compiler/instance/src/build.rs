@@ -107,6 +107,7 @@ impl InstanceTree<'_> {
             dims: Vec::new(),
             children: Vec::new(),
             by_name: FxHashMap::default(),
+            own_inner: FxHashMap::default(),
             local_classes: FxHashMap::default(),
             variability: Variability::Continuous,
             flow: false,

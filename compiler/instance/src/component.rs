@@ -33,10 +33,15 @@ impl InstanceTree<'_> {
             self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
             return Err(Reported);
         }
-        if declaration.prefixes.outer && !declaration.prefixes.inner {
-            self.outer_says_nothing(declaration);
+        if declaration.prefixes.outer {
+            if !declaration.prefixes.inner {
+                self.outer_says_nothing(declaration);
+            }
             let inner = self.bind_outer(parent, &name, declaration.name.span)?;
-            return self.check_inner(inner, declaration, type_scope);
+            self.check_inner(inner, declaration, type_scope)?;
+            if !declaration.prefixes.inner {
+                return Ok(());
+            }
         }
         let absent = match &declaration.condition {
             Some(condition) => !self.condition(condition, scope)?,
@@ -48,7 +53,11 @@ impl InstanceTree<'_> {
         self.instances[inst].protected |= frames.unwrap_or(false);
         self.instances[inst].absent = absent;
         self.instances[parent].children.push(inst);
-        self.instances[parent].by_name.insert(name, inst);
+        if declaration.prefixes.outer {
+            self.instances[parent].own_inner.insert(name, inst);
+        } else {
+            self.instances[parent].by_name.insert(name, inst);
+        }
         if absent {
             return Ok(());
         }
@@ -95,30 +104,29 @@ impl InstanceTree<'_> {
     pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<InstId, Reported> {
         let mut current = self.instances[parent].parent;
         while let Some(above) = current {
-            if let Some(&found) = self.instances[above].by_name.get(name)
-                && self.instances[found].inner
+            // The inner component may be declared further down in the text than its user.
+            if self.inner_named(above, name).is_none()
+                && let Some(k) = self.inner_element(above, name)
             {
-                self.instances[parent].by_name.insert(name.clone(), found);
-                return Ok(found);
-            }
-            current = self.instances[above].parent;
-        }
-        // The inner component may be declared further down in the text than its user.
-        let mut current = self.instances[parent].parent;
-        while let Some(above) = current {
-            if let Some(k) = self.inner_element(above, name) {
                 let outer = self.pending.get(&above).cloned().unwrap_or_default();
                 self.instantiate_element(above, k, &outer)?;
-                if let Some(&found) = self.instances[above].by_name.get(name) {
-                    self.instances[parent].by_name.insert(name.clone(), found);
-                    return Ok(found);
-                }
+            }
+            if let Some(found) = self.inner_named(above, name) {
+                self.instances[parent].by_name.insert(name.clone(), found);
+                return Ok(found);
             }
             current = self.instances[above].parent;
         }
         let message = format!("no enclosing model declares `inner {name}`");
         self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here"));
         Err(Reported)
+    }
+
+    /// The `inner` component of that name which an instance has for those inside it.
+    fn inner_named(&self, inst: InstId, name: &Name) -> Option<InstId> {
+        let instance = &self.instances[inst];
+        let found = instance.own_inner.get(name).or_else(|| instance.by_name.get(name));
+        found.copied().filter(|&found| self.instances[found].inner && self.instances[found].parent == Some(inst))
     }
 
     pub(crate) fn inner_element(&self, inst: InstId, name: &Name) -> Option<usize> {

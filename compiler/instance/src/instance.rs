@@ -137,6 +137,8 @@ pub struct Instance {
     pub children: Vec<InstId>,
     /// Components by name (an `outer` component is the `inner` one).
     pub by_name: FxHashMap<Name, InstId>,
+    /// Components that are `inner` and `outer` at once: what is inside means them, the class itself means the one above (5.4.1).
+    pub own_inner: FxHashMap<Name, InstId>,
     /// Local classes that were redeclared.
     pub local_classes: FxHashMap<Name, LocalClass>,
     /// Variability, that of the parents included.
