@@ -60,8 +60,10 @@ impl Flattener<'_, '_> {
                 "relations inside a function cause no events: give it the relation as an argument, set the variable in a \
                  `when`, or write `annotation(GenerateEvents = true)` in the function"
             }
-            Part::Relation => "a relation causes an event where it stands in an equation without `noEvent` and `smooth`; inside a function, and `==` of Reals, \
-                 it does not",
+            Part::Relation => {
+                "a relation causes an event where it stands in an equation without `noEvent` and `smooth`; inside a function, and `==` of Reals, \
+                 it does not"
+            }
             Part::Value => "set it in a `when`, which says at which instants it takes a value",
         };
         Diagnostic::error(Code::DiscreteTime, message)

@@ -10,10 +10,10 @@ use hyd_source::{Code, Span};
 use hyd_symbolic::{Body, BodyId, Derivative};
 use hyd_syntax::tree::{ClassKind, ExprKind, Name};
 
-use crate::body::Form;
 use crate::callee::Callee;
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
+use crate::form::Form;
 
 impl Flattener<'_, '_> {
     /// The derivatives that the annotation of the function names.

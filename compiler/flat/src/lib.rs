@@ -22,6 +22,7 @@ mod delay;
 mod discrete_time;
 mod flatten;
 mod fold;
+mod form;
 mod function;
 mod given_derivative;
 mod homotopy;

@@ -10,9 +10,10 @@ use hyd_source::{Code, Span};
 use hyd_symbolic::{Body, BodyOutput, NodeId, SlotId, Step};
 use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Ident, Name, RefPart, Statement, Variability};
 
-use crate::body::{Builder, Form};
+use crate::body::Builder;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
+use crate::form::Form;
 use crate::index::Affine;
 use crate::lower::Typed;
 use crate::rename::{Found, rename};

@@ -22,6 +22,7 @@ mod interpret;
 mod lookup;
 pub mod modifier;
 mod outer;
+mod parameter_value;
 mod primitive;
 mod print;
 pub mod record;

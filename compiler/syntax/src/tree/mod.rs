@@ -2,9 +2,13 @@
 //!
 //! One type per construct of the Modelica 3.6 grammar (appendix A) as far as the profile goes.  Comments and layout are not kept here.
 
+mod expression;
+
 use std::sync::Arc;
 
 use hyd_source::Span;
+
+pub use expression::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, RefPart, UnaryOp};
 
 /// An identifier or a string constant; quoted identifiers keep their quotes.
 pub type Name = Arc<str>;
@@ -416,138 +420,4 @@ pub enum StatementKind {
     Break,
     /// `return`
     Return,
-}
-
-/// A reference to a component or class: `a[1].b.c[i, :]`.
-#[derive(Clone, Debug)]
-pub struct ComponentRef {
-    /// Starts with a dot.
-    pub global: bool,
-    /// The parts, at least one.
-    pub parts: Vec<RefPart>,
-    /// The whole reference.
-    pub span: Span,
-}
-
-/// One part of a reference.
-#[derive(Clone, Debug)]
-pub struct RefPart {
-    /// Name.
-    pub name: Ident,
-    /// Subscripts, empty if none.
-    pub subscripts: Vec<Expr>,
-}
-
-/// Arguments of a call.
-#[derive(Clone, Debug)]
-pub enum Arguments {
-    /// `f(a, b, c = d)`
-    List {
-        /// Positional arguments.
-        positional: Vec<Expr>,
-        /// Named arguments.
-        named: Vec<(Ident, Expr)>,
-    },
-    /// `f(e for i in r)`
-    Reduction(Box<Expr>, Vec<Iterator>),
-}
-
-/// An expression.
-#[derive(Clone, Debug)]
-pub struct Expr {
-    /// What it says.
-    pub kind: ExprKind,
-    /// Its place.
-    pub span: Span,
-}
-
-/// The kinds of expressions.
-#[derive(Clone, Debug)]
-pub enum ExprKind {
-    /// `42`: an unsigned integer literal.
-    Integer(i64),
-    /// `1.5e3`: an unsigned real literal.
-    Real(f64),
-    /// `"text"`, unescaped.
-    Text(Name),
-    /// `true`, `false`
-    Boolean(bool),
-    /// A reference; also `time`.
-    Ref(ComponentRef),
-    /// A call; `der`, `initial`, `pure` and operators with special meaning are calls too.
-    Call(ComponentRef, Arguments),
-    /// `-a`, `+a`, `not a` and the element-wise signs.
-    Unary(UnaryOp, Box<Expr>),
-    /// `a + b` and so on.
-    Binary(BinaryOp, Box<Expr>, Box<Expr>),
-    /// `if c then a elseif d then b else e`
-    If(Vec<(Expr, Expr)>, Box<Expr>),
-    /// `a : b` or `a : step : b` (start, step, stop).
-    Range(Box<Expr>, Option<Box<Expr>>, Box<Expr>),
-    /// `{a, b}`
-    Array(Vec<Expr>),
-    /// `{e for i in r}`
-    ArrayFor(Box<Expr>, Vec<Iterator>),
-    /// `[a, b; c, d]`
-    Matrix(Vec<Vec<Expr>>),
-    /// `(a, b)` as a result list; one element in parentheses is just that element.
-    Tuple(Vec<Option<Expr>>),
-    /// One field of a record expression; never written, made where record bindings and equations are taken apart.
-    Field(Box<Expr>, Ident),
-    /// `:` as a subscript or array size.
-    Colon,
-    /// `end` in a subscript.
-    End,
-}
-
-/// Unary operators.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum UnaryOp {
-    /// `-`
-    Minus,
-    /// `+`
-    Plus,
-    /// `not`
-    Not,
-}
-
-/// Binary operators.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum BinaryOp {
-    /// `+`
-    Add,
-    /// `-`
-    Sub,
-    /// `*`
-    Mul,
-    /// `/`
-    Div,
-    /// `^`
-    Pow,
-    /// `.+`
-    ElementAdd,
-    /// `.-`
-    ElementSub,
-    /// `.*`
-    ElementMul,
-    /// `./`
-    ElementDiv,
-    /// `.^`
-    ElementPow,
-    /// `==`
-    Equal,
-    /// `<>`
-    NotEqual,
-    /// `<`
-    Less,
-    /// `<=`
-    LessEqual,
-    /// `>`
-    Greater,
-    /// `>=`
-    GreaterEqual,
-    /// `and`
-    And,
-    /// `or`
-    Or,
 }

@@ -1,0 +1,208 @@
+//! What the names of a compiled function hold, without their values: types, sizes, fields.
+//!
+//! Given values have forms of their own; those of locals and outputs follow from their declarations.  Where a declaration
+//! says `v[:]`, the size is read off the value or the first assignment.
+
+use hyd_instance::{ScalarType, Scope, Value};
+use hyd_source::{Code, Span};
+use hyd_symbolic::NodeId;
+use hyd_syntax::tree::{ClassKind, Component, Element, Name};
+
+use crate::callee::Callee;
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+use crate::function::sized_by_value;
+use crate::index::{Affine, SlotKey};
+use crate::lower::Typed;
+
+/// What a name of a function holds, without its value.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Form {
+    Scalar(ScalarType),
+    Array(ScalarType, Vec<usize>),
+    Record(Vec<(Name, Form)>),
+    /// A value fixed in the body.
+    Fixed(Value),
+}
+
+impl Form {
+    /// The types of its registers in order.
+    pub(crate) fn scalars(&self) -> Vec<ScalarType> {
+        match self {
+            Form::Scalar(scalar) => vec![scalar.clone()],
+            Form::Array(scalar, shape) => vec![scalar.clone(); shape.iter().product()],
+            Form::Record(fields) => fields.iter().flat_map(|(_, form)| form.scalars()).collect(),
+            Form::Fixed(_) => Vec::new(),
+        }
+    }
+
+    /// The local value over nodes in the order of [`Form::scalars`].
+    pub(crate) fn local(&self, nodes: &mut dyn Iterator<Item = NodeId>) -> Local {
+        let mut typed = |scalar: &ScalarType| {
+            let node = nodes.next().expect("invariant: there is a node for every register of the form");
+            Typed { node, scalar: scalar.clone() }
+        };
+        match self {
+            Form::Scalar(scalar) => Local::Node(typed(scalar)),
+            Form::Array(scalar, shape) => {
+                let count: usize = shape.iter().product();
+                Local::Array((0..count).map(|_| typed(scalar)).collect(), shape.clone())
+            }
+            Form::Record(fields) => {
+                Local::Record(fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect())
+            }
+            Form::Fixed(Value::Integer(k)) => Local::Index(Affine::constant(*k)),
+            Form::Fixed(value) => Local::Value(value.clone()),
+        }
+    }
+}
+
+impl Flattener<'_, '_> {
+    /// Type and sizes of an input and its value.
+    pub(crate) fn form_of(&mut self, span: Span, input: &Component, value: &Local, sizes: bool) -> Result<Form, Fail> {
+        let declared = match input.class.parts.as_slice() {
+            [only] if only.name.as_ref() == "Real" => Some(ScalarType::Real),
+            _ => None,
+        };
+        let scalar = |given: &ScalarType| declared.clone().unwrap_or_else(|| given.clone());
+        Ok(match value {
+            Local::Value(value @ Value::Text(_)) => Form::Fixed(value.clone()),
+            Local::Index(affine) if sizes => match affine.as_constant() {
+                Some(k) => Form::Fixed(Value::Integer(k)),
+                None => Form::Scalar(ScalarType::Integer),
+            },
+            Local::Index(_) => Form::Scalar(scalar(&ScalarType::Integer)),
+            Local::Value(value) => {
+                let value = value.clone();
+                Form::Scalar(scalar(&self.constant_value(span, &value)?.scalar))
+            }
+            Local::Node(typed) => Form::Scalar(scalar(&typed.scalar)),
+            Local::Array(items, shape) => {
+                Form::Array(items.first().map_or(ScalarType::Real, |item| scalar(&item.scalar)), shape.clone())
+            }
+            Local::Record(fields) => {
+                let mut forms = Vec::with_capacity(fields.len());
+                for (name, field) in fields {
+                    forms.push((name.clone(), self.form_of(span, &anonymous(input), field, false)?));
+                }
+                Form::Record(forms)
+            }
+        })
+    }
+
+    /// The nodes of a value in the order of its form.
+    pub(crate) fn nodes_of(
+        &mut self,
+        span: Span,
+        form: &Form,
+        value: &Local,
+        nodes: &mut Vec<NodeId>,
+    ) -> Result<(), Fail> {
+        match (form, value) {
+            (Form::Fixed(_), _) => {}
+            (Form::Record(forms), Local::Record(fields)) => {
+                for ((_, form), (_, field)) in forms.iter().zip(fields) {
+                    self.nodes_of(span, form, field, nodes)?;
+                }
+            }
+            (_, Local::Array(items, _)) => nodes.extend(items.iter().map(|item| item.node)),
+            (_, Local::Index(affine)) if affine.as_constant().is_none() => {
+                let slot = self.slots.slot(SlotKey::Number(affine.clone()));
+                nodes.push(self.model.templates.arena.slot(slot));
+            }
+            (_, single) => nodes.push(self.as_node(span, single)?.node),
+        }
+        Ok(())
+    }
+
+    /// The sizes of a local or output; those of `v[:]` are read off its declaration's value or the first assignment to it.
+    pub(crate) fn sizes_in_body(
+        &mut self,
+        callee: &Callee,
+        component: &Component,
+        inner: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
+        if !sized_by_value(component) {
+            return self.local_sizes(component, inner);
+        }
+        let name = &component.name.name;
+        let value = component.modification.binding.clone().or_else(|| callee.first_value(&self.tree.table, name));
+        match value {
+            Some(value) => self.shape(&value, inner),
+            None => {
+                let message = format!("nothing gives `{name}` a size: it is assigned as a whole nowhere");
+                Err(self.error(Code::ArrayShape, component.name.span, message))
+            }
+        }
+    }
+
+    /// Type and sizes of a local or output, from its declaration.
+    pub(crate) fn declared_form(
+        &mut self,
+        component: &Component,
+        sizes: Vec<usize>,
+        inner: &mut Context,
+    ) -> Result<Form, Fail> {
+        let scalar = match component.class.parts.as_slice() {
+            [only] => match only.name.as_ref() {
+                "Real" => Some(ScalarType::Real),
+                "Integer" => Some(ScalarType::Integer),
+                "Boolean" => Some(ScalarType::Boolean),
+                _ => None,
+            },
+            _ => None,
+        };
+        let form = match scalar {
+            Some(scalar) => Form::Scalar(scalar),
+            None => self.class_form(component, inner)?,
+        };
+        match (form, sizes.is_empty()) {
+            (form, true) => Ok(form),
+            (Form::Scalar(scalar), false) => Ok(Form::Array(scalar, sizes)),
+            _ => {
+                let message =
+                    format!("`{}` is an array of records or arrays, which functions do not hold", component.name.name);
+                Err(self.error(Code::OutsideProfile, component.name.span, message))
+            }
+        }
+    }
+
+    /// The form of a class: an alias of a predefined type, an enumeration or a record.
+    pub(crate) fn class_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
+        let local = self.tree.find_class(inner.scope, &component.class)?;
+        if let Some(enumeration) = self.tree.enumeration(local.class) {
+            return Ok(Form::Scalar(ScalarType::Enumeration(enumeration)));
+        }
+        let shape = self.tree.table.shape(local.class)?;
+        match shape.builtin.as_deref() {
+            Some("Real") => return Ok(Form::Scalar(ScalarType::Real)),
+            Some("Integer") => return Ok(Form::Scalar(ScalarType::Integer)),
+            Some("Boolean") => return Ok(Form::Scalar(ScalarType::Boolean)),
+            _ => {}
+        }
+        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+            let message = format!("`{}` cannot be a variable of a function", component.name.name);
+            return Err(self.error(Code::TypeMismatch, component.name.span, message));
+        }
+        let inst = self.tree.package_of(&local)?;
+        let mut fields = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
+            if let Element::Component(field) = declared {
+                let scope = Scope { inst, frame: element.frame };
+                let mut own = Context { depth: inner.depth, ..Context::new(scope) };
+                let sizes = self.local_sizes(field, &mut own)?;
+                fields.push((element.name.clone(), self.declared_form(field, sizes, &mut own)?));
+            }
+        }
+        Ok(Form::Record(fields))
+    }
+}
+
+/// The declaration of a field, whose type is that of its value.
+fn anonymous(input: &Component) -> Component {
+    let mut field = input.clone();
+    field.class.parts.clear();
+    field
+}

@@ -1,0 +1,116 @@
+//! Values of parameters and constants at translation, each computed once, when it is asked for.
+//!
+//! Circles of parameters end in a message that shows the way round (Modelica 3.6, section 4.4.4).
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::Variability;
+
+use crate::build::InstanceTree;
+use crate::evaluate::{Env, widen};
+use crate::instance::{InstId, Known, ScalarType, path};
+use crate::modifier::Applied;
+use crate::value::Value;
+
+impl InstanceTree<'_> {
+    /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
+    pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
+        match self.instances[inst].known.clone() {
+            Known::Yes(value) => return Ok(value),
+            Known::Failed => return Err(Reported),
+            Known::Open => {
+                return Err(self.value_circle(inst, span));
+            }
+            Known::No => {}
+        }
+        self.instances[inst].known = Known::Open;
+        self.open_values.push((inst, span));
+        let value = self.compute(inst, span);
+        self.open_values.pop();
+        self.instances[inst].known = match &value {
+            Ok(value) => Known::Yes(value.clone()),
+            Err(Reported) => Known::Failed,
+        };
+        value
+    }
+
+    /// A value that is needed to compute itself, with those on the way.
+    fn value_circle(&mut self, inst: InstId, span: Span) -> Reported {
+        let start = self.open_values.iter().position(|(open, _)| *open == inst).unwrap_or(0);
+        let way: Vec<(InstId, Span)> = self.open_values[start..].to_vec();
+        let name = path(&self.instances, inst);
+        let declared = self.instances[inst].span;
+        let message = format!("the value of `{name}` depends on itself");
+        let mut diagnostic =
+            Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here");
+        if way.len() > 1 {
+            let mut chain: Vec<String> =
+                way.iter().map(|(open, _)| format!("`{}`", path(&self.instances, *open))).collect();
+            chain.push(format!("`{name}`"));
+            for (_, needed) in way.iter().skip(1).filter(|(_, needed)| *needed != span) {
+                diagnostic = diagnostic.with(*needed, "on the way");
+            }
+            diagnostic = diagnostic.help(format!("each needs the next: {}", chain.join(", ")));
+        }
+        self.table.report(diagnostic);
+        Reported
+    }
+
+    fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
+        let name = path(&self.instances, inst);
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else {
+            if self.is_broken(inst) {
+                return Err(Reported);
+            }
+            self.not_structural(span, format!("`{name}` is a component, not a value"));
+            return Err(Reported);
+        };
+        if instance.variability > Variability::Parameter {
+            let declared = instance.span;
+            let message = format!("`{name}` changes during the run");
+            self.table.report(
+                Diagnostic::error(Code::NotStructural, message)
+                    .at(span, "needed before the run")
+                    .with(declared, "declared here"),
+            );
+            return Err(Reported);
+        }
+        let integer = matches!(primitive.scalar, ScalarType::Integer);
+        let real = matches!(primitive.scalar, ScalarType::Real);
+        let settable = instance.variability == Variability::Parameter && !primitive.is_final;
+        if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name).filter(|_| settable) {
+            known.used = true;
+            if integer && known.value.flatten().iter().any(|v| v.as_integer().is_none()) {
+                let (text, declared) = (known.value.text(), instance.span);
+                let message = format!("`{name}` cannot be set to `{text}`: it is an Integer and needs a whole number");
+                self.table.report(Diagnostic::error(Code::NoSuchParameter, message).with(declared, "declared here"));
+                return Err(Reported);
+            }
+            return Ok(if real { widen(known.value.clone()) } else { known.value.clone() });
+        }
+        let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
+        let Some(applied) = primitive.binding.clone().or(start) else {
+            let declared = instance.span;
+            let message = format!("the parameter `{name}` has no value");
+            self.table.report(
+                Diagnostic::error(Code::NoValue, message).at(span, "needed here").with(declared, "declared here"),
+            );
+            return Err(Reported);
+        };
+        let value = self.evaluate_applied(&applied)?;
+        if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
+            let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
+            self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
+            return Err(Reported);
+        }
+        Ok(if real { widen(value) } else { value })
+    }
+
+    /// The value a modification gives, in its own scope.
+    pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
+        match &applied.tree.binding {
+            Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
+            None => Err(Reported),
+        }
+    }
+}
