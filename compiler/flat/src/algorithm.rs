@@ -164,7 +164,7 @@ impl Flattener<'_, '_> {
         value: Local,
         cx: &mut Context,
     ) -> Result<(), Fail> {
-        if let Local::Record(fields) = value {
+        if let Local::Record(fields) | Local::Records(fields, _) = value {
             for (name, field) in fields {
                 let mut inner = target.clone();
                 let ident = hyd_syntax::tree::Ident { name, span: target.span };

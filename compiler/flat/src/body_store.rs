@@ -6,7 +6,7 @@
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Node, NodeId, Relation, SlotId, Step};
-use hyd_syntax::tree::{ComponentRef, Expr, ExprKind};
+use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Name};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -33,13 +33,53 @@ impl Flattener<'_, '_> {
             let message = format!("`{name}` is not declared in this function");
             return Err(self.error(Code::UnknownName, target.span, message));
         }
-        let whole = self.local_of_path(target, cx)?;
-        let subscripts = &target.parts[target.parts.len() - 1].subscripts;
+        let (whole, subscripts) = self.leaf_of_path(target, cx)?;
         match whole {
             Local::Array(items, shape) if !subscripts.is_empty() => {
-                self.store(target.span, &items, &shape, subscripts, value, cx)
+                self.store(target.span, &items, &shape, &subscripts, value, cx)
+            }
+            Local::Records(fields, _) if !subscripts.is_empty() => {
+                let value = self.held_local(value);
+                self.store_records(target.span, &fields, &subscripts, value, cx)
             }
             _ => self.set_whole(target.span, &whole, value),
+        }
+    }
+
+    /// `p[i] := record`: field by field, all values taken before.
+    fn store_records(
+        &mut self,
+        span: Span,
+        fields: &[(Name, Local)],
+        subscripts: &[Expr],
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let values = self.fields_of(span, value)?;
+        for (name, field) in fields {
+            let Some((_, value)) = values.iter().find(|(n, _)| n == name).cloned() else {
+                return Err(self.error(Code::TypeMismatch, span, format!("the value has no field `{name}`")));
+            };
+            match field {
+                Local::Array(items, shape) => self.store(span, items, shape, subscripts, value, cx)?,
+                Local::Records(inner, _) => self.store_records(span, inner, subscripts, value, cx)?,
+                _ => return Err(Fail::Reported),
+            }
+        }
+        Ok(())
+    }
+
+    /// A value in registers of its own.
+    fn held_local(&mut self, value: Local) -> Local {
+        let mut typed = |typed: Typed| Typed { node: self.held(typed.node), scalar: typed.scalar };
+        match value {
+            Local::Node(one) => Local::Node(typed(one)),
+            Local::Array(items, shape) => Local::Array(items.into_iter().map(typed).collect(), shape),
+            Local::Record(fields) => Local::Record(fields.into_iter().map(|(n, f)| (n, self.held_local(f))).collect()),
+            Local::Records(fields, shape) => {
+                Local::Records(fields.into_iter().map(|(n, f)| (n, self.held_local(f))).collect(), shape)
+            }
+            other => other,
         }
     }
 
@@ -59,7 +99,7 @@ impl Flattener<'_, '_> {
                     pairs.push((self.register_of(span, item)?, value.node));
                 }
             }
-            (Local::Record(fields), Local::Record(values)) => {
+            (Local::Record(fields), Local::Record(values)) | (Local::Records(fields, _), Local::Records(values, _)) => {
                 for (name, field) in fields {
                     let Some((_, value)) = values.iter().find(|(n, _)| n == name) else {
                         return Err(self.error(Code::TypeMismatch, span, format!("the value has no field `{name}`")));

@@ -181,7 +181,7 @@ impl Flattener<'_, '_> {
             for (position, (name, local)) in self.call_with(span, callee, locals, cx)?.into_iter().enumerate() {
                 let (items, inner) = match local {
                     Local::Array(items, inner) => (items, inner),
-                    Local::Record(_) => {
+                    Local::Record(_) | Local::Records(..) => {
                         let message = "a function that gives a record cannot be called per element";
                         return Err(self.error(Code::TypeMismatch, span, message));
                     }
@@ -272,7 +272,7 @@ impl Flattener<'_, '_> {
         value: &Argument,
         cx: &mut Context,
     ) -> Result<(), Fail> {
-        let Local::Array(_, shape) = &value.local else { return Ok(()) };
+        let (Local::Array(_, shape) | Local::Records(_, shape)) = &value.local else { return Ok(()) };
         let own = &shape[value.outer.len()..];
         for (dim, &size) in input.dims.iter().zip(own) {
             if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
@@ -289,6 +289,20 @@ impl Flattener<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    fn check_rank_of_records(&mut self, expr: &Expr, input: &Component, local: &Local) -> Result<Vec<usize>, Fail> {
+        let (wanted, given) = (input.dims.len(), if let Local::Records(_, shape) = local { shape.len() } else { 0 });
+        if wanted == given {
+            return Ok(Vec::new());
+        }
+        let text = |rank: usize| match rank {
+            0 => "one record".to_string(),
+            1 => "an array of records".to_string(),
+            _ => format!("an array of records with {rank} dimensions"),
+        };
+        let message = format!("the input `{}` is {}, but this is {}", input.name.name, text(wanted), text(given));
+        Err(self.error(Code::ArrayShape, expr.span, message))
     }
 
     /// Rank and type of an argument against the declaration of the input.  An array more than is declared asks for
@@ -316,7 +330,7 @@ impl Flattener<'_, '_> {
             Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
             Local::Index(_) => "Integer".to_string(),
             Local::Value(value) => value.type_name(),
-            Local::Record(_) => return Ok(Vec::new()),
+            Local::Record(_) | Local::Records(..) => return self.check_rank_of_records(expr, input, local),
         };
         let fits = input.class.parts.len() > 1
             || !matches!(wanted, "Real" | "Integer" | "Boolean")

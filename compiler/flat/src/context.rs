@@ -40,6 +40,8 @@ pub enum Local {
     Array(Vec<Typed>, Vec<usize>),
     /// A record: its fields in order.
     Record(Vec<(Name, Local)>),
+    /// An array of records: its fields, each an array with these sizes and then its own.
+    Records(Vec<(Name, Local)>, Vec<usize>),
 }
 
 /// The surroundings of an expression.
@@ -148,7 +150,7 @@ impl Context {
                     None => complete = false,
                 },
                 Local::Value(value) => env.names.push((name.clone(), value.clone())),
-                Local::Node(_) | Local::Array(..) | Local::Record(_) => {}
+                Local::Node(_) | Local::Array(..) | Local::Record(_) | Local::Records(..) => {}
             }
         }
         (env, complete)

@@ -21,6 +21,8 @@ pub(crate) enum Form {
     Scalar(ScalarType),
     Array(ScalarType, Vec<usize>),
     Record(Vec<(Name, Form)>),
+    /// An array of records: the sizes stand first in each field.
+    Records(Vec<(Name, Form)>, Vec<usize>),
     /// A value fixed in the body.
     Fixed(Value),
 }
@@ -31,8 +33,23 @@ impl Form {
         match self {
             Form::Scalar(scalar) => vec![scalar.clone()],
             Form::Array(scalar, shape) => vec![scalar.clone(); shape.iter().product()],
-            Form::Record(fields) => fields.iter().flat_map(|(_, form)| form.scalars()).collect(),
+            Form::Record(fields) | Form::Records(fields, _) => {
+                fields.iter().flat_map(|(_, form)| form.scalars()).collect()
+            }
             Form::Fixed(_) => Vec::new(),
+        }
+    }
+
+    /// An array of such values.
+    fn repeated(self, sizes: &[usize]) -> Self {
+        let longer = |shape: Vec<usize>| sizes.iter().copied().chain(shape).collect::<Vec<_>>();
+        let fields = |list: Vec<(Name, Form)>| list.into_iter().map(|(n, form)| (n, form.repeated(sizes))).collect();
+        match self {
+            Form::Scalar(scalar) => Form::Array(scalar, sizes.to_vec()),
+            Form::Array(scalar, shape) => Form::Array(scalar, longer(shape)),
+            Form::Record(list) => Form::Records(fields(list), sizes.to_vec()),
+            Form::Records(list, shape) => Form::Records(fields(list), longer(shape)),
+            fixed => fixed,
         }
     }
 
@@ -50,6 +67,10 @@ impl Form {
             }
             Form::Record(fields) => {
                 Local::Record(fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect())
+            }
+            Form::Records(fields, shape) => {
+                let fields = fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect();
+                Local::Records(fields, shape.clone())
             }
             Form::Fixed(Value::Integer(k)) => Local::Index(Affine::constant(*k)),
             Form::Fixed(value) => Local::Value(value.clone()),
@@ -87,6 +108,13 @@ impl Flattener<'_, '_> {
                 }
                 Form::Record(forms)
             }
+            Local::Records(fields, shape) => {
+                let mut forms = Vec::with_capacity(fields.len());
+                for (name, field) in fields {
+                    forms.push((name.clone(), self.form_of(span, &anonymous(input), field, false)?));
+                }
+                Form::Records(forms, shape.clone())
+            }
         })
     }
 
@@ -100,7 +128,7 @@ impl Flattener<'_, '_> {
     ) -> Result<(), Fail> {
         match (form, value) {
             (Form::Fixed(_), _) => {}
-            (Form::Record(forms), Local::Record(fields)) => {
+            (Form::Record(forms), Local::Record(fields)) | (Form::Records(forms, _), Local::Records(fields, _)) => {
                 for ((_, form), (_, field)) in forms.iter().zip(fields) {
                     self.nodes_of(span, form, field, nodes)?;
                 }
@@ -156,15 +184,7 @@ impl Flattener<'_, '_> {
             Some(scalar) => Form::Scalar(scalar),
             None => self.class_form(component, inner)?,
         };
-        match (form, sizes.is_empty()) {
-            (form, true) => Ok(form),
-            (Form::Scalar(scalar), false) => Ok(Form::Array(scalar, sizes)),
-            _ => {
-                let message =
-                    format!("`{}` is an array of records or arrays, which functions do not hold", component.name.name);
-                Err(self.error(Code::OutsideProfile, component.name.span, message))
-            }
-        }
+        Ok(if sizes.is_empty() { form } else { form.repeated(&sizes) })
     }
 
     /// The form of a class: an alias of a predefined type, an enumeration or a record.

@@ -185,7 +185,9 @@ impl Flattener<'_, '_> {
                 items.get(position).cloned().ok_or(Fail::Reported)
             }
             Local::Array(..) => Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
-            Local::Record(_) => Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed")),
+            Local::Record(_) | Local::Records(..) => {
+                Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed"))
+            }
             _ => Err(self.error(Code::ArrayShape, span, "a scalar stands where an array is needed")),
         }
     }
@@ -217,7 +219,7 @@ impl Flattener<'_, '_> {
             return Ok(Vec::new());
         }
         Ok(match self.call(span, function, arguments, cx)? {
-            Local::Array(_, shape) => shape,
+            Local::Array(_, shape) | Local::Records(_, shape) => shape,
             _ => Vec::new(),
         })
     }

@@ -36,6 +36,7 @@ mod operator;
 mod print;
 mod range;
 mod record;
+mod record_array;
 mod reduction;
 mod reference;
 mod rename;

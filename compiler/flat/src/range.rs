@@ -159,7 +159,7 @@ impl Flattener<'_, '_> {
         crate::walk::any_ref(expr, &mut |reference| {
             matches!(
                 cx.local(&reference.parts[0].name.name),
-                Some(Local::Node(_) | Local::Array(..) | Local::Record(_))
+                Some(Local::Node(_) | Local::Array(..) | Local::Record(_) | Local::Records(..))
             )
         })
     }

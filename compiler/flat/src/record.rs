@@ -18,8 +18,14 @@ impl Flattener<'_, '_> {
         match &expr.kind {
             ExprKind::Ref(reference) => {
                 if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
-                    let local = self.local_of_path(reference, cx)?;
-                    return Ok(matches!(local, Local::Record(_)).then_some(local));
+                    let (local, subscripts) = self.leaf_of_path(reference, cx)?;
+                    return match local {
+                        Local::Record(_) => Ok(Some(local)),
+                        Local::Records(fields, shape) => {
+                            self.select_records(expr.span, (fields, shape), &subscripts, cx).map(Some)
+                        }
+                        _ => Ok(None),
+                    };
                 }
                 let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(None) };
                 let (last, _) = steps[steps.len() - 1];
@@ -34,8 +40,15 @@ impl Flattener<'_, '_> {
                         fields.push((name.clone(), self.local_value(&value, cx)?));
                     }
                 }
-                Ok(Some(Local::Record(fields)))
+                let shape = self.steps_shape(&steps, cx)?;
+                Ok(Some(if shape.is_empty() { Local::Record(fields) } else { Local::Records(fields, shape) }))
             }
+            ExprKind::Array(_) | ExprKind::ArrayFor(..) => self.array_of_records(expr, cx),
+            ExprKind::If(branches, otherwise) => self.record_by_condition(branches, otherwise, cx),
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.as_record(only, cx),
+                _ => Ok(None),
+            },
             ExprKind::Call(function, arguments) if self.makes_record(function, cx)? => {
                 self.call(expr.span, function, arguments, cx).map(Some)
             }
@@ -43,8 +56,31 @@ impl Flattener<'_, '_> {
         }
     }
 
+    /// `if c then r else s` of records.
+    fn record_by_condition(
+        &mut self,
+        branches: &[(Expr, Expr)],
+        otherwise: &Expr,
+        cx: &mut Context,
+    ) -> Result<Option<Local>, Fail> {
+        let Some(mut result) = self.as_record(otherwise, cx)? else { return Ok(None) };
+        for (condition, value) in branches.iter().rev() {
+            let Some(value) = self.as_record(value, cx)? else {
+                return Err(self.error(Code::TypeMismatch, value.span, "a record is needed here"));
+            };
+            let test = self.lower(condition, cx, &[])?;
+            self.want_boolean(condition.span, "a condition", &test)?;
+            result = match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => result,
+                Some(_) => value,
+                None => self.join(condition.span, test.node, &value, &result)?,
+            };
+        }
+        Ok(Some(result))
+    }
+
     /// True for constructors of records and functions whose first output is of a class, not of a predefined type.
-    fn makes_record(&mut self, function: &ComponentRef, cx: &Context) -> Result<bool, Fail> {
+    pub(crate) fn makes_record(&mut self, function: &ComponentRef, cx: &Context) -> Result<bool, Fail> {
         let simple = function.parts.len() == 1 && !function.global;
         if simple && crate::call::is_predefined(&function.parts[0].name.name) {
             return Ok(false);
@@ -144,9 +180,8 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn field_value(&mut self, record: &Expr, name: &Name, cx: &mut Context) -> Result<Local, Fail> {
-        let Local::Record(fields) = self.local_value(record, cx)? else {
-            return Err(self.error(Code::TypeMismatch, record.span, "a record is needed here"));
-        };
+        let value = self.local_value(record, cx)?;
+        let fields = self.fields_of(record.span, value)?;
         match fields.into_iter().find(|(n, _)| n == name) {
             Some((_, local)) => Ok(local),
             None => Err(self.error(Code::TypeMismatch, record.span, format!("the record has no field `{name}`"))),
@@ -159,8 +194,15 @@ impl Flattener<'_, '_> {
         if self.tree.table.class(local.class).def.kind != ClassKind::Record {
             return Ok(None);
         }
-        let shape = self.tree.table.shape(local.class)?;
+        let mark = self.tree.table.diagnostics.len();
+        let sizes = self.local_sizes(component, inner)?;
         let zero = self.literal(0.0, ScalarType::Real);
+        if let Ok(form) = self.declared_form(component, sizes, inner) {
+            return Ok(Some(form.local(&mut std::iter::repeat(zero.node))));
+        }
+        // Fields whose sizes are not known here get them when they are assigned.
+        self.tree.table.diagnostics.truncate(mark);
+        let shape = self.tree.table.shape(local.class)?;
         let fields = shape.elements.iter().filter(|e| e.component).map(|e| (e.name.clone(), Local::Node(zero.clone())));
         Ok(Some(Local::Record(fields.collect())))
     }

@@ -60,47 +60,40 @@ impl Flattener<'_, '_> {
     }
 
     fn lower_local(&mut self, reference: &ComponentRef, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
-        let local = self.local_of_path(reference, cx)?;
-        let subscripts = &reference.parts[reference.parts.len() - 1].subscripts;
+        let (local, subscripts) = self.leaf_of_path(reference, cx)?;
         match local {
             Local::Index(affine) if affine.as_constant().is_none() => {
                 let slot = self.slots.slot(SlotKey::Number(affine));
                 Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
             }
-            Local::Array(items, shape) if cx.depth > 0 && self.computed_subscripts(&shape, subscripts, cx)? => {
-                self.load_element(reference.span, items, &shape, subscripts, cx, index)
-            }
-            Local::Array(items, shape) => {
-                let mut at: Vec<Affine> = Vec::new();
-                let mut taken = 0;
-                for (k, &size) in shape.iter().enumerate() {
-                    let subscript = match subscripts.get(k) {
-                        Some(expr) => self.subscript(expr, size, cx)?,
-                        None => Subscript::All,
-                    };
-                    at.push(self.apply_subscript(reference.span, subscript, index, &mut taken)?);
-                }
-                self.element_of_local(reference.span, &Local::Array(items, shape), &at)
-            }
+            Local::Array(items, shape) => self.array_element(reference.span, items, &shape, &subscripts, cx, index),
             other => self.element_of_local(reference.span, &other, index),
         }
     }
 
-    /// The local value a reference names, its last subscripts not applied.
-    pub(crate) fn local_of_path(&mut self, reference: &ComponentRef, cx: &Context) -> Result<Local, Fail> {
-        let mut local = cx.local(&reference.parts[0].name.name).cloned().ok_or(Fail::Reported)?;
-        for part in &reference.parts[1..] {
-            let next = match local {
-                Local::Record(fields) => fields.into_iter().find(|(n, _)| *n == part.name.name).map(|(_, l)| l),
-                _ => None,
-            };
-            let Some(found) = next else {
-                let message = format!("there is no field `{}`", part.name.name);
-                return Err(self.error(Code::UnknownName, part.name.span, message));
-            };
-            local = found;
+    /// An element of an array of a function; `index` says which of those that the subscripts keep.
+    pub(crate) fn array_element(
+        &mut self,
+        span: Span,
+        items: Vec<Typed>,
+        shape: &[usize],
+        subscripts: &[Expr],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        if cx.depth > 0 && self.computed_subscripts(shape, subscripts, cx)? {
+            return self.load_element(span, items, shape, subscripts, cx, index);
         }
-        Ok(local)
+        let mut at: Vec<Affine> = Vec::new();
+        let mut taken = 0;
+        for (k, &size) in shape.iter().enumerate() {
+            let subscript = match subscripts.get(k) {
+                Some(expr) => self.subscript(expr, size, cx)?,
+                None => Subscript::All,
+            };
+            at.push(self.apply_subscript(span, subscript, index, &mut taken)?);
+        }
+        self.element_of_local(span, &Local::Array(items, shape.to_vec()), &at)
     }
 
     /// A variable, its derivative or its value before the event.

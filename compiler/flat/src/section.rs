@@ -250,7 +250,7 @@ impl Flattener<'_, '_> {
         initial: bool,
         origin: &Origin,
     ) -> Result<(), Fail> {
-        if let Local::Record(fields) = value {
+        if let Local::Record(fields) | Local::Records(fields, _) = value {
             for (position, (name, inner)) in fields.iter().enumerate() {
                 if let Field::Expr(part) = field(target, name, position, true) {
                     self.equal_output(equation, (&part, right), inner, cx, initial, origin)?;

@@ -77,16 +77,21 @@ impl Flattener<'_, '_> {
 
     pub(crate) fn shape_of_ref(&mut self, reference: &ComponentRef, cx: &mut Context) -> Result<Vec<usize>, Fail> {
         if !reference.global && cx.local(&reference.parts[0].name.name).is_some() {
-            let Local::Array(_, sizes) = self.local_of_path(reference, cx)? else { return Ok(Vec::new()) };
-            let subscripts = &reference.parts[reference.parts.len() - 1].subscripts;
-            return self.kept_sizes(&sizes, subscripts, cx);
+            let (local, subscripts) = self.leaf_of_path(reference, cx)?;
+            let (Local::Array(_, sizes) | Local::Records(_, sizes)) = local else { return Ok(Vec::new()) };
+            return self.kept_sizes(&sizes, &subscripts, cx);
         }
         let Resolved::Variable(steps) = self.tree.resolve(cx.scope, reference)? else { return Ok(Vec::new()) };
         self.steps_shape(&steps, cx)
     }
 
     /// The sizes of one array that its subscripts keep.
-    fn kept_sizes(&mut self, sizes: &[usize], subscripts: &[Expr], cx: &mut Context) -> Result<Vec<usize>, Fail> {
+    pub(crate) fn kept_sizes(
+        &mut self,
+        sizes: &[usize],
+        subscripts: &[Expr],
+        cx: &mut Context,
+    ) -> Result<Vec<usize>, Fail> {
         let mut kept = Vec::new();
         for (k, &size) in sizes.iter().enumerate() {
             match subscripts.get(k) {

@@ -156,46 +156,14 @@ impl Flattener<'_, '_> {
             let message = format!("`{name}` is not declared in this function");
             return Err(self.error(Code::UnknownName, target.span, message));
         };
-        self.set_part(&mut whole, target, 0, value, cx)?;
+        self.set_part(&mut whole, target, value, cx)?;
         cx.names.retain(|(n, _)| *n != name);
         cx.names.push((name, whole));
         Ok(())
     }
 
-    /// Sets `target` from part `at` on inside a local value.
-    fn set_part(
-        &mut self,
-        whole: &mut Local,
-        target: &ComponentRef,
-        at: usize,
-        value: Local,
-        cx: &mut Context,
-    ) -> Result<(), Fail> {
-        let part = &target.parts[at];
-        if !part.subscripts.is_empty() {
-            let Local::Array(items, shape) = whole else {
-                return Err(self.error(
-                    Code::ArrayShape,
-                    target.span,
-                    format!("`{}` is not an array here", part.name.name),
-                ));
-            };
-            return self.set_elements(target.span, items, shape, &part.subscripts, value, cx);
-        }
-        let Some(next) = target.parts.get(at + 1) else {
-            *whole = value;
-            return Ok(());
-        };
-        if let Local::Record(fields) = whole
-            && let Some((_, inner)) = fields.iter_mut().find(|(n, _)| *n == next.name.name)
-        {
-            return self.set_part(inner, target, at + 1, value, cx);
-        }
-        Err(self.error(Code::UnknownName, target.span, format!("there is no field `{}`", next.name.name)))
-    }
-
     /// `a[i] := e`, also `a[:] := ...` and `a[2:3] := ...`.
-    fn set_elements(
+    pub(crate) fn set_elements(
         &mut self,
         span: Span,
         items: &mut [Typed],
@@ -302,7 +270,7 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    fn join(&mut self, span: Span, test: NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {
+    pub(crate) fn join(&mut self, span: Span, test: NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {
         match (a, b) {
             (Local::Index(x), Local::Index(y)) if x == y => Ok(a.clone()),
             (Local::Array(x, shape), Local::Array(y, other)) if shape == other => {
@@ -318,6 +286,13 @@ impl Flattener<'_, '_> {
                     fields.push((name.clone(), self.join(span, test, p, q)?));
                 }
                 Ok(Local::Record(fields))
+            }
+            (Local::Records(x, shape), Local::Records(y, other)) if shape == other => {
+                let mut fields = Vec::with_capacity(x.len());
+                for ((name, p), (_, q)) in x.iter().zip(y) {
+                    fields.push((name.clone(), self.join(span, test, p, q)?));
+                }
+                Ok(Local::Records(fields, shape.clone()))
             }
             (Local::Value(_), _) => Ok(a.clone()),
             _ => {
