@@ -3,7 +3,7 @@
 //! The smallest over- or under-determined set is found by the Dulmage-Mendelsohn decomposition; here it becomes a
 //! sentence with labels at the equations and declarations.  Long lists are cut.
 
-use hyd_flat::{Operand, Target, VarId};
+use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{
     Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined, smallest_overdetermined,
@@ -249,7 +249,26 @@ fn under_component(
 
 /// Names the components that bring too many or too few equations, those of one class together.
 pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSystem) -> Diagnostic {
-    let all = &system.flat.imbalances;
+    let (all, ends) = (&system.flat.imbalances, &system.flat.open_ends);
+    if !ends.is_empty() {
+        let (class, names) = (&system.flat.name, list_names(ends.iter().map(|name| name.to_string())));
+        let (get, their) = if ends.len() == 1 { ("gets its value", "it") } else { ("get their values", "them") };
+        diagnostic = diagnostic.help(format!(
+            "`{class}` is balanced as a component: {names} {get} where it is used; check a model that connects {their}"
+        ));
+    }
+    let total = system.flat.count(Section::Continuous);
+    if let Some(fault) = all.iter().find(|fault| fault.component.is_empty() && fault.given != total) {
+        let fate = if fault.given < fault.needed { "missing" } else { "too many" };
+        diagnostic = diagnostic.help(format!(
+            "`{}` itself brings {} where {} {} needed: {} {fate}",
+            fault.class,
+            counted(fault.given, "equation"),
+            fault.needed,
+            if fault.needed == 1 { "is" } else { "are" },
+            fault.given.abs_diff(fault.needed),
+        ));
+    }
     let mut shown: Vec<(Span, usize, usize)> = Vec::new();
     for fault in all.iter().filter(|fault| !fault.component.is_empty()) {
         let key = (fault.declared, fault.needed, fault.given);

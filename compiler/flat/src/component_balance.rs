@@ -36,7 +36,8 @@ impl Flattener<'_, '_> {
         let continuous = |v: &&crate::model::VariableBlock| v.variability == Variability::Continuous;
         let unknowns: u64 = self.model.variables.raw.iter().filter(continuous).map(|v| u64::from(v.count)).sum();
         let equations = self.model.count(Section::Continuous) as u64;
-        if unknowns == equations {
+        let ends = self.ends_of_the_model();
+        if unknowns == equations && ends.is_empty() {
             return;
         }
         let mut tally = Tally::default();
@@ -44,6 +45,12 @@ impl Flattener<'_, '_> {
         self.count_equations((bindings, sections), &inputs, &mut tally);
         let mut faults: Vec<(InstId, (i64, i64))> =
             tally.into_iter().filter(|(_, (needed, given))| needed != given).collect();
+        if faults.is_empty() {
+            self.model.open_ends = ends;
+        }
+        if unknowns == equations {
+            return;
+        }
         faults.retain(|(_, (needed, given))| (needed > given) == (unknowns > equations));
         faults.sort_unstable();
         for (inst, (needed, given)) in faults {
@@ -61,6 +68,18 @@ impl Flattener<'_, '_> {
                 given,
             });
         }
+    }
+
+    /// Public connectors and inputs of the model itself, which only a model around it could connect.
+    fn ends_of_the_model(&self) -> Vec<Arc<str>> {
+        let instances = &self.tree.instances;
+        let children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
+        let open = children.filter(|c| {
+            let given = c.primitive.as_ref().is_some_and(|p| p.binding.is_some());
+            let end = c.kind == ClassKind::Connector && c.direction != Some(Direction::Output);
+            !c.protected && !c.absent && !given && (end || c.direction == Some(Direction::Input))
+        });
+        open.map(|c| c.name.clone()).collect()
     }
 
     /// Counts what is needed; the inputs that count outside.

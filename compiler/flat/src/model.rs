@@ -378,6 +378,8 @@ pub struct FlatModel {
     pub given: Vec<(VarId, f64)>,
     /// Components that bring too many or too few equations, where the model has too many or too few.
     pub imbalances: Vec<Imbalance>,
+    /// Connectors and inputs of the model itself, where it lacks nothing but what they would bring.
+    pub open_ends: Vec<Arc<str>>,
     /// Inputs of components that are neither connected nor given a value in their declaration; known where numbers differ.
     pub open_inputs: Vec<BlockId>,
 }
