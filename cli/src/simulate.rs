@@ -10,7 +10,7 @@ use hyd_flat::Experiment;
 use hyd_frames::RunStream;
 use hyd_results::{Format, ResultFile};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
-use hyd_system::{DaeSystem, VariableInfo};
+use hyd_system::{DaeSystem, Structure, VariableInfo};
 
 use crate::arguments::{Simulate, Solver};
 use crate::picture::{picture_format, write_picture};
@@ -23,6 +23,8 @@ mod recorder;
 
 /// Jumps that are told one by one.
 const MOST_JUMPS: usize = 5;
+/// Warnings that are told one by one.
+const MOST_WARNINGS: usize = 20;
 
 use recorder::Recorder;
 
@@ -64,6 +66,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         write_picture(path, &recorder.figure())?;
     }
     let (structure, code) = (system.structure(), model.statistics());
+    let warnings = warnings(arguments, &simulator, structure);
     let summary = RunSummary {
         status,
         message: message(&outcome),
@@ -81,13 +84,26 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         translate_s,
         simulate_s,
         counters: Counters::from(simulator.statistics()),
-        warnings: simulator.warnings().iter().map(warning_text).collect(),
+        warnings,
         jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
         result: result.map(|path| path.display().to_string()),
         plot: picture.map(|path| path.display().to_string()),
         final_values: FinalValues(recorder.last_values()),
     };
     finish(arguments, &compilation, &summary, outcome)
+}
+
+/// What the user should know of a run that did not fail for it.
+fn warnings(arguments: &Simulate, simulator: &Simulator, structure: &Structure) -> Vec<String> {
+    let mut list: Vec<String> = simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text).collect();
+    if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
+        list.push(format!("{more} more like these"));
+    }
+    if matches!(arguments.solver, Solver::Bdf) && !structure.delays.is_empty() {
+        let reason = "the model has delays, and kinks of the recorded past shorten the steps of `--solver bdf`";
+        list.push(format!("{reason}; `auto` takes the one-step method"));
+    }
+    list
 }
 
 /// What can be refused before any work; gives the choice of variables.
@@ -201,7 +217,11 @@ fn time_reached(outcome: &Result<Summary, SolveError>, options: &Options) -> f64
 
 fn warning_text(warning: &hyd_runtime::Warning) -> String {
     let report = &warning.report;
-    format!("at t = {} s: {} ({}:{})", warning.time, report.message, report.file, report.line)
+    let further = match warning.points {
+        0 | 1 => String::new(),
+        points => format!(", and until t = {} s, {points} points", warning.until),
+    };
+    format!("at t = {} s: {} ({}:{}){further}", warning.time, report.message, report.file, report.line)
 }
 
 /// Prints the summary and the reason of an early end.

@@ -145,6 +145,8 @@ pub enum SolveError {
         steps: u64,
         /// Step size now (s).
         step: f64,
+        /// The variable whose error was the largest of the last step, with values.
+        place: Box<Place>,
     },
     /// The caller asked to stop; what was computed so far is complete and valid.
     Interrupted {
@@ -212,6 +214,7 @@ impl SolveError {
         match self {
             SolveError::Evaluation { failure, .. } => failure.variable.as_deref(),
             SolveError::Initial { place, .. } | SolveError::Inconsistent { place, .. } => place.variable.as_deref(),
+            SolveError::TooManySteps { place, .. } => place.variable.as_deref(),
             SolveError::StepTooSmall(report)
             | SolveError::NoConvergence(report)
             | SolveError::NotFinite(report)
@@ -270,6 +273,17 @@ impl SolveError {
         let evaluation = if not_finite { problem.system.diagnose(time, y, yp) } else { None };
         let place = Place::new(fault.row, fault.unknown, y, evaluation, problem);
         SolveError::Inconsistent { stage, time, cause: fault.cause.into(), place: Box::new(place) }
+    }
+
+    /// The limit of steps is reached at a time (s), after so many steps, with this step (s); `unknown` limits the steps.
+    pub(crate) fn too_many_steps(
+        (time, steps, step): (f64, u64, f64),
+        unknown: Option<usize>,
+        y: &[f64],
+        problem: &Problem<'_>,
+    ) -> Self {
+        let place = Box::new(Place::new(None, unknown, y, None, problem));
+        SolveError::TooManySteps { time, steps, step, place }
     }
 
     /// The error of a failed step; `attempt` are the values of the last attempt, `good` those of the last accepted point.

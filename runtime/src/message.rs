@@ -103,9 +103,17 @@ impl Display for SolveError {
                 let time = shown(*time);
                 write!(f, "assertion failed at t = {time} s: {}\n  at {}:{}", report.message, report.file, report.line)
             }
-            SolveError::TooManySteps { time, steps, step } => {
+            SolveError::TooManySteps { time, steps, step, place } => {
+                let time = shown(*time);
                 write!(f, "gave up at t = {time} s after {steps} steps, the step size being {step:.3e} s")?;
-                hint(f, "raise the limit of steps, or loosen the tolerance")
+                if let Some(variable) = &place.variable {
+                    write!(f, "\n  largest error: {variable}")?;
+                }
+                hint(
+                    f,
+                    "a `noEvent` whose condition flips to and fro needs an event or a smooth transition; else raise the limit of steps, or \
+                     loosen the tolerance",
+                )
             }
             SolveError::Interrupted { time } => write!(f, "interrupted at t = {time} s"),
             SolveError::Sink { time, error } => write!(f, "results at t = {time} s cannot be written: {error}"),

@@ -17,6 +17,9 @@ use crate::{Options, Warning};
 /// An output point this close to an event, in units in the last place of t, is the event's rows.
 const SAME_TIME_ULPS: f64 = 16.0;
 
+/// Warnings that are kept apart; the last one takes the points of all further ones.
+const MOST_WARNINGS: usize = 1000;
+
 /// Writes the rows of one run.
 pub(crate) struct Output {
     row: Vec<f64>,
@@ -25,6 +28,8 @@ pub(crate) struct Output {
     yp: Vec<f64>,
     next: usize,
     reports: Vec<AssertionReport>,
+    /// Which of the warnings the last point belongs to.
+    open: Vec<usize>,
     /// Assertions of level warning that did not hold.
     pub(crate) warnings: Vec<Warning>,
 }
@@ -40,6 +45,7 @@ impl Output {
             yp: vec![0.0; n],
             next: 0,
             reports: Vec::new(),
+            open: Vec::new(),
             warnings: Vec::new(),
         }
     }
@@ -50,6 +56,7 @@ impl Output {
         self.next = 1;
         self.skip_to(options, options.start);
         self.reports.clear();
+        self.open.clear();
         self.warnings.clear();
     }
 
@@ -170,14 +177,25 @@ impl Output {
         (y, yp): (&[f64], &[f64]),
     ) -> Result<(), SolveError> {
         problem.system.assertions(t, y, yp, &mut self.reports);
+        let before = self.open.len();
         for report in self.reports.drain(..) {
             if report.error {
                 return Err(SolveError::Assertion { time: t, report: Box::new(report) });
             }
-            if !self.warnings.iter().any(|known| known.report == report) {
-                self.warnings.push(Warning { time: t, report });
+            // Elements of an array stand at one place; they are taken in their order.
+            let place = |known: &Warning| (known.report.file.clone(), known.report.line);
+            let taken = &self.open[before..];
+            let same = |k: &&usize| place(&self.warnings[**k]) == (report.file.clone(), report.line);
+            let found = self.open[..before].iter().filter(|k| !taken.contains(k)).find(same).copied();
+            let k = found.unwrap_or(self.warnings.len().min(MOST_WARNINGS - 1));
+            if k == self.warnings.len() {
+                self.warnings.push(Warning { time: t, until: t, points: 0, report });
             }
+            let warning = &mut self.warnings[k];
+            (warning.until, warning.points) = (t, warning.points + 1);
+            self.open.push(k);
         }
+        self.open.drain(..before);
         Ok(())
     }
 }

@@ -35,8 +35,12 @@ const START_SCALE: f64 = 1e-3;
 /// An assertion of level warning that did not hold.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Warning {
-    /// Time at which it first did not hold (s).
+    /// Time at which it ceased to hold (s).
     pub time: f64,
+    /// Last of the points at which it did not, without one in between at which it did (s).
+    pub until: f64,
+    /// Number of these points.
+    pub points: u64,
     /// The assertion.
     pub report: AssertionReport,
 }
@@ -292,7 +296,9 @@ impl Simulator {
             }
             if run.problem.statistics.steps >= run.options.max_steps {
                 let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
-                return Err(SolveError::TooManySteps { time: t, steps, step });
+                let unknown = self.integrator.dominant(&self.weights);
+                let y = self.integrator.y();
+                return Err(SolveError::too_many_steps((t, steps, step), unknown, y, run.problem));
             }
             if run.limit() - t <= 16.0 * self.integrator.smallest_step(t) {
                 // Closer than a step can be: the same instant.

@@ -105,6 +105,12 @@ fn assertions_stop_or_warn() {
     let summary = simulate(&mut system, &Options::new(0.0, 1.0), &mut Discard, &|| false).unwrap();
     assert_eq!(summary.warnings.len(), 1);
     assert_eq!(summary.warnings[0].report.message, "far");
+    // One warning per time that the assertion ceases to hold, with the number of points and the last of them.
+    let mut system = Hand::new(grow(|t, _| (t % 0.5 > 0.3).then_some(("far", false))));
+    let options = Options { intervals: 100, ..Options::new(0.0, 1.2) };
+    let summary = simulate(&mut system, &options, &mut Discard, &|| false).unwrap();
+    let spells: Vec<(bool, bool)> = summary.warnings.iter().map(|w| (w.points > 10, w.until < w.time + 0.2)).collect();
+    assert_eq!(spells, [(true, true); 2], "{:?}", summary.warnings);
 }
 
 #[test]

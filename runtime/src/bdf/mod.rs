@@ -288,6 +288,11 @@ impl Bdf {
         }
     }
 
+    /// The unknown whose error was the largest of the last step.
+    pub(crate) fn dominant(&self, weights: &Weights) -> Option<usize> {
+        self.corrector.worst_unknown(weights, false)
+    }
+
     /// The prediction of the last attempt, for messages about values that are not finite.
     pub(crate) fn last_attempt(&self) -> (&[f64], &[f64]) {
         (&self.corrector.y, &self.corrector.yp)

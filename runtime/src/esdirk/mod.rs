@@ -349,6 +349,11 @@ impl Esdirk {
         }
     }
 
+    /// The unknown whose error was the largest of the last step.
+    pub(crate) fn dominant(&self, weights: &Weights) -> Option<usize> {
+        weights.worst(&self.error)
+    }
+
     fn accept(&mut self, target: f64, error: f64) {
         self.forgiving = self.forgiving.saturating_sub(1);
         self.y.copy_from_slice(&self.corrector.y);

@@ -296,6 +296,11 @@ impl Integrator {
         if self.active == Active::OneStep { STEP_RATIO as usize } else { 2 }
     }
 
+    /// The unknown whose error was the largest of the last step.
+    pub(crate) fn dominant(&self, weights: &Weights) -> Option<usize> {
+        self.stepping().map_or_else(|| self.bdf.dominant(weights), |method| method.dominant(weights))
+    }
+
     /// Smallest sensible step at time `t` (s).
     pub(crate) fn smallest_step(&self, t: f64) -> f64 {
         self.bdf.smallest_step(t)
