@@ -11,6 +11,7 @@ pub mod dictionary;
 mod fault;
 pub mod fit;
 mod formula;
+pub mod further;
 pub mod hypothesis;
 pub mod location;
 pub mod machine;

@@ -46,7 +46,8 @@ function answer() {
   const terms = R.proposed.map((own) =>
     `<p>a term <code>${short(own.coefficient)}*${safe(own.shape)}</code> ${safe(own.unit)} (&plusmn; ${short(own.stderr)}) in <code>${safe(own.equation)}</code>` +
     ` of <code>${safe(own.component || "the model")}</code>, ${place(own)}, would bring the misfit to ${fixed(own.misfit)}</p>`);
-  const further = (R.further || []).map((own) => `<p>${safe(own)}</p>`);
+  const further = R.further.slice(0, 4).map((own) =>
+    `<p>To tell ${safe(own.effects[0])} from ${safe(own.effects[1])}: ${safe(own.measurement)}; they would differ by ${short(own.apart)} (sum of squares in standard deviations).</p>`);
   section("What was found", figures + effects.join("") + terms.join("") + further.join(""));
 }
 

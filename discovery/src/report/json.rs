@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::{AllGaps, Scene, is_named, number, parameters, phases};
 use crate::catalogue::Candidate;
+use crate::further::further;
 use crate::location::Located;
 use crate::power::{Confusion, Power};
 use crate::proof::Gap;
@@ -27,6 +28,9 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "model": workshop.class,
         "effects": effects,
         "ambiguous": findings.ambiguous.iter().map(|candidate| &*candidate.effect.id).collect::<Vec<_>>(),
+        "further": further(setup, workshop, findings).iter().map(|own|
+            json!({"measurement": own.words, "effects": [own.effects.0, own.effects.1], "apart": number(own.apart)})
+        ).collect::<Vec<_>>(),
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
         "location": location(findings, workshop),

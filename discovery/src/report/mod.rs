@@ -97,7 +97,7 @@ pub fn report(
     if let (Value::Object(object), Some(own)) = (&mut json, &extended) {
         object.insert("change".into(), json!(own.own));
     }
-    let summary = summary::summary(&scene, &gaps, seconds)?;
+    let summary = summary::summary(&scene, &gaps, seconds, &json)?;
     Ok(Report { json, model: extended.map(|own| own.whole), curves, summary, texts })
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use serde_json::Value;
+
 use super::{AllGaps, Scene, json::proposed};
 use crate::Fault;
 use crate::catalogue::Candidate;
@@ -37,13 +39,17 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
 }
 
 /// Sentence, gaps and sizes.
-pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<String, Fault> {
+pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Value) -> Result<String, Fault> {
     let &Scene { setup, findings, last, .. } = scene;
     let (before, after) = (&gaps.before, gaps.after.as_ref());
     let mut text = String::new();
     let _ = writeln!(text, "{}", sentence(scene));
     if let Some(reason) = findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
+    }
+    if let Some(first) = json["further"].as_array().and_then(|all| all.first()) {
+        let measurement = first["measurement"].as_str().unwrap_or_default();
+        let _ = writeln!(text, "  to tell {} from {}: {measurement}", first["effects"][0], first["effects"][1]);
     }
     for term in proposed(scene)? {
         let text_of = |key: &str| term[key].as_str().unwrap_or_default().to_string();

@@ -1,0 +1,115 @@
+//! Which further measurement would tell effects apart that explain a set equally well?
+//!
+//! Both fitted models foretell what a channel that was not measured would show, and what all channels would show under other
+//! conditions; where they differ most in standard deviations of the noise they are told apart best (discriminating experiments:
+//! Box, Hill 1967).  Nothing is fitted again, so the figure is more than a fit would leave.
+
+use crate::machine::Machine;
+use crate::problem::Weighing;
+use crate::search::{Findings, Tried};
+use crate::variant::{Insert, Workshop};
+use crate::{Bench, Fault, Setup};
+
+/// Conditions are varied by these factors.
+const FACTORS: [f64; 2] = [0.7, 1.4];
+/// Noise of a channel that nobody has measured, by its range.
+const NOISE: f64 = 3e-3;
+
+/// A measurement that was not made.
+#[derive(Clone, Debug)]
+pub struct Further {
+    /// What to do.
+    pub words: String,
+    /// The two effects.
+    pub effects: (String, String),
+    /// Sum of the squares of the difference in standard deviations.
+    pub apart: f64,
+}
+
+/// The measurements that would tell the two best effects of an ambiguous set apart, the best first.
+pub fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> Vec<Further> {
+    let Some(last) = findings.passes.last().filter(|_| findings.ambiguous.len() > 1) else { return Vec::new() };
+    let label = |k: usize| findings.ambiguous[k].label();
+    let tried = |k: usize| last.tried.iter().find(|tried| tried.hypothesis.own_label() == label(k));
+    let (Some(one), Some(other)) = (tried(0), tried(1)) else { return Vec::new() };
+    let mut found = Vec::new();
+    let mut add = |words: String, apart: f64| {
+        if apart.is_finite() && apart > 0.0 {
+            found.push(Further { words, effects: (label(0), label(1)), apart });
+        }
+    };
+    for name in setup.study.channels.keys().filter(|name| setup.data.channel(name).is_none()) {
+        let words = &setup.study.channels[name].words;
+        let shown = if words.is_empty() { String::new() } else { format!(" ({words})") };
+        add(format!("measure `{name}`{shown} as well"), unmeasured(setup, workshop, name, (one, other)).unwrap_or(0.0));
+    }
+    for (condition, value) in conditions(setup) {
+        for factor in FACTORS {
+            let apart = elsewhere(setup, (&condition, factor), (one, other)).unwrap_or(0.0);
+            add(format!("fire a shot with {condition} = {:e} instead of {value:e}", value * factor), apart);
+        }
+    }
+    found.sort_by(|a, b| b.apart.total_cmp(&a.apart));
+    found
+}
+
+/// Conditions of the first fitted shot that decide parameters, but zeros.
+fn conditions(setup: &Setup) -> Vec<(String, f64)> {
+    let shot = &setup.bench.shots[setup.train[0]];
+    let words = |formula: &String| {
+        let parts = formula.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(str::to_string);
+        parts.collect::<Vec<String>>()
+    };
+    let mut names: Vec<String> = setup.study.conditions.values().flat_map(words).collect();
+    names.sort_unstable();
+    names.dedup();
+    let known = names.into_iter().filter_map(|name| shot.conditions.get(&name).map(|&value| (name, value)));
+    known.filter(|(_, value)| *value != 0.0).collect()
+}
+
+/// How far the two differ in a channel that was not measured.
+fn unmeasured(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    name: &str,
+    (one, other): (&Tried, &Tried),
+) -> Result<f64, Fault> {
+    let channel = &setup.study.channels[name];
+    let watching = Workshop { channels: vec![channel.variable.clone()], ..workshop.clone() };
+    let all = Weighing::whole(&setup.train, 0.0);
+    let run = |tried: &Tried| {
+        let inserts = tried.hypothesis.inserts.iter();
+        let inserts: Vec<Insert> =
+            inserts.map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() }).collect();
+        let model = watching.translate(&inserts)?;
+        let machine = Machine::new(&model, 1, setup.study.run.tolerance, setup.threads)?;
+        let xi = tried.fit.as_ref().map_or(Vec::new(), |fit| fit.xi.clone());
+        setup.problem(&machine, &tried.hypothesis.inserts)?.simulate(&xi, &all)
+    };
+    let (a, b) = (run(one)?, run(other)?);
+    let series = |runs: &crate::problem::Runs| -> Vec<f64> {
+        runs.iter().flatten().filter_map(|run| run.first()).flatten().copied().collect()
+    };
+    let (a, b) = (series(&a), series(&b));
+    let (low, high) = a.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    let sigma = channel.noise.map_or(NOISE * (high - low), |noise| noise / channel.scale.abs());
+    Ok(a.iter().zip(&b).map(|(a, b)| ((a - b) / sigma).powi(2)).sum())
+}
+
+/// How far the two differ in a shot with another condition.
+fn elsewhere(setup: &Setup, (condition, factor): (&str, f64), (one, other): (&Tried, &Tried)) -> Result<f64, Fault> {
+    let shot = setup.train[0];
+    let mut bench: Bench = setup.bench.clone();
+    if let Some(value) = bench.shots[shot].conditions.get_mut(condition) {
+        *value *= factor;
+    }
+    let moved = Setup::new(setup.study.clone(), bench, setup.threads)?;
+    let own = Weighing::whole(&[shot], 0.0);
+    let residuals = |tried: &Tried| {
+        let problem = moved.problem(&tried.hypothesis.machine, &tried.hypothesis.inserts)?;
+        let xi = tried.fit.as_ref().map_or(Vec::new(), |fit| fit.xi.clone());
+        let runs = problem.simulate(&xi, &own)?;
+        Ok::<_, Fault>(problem.residuals(&xi, &runs, &own))
+    };
+    Ok((residuals(one)? - residuals(other)?).norm_squared())
+}
