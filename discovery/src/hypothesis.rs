@@ -18,6 +18,7 @@ use crate::{Fault, Setup};
 
 /// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
 const SIZES: (&[f64], &[f64]) = (&[0.3, 1.0, 2.0], &[0.3, 0.5, 0.75, 1.0, 1.5, 2.0]);
+const SIZES_BESIDE_WAVES: &[f64] = &[1.0];
 /// Amplitudes, as multiples of the size looked at, that a score may claim.
 const AMPLITUDES: (f64, f64) = (0.0, 3.0);
 
@@ -142,7 +143,12 @@ impl Hypothesis {
         let typical = insert.effect.probe * setup.scale(insert);
         let mut best: Option<Look> = None;
         let mut usual = None;
-        let sizes = if insert.effect.zero.is_some() { SIZES.0 } else { SIZES.1 };
+        let sizes = match (insert.effect.zero.is_some(), self.inserts.len() > 1 && !self.machine.is_fast()) {
+            // Runs of models with delays are long.
+            (_, true) => SIZES_BESIDE_WAVES,
+            (true, false) => SIZES.0,
+            (false, false) => SIZES.1,
+        };
         for &multiple in sizes {
             let size = multiple * typical;
             let xi = self.at_size(&problem, &before.xi, size);

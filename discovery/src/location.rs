@@ -3,8 +3,7 @@
 //! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients along: the change of
 //! the channels per unit of a term, with everything that follows from it.  What the nuisances can imitate is taken out
 //! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Where terms are
-//! many, the shot that is farthest from the model chooses those that are held against all shots.  Through delays go no
-//! sensitivities, so models with delays are not located by equation.
+//! many, the shot that is farthest from the model chooses those that are held against all shots.
 
 use std::collections::BTreeMap;
 
@@ -49,9 +48,6 @@ pub fn locate(
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
 ) -> Result<(Vec<Located>, usize), Fault> {
-    if !hypothesis.machine.has_derivatives() {
-        return Ok((Vec::new(), 0));
-    }
     let inserts: Vec<Insert> = hypothesis
         .inserts
         .iter()

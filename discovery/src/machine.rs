@@ -224,8 +224,8 @@ impl Machine {
         answers.into_iter().map(|answer| answer.map(|(values, _)| values)).collect()
     }
 
-    /// True if runs can carry derivatives along.
-    pub fn has_derivatives(&self) -> bool {
+    /// False for models with delays, whose runs are many times as long as others.
+    pub fn is_fast(&self) -> bool {
         !self.delays
     }
 
@@ -257,8 +257,7 @@ impl Machine {
                 return Err(Fault::run(format!("a parameter cannot have the value {value}")));
             }
         }
-        // Waves that run to and fro in delay lines carry the kinks of every step along; a looser tolerance and a test of states alone
-        // keep the steps from shrinking after them.
+        // Waves that run to and fro in delay lines keep the steps short; they are compared with noise, not with each other.
         let waves = self.delays;
         let tolerance = if waves { self.tolerance.max(WAVE_TOLERANCE) } else { self.tolerance };
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);

@@ -94,6 +94,7 @@ mod tests {
             converged: true,
             steps: 0,
             jacobian: Some((DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
+            fresh: true,
         };
         let score = Projection::new(&fit).expect("a Jacobian").score(&effect, (-9.0, 9.0));
         // The joint minimum by the normal equations of two unknowns.

@@ -53,6 +53,8 @@ pub struct Fit {
     pub steps: usize,
     /// The last Jacobian, with the unknowns of its columns.
     pub jacobian: Option<(DMatrix<f64>, Vec<usize>)>,
+    /// It is by all unknowns, and was computed at this very point.
+    pub fresh: bool,
 }
 
 impl Fit {
@@ -65,7 +67,17 @@ impl Fit {
         let residuals = problem.residuals(xi, &runs, weighing);
         let misfit = residuals.norm_squared();
         let cost = misfit + xi.iter().map(|x| x * x).sum::<f64>();
-        Ok(Self { xi: xi.to_vec(), runs, residuals, cost, misfit, converged: false, steps: 0, jacobian: None })
+        Ok(Self {
+            xi: xi.to_vec(),
+            runs,
+            residuals,
+            cost,
+            misfit,
+            converged: false,
+            steps: 0,
+            jacobian: None,
+            fresh: false,
+        })
     }
 
     /// Covariance of the unknowns at the minimum, `(J'J + I)^-1`, in the order of the Jacobian's columns.
@@ -169,6 +181,7 @@ pub fn minimise_over(
         }
         damping = damping.max(1e-6);
     }
+    best.fresh = age == 0 && free.len() == problem.unknowns.len();
     best.jacobian = Some((jacobian, free.to_vec()));
     Ok(best)
 }

@@ -1,7 +1,7 @@
 //! Derivatives of the residuals by the unknowns.
 //!
-//! Those by parameters of the model are sensitivities carried along with one run of each shot; models through whose delays no
-//! sensitivities go, and runs that fail with them, are differenced.  Those by offsets and gains are exact, those by the delay
+//! Those by parameters of the model are sensitivities carried along with one run of each shot; runs that fail with them are
+//! differenced.  Those by offsets and gains are exact, those by the delay
 //! of a shot differences on the curve of its run.
 
 use nalgebra::{DMatrix, DVector};
@@ -26,7 +26,7 @@ impl Problem<'_> {
         let rows = self.rows(weighing);
         let mut jacobian = DMatrix::zeros(rows, which.len());
         let varied: Vec<usize> = (0..which.len()).filter(|&k| self.unknowns[which[k]].is_simulated()).collect();
-        if !self.machine.has_derivatives() || !self.carried((xi, weighing), (which, &varied), &mut jacobian) {
+        if !self.carried((xi, weighing), (which, &varied), &mut jacobian) {
             for (column, change) in self.differences((xi, runs), weighing, (which, &varied), step)? {
                 jacobian.set_column(column, &change);
             }

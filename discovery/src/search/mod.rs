@@ -34,6 +34,12 @@ const MOST_EFFECTS: usize = 3;
 const SHORTLIST: (usize, usize) = (5, 8);
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
 const CLOSE: (f64, f64) = (60.0, 0.05);
+/// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
+const FAR: f64 = 3.0;
+/// Sizes that are run from afar, their range as multiples of the typical one, and how many of them are fitted.
+const AFAR: usize = 10;
+const AFAR_SIZES: (f64, f64) = (0.3, 2.2);
+const FROM_AFAR: usize = 2;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
 const PROMISING: (f64, f64) = (6.0, 12.0);
 
@@ -152,7 +158,7 @@ impl Search<'_> {
     pub fn run(&self) -> Result<Findings, Fault> {
         let mut passes: Vec<Pass> = Vec::new();
         let mut found: Vec<Candidate> = Vec::new();
-        let mut start: Option<Vec<f64>> = None;
+        let mut start: Option<Fit> = None;
         loop {
             let mut pass = self.begin(found.clone(), start.take())?;
             self.look(&mut pass)?;
@@ -178,7 +184,7 @@ impl Search<'_> {
             if let Some(k) = named {
                 let best = &pass.tried[k];
                 found = best.hypothesis.inserts.clone();
-                start = best.fit.as_ref().map(|fit| fit.xi.clone());
+                start = best.fit.clone();
                 (self.progress)(&format!("found: {}", best.hypothesis.label()));
                 passes.push(pass);
                 continue;
@@ -189,15 +195,14 @@ impl Search<'_> {
     }
 
     /// Fits the model with what was found so far.
-    fn begin(&self, found: Vec<Candidate>, start: Option<Vec<f64>>) -> Result<Pass, Fault> {
+    fn begin(&self, found: Vec<Candidate>, start: Option<Fit>) -> Result<Pass, Fault> {
         let base = Hypothesis::new(self.setup, self.workshop, found)?;
         (self.progress)(&format!("fitting {}", base.label()));
         let problem = base.problem(self.setup)?;
         let expected = problem.expected(&self.whole());
         let (fit, record) = match start {
             None => schedule::fit(&problem, &vec![0.0; problem.unknowns.len()], &self.setup.train, self.whole().tau)?,
-            Some(start) => {
-                let fit = minimise(&problem, &start, &self.whole(), Effort::FULL, None)?;
+            Some(fit) => {
                 let mut record = Record::default();
                 record.note("the fit that named the effect", &fit, expected);
                 (fit, record)
@@ -271,7 +276,17 @@ impl Search<'_> {
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
             let insert = tried.hypothesis.inserts.last();
             let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
-            tried.fit = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, [0.5 * typical, 1.5 * typical])?;
+            let several = insert.is_some_and(|insert| insert.effect.parameters.len() > 1);
+            if ratio > FAR && several {
+                tried.fit = self.fit_from_afar(&tried.hypothesis, typical, pass.fit.xi.len())?;
+            }
+            if tried.fit.as_ref().is_none_or(|fit| fit.misfit / pass.expected > FAR) {
+                let near = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, [0.5 * typical, 1.5 * typical])?;
+                tried.fit = match (tried.fit.take(), near) {
+                    (Some(afar), Some(near)) => Some(lower(afar, near)),
+                    (afar, near) => afar.or(near),
+                };
+            }
         }
         Ok(())
     }
@@ -304,6 +319,32 @@ impl Search<'_> {
         let Some(best) = best else { return Ok(None) };
         let known = best.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
         Ok(minimise(&problem, &best.xi, &whole, Effort::FULL, known).ok())
+    }
+
+    /// Fits a candidate that has a course of its own, such as waves: where the fit without has bent the nuisances far to imitate it,
+    /// and sizes between the ones looked at would be out of step.  Many sizes are run with the nuisances as expected, the best ones
+    /// fitted on a growing horizon.
+    fn fit_from_afar(&self, hypothesis: &Hypothesis, typical: f64, count: usize) -> Result<Option<Fit>, Fault> {
+        let problem = hypothesis.problem(self.setup)?;
+        let whole = self.whole();
+        let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), horizon: 0.5, ..whole.clone() };
+        let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
+        for k in 0..AFAR {
+            let share = (k as f64 + 0.5) / AFAR as f64;
+            let size = typical * (AFAR_SIZES.0.ln() * (1.0 - share) + AFAR_SIZES.1.ln() * share).exp();
+            let xi = hypothesis.at_size(&problem, &vec![0.0; count], size);
+            if let Ok(fit) = Fit::at(&problem, &xi, &wide) {
+                starts.push((fit.cost, xi));
+            }
+        }
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best: Option<Fit> = None;
+        for (_, start) in starts.iter().take(FROM_AFAR) {
+            if let Ok((fit, _)) = schedule::fit(&problem, start, &self.setup.train, whole.tau) {
+                best = Some(best.map_or(fit.clone(), |other| lower(other, fit)));
+            }
+        }
+        Ok(best)
     }
 
     /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
@@ -358,9 +399,12 @@ fn by_cost(tried: &[Tried]) -> Vec<usize> {
 
 /// Gives a fit a Jacobian at its own unknowns.
 pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
+    if fit.fresh {
+        return Ok(());
+    }
     let problem = hypothesis.problem(setup)?;
     let all: Vec<usize> = (0..problem.unknowns.len()).collect();
     let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
-    fit.jacobian = Some((jacobian, all));
+    (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
     Ok(())
 }
