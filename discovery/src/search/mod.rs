@@ -40,6 +40,8 @@ const FAR: f64 = 3.0;
 const AFAR: usize = 10;
 const AFAR_SIZES: (f64, f64) = (0.3, 2.2);
 const FROM_AFAR: usize = 2;
+/// Candidates that are fitted from afar.
+const MOST_AFAR: usize = 2;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
 const PROMISING: (f64, f64) = (6.0, 12.0);
 
@@ -268,7 +270,7 @@ impl Search<'_> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
         let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
-        for tried in pass.tried.iter_mut().take(count) {
+        for (rank, tried) in pass.tried.iter_mut().take(count).enumerate() {
             let Some(look) = tried.look.clone() else { continue };
             if look.score.gain < promising {
                 continue;
@@ -277,7 +279,7 @@ impl Search<'_> {
             let insert = tried.hypothesis.inserts.last();
             let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
             let several = insert.is_some_and(|insert| insert.effect.parameters.len() > 1);
-            if ratio > FAR && several {
+            if ratio > FAR && several && rank < MOST_AFAR {
                 tried.fit = self.fit_from_afar(&tried.hypothesis, typical, pass.fit.xi.len())?;
             }
             if tried.fit.as_ref().is_none_or(|fit| fit.misfit / pass.expected > FAR) {
