@@ -125,6 +125,12 @@ impl Flattener<'_, '_> {
         };
         let scalar = primitive.scalar.clone();
         let constant = instance.variability == Variability::Constant || !self.blocks.contains_key(&last);
+        if constant
+            && self.in_body(cx)
+            && let Some(element) = self.load_constant(span, steps, cx, index)?
+        {
+            return Ok(element);
+        }
         let (offset, taken) = self.position_of(span, steps, cx, index)?;
         if taken != index.len() {
             let message = format!("`{name}` is a scalar here, but an array is needed");
@@ -159,6 +165,28 @@ impl Flattener<'_, '_> {
         }
         let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
         Ok(Typed { node: self.model.templates.arena.slot(slot), scalar })
+    }
+
+    /// An element of a constant array at subscripts that the run decides, inside a compiled function.
+    fn load_constant(
+        &mut self,
+        span: Span,
+        steps: &[(InstId, &[Expr])],
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Option<Typed>, Fail> {
+        let (last, subscripts) = steps[steps.len() - 1];
+        let dims = self.tree.instances[last].dims.clone();
+        let whole = hyd_instance::instance::full_dims(&self.tree.instances, last);
+        if whole.len() != dims.len() || !self.computed_subscripts(&dims, subscripts, cx)? {
+            return Ok(None);
+        }
+        let value = self.tree.value_of(last, span)?;
+        let mut items = Vec::new();
+        for number in value.flatten() {
+            items.push(self.constant_value(span, number)?);
+        }
+        self.load_element(span, items, &dims, subscripts, cx, index).map(Some)
     }
 
     /// Position of the element among the elements of the variable, and how many of `index` were used.
