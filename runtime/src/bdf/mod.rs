@@ -24,6 +24,13 @@ pub(crate) const MAX_ORDER: usize = 5;
 /// Renew the matrix when `c/c_J` leaves this range.
 const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
 
+/// Where algebraic unknowns amplify the states, every change of order or step shows in them as a jump that fails the error test, and
+/// steps stay tiny for good.  Failures at order 1 tell: each counts as `FAILURE` steps, each accepted step takes one off, and above
+/// `STUCK` the test looks at the states alone; `MOST_STUCK` steps later all is forgotten.
+const FAILURE: u32 = 10;
+const STUCK: u32 = 40;
+const MOST_STUCK: u32 = 1000;
+
 /// Failed attempts of one kind after which a step is given up.
 const MOST_FAILURES: u32 = 12;
 
@@ -67,6 +74,8 @@ pub(crate) struct Bdf {
     min_step_scale: f64,
     t_before: f64,
     ratio: f64,
+    /// Grows with each failure of the error test at order 1, falls with each step.
+    stuck: u32,
 }
 
 impl Bdf {
@@ -85,6 +94,7 @@ impl Bdf {
             min_step_scale: 0.0,
             t_before: 0.0,
             ratio: 0.0,
+            stuck: 0,
         }
     }
 
@@ -103,6 +113,7 @@ impl Bdf {
         self.corrector.y.copy_from_slice(y);
         self.corrector.yp.copy_from_slice(yp);
         self.selection = Selection::default();
+        self.stuck = 0;
         self.t_before = t;
     }
 
@@ -179,6 +190,9 @@ impl Bdf {
         limit: f64,
     ) -> Result<(), StepFailure> {
         weights.update(self.history.phi(0));
+        if self.stuck > STUCK {
+            weights.forgive_algebraic();
+        }
         let start = self.history.t;
         let (mut error_failures, mut other_failures) = (0u32, 0u32);
         loop {
@@ -206,6 +220,7 @@ impl Bdf {
                 let factor = estimates.shrink(&mut self.history, error_failures);
                 self.history.resize(factor);
                 if order == 1 {
+                    self.stuck = (self.stuck + FAILURE).min(MOST_STUCK);
                     // No lower order is left: where algebraic unknowns amplify the states, steps would stay tiny for good.
                     self.selection.hold(self.history.order);
                     weights.forgive_algebraic();
@@ -261,6 +276,7 @@ impl Bdf {
         let order = self.history.order;
         let step = self.history.h;
         problem.statistics.steps += 1;
+        self.stuck = self.stuck.saturating_sub(1);
         problem.statistics.steps_by_order[order - 1] += 1;
         self.ratio = estimates.ratio();
         let limits = (self.max_order, self.max_step);
