@@ -9,7 +9,7 @@
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching};
-use hyd_symbolic::SlotId;
+use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::incidence::{Pattern, Unknowns, pattern};
@@ -24,6 +24,11 @@ pub const LARGE: usize = 1000;
 pub const LONGEST_CHAIN: u32 = 64;
 /// Most unknowns an assignment of a large system may depend on.
 pub const WIDEST_SUPPORT: usize = 24;
+
+/// What is divided by must not be smaller than this beside the other factors of its equation: rounding would decide the result.
+/// Divisors above `SMALL` are not compared.
+const TINY: f64 = 1e-10;
+const SMALL: f64 = 1e-8;
 
 /// How a column may be determined.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -78,13 +83,20 @@ pub(crate) fn build_plan(
     }
     let cut = cut_rates(&pattern, &matching, &request.kinds, &solvability);
     let blocks = block_order(&cut.incidence, &matching).expect("invariant: the matching is perfect, checked above");
-    let solvable = IndexVec::from_vec(
-        cut.incidence
-            .rows()
-            .flat_map(|row| cut.incidence.entries(row))
-            .map(|(entry, column)| cut.solvability[entry].is_safe() && request.kinds[column] == Kind::Plain)
-            .collect(),
-    );
+    let mut in_loop = IndexVec::filled(false, pattern.rows.len());
+    for block in blocks.blocks() {
+        let rows = blocks.block(block).0;
+        rows.iter().for_each(|&row| in_loop[row] = rows.len() > 1);
+    }
+    let mut solvable = IndexVec::new();
+    for row in cut.incidence.rows() {
+        let eq = pattern.rows[row.index()];
+        for (entry, column) in cut.incidence.entries(row) {
+            let safe = cut.solvability[entry].is_safe() && request.kinds[column] == Kind::Plain;
+            let at = (request.known, request.values);
+            solvable.push(safe && !(in_loop[row] && is_tiny(system, algebra, at, eq, cut.slots[entry])));
+        }
+    }
     let options = TearingOptions { solvable: &solvable, wish: Some(&request.wishes), max_depth: None };
     let mut tearing = Tearing::new(&cut.incidence, options);
     let large = pattern.rows.len() > LARGE;
@@ -148,28 +160,65 @@ fn solvabilities(
         for entry in pattern.incidence.entry_range(row) {
             let slot = pattern.slots[Entry::new(entry)];
             let class = algebra.solvability(system, known, eq, slot);
-            let vanishes = class == Solvability::ByParameters && divides_by_zero(system, algebra, values, eq, slot);
+            let vanishes =
+                class == Solvability::ByParameters && smallest_divisor(system, algebra, values, eq, slot) == 0.0;
             table.push(if vanishes { Solvability::Sometimes } else { class });
         }
     }
     IndexVec::from_vec(table)
 }
 
-/// Solving would divide by parameters that are zero as declared, such as the empty places of a mass matrix.
-fn divides_by_zero(
+/// Size of the smallest expression of parameters that solving would divide by, as declared: 0 in the empty places of a mass
+/// matrix, and for what is not finite.
+fn smallest_divisor(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     values: &StartPoint,
     eq: EqId,
     slot: SlotId,
-) -> bool {
+) -> f64 {
     let equation = system.equations[eq];
     let solved = algebra.solve(&mut system.flat.templates, equation.template, slot);
     let divisors = solved.map_or(Vec::new(), |solved| solved.divisors.clone());
-    divisors.into_iter().any(|divisor| {
-        let value = values.evaluate(system, divisor, equation.operands);
-        value == 0.0 || !value.is_finite()
-    })
+    let sizes = divisors.into_iter().map(|divisor| values.evaluate(system, divisor, equation.operands).abs());
+    sizes.map(|size| if size.is_finite() { size } else { 0.0 }).fold(f64::INFINITY, f64::min)
+}
+
+/// Solving in a loop would divide by something tiny.
+fn is_tiny(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    (known, values): (&Known, &StartPoint),
+    eq: EqId,
+    slot: SlotId,
+) -> bool {
+    let smallest = smallest_divisor(system, algebra, values, eq, slot);
+    smallest < SMALL && smallest < TINY * largest_slope(system, algebra, (known, values), eq)
+}
+
+/// Size of the largest slope of an equation that only parameters decide, as declared.
+fn largest_slope(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    (known, values): (&Known, &StartPoint),
+    eq: EqId,
+) -> f64 {
+    let equation = system.equations[eq];
+    let facts = algebra.facts(&mut system.flat.templates, equation.template).clone();
+    let mut largest = 0.0_f64;
+    for slot in facts.slots {
+        let operands = system.operands_of(equation.operands);
+        if known.is_known(operands[slot.index()]) {
+            continue;
+        }
+        let slope = partial(&mut system.flat.templates.arena, facts.residual, slot);
+        let operands = system.operands_of(equation.operands);
+        let mut reads = slots(&system.flat.templates.arena, &[slope]).into_iter();
+        if reads.all(|slot| known.is_known(operands[slot.index()])) {
+            largest = largest.max(values.evaluate(system, slope, equation.operands).abs());
+        }
+    }
+    largest
 }
 
 /// A pattern in which a rate or a candidate occurs only in the row that is matched to it.
