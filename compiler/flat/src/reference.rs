@@ -124,6 +124,9 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
         };
         let scalar = primitive.scalar.clone();
+        if matches!(scalar, ScalarType::Text) {
+            return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
+        }
         let constant = instance.variability == Variability::Constant || !self.blocks.contains_key(&last);
         if constant
             && self.in_body(cx)

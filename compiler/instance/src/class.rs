@@ -77,6 +77,8 @@ pub struct ClassTable<'s> {
     classes: IndexVec<ClassId, Class>,
     top: FxHashMap<Name, Option<ClassId>>,
     open_shapes: Vec<ClassId>,
+    /// Classes whose files could not be read; that has been said.
+    unreadable: Vec<Name>,
 }
 
 impl<'s> ClassTable<'s> {
@@ -89,6 +91,7 @@ impl<'s> ClassTable<'s> {
             classes: IndexVec::new(),
             top: FxHashMap::default(),
             open_shapes: Vec::new(),
+            unreadable: Vec::new(),
         }
     }
 
@@ -272,6 +275,7 @@ impl<'s> ClassTable<'s> {
             Ok(text) => text?,
             Err(sentence) => {
                 self.report(Diagnostic::error(Code::FileAccess, sentence));
+                self.unreadable.extend(path.last().cloned());
                 return None;
             }
         };
@@ -290,6 +294,11 @@ impl<'s> ClassTable<'s> {
             self.report(Diagnostic::error(Code::UnknownClass, message).at(Span::new(file, 0, 0), ""));
         }
         found
+    }
+
+    /// True if the file of a class of this name could not be read, which has been said.
+    pub(crate) fn is_unreadable(&self, name: &Name) -> bool {
+        self.unreadable.contains(name)
     }
 
     /// Names of the classes at the top that have been read, sorted, for suggestions.

@@ -67,11 +67,19 @@ impl InstanceTree<'_> {
         };
         if instance.variability > Variability::Parameter {
             let declared = instance.span;
-            let message = format!("`{name}` changes during the run");
+            // No variable of the run is a String: it only lacks the word `parameter`.
+            let text = matches!(primitive.scalar, ScalarType::Text);
+            let (message, help) = match text {
+                true => {
+                    (format!("the String `{name}` is not a parameter"), Some("write `parameter String`".to_string()))
+                }
+                false => (format!("`{name}` changes during the run"), None),
+            };
             self.table.report(
                 Diagnostic::error(Code::NotStructural, message)
                     .at(span, "needed before the run")
-                    .with(declared, "declared here"),
+                    .with(declared, "declared here")
+                    .maybe_help(help),
             );
             return Err(Reported);
         }

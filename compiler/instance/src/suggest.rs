@@ -89,6 +89,9 @@ impl ClassTable<'_> {
     /// The message for a class name whose first part means nothing.
     pub(crate) fn unknown_class(&mut self, from: Option<ClassId>, parts: &[Ident]) {
         let (ident, last) = (&parts[0], &parts[parts.len() - 1].name);
+        if self.is_unreadable(&ident.name) {
+            return;
+        }
         if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
             let message = format!("`{}` is outside the language profile", ident.name);
             self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));

@@ -32,14 +32,14 @@ struct Value {
 /// What the comments of a case say.
 #[derive(Default)]
 pub struct Expected {
-    said: Vec<Said>,
+    pub said: Vec<Said>,
     notes: bool,
     values: Vec<Value>,
     absent: Vec<String>,
     model: Option<String>,
     stop: Option<f64>,
     set: Vec<(String, String)>,
-    run_error: Option<String>,
+    pub run_error: Option<String>,
     stopped_at: Option<f64>,
     ok: bool,
 }
@@ -99,7 +99,7 @@ fn read(path: &Path) -> String {
 }
 
 /// All texts of a case, the main one first.
-fn texts(path: &Path) -> Vec<(PathBuf, String)> {
+pub fn texts(path: &Path) -> Vec<(PathBuf, String)> {
     if path.is_file() {
         return vec![(path.to_path_buf(), read(path))];
     }
@@ -155,7 +155,9 @@ fn said(files: &Files, diagnostic: &Diagnostic) -> Said {
         }
         None => (String::new(), 0),
     };
-    (file, line, format!("{severity} {}: {}", diagnostic.code, diagnostic.message))
+    // Paths of files begin at the root of the repository, wherever that is.
+    let message = diagnostic.message.replace(&format!("{}/", root().display()), "");
+    (file, line, format!("{severity} {}: {message}", diagnostic.code))
 }
 
 fn shown((file, line, text): &Said) -> String {

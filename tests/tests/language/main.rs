@@ -15,6 +15,7 @@
 
 mod case;
 mod closed_form;
+mod codes;
 mod conformance;
 mod reference_text;
 
