@@ -12,7 +12,7 @@ mod closed_form;
 use std::path::{Path, PathBuf};
 
 use case::{check_topics, folder, run_topic};
-use hyd_compiler::{Code, Goal};
+use hyd_compiler::Goal;
 use hyd_system::DaeSystem;
 use hyd_tests::models::{compile_file, messages, root};
 use hyd_tests::runs::{instance, on_grid, run, translated};
@@ -95,28 +95,6 @@ fn every_component_is_tested() {
     }
     assert!(checked > 80, "only {checked} components found");
     assert!(missing.is_empty(), "no case uses {missing:?}");
-}
-
-/// The units of every model and block of the library close, also of those that no case uses; partial classes are looked at
-/// in the classes that extend them, functions where they are called.
-#[test]
-fn units_of_every_component_close() {
-    let mut checked = 0;
-    let mut wrong = String::new();
-    for file in texts(&root().join("stdlib/Hyd")) {
-        let path = file.strip_prefix(root()).expect("below the root").display().to_string();
-        let compilation = compile_file(&path, &[], Goal::Check);
-        // What a component waits for from outside (values, connections) comes after the units and says nothing of them.
-        let units = [Code::UnitMismatch, Code::UnitSyntax];
-        let said: Vec<&str> =
-            compilation.diagnostics.iter().filter(|d| units.contains(&d.code)).map(|d| d.message.as_str()).collect();
-        if !said.is_empty() {
-            wrong += &format!("{path}: {said:?}\n");
-        }
-        checked += usize::from(compilation.times.iter().any(|stage| stage.name == "check units"));
-    }
-    assert!(checked > 130, "the units of only {checked} components were checked");
-    assert!(wrong.is_empty(), "{wrong}");
 }
 
 /// The examples of the domains run as their annotations say, and something moves in each.

@@ -281,6 +281,7 @@ impl<'s> ClassTable<'s> {
         };
         let (file, stored) = self.parse(text.name.clone(), text.text);
         let wanted = &path[path.len() - 1];
+        self.check_within(&stored, &path[..path.len() - 1]);
         let mut found = None;
         for def in stored.classes {
             let matches = def.name.name == *wanted;
@@ -299,6 +300,20 @@ impl<'s> ClassTable<'s> {
     /// True if the file of a class of this name could not be read, which has been said.
     pub(crate) fn is_unreadable(&self, name: &Name) -> bool {
         self.unreadable.contains(name)
+    }
+
+    /// A file that a folder leads to must not say that it belongs to another package (Modelica 3.6, section 13.4.3).
+    fn check_within(&mut self, stored: &StoredDefinition, package: &[Name]) {
+        let Some(Some(within)) = &stored.within else { return };
+        if within.parts.iter().map(|part| &part.name).eq(package) {
+            return;
+        }
+        let place = match package {
+            [] => "it stands at the top of a library: leave the name out".to_string(),
+            names => format!("its folder is the package `{}`: write `within {0};`", names.join(".")),
+        };
+        let message = "the file belongs to another package than its `within` says";
+        self.report(Diagnostic::error(Code::Misplaced, message).at(within.span, "").help(place));
     }
 
     /// Names of the classes at the top that have been read, sorted, for suggestions.

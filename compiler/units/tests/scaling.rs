@@ -149,7 +149,7 @@ fn the_library_fits_its_units() {
             }
         }
     }
-    assert!(models > 40, "{models}");
+    assert!(models > 140, "{models}");
 }
 
 #[test]
