@@ -98,6 +98,9 @@ pub enum MessageFormat {
 pub struct Check {
     #[command(flatten)]
     pub model: ModelArguments,
+    /// Lists the variables of unknown unit
+    #[arg(long)]
+    pub unknown_units: bool,
 }
 
 /// `hyd equations`

@@ -11,7 +11,21 @@ use crate::{Failure, output};
 /// Runs the verb.
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let compilation = translate(&arguments.model, Goal::Check)?;
-    output::print(&counts(&compilation))
+    let mut text = counts(&compilation);
+    if arguments.unknown_units {
+        text.push_str(&unknown_units(&compilation));
+    }
+    output::print(&text)
+}
+
+/// The variables whose unit is neither declared nor follows from others; an array is one line.
+fn unknown_units(compilation: &Compilation) -> String {
+    let mut text = String::from("unknown unit\n");
+    for (name, count) in &compilation.undecided_units {
+        let more = if *count > 1 { format!(" and {} more of its array", count - 1) } else { String::new() };
+        text.push_str(&format!("  {name}{more}\n"));
+    }
+    text
 }
 
 fn counts(compilation: &Compilation) -> String {
@@ -28,7 +42,7 @@ fn counts(compilation: &Compilation) -> String {
         line("discrete equations", flat.count(Section::Discrete));
         line("initial equations", flat.count(Section::Initial));
         line("equation templates", flat.templates.len());
-        line("variables of unknown unit", compilation.undecided_units);
+        line("variables of unknown unit", compilation.undecided_units.iter().map(|(_, count)| count).sum());
     }
     if let Some(sorted) = &compilation.sorted {
         let plan = &sorted.simulation;

@@ -107,6 +107,23 @@ fn wrong_usage_is_exit_code_two() {
 }
 
 #[test]
+fn variables_of_unknown_unit_are_listed_on_request() {
+    let text = b"model Open
+  Real a(unit = \"m\") = 2;
+  Real b = a;
+  Real p = 1;
+  Real q[3] = fill(1, 3);
+end Open;
+";
+    let folder = Folder::new("unknown_units", &[("open.hyd", text)]);
+    let (code, counts, _) = folder.run(&["check", "open.hyd"]);
+    let (_, listed, _) = folder.run(&["check", "open.hyd", "--unknown-units"]);
+    // `b` has the unit of `a`; of the numbers `p` and `q` nothing says what they measure.
+    assert!(code == 0 && counts.contains("variables of unknown unit           4\n"), "{counts}");
+    assert_eq!(listed, counts + "unknown unit\n  p\n  q[1] and 2 more of its array\n");
+}
+
+#[test]
 fn files_that_cannot_be_read_are_diagnostics() {
     let folder = Folder::new("unreadable", &[("bad.hyd", b"model A\n\xE4 end A;"), ("r.csv", b"time,x\n0,a\n")]);
     let cases: &[(&[&str], &str)] = &[

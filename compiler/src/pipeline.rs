@@ -84,8 +84,8 @@ pub struct Compilation {
     pub model: Option<Arc<CompiledModel>>,
     /// Paths of `set` that were used at translation (structural parameters); the others are run-time data.
     pub set_at_translation: Vec<String>,
-    /// Scalar variables whose unit is neither declared nor follows from others.
-    pub undecided_units: usize,
+    /// Variables whose unit is neither declared nor follows from others: name of the first element, number of scalars.
+    pub undecided_units: Vec<(String, usize)>,
     /// Timings.
     pub times: Vec<StageTime>,
 }
@@ -134,7 +134,7 @@ impl Compilation {
             jacobian: None,
             model: None,
             set_at_translation: Vec::new(),
-            undecided_units: 0,
+            undecided_units: Vec::new(),
             times: Vec::new(),
         }
     }
@@ -167,7 +167,7 @@ pub fn compile_with(
     }
     let Some(flat) = result.flat.clone() else { return result };
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
-    result.undecided_units = units.undecided_scalars();
+    result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.diagnostics.extend(units.diagnostics);
     sort(&mut result, &flat, options, terms);
     if options.goal == Goal::Run && !result.has_errors() {
