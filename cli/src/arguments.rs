@@ -1,8 +1,12 @@
 //! The command line as data: verbs, options, their defaults and help.
 
+mod authoring;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use authoring::{Doc, Fmt, New};
 
 /// `hyd VERB ...`
 #[derive(Parser, Debug)]
@@ -27,9 +31,14 @@ impl Arguments {
             Verb::Simulate(verb) => verb.model.message_format,
             Verb::Equations(verb) => verb.model.message_format,
             Verb::Sweep(verb) => verb.message_format,
-            Verb::Plot(_) | Verb::Compare(_) | Verb::Explain(_) | Verb::Fit(_) | Verb::Discover(_) => {
-                MessageFormat::Text
-            }
+            Verb::Fmt(verb) => verb.message_format,
+            Verb::Plot(_)
+            | Verb::Compare(_)
+            | Verb::Explain(_)
+            | Verb::New(_)
+            | Verb::Doc(_)
+            | Verb::Fit(_)
+            | Verb::Discover(_) => MessageFormat::Text,
         }
     }
 }
@@ -55,6 +64,12 @@ pub enum Verb {
     Compare(Compare),
     /// Explain an error code, or list all of them
     Explain(Explain),
+    /// Bring the texts of models into their layout
+    Fmt(Fmt),
+    /// Write the map of a library as one HTML page
+    Doc(Doc),
+    /// Make a folder with a small drive, a study and a README
+    New(New),
 }
 
 /// What all verbs that translate a model share.

@@ -1,6 +1,7 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
-//! One file per verb (`check`, `simulate`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`, `explain`); `translate` takes a model file to the compiler with
+//! One file per verb (`check`, `simulate`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`, `explain`,
+//! `fmt`, `new`, `doc`); `translate` takes a model file to the compiler with
 //! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
 //! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
 
@@ -10,11 +11,14 @@ pub mod clock;
 mod compare;
 mod discover;
 mod discovery_page;
+mod doc;
 mod equations;
 mod explain;
 mod fit;
+mod fmt;
 mod interrupt;
 mod library;
+mod new;
 mod output;
 mod parameters;
 mod picture;
@@ -87,6 +91,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Discover(verb) => discover::discover(verb),
         Verb::Compare(verb) => compare::compare(verb),
         Verb::Explain(verb) => explain::explain(verb),
+        Verb::Doc(verb) => doc::doc(verb),
+        Verb::Fmt(verb) => fmt::fmt(verb),
+        Verb::New(verb) => new::new(verb),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
     if let Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) = &failure {

@@ -207,6 +207,11 @@ impl LibraryPath {
     }
 }
 
+/// Names and texts of the built-in standard library, by name.
+pub(crate) fn built_in_texts() -> impl Iterator<Item = (&'static str, &'static str)> {
+    STANDARD_LIBRARY.iter().copied()
+}
+
 /// A text of the built-in standard library.
 fn built_in(path: &[Arc<str>]) -> Option<SourceText> {
     let stem = path.join("/");

@@ -71,20 +71,25 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
     if metadata.is_dir() {
         return Err(TextError::Folder { path: path.to_path_buf() });
     }
-    let too_large = || TextError::TooLarge { path: path.to_path_buf(), limit: SIZE_LIMIT };
     if metadata.len() > SIZE_LIMIT {
-        return Err(too_large());
+        return Err(TextError::TooLarge { path: path.to_path_buf(), limit: SIZE_LIMIT });
     }
-    // Pipes and devices do not tell their length.
-    let mut bytes = Vec::new();
-    file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > SIZE_LIMIT {
-        return Err(too_large());
-    }
-    decode(path, bytes)
+    decode(path, read_to_limit(path, file)?)
 }
 
-fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
+/// All bytes of a source, which is named in messages; pipes and devices do not tell their length.
+pub(crate) fn read_to_limit(path: &Path, source: impl Read) -> Result<Vec<u8>, TextError> {
+    let mut bytes = Vec::new();
+    let failed = |error| TextError::Io { path: path.to_path_buf(), error };
+    source.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > SIZE_LIMIT {
+        return Err(TextError::TooLarge { path: path.to_path_buf(), limit: SIZE_LIMIT });
+    }
+    Ok(bytes)
+}
+
+/// Bytes as text, without a byte-order mark.
+pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
     let mut text = String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();

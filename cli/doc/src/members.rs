@@ -1,0 +1,187 @@
+//! What a class has, with what its bases give it: components, and the attributes that types and modifications state.
+//!
+//! A modification where a base is extended (`extends Partial(k = 3)`) changes what the table shows.  Values stay text; nothing is computed.
+
+use hyd_syntax::print_expr;
+use hyd_syntax::tree::{
+    Argument, ClassBody, ClassKind, Component, Direction, Element, EnumLiteral, Modification, Variability,
+};
+
+use crate::library::{Library, elements, text_of};
+
+/// A component of a class.
+pub(crate) struct Member<'a> {
+    pub(crate) component: &'a Component,
+    /// The class that declares it.
+    pub(crate) owner: usize,
+    /// Modifications from outside, the outermost last.
+    changes: Vec<&'a Modification>,
+}
+
+/// What is known of a value.
+#[derive(Default, Debug)]
+pub(crate) struct Attributes {
+    pub(crate) unit: Option<String>,
+    pub(crate) min: Option<String>,
+    pub(crate) max: Option<String>,
+    pub(crate) nominal: Option<String>,
+    pub(crate) value: Option<String>,
+    pub(crate) start: Option<String>,
+}
+
+/// The groups in which components are shown.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Group {
+    Connector,
+    Input,
+    Output,
+    Parameter,
+    /// A parameter that follows from others.
+    Derived,
+    Part,
+    Variable,
+}
+
+/// Deepest chain of bases that is followed.
+const DEEPEST: usize = 24;
+
+/// All components of a class, those of its bases where the base is extended; protected ones are left out.
+pub(crate) fn members(library: &Library, class: usize) -> Vec<Member<'_>> {
+    let mut found = Vec::new();
+    collect(library, class, &[], &mut found, 0);
+    found
+}
+
+fn collect<'a>(
+    library: &'a Library,
+    class: usize,
+    changes: &[&'a Modification],
+    found: &mut Vec<Member<'a>>,
+    depth: usize,
+) {
+    if depth > DEEPEST {
+        return;
+    }
+    for element in elements(&library.entries[class].class) {
+        match element {
+            Element::Component(component) if !component.prefixes.protected => {
+                let changes = changes.iter().filter_map(|change| inner(change, &component.name.name)).collect();
+                found.push(Member { component, owner: class, changes });
+            }
+            Element::Extends(extends) => {
+                if let Some(base) = library.find(&extends.base, class).filter(|base| *base != class) {
+                    let mut all = vec![&extends.modification];
+                    all.extend(changes);
+                    collect(library, base, &all, found, depth + 1);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What a modification says about one element.
+fn inner<'a>(modification: &'a Modification, name: &str) -> Option<&'a Modification> {
+    modification.arguments.iter().find_map(|argument| match argument {
+        Argument::Modify(modify) => match modify.target.parts.as_slice() {
+            [target] if *target.name == *name => Some(&modify.modification),
+            _ => None,
+        },
+        Argument::RedeclareComponent { component, .. } if *component.name.name == *name => {
+            Some(&component.modification)
+        }
+        _ => None,
+    })
+}
+
+impl Member<'_> {
+    /// The class of the component, if it is one of the texts.
+    pub(crate) fn class(&self, library: &Library) -> Option<usize> {
+        library.find(&self.component.class, self.owner)
+    }
+
+    /// Unit, limits and value, from the type inwards out.
+    pub(crate) fn attributes(&self, library: &Library) -> Attributes {
+        let mut attributes = self.class(library).map(|class| of_type(library, class)).unwrap_or_default();
+        attributes.take(&self.component.modification);
+        self.changes.iter().for_each(|change| attributes.take(change));
+        attributes
+    }
+
+    /// The group it is shown in.
+    pub(crate) fn group(&self, library: &Library) -> Group {
+        let component = self.component;
+        if component.variability <= Variability::Parameter {
+            return if component.prefixes.is_final { Group::Derived } else { Group::Parameter };
+        }
+        let kind = self.class(library).map(|class| library.entries[class].class.kind);
+        match kind {
+            Some(ClassKind::Connector) => Group::Connector,
+            Some(ClassKind::Model | ClassKind::Block | ClassKind::Class) => Group::Part,
+            _ => match component.direction {
+                Some(Direction::Input) => Group::Input,
+                Some(Direction::Output) => Group::Output,
+                None => Group::Variable,
+            },
+        }
+    }
+}
+
+/// What a type states, with the types it is made from.
+pub(crate) fn of_type(library: &Library, class: usize) -> Attributes {
+    let mut chain = vec![class];
+    while let Some(&last) = chain.last()
+        && let Some(&base) = library.bases(last, 0).first()
+        && chain.len() < DEEPEST
+    {
+        chain.push(base);
+    }
+    let mut attributes = Attributes::default();
+    for class in chain.into_iter().rev() {
+        if let ClassBody::Short { modification, .. } = &library.entries[class].class.body {
+            attributes.take(modification);
+        }
+    }
+    attributes
+}
+
+/// The literals of an enumeration.
+pub(crate) fn literals(library: &Library, class: usize) -> &[EnumLiteral] {
+    match &library.entries[class].class.body {
+        ClassBody::Enumeration(Some(literals)) => literals,
+        _ => &[],
+    }
+}
+
+impl Attributes {
+    fn take(&mut self, modification: &Modification) {
+        for argument in &modification.arguments {
+            let Argument::Modify(modify) = argument else { continue };
+            let ([name], Some(value)) = (modify.target.parts.as_slice(), &modify.modification.binding) else {
+                continue;
+            };
+            let shown = text_of(value).map_or_else(|| print_expr(value), str::to_string);
+            match &*name.name {
+                "unit" => self.unit = Some(shown),
+                "min" => self.min = Some(shown),
+                "max" => self.max = Some(shown),
+                "nominal" => self.nominal = Some(shown),
+                "start" => self.start = Some(shown),
+                _ => {}
+            }
+        }
+        if let Some(value) = &modification.binding {
+            self.value = Some(print_expr(value));
+        }
+    }
+
+    /// `0 … 1`, `≥ 0`, `≤ 1` or nothing.
+    pub(crate) fn limits(&self) -> String {
+        match (&self.min, &self.max) {
+            (None, None) => String::new(),
+            (Some(min), None) => format!("≥ {min}"),
+            (None, Some(max)) => format!("≤ {max}"),
+            (Some(min), Some(max)) => format!("{min} … {max}"),
+        }
+    }
+}

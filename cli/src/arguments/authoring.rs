@@ -1,0 +1,47 @@
+//! Arguments of the verbs that work on texts: `fmt`, `new`, `doc`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::MessageFormat;
+
+/// `hyd fmt`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Prints the names of the files it changes.  Comments stay, and so does one empty line where there \
+                        were some.\nA file with a syntax error is left as it is."
+)]
+pub struct Fmt {
+    /// Files, folders (all .hyd files in them and below), or - for standard input to standard output
+    #[arg(value_name = "PATH", required = true)]
+    pub paths: Vec<PathBuf>,
+    /// Changes nothing; names the files that are not formatted and ends with exit code 1 if there are any
+    #[arg(long)]
+    pub check: bool,
+    /// How messages are written to standard error
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub message_format: MessageFormat,
+}
+
+/// `hyd new`
+#[derive(Args, Debug)]
+pub struct New {
+    /// The folder to make; its name becomes that of the model
+    #[arg(value_name = "NAME")]
+    pub name: PathBuf,
+}
+
+/// `hyd doc`
+#[derive(Args, Debug)]
+pub struct Doc {
+    /// A folder with a library [default: the built-in library]
+    #[arg(value_name = "DIR")]
+    pub library: Option<PathBuf>,
+    /// The page
+    #[arg(long, short, value_name = "F.html", default_value = "library.html")]
+    pub output: PathBuf,
+    /// Runs no examples
+    #[arg(long)]
+    pub no_pictures: bool,
+}

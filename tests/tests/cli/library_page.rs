@@ -1,0 +1,118 @@
+//! `hyd doc`: the page of the built-in library and of a folder: complete, well-formed, without a network.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use crate::process::{Scratch, run};
+
+/// Names and attributes of the tags, after every tag that opens has been seen to close where it should.
+fn tags(page: &str) -> Vec<(String, String)> {
+    let mut open: Vec<String> = Vec::new();
+    let mut found = Vec::new();
+    let mut rest = page;
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        if rest.starts_with('!') {
+            continue;
+        }
+        let end = rest.find('>').expect("a tag ends");
+        let (tag, after) = (&rest[..end], &rest[end + 1..]);
+        rest = after;
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(name), "before `{}`", after.chars().take(80).collect::<String>());
+            continue;
+        }
+        let (name, attributes) = tag.split_once([' ', '\n']).unwrap_or((tag, ""));
+        found.push((name.trim_end_matches('/').to_string(), attributes.to_string()));
+        if !tag.ends_with('/') {
+            open.push(name.to_string());
+        }
+        if name == "script" || name == "style" {
+            rest = &rest[rest.find(&format!("</{name}>")).expect("it ends")..];
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    found
+}
+
+fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
+    attributes.split_once(&format!("{name}=\"")).and_then(|(_, rest)| rest.split('"').next())
+}
+
+/// The part of the page about one class.
+fn section<'a>(page: &'a str, class: &str) -> &'a str {
+    let begin = page.find(&format!("<section id=\"{class}\">")).unwrap_or_else(|| panic!("no section {class}"));
+    let rest = &page[begin..];
+    &rest[..rest.find("</section>").unwrap()]
+}
+
+#[test]
+fn the_page_of_the_library_is_whole() {
+    let folder = Scratch::new();
+    let outcome = run(folder.path(), &["doc", "--output", "hyd.html"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{}", outcome.stdout);
+    let page = folder.read("hyd.html");
+    let tags = tags(&page);
+    let ids: Vec<&str> = tags.iter().filter_map(|(_, a)| attribute(a, "id")).collect();
+    let set: BTreeSet<&str> = ids.iter().copied().collect();
+    assert_eq!(ids.len(), set.len(), "an id stands twice");
+    // Nothing is loaded, and every link leads somewhere on the page.
+    for (name, attributes) in &tags {
+        assert!(attribute(attributes, "src").is_none(), "{name} {attributes}");
+        if let Some(target) = attribute(attributes, "href") {
+            let target = target.strip_prefix('#').unwrap_or_else(|| panic!("{target} leaves the page"));
+            assert!(set.contains(target), "{target} is not on the page");
+        }
+    }
+    // All classes of all files are there, with all parameters of one of them as they stand in its text.
+    let sections = tags.iter().filter(|(name, _)| name == "section").count();
+    assert!(sections > 280, "{sections} sections");
+    let orifice = section(&page, "Hyd.Hydraulic.Components.SpoolEdge");
+    for shown in [
+        "<code>share</code>",
+        "0 … 1",
+        "<code>0.65</code>",
+        ">kg/m3<",
+        "≥ 1e-3",
+        "Hyd.Hydraulic.Interfaces.Port",
+        "<msqrt>",
+        "Hyd.Hydraulic.Functions.orificeFlow",
+        "from <a href=\"#Hyd.Hydraulic.Interfaces.TwoPort\"",
+        "Merritt, Hydraulic Control Systems (1967)",
+        "model SpoolEdge",
+    ] {
+        assert!(orifice.contains(shown), "{shown} is not in\n{orifice}");
+    }
+    // Each example has its picture, and a component that it uses shows it too.
+    let examples = page.matches("<svg id=\"picture-Hyd.").count();
+    assert!(examples >= 6, "{examples} pictures");
+    assert!(
+        section(&page, "Hyd.Translational.Components.StickingMass")
+            .contains("#picture-Hyd.Translational.Examples.StickSlip")
+    );
+}
+
+#[test]
+fn a_folder_of_ones_own_is_shown_alone() {
+    let folder = Scratch::new();
+    fs::create_dir(folder.path().join("Mine")).unwrap();
+    folder.write("Mine/package.hyd", "package Mine \"<b>my</b> parts\"\nend Mine;\n");
+    folder.write(
+        "Mine/Bore.hyd",
+        "within Mine;\nmodel Bore \"a bore\"\n  extends Hyd.Hydraulic.Interfaces.TwoPort;\n  \
+         parameter Hyd.Units.Length d(max = 1) = 2e-3 \"diameter\";\nequation\n  q = d^2/4*dp;\nend Bore;\n",
+    );
+    let outcome = run(folder.path(), &["doc", "Mine", "-o", "mine.html"]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "2 classes, 0 pictures of examples in mine.html\n"));
+    let page = folder.read("mine.html");
+    tags(&page);
+    assert!(page.contains("&lt;b&gt;my&lt;/b&gt; parts"));
+    let bore = section(&page, "Mine.Bore");
+    // Units and ports come from the library, which is not shown.
+    for shown in ["<code>port_a</code>", "<span class=\"unit\">m</span>", "≤ 1", "<mfrac>"] {
+        assert!(bore.contains(shown), "{shown} is not in\n{bore}");
+    }
+    assert!(!page.contains("id=\"Hyd."));
+    let outcome = run(folder.path(), &["doc", "none"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(1), "error: there is no folder `none`\n"));
+}
