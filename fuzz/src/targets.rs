@@ -1,0 +1,171 @@
+//! What is called with a case, and what must hold; a target panics when it does not.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use hyd::LibraryPath;
+use hyd_compiler::{Diagnostic, Goal, Options, compile};
+use hyd_discovery::{Bench, Fault, Study};
+use hyd_results::{Table, Trajectory};
+use hyd_runtime::Simulator;
+use hyd_source::Files;
+use hyd_system::DaeSystem;
+
+/// A target.
+pub(crate) struct Target {
+    pub(crate) name: &'static str,
+    /// Calls it; what it says, as hashes.
+    pub(crate) call: fn(&[u8]) -> Vec<u64>,
+    /// What cases are made from.
+    pub(crate) texts: fn() -> Vec<Vec<u8>>,
+}
+
+/// All targets.
+pub(crate) const TARGETS: [Target; 6] = [
+    Target { name: "front", call: front, texts: models },
+    Target { name: "format", call: format, texts: models },
+    Target { name: "doc", call: doc, texts: models },
+    Target { name: "run", call: run, texts: models },
+    Target { name: "results", call: results, texts: tables },
+    Target { name: "study", call: study, texts: studies },
+];
+
+/// Seconds of a simulation.
+const RUN: Duration = Duration::from_millis(300);
+
+pub(crate) fn hash(value: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// A message without what differs from text to text: names in backticks and numbers.
+fn feature(message: &str) -> u64 {
+    let words = message.split('`').enumerate().filter(|(k, _)| k % 2 == 0).map(|(_, part)| part);
+    let plain: String = words.flat_map(str::chars).filter(|c| !c.is_ascii_digit()).collect();
+    hash(plain)
+}
+
+fn features(diagnostics: &[Diagnostic]) -> Vec<u64> {
+    diagnostics.iter().map(|diagnostic| feature(&diagnostic.message)).collect()
+}
+
+fn compiled(case: &[u8], goal: Goal) -> hyd_compiler::Compilation {
+    let text = String::from_utf8_lossy(case);
+    let options = Options { model: None, set: Vec::new(), goal, clock: || 0.0 };
+    let compilation = compile(&mut LibraryPath::new(), "case.hyd", &text, &options);
+    // Messages must be printable, wherever they point.
+    let _ = hyd_compiler::render::render(&compilation.files, &compilation.diagnostics, false);
+    compilation
+}
+
+fn front(case: &[u8]) -> Vec<u64> {
+    let compilation = compiled(case, Goal::Flat);
+    let mut said = features(&compilation.diagnostics);
+    said.push(u64::from(compilation.flat.is_some()));
+    said
+}
+
+fn format(case: &[u8]) -> Vec<u64> {
+    let text = String::from_utf8_lossy(case);
+    let file = Files::new().add("case", "");
+    let outcome = hyd_format::format(file, &text);
+    let Some(formatted) = outcome.value else {
+        assert!(!outcome.diagnostics.is_empty(), "refused without a message");
+        let said: Vec<&str> = outcome.diagnostics.iter().map(|d| d.message.as_str()).collect();
+        assert!(!said.iter().any(|message| message.starts_with("the formatter would")), "tokens have changed");
+        return features(&outcome.diagnostics);
+    };
+    let again = hyd_format::format(file, &formatted);
+    assert!(again.value.as_deref() == Some(&*formatted), "formatting is not idempotent");
+    vec![hash(formatted.lines().map(|line| line.len() - line.trim_start().len()).collect::<Vec<_>>())]
+}
+
+fn doc(case: &[u8]) -> Vec<u64> {
+    let text = String::from_utf8_lossy(case).into_owned();
+    let library = hyd_doc::Library::new(vec![hyd_doc::Source { name: "case".into(), text, shown: true }]);
+    let page = hyd_doc::Page::default().html(&library);
+    vec![hash((library.count(), library.examples().len(), page.len() / 4096))]
+}
+
+fn run(case: &[u8]) -> Vec<u64> {
+    let compilation = compiled(case, Goal::Run);
+    let mut said = features(&compilation.diagnostics);
+    let Some(model) = compilation.model.filter(|_| !compilation.diagnostics.iter().any(is_error)) else { return said };
+    let mut system = model.instantiate();
+    let experiment = compilation.flat.as_ref().map(|flat| flat.experiment.clone()).unwrap_or_default();
+    let start = experiment.start.unwrap_or(0.0);
+    let mut options = hyd_runtime::Options::new(start, experiment.stop.unwrap_or(start + 1.0));
+    options.tolerance = experiment.tolerance.unwrap_or(options.tolerance);
+    let begin = Instant::now();
+    let outcome = Simulator::new(system.structure())
+        .run(&mut system, &options, &mut Trajectory::new(), &|| begin.elapsed() > RUN);
+    said.push(outcome.map_or_else(|error| feature(&error.to_string()), |_| 1));
+    said
+}
+
+fn is_error(diagnostic: &Diagnostic) -> bool {
+    diagnostic.severity == hyd_compiler::Severity::Error
+}
+
+fn results(case: &[u8]) -> Vec<u64> {
+    let csv = Table::parse(case).map(|table| table.names.len());
+    let mat = Table::from_mat(case).map(|table| table.names.len());
+    [csv, mat].map(|read| read.map_or_else(|error| feature(&error.to_string()), |names| names as u64)).to_vec()
+}
+
+/// A study, or after the first line of dashes a set.
+fn study(case: &[u8]) -> Vec<u64> {
+    let text = String::from_utf8_lossy(case);
+    let (study, bench) = text.split_once("\n-----\n").unwrap_or((&text, ""));
+    let study = match Study::parse(study) {
+        Ok(study) => study,
+        Err(fault) => return vec![feature(&fault.to_string())],
+    };
+    let mut read = |_: &str| -> Result<String, Fault> { Ok("time_s,y_m\n0,0\n1e-3,1e-6\n2e-3,\n".to_string()) };
+    match Bench::parse(Path::new("set.json"), bench, &study, &mut read) {
+        Err(fault) => vec![feature(&fault.to_string())],
+        Ok(bench) => vec![hash(hyd_discovery::Setup::new(study, bench, 1).map_err(|fault| fault.to_string()).is_ok())],
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Contents of the files below some folders whose names end so; large ones are left out.
+fn files(folders: &[&str], ends: &[&str]) -> Vec<Vec<u8>> {
+    let mut open: Vec<PathBuf> = folders.iter().map(|folder| root().join(folder)).collect();
+    let mut found = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if ends.iter().any(|end| path.to_string_lossy().ends_with(end)) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    let read = found.iter().filter_map(|path| std::fs::read(path).ok());
+    read.filter(|content| content.len() < 20_000).collect()
+}
+
+fn models() -> Vec<Vec<u8>> {
+    files(&["tests/language", "tests/numerics", "tests/cases", "tests/stdlib", "models", "stdlib"], &[".hyd"])
+}
+
+fn tables() -> Vec<Vec<u8>> {
+    let mut texts = files(&["tests"], &[".csv", ".mat"]);
+    texts.push(b"time,x,\"a[1,2].b\"\n0,1,2\n0.5,1e-3,nan\n1,,\n".to_vec());
+    texts
+}
+
+fn studies() -> Vec<Vec<u8>> {
+    let studies = files(&["models", "cli/src/new"], &["bench.toml", "bench.toml.txt"]);
+    let sets = files(&["tests/data/bench", "cli/src/new"], &[".json", "set.json.txt"]);
+    let joined = studies.iter().flat_map(|study| sets.iter().map(|set| [study, b"\n-----\n".as_slice(), set].concat()));
+    joined.collect()
+}
