@@ -35,7 +35,7 @@ fn titled(title: Option<&str>, inner: &str) -> String {
 }
 
 fn formula(inner: &str) -> String {
-    format!("<div class=\"equation\"><math display=\"block\"><mrow>{inner}</mrow></math></div>\n")
+    format!("<div class=\"equation\"><math displaystyle=\"true\"><mrow>{inner}</mrow></math></div>\n")
 }
 
 fn inline(inner: &str) -> String {

@@ -4,7 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use hyd_source::Files;
-use hyd_syntax::tree::{Argument, ClassBody, ClassDef, Element, Expr, ExprKind, Modification, StoredDefinition};
+use hyd_syntax::tree::{
+    Argument, ClassBody, ClassDef, ComponentRef, Element, Expr, ExprKind, Modification, Path, StoredDefinition,
+};
+use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 /// A text of a library.
 #[derive(Clone, Debug)]
@@ -89,12 +92,17 @@ impl Library {
         }
     }
 
+    /// The text that a class stands in.
+    pub(crate) fn text(&self, class: usize) -> &str {
+        &self.sources[self.entries[class].source].text
+    }
+
     /// Indices of the classes that are shown.
     pub(crate) fn shown(&self) -> impl Iterator<Item = usize> {
         (0..self.entries.len()).filter(|k| self.sources[self.entries[*k].source].shown)
     }
 
-    /// The classes that each class names as the type of a component or as a base.
+    /// The classes that each class names as the type of a component or as a base, and the functions it calls.
     pub(crate) fn uses(&self) -> Vec<BTreeSet<usize>> {
         let of = |k: usize| {
             let found = elements(&self.entries[k].class).iter().filter_map(|element| match element {
@@ -102,9 +110,41 @@ impl Library {
                 Element::Extends(extends) => self.find(&extends.base, k),
                 Element::Import(_) | Element::Class(_) => None,
             });
-            found.filter(|other| *other != k).collect()
+            let called = self.called(k);
+            found.chain(called).filter(|other| *other != k).collect()
         };
         (0..self.entries.len()).map(of).collect()
+    }
+}
+
+/// Collects what is called.
+#[derive(Default)]
+struct Calls(Vec<Path>);
+
+impl Visitor for Calls {
+    fn reference(&mut self, reference: &ComponentRef, role: Role) {
+        if role == Role::Called {
+            let parts = reference.parts.iter().map(|part| part.name.clone()).collect();
+            self.0.push(Path { global: reference.global, parts, span: reference.span });
+        }
+        walk_reference(self, reference);
+    }
+}
+
+impl Library {
+    /// The functions that the equations, statements and bindings of a class call.
+    pub(crate) fn called(&self, class: usize) -> BTreeSet<usize> {
+        let mut calls = Calls::default();
+        if let ClassBody::Long { elements, equations, algorithms, .. } = &self.entries[class].class.body {
+            equations.iter().flat_map(|section| &section.equations).for_each(|equation| calls.equation(equation));
+            algorithms.iter().flat_map(|section| &section.statements).for_each(|statement| calls.statement(statement));
+            for element in elements {
+                if let Element::Component(component) = element {
+                    component.modification.binding.iter().for_each(|value| calls.expr(value));
+                }
+            }
+        }
+        calls.0.iter().filter_map(|path| self.find(path, class)).collect()
     }
 }
 

@@ -157,10 +157,9 @@ fn binary(op: BinaryOp, left: &Expr, right: &Expr) -> (String, u8) {
 
 fn call(function: &ComponentRef, arguments: &Arguments) -> (String, u8) {
     let name = function.parts.last().map_or("", |part| &*part.name.name);
-    let plain = function.parts.len() == 1;
     let primary = |shown: String| (shown, level::PRIMARY);
     let Arguments::List { positional, named } = arguments else { return reduction(name, function, arguments) };
-    if plain && named.is_empty() {
+    if function.parts.len() == 1 && named.is_empty() {
         match (name, positional.as_slice()) {
             ("der", [value]) => {
                 let above = row(&format!("<mi>d</mi>{}", at_least(value, level::PRIMARY)));
@@ -179,8 +178,7 @@ fn call(function: &ComponentRef, arguments: &Arguments) -> (String, u8) {
     shown
         .extend(named.iter().map(|(name, value)| format!("{}<mo>=</mo>{}", identifier(&name.name), expression(value))));
     let inner = parentheses(&shown.join("<mo>,</mo>"));
-    let called = if plain { format!("<mi>{}</mi>", escape(name)) } else { reference(function) };
-    primary(row(&format!("{called}<mo>&#x2061;</mo>{inner}")))
+    primary(row(&format!("<mi>{}</mi><mo>&#x2061;</mo>{inner}", escape(name))))
 }
 
 /// `sum(e for k in 1:n)` and its like.
@@ -199,11 +197,12 @@ fn cases(branches: &[(Expr, Expr)], otherwise: &Expr) -> String {
     let cell = |inner: &str| format!("<mtd style=\"text-align:left\">{inner}</mtd>");
     let mut rows = String::new();
     for (condition, value) in branches {
-        let when = format!("<mtext>if </mtext>{}", expression(condition));
+        let when = format!("<mtext>if\u{a0}</mtext>{}", expression(condition));
         rows += &format!("<mtr>{}{}</mtr>", cell(&expression(value)), cell(&when));
     }
     rows += &format!("<mtr>{}{}</mtr>", cell(&expression(otherwise)), cell("<mtext>otherwise</mtext>"));
-    row(&format!("<mo stretchy=\"true\">{{</mo><mtable>{rows}</mtable>"))
+    // A line on the left: a brace that grows takes a font for mathematics, which not every machine has.
+    format!("<mtable class=\"cases\">{rows}</mtable>")
 }
 
 fn matrix(rows: &[Vec<Expr>]) -> String {

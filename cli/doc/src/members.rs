@@ -4,7 +4,7 @@
 
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::{
-    Argument, ClassBody, ClassKind, Component, Direction, Element, EnumLiteral, Modification, Variability,
+    Argument, ClassBody, ClassKind, Component, Direction, Element, EnumLiteral, Expr, Modification, Variability,
 };
 
 use crate::library::{Library, elements, text_of};
@@ -14,8 +14,8 @@ pub(crate) struct Member<'a> {
     pub(crate) component: &'a Component,
     /// The class that declares it.
     pub(crate) owner: usize,
-    /// Modifications from outside, the outermost last.
-    changes: Vec<&'a Modification>,
+    /// Modifications from outside with the texts they stand in, the outermost last.
+    changes: Vec<(&'a str, &'a Modification)>,
 }
 
 /// What is known of a value.
@@ -55,7 +55,7 @@ pub(crate) fn members(library: &Library, class: usize) -> Vec<Member<'_>> {
 fn collect<'a>(
     library: &'a Library,
     class: usize,
-    changes: &[&'a Modification],
+    changes: &[(&'a str, &'a Modification)],
     found: &mut Vec<Member<'a>>,
     depth: usize,
 ) {
@@ -65,12 +65,13 @@ fn collect<'a>(
     for element in elements(&library.entries[class].class) {
         match element {
             Element::Component(component) if !component.prefixes.protected => {
-                let changes = changes.iter().filter_map(|change| inner(change, &component.name.name)).collect();
+                let name = &component.name.name;
+                let changes = changes.iter().filter_map(|(text, change)| Some((*text, inner(change, name)?))).collect();
                 found.push(Member { component, owner: class, changes });
             }
             Element::Extends(extends) => {
                 if let Some(base) = library.find(&extends.base, class).filter(|base| *base != class) {
-                    let mut all = vec![&extends.modification];
+                    let mut all = vec![(library.text(class), &extends.modification)];
                     all.extend(changes);
                     collect(library, base, &all, found, depth + 1);
                 }
@@ -103,8 +104,8 @@ impl Member<'_> {
     /// Unit, limits and value, from the type inwards out.
     pub(crate) fn attributes(&self, library: &Library) -> Attributes {
         let mut attributes = self.class(library).map(|class| of_type(library, class)).unwrap_or_default();
-        attributes.take(&self.component.modification);
-        self.changes.iter().for_each(|change| attributes.take(change));
+        attributes.take(library.text(self.owner), &self.component.modification);
+        self.changes.iter().for_each(|(text, change)| attributes.take(text, change));
         attributes
     }
 
@@ -139,7 +140,7 @@ pub(crate) fn of_type(library: &Library, class: usize) -> Attributes {
     let mut attributes = Attributes::default();
     for class in chain.into_iter().rev() {
         if let ClassBody::Short { modification, .. } = &library.entries[class].class.body {
-            attributes.take(modification);
+            attributes.take(library.text(class), modification);
         }
     }
     attributes
@@ -154,13 +155,19 @@ pub(crate) fn literals(library: &Library, class: usize) -> &[EnumLiteral] {
 }
 
 impl Attributes {
-    fn take(&mut self, modification: &Modification) {
+    /// Takes over what a modification in this text states; values stay as they are written.
+    fn take(&mut self, text: &str, modification: &Modification) {
+        let written = |value: &Expr| {
+            let span = value.span.start as usize..value.span.end as usize;
+            text.get(span)
+                .map_or_else(|| print_expr(value), |text| text.split_whitespace().collect::<Vec<_>>().join(" "))
+        };
         for argument in &modification.arguments {
             let Argument::Modify(modify) = argument else { continue };
             let ([name], Some(value)) = (modify.target.parts.as_slice(), &modify.modification.binding) else {
                 continue;
             };
-            let shown = text_of(value).map_or_else(|| print_expr(value), str::to_string);
+            let shown = text_of(value).map_or_else(|| written(value), str::to_string);
             match &*name.name {
                 "unit" => self.unit = Some(shown),
                 "min" => self.min = Some(shown),
@@ -171,7 +178,7 @@ impl Attributes {
             }
         }
         if let Some(value) = &modification.binding {
-            self.value = Some(print_expr(value));
+            self.value = Some(written(value));
         }
     }
 

@@ -164,7 +164,7 @@ impl Sections<'_> {
             };
             let _ = writeln!(
                 out,
-                "<h3>{title}</h3><table><thead><tr><th>name</th><th>type</th>{last}<th></th></tr></thead><tbody>{rows}</tbody></table>"
+                "<h3>{title}</h3><table><thead><tr><th>name</th><th>type</th>{last}<th>description</th></tr></thead><tbody>{rows}</tbody></table>"
             );
         }
         out
@@ -246,19 +246,37 @@ impl Sections<'_> {
     }
 
     fn uses(&self, class: usize) -> String {
+        let mut out = String::new();
+        let calls: Vec<String> = self
+            .library
+            .called(class)
+            .into_iter()
+            .map(|called| self.link_to(Some(called), &self.library.entries[called].name))
+            .collect();
+        if !calls.is_empty() {
+            let _ = writeln!(out, "<p class=\"uses\">Calls {}.</p>", calls.join(", "));
+        }
         let links = self.used_by[class].iter().map(|user| self.link_to(Some(*user), &self.library.entries[*user].name));
         let links: Vec<String> = links.collect();
-        if links.is_empty() { String::new() } else { format!("<p class=\"uses\">Used by {}.</p>\n", links.join(", ")) }
+        if !links.is_empty() {
+            let _ = writeln!(out, "<p class=\"uses\">Used by {}.</p>", links.join(", "));
+        }
+        out
     }
 
-    /// Its own text; a package that stands in a file with its classes shows only its own lines where these are few.
+    /// Its own text, from the margin.
     fn text(&self, class: usize) -> String {
         let entry = &self.library.entries[class];
-        let text = &self.library.sources[entry.source].text;
+        let text = self.library.text(class);
         let span = entry.class.span;
         let (start, end) = (text.floor_char_boundary(span.start as usize), text.ceil_char_boundary(span.end as usize));
         let line = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let indent = text[line..start].len();
+        let end = if text[end..].trim_start().starts_with(';') {
+            end + text[end..].find(';').map_or(0, |at| at + 1)
+        } else {
+            end
+        };
         let own = &text[start..end.max(start)];
         let strip = |line: &str| {
             let blanks = line.len() - line.trim_start_matches(' ').len();

@@ -9,7 +9,8 @@ use std::time::Duration;
 
 use crate::process::{Scratch, assert_no_panic, command, run, wait};
 
-const DECAY: &str = "model Decay\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -x;\nend Decay;\n";
+const DECAY: &str = "model Decay\n  parameter Real k = 1;\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -k*x;\n\
+                     end Decay;\n";
 
 /// Runs the program under limits that the shell sets first.
 fn limited(folder: &Scratch, limits: &str, arguments: &[&str]) -> Output {
@@ -35,7 +36,7 @@ fn a_disk_that_fills_up_leaves_no_half_files() {
         (&["simulate", "decay.hyd", "--plot", "p.png"], "p.png"),
         (&["equations", "decay.hyd", "--html", "e.html"], "e.html"),
         (&["doc", "--no-pictures", "--output", "d.html"], "d.html"),
-        (&["sweep", "decay.hyd", "--vary", "x=1:2:40", "--rows", "--result", "runs"], "runs"),
+        (&["sweep", "decay.hyd", "--vary", "k=1:2:40", "--rows", "--result", "runs"], "results"),
     ];
     for (arguments, name) in cases {
         let outcome = limited(&folder, FULL, arguments);
