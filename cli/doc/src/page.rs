@@ -81,8 +81,11 @@ impl Page {
             let parent = library.entries[*k].parent.map(|parent| library.entries[parent].source);
             !parent.is_some_and(|source| library.sources[source].shown)
         });
-        let tree: String = roots.map(|root| node(library, root)).collect();
-        let all: String = library.shown().map(|class| sections.section(class)).collect();
+        let roots: Vec<usize> = roots.collect();
+        let tree: String = roots.iter().map(|root| node(library, *root)).collect();
+        let mut order = Vec::new();
+        roots.iter().for_each(|root| in_order(library, *root, &mut order));
+        let all: String = order.into_iter().map(|class| sections.section(class)).collect();
         let title = escape(&self.title);
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><title>{title}</title>\
@@ -139,6 +142,19 @@ impl Page {
     }
 }
 
+/// The classes in a class, those with classes of their own first.
+fn children(library: &Library, class: usize) -> Vec<usize> {
+    let mut children = library.entries[class].children.clone();
+    children.sort_by_key(|child| library.entries[*child].children.is_empty());
+    children
+}
+
+/// A class and all in it, in the order of the tree.
+fn in_order(library: &Library, class: usize, order: &mut Vec<usize>) {
+    order.push(class);
+    children(library, class).into_iter().for_each(|child| in_order(library, child, order));
+}
+
 /// A class in the tree, with those in it.
 fn node(library: &Library, class: usize) -> String {
     let entry = &library.entries[class];
@@ -149,8 +165,7 @@ fn node(library: &Library, class: usize) -> String {
         kind(library, class),
         escape(&entry.class.name.name)
     );
-    let mut children: Vec<usize> = entry.children.clone();
-    children.sort_by_key(|child| library.entries[*child].children.is_empty());
+    let children = children(library, class);
     let mut out = String::new();
     if children.is_empty() {
         let _ = write!(out, "<li>{link}</li>");
