@@ -54,7 +54,7 @@ fn class_name(name: &str) -> Option<String> {
         if c.is_ascii_alphanumeric() && !(class.is_empty() && c.is_ascii_digit()) {
             class.push(if begins { c.to_ascii_uppercase() } else { c });
         }
-        begins = !c.is_ascii_alphanumeric();
+        begins = class.is_empty() || !c.is_ascii_alphanumeric();
     }
     // The library's own name would hide the library.
     if class == "Hyd" {
