@@ -22,7 +22,7 @@ mod tangents;
 use hyd_system::{DelaySite, Structure};
 
 use breaks::Breaks;
-use past::Past;
+use past::{Past, Segment, Spot};
 
 pub(crate) use record::Recorder;
 pub(crate) use system::Delaying;
@@ -123,27 +123,41 @@ impl DelayWork {
         t - self.shortest_fixed > self.past.end() || self.shortest_fixed == 0.0 && t >= self.past.end()
     }
 
-    /// Delayed values and rates at time `t` (s) from delay times and sources as they are known.
+    /// Delayed values and rates at time `t` (s) from delay times and sources as they are known.  Sites that look back to the same
+    /// instant, such as those of a line, share what is known of it.
     fn evaluate(&mut self, t: f64) {
         self.coarse = false;
+        let end = self.past.end();
+        let mut known: Option<((f64, Segment, Option<Segment>), Spot)> = None;
         for site in 0..self.sites.len() {
-            (self.values[site], self.rates[site]) = self.delayed(site, t);
+            let at = t - self.times[site];
+            let within = at > end || self.times[site] == 0.0 && at >= end;
+            if within && let Some(found) = self.inside(site, at, t) {
+                (self.values[site], self.rates[site]) = found;
+                continue;
+            }
+            let cursor = &mut self.breaks.cursors[site];
+            let key = (at, cursor.low, cursor.high);
+            let spot = match known.filter(|(before, _)| *before == key) {
+                Some((_, spot)) => spot,
+                None => self.past.locate(at, (cursor.low, cursor.high), &mut cursor.hint),
+            };
+            known = Some((key, spot));
+            (self.values[site], self.rates[site]) = self.past.read(&spot, site);
         }
     }
 
-    fn delayed(&mut self, site: usize, t: f64) -> (f64, f64) {
-        let at = t - self.times[site];
-        let cursor = &mut self.breaks.cursors[site];
+    /// Value and rate at `at` (s), which lies within the step in work to `t` (s); none if the site reads before a break.
+    fn inside(&mut self, site: usize, at: f64, t: f64) -> Option<(f64, f64)> {
         let (anchor, source) = match self.anchor {
             Some(end) => (end, self.anchor_values[site]),
             None => (t, self.sources[site]),
         };
-        let within = at > self.past.end() || self.times[site] == 0.0 && at >= self.past.end();
-        if within && cursor.high.is_none() && source.is_finite() {
-            let (value, rate) = self.within_step(site, at.min(anchor), (anchor, source));
-            return if at >= anchor { (source, rate) } else { (value, rate) };
+        if self.breaks.cursors[site].high.is_some() || !source.is_finite() {
+            return None;
         }
-        self.past.at(site, at, (cursor.low, cursor.high), &mut cursor.hint)
+        let (value, rate) = self.within_step(site, at.min(anchor), (anchor, source));
+        Some(if at >= anchor { (source, rate) } else { (value, rate) })
     }
 
     /// Value and rate at `at` (s) on the polynomial through the newest points and the iterate.

@@ -5,7 +5,7 @@
 //! slopes may jump, so a value is always asked for within given segments.  Before the first break the sources are constant.
 //! Pieces that no delay reaches any more are dropped; in steady state nothing is allocated.
 
-use super::polynomial::{NODES, curvature, rate, value};
+use super::polynomial::{NODES, curvature, value, weights};
 
 /// Dropped pieces are given back when they are at least this many and half of all.
 const SHORTEST_DROP: usize = 64;
@@ -15,6 +15,17 @@ const SHORTEST_DROP: usize = 64;
 struct Piece {
     from: f64,
     to: f64,
+}
+
+/// An instant of the past: where it lies, and how values at the nodes count there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// First value of the piece.
+    first: usize,
+    /// Before the start all is constant.
+    constant: bool,
+    value: [f64; NODES - 1],
+    rate: [f64; NODES - 1],
 }
 
 /// Number of a segment; they are counted over the whole run.
@@ -86,6 +97,12 @@ impl Past {
         self.pieces.last().map_or(begin, |piece| piece.to.max(begin))
     }
 
+    /// The values of all sources at the end of the newest segment, if it has a piece.
+    pub(super) fn end_values(&self) -> Option<&[f64]> {
+        let first = self.starts[self.starts.len() - 1].saturating_sub(self.dropped);
+        (self.pieces.len() > first).then(|| &self.values[self.values.len() - self.sites..])
+    }
+
     /// Forgets what lies after `t` (s) in the newest segment.
     pub(super) fn cut(&mut self, t: f64) {
         let first = self.starts[self.starts.len() - 1].saturating_sub(self.dropped);
@@ -128,14 +145,33 @@ impl Past {
     /// Value and rate of a source at `t` (s) from segments `low` to below `high` (to the newest if none); outside of them
     /// the nearest piece is extended.  `hint` is where the last search ended.
     pub(super) fn at(&self, site: usize, t: f64, range: (Segment, Option<Segment>), hint: &mut usize) -> (f64, f64) {
+        self.read(&self.locate(t, range, hint), site)
+    }
+
+    /// The instant `t` (s) for all sources, as [`Past::at`] understands it.
+    pub(super) fn locate(&self, t: f64, range: (Segment, Option<Segment>), hint: &mut usize) -> Spot {
         let k = self.find(t, range, hint);
         let Piece { from, to } = self.pieces[k];
-        if self.dropped + k == 0 && self.first_segment == 0 {
+        let constant = self.dropped + k == 0 && self.first_segment == 0;
+        let (per, (value, mut rate)) = ((to - from).recip(), weights((t - from) / (to - from)));
+        rate.iter_mut().for_each(|rate| *rate *= per);
+        Spot { first: k * NODES * self.sites, constant, value, rate }
+    }
+
+    /// Value and rate of a source at a located instant.
+    pub(super) fn read(&self, spot: &Spot, site: usize) -> (f64, f64) {
+        let values = &self.values[spot.first..spot.first + NODES * self.sites];
+        let first = values[site];
+        if spot.constant {
             return (self.values[site], 0.0);
         }
-        let nodes = self.nodes(k, site);
-        let part = (t - from) / (to - from);
-        (value(&nodes, part), rate(&nodes, part) / (to - from))
+        let (mut value, mut rate) = (first, 0.0);
+        for k in 0..NODES - 1 {
+            let difference = values[(k + 1) * self.sites + site] - first;
+            value += spot.value[k] * difference;
+            rate += spot.rate[k] * difference;
+        }
+        (value, rate)
     }
 
     /// Second derivative, where [`Past::at`] gives value and rate.

@@ -29,19 +29,6 @@ pub(super) fn value(nodes: &[f64; NODES], part: f64) -> f64 {
     sum
 }
 
-/// Its derivative with respect to `part`.
-pub(super) fn rate(nodes: &[f64; NODES], part: f64) -> f64 {
-    let d = differences(nodes);
-    let s = part * (NODES - 1) as f64;
-    let (mut sum, mut slope) = (d[4], 0.0);
-    for j in (0..4).rev() {
-        let below = (j + 1) as f64;
-        slope = (slope * (s - j as f64) + sum) / below;
-        sum = d[j] + sum * (s - j as f64) / below;
-    }
-    slope * (NODES - 1) as f64
-}
-
 /// Its second derivative with respect to `part`.
 pub(super) fn curvature(nodes: &[f64; NODES], part: f64) -> f64 {
     let d = differences(nodes);
@@ -54,6 +41,28 @@ pub(super) fn curvature(nodes: &[f64; NODES], part: f64) -> f64 {
         sum = d[j] + sum * x / below;
     }
     bend * ((NODES - 1) * (NODES - 1)) as f64
+}
+
+/// How the values at the four later nodes count for the value at `part`, each less the first one, and for the rate there.  One set of
+/// weights serves all values of a piece, and values that are all alike give no rate at all.
+pub(super) fn weights(part: f64) -> ([f64; NODES - 1], [f64; NODES - 1]) {
+    let s = part * (NODES - 1) as f64;
+    // Products of the factors s - k below and above each node, and their derivatives.
+    let x: [f64; NODES] = std::array::from_fn(|k| s - k as f64);
+    let (mut below, mut below_slope) = ([1.0; NODES], [0.0; NODES]);
+    let (mut above, mut above_slope) = ([1.0; NODES], [0.0; NODES]);
+    for k in 1..NODES {
+        below[k] = below[k - 1] * x[k - 1];
+        below_slope[k] = below_slope[k - 1] * x[k - 1] + below[k - 1];
+        let j = NODES - 1 - k;
+        above[j] = above[j + 1] * x[j + 1];
+        above_slope[j] = above_slope[j + 1] * x[j + 1] + above[j + 1];
+    }
+    // Inverse products of the distances of a node to the others.
+    const SCALES: [f64; NODES - 1] = [-1.0 / 6.0, 0.25, -1.0 / 6.0, 1.0 / 24.0];
+    let value = std::array::from_fn(|j| SCALES[j] * below[j + 1] * above[j + 1]);
+    let slope = |j: usize| below_slope[j + 1] * above[j + 1] + below[j + 1] * above_slope[j + 1];
+    (value, std::array::from_fn(|j| (NODES - 1) as f64 * SCALES[j] * slope(j)))
 }
 
 /// The fourth difference: the size of the highest term.
@@ -97,11 +106,14 @@ mod tests {
 
     #[test]
     fn quartics_are_exact() {
-        let nodes = std::array::from_fn(|k| f(2.0 + 3.0 * k as f64 / 4.0));
+        let nodes: [f64; NODES] = std::array::from_fn(|k| f(2.0 + 3.0 * k as f64 / 4.0));
         for part in [0.0, 0.1, 0.5, 0.77, 1.0, 1.2] {
             let x = 2.0 + 3.0 * part;
             assert!((value(&nodes, part) - f(x)).abs() < 1e-11, "{part}");
-            assert!((rate(&nodes, part) / 3.0 - slope(x)).abs() < 1e-11, "{part}");
+            let (of_value, of_rate) = weights(part);
+            let sum = |weights: &[f64; NODES - 1]| -> f64 { (0..4).map(|k| weights[k] * (nodes[k + 1] - nodes[0])).sum() };
+            assert!((nodes[0] + sum(&of_value) - f(x)).abs() < 1e-11, "{part}");
+            assert!((sum(&of_rate) / 3.0 - slope(x)).abs() < 1e-11, "{part}");
             assert!((curvature(&nodes, part) / 9.0 - (12.0 * x * x - 12.0 * x)).abs() < 1e-10, "{part}");
         }
         assert!((end_slope(&nodes, 0.75) - slope(2.0)).abs() < 1e-12);

@@ -8,7 +8,7 @@
 
 use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
 
-use super::past::{Past, Segment};
+use super::past::{Past, Segment, Spot};
 use super::polynomial::NODES;
 use super::system::Delaying;
 use super::{DelayWork, SAME_INSTANT};
@@ -111,15 +111,22 @@ impl Delaying<'_> {
             self.inner_tangents().delay_points_tangent(t, y, yp, along, sources, times);
         }
         let (width, last) = (*width, *width - 1);
+        let mut known: Option<((f64, Segment, Option<Segment>), Spot)> = None;
         for (k, site) in self.work.sites.iter().enumerate() {
             let at = t - self.work.times[k];
             let mut cursor = self.work.breaks.cursors[k];
             let range = (cursor.low, cursor.high);
             let (slope, bend) = (self.work.rates[k], self.work.past.bend(k, at, range, &mut cursor.hint));
+            let key = (at, cursor.low, cursor.high);
+            let spot = match known.filter(|(before, _)| *before == key) {
+                Some((_, spot)) => spot,
+                None => past.locate(at, range, &mut hints[k]),
+            };
+            known = Some((key, spot));
             for (direction, &dt) in dt.iter().enumerate().take(width) {
                 let (value, rate) = match direction == last {
                     true => (0.0, 0.0),
-                    false => past.at(k * last + direction, at, range, &mut hints[k]),
+                    false => past.read(&spot, k * last + direction),
                 };
                 let entry = k * width + direction;
                 let moved = dt - times[entry];

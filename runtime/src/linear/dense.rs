@@ -1,4 +1,4 @@
-//! Dense LU with partial pivoting, in place, for small systems.
+//! Dense LU with partial pivoting, in place, for small systems that fill up.
 //!
 //! `P A = L U` column by column (Golub, Van Loan, "Matrix Computations", algorithm 3.4.1) on one preallocated nalgebra matrix:
 //! the library's elimination step and triangular solves are used, its `LU` type is not, because it allocates
@@ -8,7 +8,7 @@ use hyd_system::Pattern;
 use nalgebra::linalg::{gauss_step, gauss_step_swap};
 use nalgebra::{DMatrix, DVectorViewMut};
 
-use super::{FactorError, LANES, PIVOT_FLOOR, Tile};
+use super::{FactorError, PIVOT_FLOOR, Tile, subtract};
 
 /// The factors of one matrix.
 pub(super) struct Dense {
@@ -84,31 +84,30 @@ impl Dense {
         self.factors.solve_upper_triangular_mut(&mut x);
     }
 
-    /// Replaces each of several right-hand sides by its solution.
-    pub(super) fn solve_tile(&self, b: &mut [Tile]) {
+    /// Replaces each of several right-hand sides by its solution: `count` tiles per unknown.
+    pub(super) fn solve_tiles(&self, b: &mut [Tile], count: usize) {
         for (k, &other) in self.swaps.iter().enumerate() {
-            b.swap(k, other as usize);
+            for tile in 0..count {
+                b.swap(k * count + tile, other as usize * count + tile);
+            }
         }
-        let n = b.len();
+        let n = self.swaps.len();
         let factors = self.factors.as_slice();
         for k in 0..n {
-            let (done, rest) = b.split_at_mut(k + 1);
-            subtract(rest, &factors[k * n + k + 1..(k + 1) * n], &done[k]);
+            let (done, rest) = b.split_at_mut((k + 1) * count);
+            let column = &factors[k * n + k + 1..(k + 1) * n];
+            for (values, &factor) in rest.chunks_exact_mut(count).zip(column) {
+                subtract(values, factor, &done[k * count..]);
+            }
         }
         for k in (0..n).rev() {
             let inverse = factors[k * n + k].recip();
-            let (rest, solved) = b.split_at_mut(k);
-            solved[0].iter_mut().for_each(|value| *value *= inverse);
-            subtract(rest, &factors[k * n..k * n + k], &solved[0]);
-        }
-    }
-}
-
-/// `b_i -= factor_i * x`
-fn subtract(b: &mut [Tile], factors: &[f64], x: &Tile) {
-    for (values, factor) in b.iter_mut().zip(factors) {
-        for lane in 0..LANES {
-            values[lane] -= factor * x[lane];
+            let (rest, solved) = b.split_at_mut(k * count);
+            let solved = &mut solved[..count];
+            solved.iter_mut().flatten().for_each(|value| *value *= inverse);
+            for (values, &factor) in rest.chunks_exact_mut(count).zip(&factors[k * n..k * n + k]) {
+                subtract(values, factor, solved);
+            }
         }
     }
 }

@@ -2,12 +2,13 @@
 //!
 //! `A` has a fixed pattern and changing values.  Rows are scaled by their largest entry and columns by the nominal values of
 //! the unknowns before factoring, because SI magnitudes differ by many decades and pivots are chosen by size.  Small
-//! systems are factored dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after construction, except
+//! systems are eliminated along a list of operations ([`small`]) or, if they fill up, dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after construction, except
 //! when the pivot order of a sparse matrix has to change.  Source of the scaling rule: Golub, Van Loan, "Matrix
 //! Computations", section 3.5.2.
 
 mod dense;
 mod merge;
+mod small;
 mod sparse;
 
 use hyd_system::Pattern;
@@ -15,11 +16,12 @@ use hyd_system::Pattern;
 pub(crate) use merge::MergedPattern;
 
 use dense::Dense;
+use small::Small;
 use sparse::Sparse;
 
-/// Largest dimension that is factored dense.  Dense and sparse cost the same near 50 unknowns for tridiagonal-like
+/// Largest dimension that counts as small.  Dense and sparse cost the same near 50 unknowns for tridiagonal-like
 /// patterns; below, dense has no index overhead.
-const DENSE_LIMIT: usize = 40;
+const SMALL_LIMIT: usize = 40;
 
 /// A pivot below this, relative to the largest entry of its scaled column, counts as zero.
 const PIVOT_FLOOR: f64 = 4.0 * f64::EPSILON;
@@ -49,6 +51,7 @@ pub(crate) enum FactorError {
 }
 
 enum Kernel {
+    Small(Box<Small>),
     Dense(Dense),
     Sparse(Box<Sparse>),
 }
@@ -65,8 +68,8 @@ impl LinearSolver {
     /// A solver for square matrices with this pattern.
     pub(crate) fn new(pattern: &Pattern) -> Self {
         let n = pattern.rows;
-        let kernel = if n <= DENSE_LIMIT {
-            Kernel::Dense(Dense::new(n))
+        let kernel = if n <= SMALL_LIMIT {
+            Kernel::Small(Box::new(Small::new(pattern)))
         } else {
             Kernel::Sparse(Box::new(Sparse::new(pattern)))
         };
@@ -80,8 +83,16 @@ impl LinearSolver {
 
     /// Factors the matrix with these values on the pattern; `values` are scaled in place.
     pub(crate) fn factor(&mut self, values: &mut [f64]) -> Result<(), FactorError> {
+        if let Kernel::Small(small) = &mut self.kernel {
+            let factored = small.factor(&self.pattern, values, &self.column_scale);
+            if !small.is_full() {
+                return factored;
+            }
+            self.kernel = Kernel::Dense(Dense::new(self.row_scale.len()));
+        }
         self.scale(values)?;
         match &mut self.kernel {
+            Kernel::Small(_) => Ok(()),
             Kernel::Dense(dense) => dense.factor(&self.pattern, values),
             Kernel::Sparse(sparse) => sparse.factor(&self.pattern, values),
         }
@@ -89,10 +100,14 @@ impl LinearSolver {
 
     /// Replaces `b` by the solution of `A x = b`.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
+        if let Kernel::Small(small) = &mut self.kernel {
+            return small.solve(b);
+        }
         for (value, scale) in b.iter_mut().zip(&self.row_scale) {
             *value *= scale;
         }
         match &mut self.kernel {
+            Kernel::Small(_) => {}
             Kernel::Dense(dense) => dense.solve(b),
             Kernel::Sparse(sparse) => sparse.solve(b),
         }
@@ -101,23 +116,26 @@ impl LinearSolver {
         }
     }
 
-    /// Replaces each of several right-hand sides by its solution.
-    pub(crate) fn solve_tile(&mut self, b: &mut [Tile]) {
-        for (values, scale) in b.iter_mut().zip(&self.row_scale) {
-            values.iter_mut().for_each(|value| *value *= scale);
+    /// Replaces each of several right-hand sides by its solution; `b` has `count` tiles per unknown.
+    pub(crate) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
+        if let Kernel::Small(small) = &mut self.kernel {
+            return small.solve_tiles(b, count);
         }
+        scale_tiles(b, count, &self.row_scale);
         match &mut self.kernel {
-            Kernel::Dense(dense) => dense.solve_tile(b),
-            Kernel::Sparse(sparse) => sparse.solve_tile(b),
+            Kernel::Small(_) => {}
+            Kernel::Dense(dense) => dense.solve_tiles(b, count),
+            Kernel::Sparse(sparse) => sparse.solve_tiles(b, count),
         }
-        for (values, scale) in b.iter_mut().zip(&self.column_scale) {
-            values.iter_mut().for_each(|value| *value *= scale);
-        }
+        scale_tiles(b, count, &self.column_scale);
     }
 
     /// The scale of row `k` in the last factorisation, for comparing residuals of different rows.
     pub(crate) fn row_scale(&self, k: usize) -> f64 {
-        self.row_scale[k]
+        match &self.kernel {
+            Kernel::Small(small) => small.row_scale(k),
+            Kernel::Dense(_) | Kernel::Sparse(_) => self.row_scale[k],
+        }
     }
 
     /// `a_ij := r_i a_ij c_j` with `c` the nominals and `r_i = 1 / max_j |a_ij c_j|`.
@@ -136,7 +154,7 @@ impl LinearSolver {
             }
         }
         if let Some(row) = self.row_scale.iter().position(|&largest| largest == 0.0) {
-            return Err(FactorError::Singular { row, column: self.idle_column(values, row) });
+            return Err(FactorError::Singular { row, column: idle_column(&self.pattern, values, row) });
         }
         for scale in &mut self.row_scale {
             *scale = scale.recip();
@@ -146,14 +164,28 @@ impl LinearSolver {
         }
         Ok(())
     }
+}
 
-    /// For an empty row: a column that is empty too, else the column the pattern has in that row, else the row's number.
-    fn idle_column(&self, values: &[f64], row: usize) -> usize {
-        let columns = 0..self.column_scale.len();
-        let empty = columns.clone().find(|&c| self.pattern.column(c).all(|e| values[e] == 0.0));
-        let touching =
-            || columns.clone().find(|&c| self.pattern.column(c).any(|e| self.pattern.row_indices[e] as usize == row));
-        empty.or_else(touching).unwrap_or(row)
+/// For an empty row: a column that is empty too, else the column the pattern has in that row, else the row's number.
+fn idle_column(pattern: &Pattern, values: &[f64], row: usize) -> usize {
+    let columns = 0..pattern.columns();
+    let empty = columns.clone().find(|&c| pattern.column(c).all(|e| values[e] == 0.0));
+    let touching = || columns.clone().find(|&c| pattern.column(c).any(|e| pattern.row_indices[e] as usize == row));
+    empty.or_else(touching).unwrap_or(row)
+}
+
+fn scale_tiles(b: &mut [Tile], count: usize, scale: &[f64]) {
+    for (values, scale) in b.chunks_exact_mut(count).zip(scale) {
+        values.iter_mut().flatten().for_each(|value| *value *= scale);
+    }
+}
+
+/// `b -= factor * x`
+pub(crate) fn subtract(b: &mut [Tile], factor: f64, x: &[Tile]) {
+    for (b, x) in b.iter_mut().zip(x) {
+        for lane in 0..LANES {
+            b[lane] -= factor * x[lane];
+        }
     }
 }
 
@@ -193,11 +225,13 @@ mod tests {
                 }
             }
             solver.factor(&mut values).unwrap();
-            let mut tile: Vec<Tile> = product.iter().map(|&value| [value, -value, 0.0, 2.0 * value]).collect();
+            let tile: Vec<Tile> = product.iter().map(|&value| [value, -value, 0.0, 2.0 * value]).collect();
             solver.solve(&mut product);
-            solver.solve_tile(&mut tile);
-            for (values, &x) in tile.iter().zip(&product) {
-                for (value, factor) in values.iter().zip([1.0, -1.0, 0.0, 2.0]) {
+            // A second tile per unknown, the first one times 3.
+            let mut tile: Vec<Tile> = tile.iter().flat_map(|tile| [*tile, tile.map(|value| 3.0 * value)]).collect();
+            solver.solve_tiles(&mut tile, 2);
+            for (values, &x) in tile.as_flattened().chunks_exact(2 * LANES).zip(&product) {
+                for (value, factor) in values.iter().zip([1.0, -1.0, 0.0, 2.0, 3.0, -3.0, 0.0, 6.0]) {
                     assert!((value - factor * x).abs() <= 1e-13 * x.abs().max(nominals[0]));
                 }
             }

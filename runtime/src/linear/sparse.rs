@@ -15,7 +15,7 @@ use faer::sparse::linalg::{LuError, amd, colamd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use hyd_system::Pattern;
 
-use super::{FactorError, LANES, PIVOT_FLOOR, Tile};
+use super::{FactorError, LANES, PIVOT_FLOOR, Tile, subtract};
 
 /// A pivot smaller than this, relative to the largest candidate of its column, asks for a new pivot order.
 const PIVOT_DRIFT: f64 = 1e-6;
@@ -211,36 +211,32 @@ impl Sparse {
         x.fill(0.0);
     }
 
-    /// Replaces each of several right-hand sides by its solution.
-    pub(super) fn solve_tile(&mut self, b: &mut [Tile]) {
+    /// Replaces each of several right-hand sides by its solution: `count` tiles per unknown.
+    pub(super) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
         let n = self.diagonal.len();
-        self.tiles.resize(n, [0.0; LANES]);
-        let x = &mut self.tiles;
-        for (values, &row) in x.iter_mut().zip(&self.rows) {
-            *values = b[row as usize];
+        self.tiles.resize((n + 1) * count, [0.0; LANES]);
+        // The value of a column stands apart while it is subtracted from others.
+        let (x, own) = self.tiles.split_at_mut(n * count);
+        let block = |k: u32| k as usize * count..(k as usize + 1) * count;
+        for (values, &row) in x.chunks_exact_mut(count).zip(&self.rows) {
+            values.copy_from_slice(&b[block(row)]);
         }
         for c in 0..n {
-            let value = x[c];
-            subtract(x, &self.lower, c, &value);
+            own.copy_from_slice(&x[block(c as u32)]);
+            for entry in self.lower.column(c) {
+                subtract(&mut x[block(self.lower.rows[entry])], self.lower.values[entry], own);
+            }
         }
         for c in (0..n).rev() {
             let inverse = self.diagonal[c].recip();
-            let value = x[c].map(|value| value * inverse);
-            x[c] = value;
-            subtract(x, &self.upper, c, &value);
+            x[block(c as u32)].iter_mut().flatten().for_each(|value| *value *= inverse);
+            own.copy_from_slice(&x[block(c as u32)]);
+            for entry in self.upper.column(c) {
+                subtract(&mut x[block(self.upper.rows[entry])], self.upper.values[entry], own);
+            }
         }
-        for (values, &column) in x.iter().zip(&self.columns) {
-            b[column as usize] = *values;
-        }
-    }
-}
-
-/// `x_row -= factor * value` along a column.
-fn subtract(x: &mut [Tile], factor: &Factor, column: usize, value: &Tile) {
-    for entry in factor.column(column) {
-        let (target, factor) = (&mut x[factor.rows[entry] as usize], factor.values[entry]);
-        for lane in 0..LANES {
-            target[lane] -= factor * value[lane];
+        for (values, &column) in x.chunks_exact(count).zip(&self.columns) {
+            b[block(column)].copy_from_slice(values);
         }
     }
 }

@@ -9,13 +9,13 @@ use hyd_system::{DaeSystem, Pattern, Structure};
 
 use super::tangents;
 use super::trail::Trail;
-use crate::linear::{FactorError, LANES, LinearSolver, MergedPattern, Tile};
+use crate::linear::{FactorError, LANES, LinearSolver, MergedPattern, Tile, subtract};
 use crate::problem::Problem;
 
 /// Change of an entry of a Jacobian that counts as a jump, as a part of it.
 const JUMP: f64 = 1e-4;
 
-/// A matrix with its factors and one column of work space.
+/// A matrix with its factors and work space.
 pub(super) struct Matrices {
     merged: MergedPattern,
     state_pattern: Pattern,
@@ -24,7 +24,7 @@ pub(super) struct Matrices {
     state_values: Vec<f64>,
     rate_values: Vec<f64>,
     values: Vec<f64>,
-    column: Vec<f64>,
+    tiles: Vec<Tile>,
     y: Vec<f64>,
     yp: Vec<f64>,
     before: Vec<f64>,
@@ -46,7 +46,7 @@ impl Matrices {
             merged,
             state_pattern: structure.state_pattern.clone(),
             rate_pattern: structure.rate_pattern.clone(),
-            column: vec![0.0; structure.unknowns],
+            tiles: Vec::new(),
             y: vec![0.0; structure.unknowns],
             yp: vec![0.0; structure.unknowns],
             before: Vec::new(),
@@ -103,35 +103,29 @@ impl Matrices {
         self.solver.factor(&mut self.values)
     }
 
-    /// `column -= dF/dy s` over differential unknowns with the last matrix.
-    pub(super) fn subtract_state_product(&self, s: &[Tile], differential: &[bool], column: &mut [Tile]) {
-        for (j, s) in s.iter().enumerate().filter(|(j, _)| differential[*j]) {
+    /// `column -= dF/dy s` over differential unknowns with the last matrix; all have `tiles` tiles per unknown.
+    pub(super) fn subtract_state_product(&self, s: &[Tile], differential: &[bool], column: &mut [Tile], tiles: usize) {
+        for (j, s) in s.chunks_exact(tiles).enumerate().filter(|(j, _)| differential[*j]) {
             for entry in self.state_pattern.column(j) {
-                let factor = self.state_values[entry];
-                let target = &mut column[self.state_pattern.row_indices[entry] as usize];
-                for lane in 0..LANES {
-                    target[lane] -= factor * s[lane];
-                }
+                let row = self.state_pattern.row_indices[entry] as usize;
+                subtract(&mut column[row * tiles..(row + 1) * tiles], self.state_values[entry], s);
             }
         }
     }
 
     /// `column += c dF/dy' base` with the last matrix.
-    pub(super) fn add_rate_product(&self, c: f64, base: &[Tile], column: &mut [Tile]) {
-        for (j, base) in base.iter().enumerate() {
+    pub(super) fn add_rate_product(&self, c: f64, base: &[Tile], column: &mut [Tile], tiles: usize) {
+        for (j, base) in base.chunks_exact(tiles).enumerate() {
             for entry in self.rate_pattern.column(j) {
-                let factor = c * self.rate_values[entry];
-                let target = &mut column[self.rate_pattern.row_indices[entry] as usize];
-                for lane in 0..LANES {
-                    target[lane] += factor * base[lane];
-                }
+                let row = self.rate_pattern.row_indices[entry] as usize;
+                subtract(&mut column[row * tiles..(row + 1) * tiles], -c * self.rate_values[entry], base);
             }
         }
     }
 
     /// Replaces several right-hand sides by their solutions.
-    pub(super) fn solve_tile(&mut self, column: &mut [Tile]) {
-        self.solver.solve_tile(column);
+    pub(super) fn solve_tiles(&mut self, column: &mut [Tile], tiles: usize) {
+        self.solver.solve_tiles(column, tiles);
     }
 
     /// Factors the matrix of the consistency solve.
@@ -149,9 +143,20 @@ impl Matrices {
         self.solver.factor(&mut self.values)
     }
 
-    /// Replaces the blocks of `b` by the solutions, direction by direction.
+    /// Replaces the blocks of `b` by the solutions.
     pub(super) fn solve(&mut self, b: &mut [f64], width: usize) {
-        solve_columns(&mut self.solver, &mut self.column, b, width);
+        let tiles = width.div_ceil(LANES);
+        self.tiles.resize(b.len() / width * tiles, [0.0; LANES]);
+        let own = self.tiles.as_flattened_mut().chunks_exact_mut(tiles * LANES);
+        for (own, block) in own.zip(b.chunks_exact(width)) {
+            own[..width].copy_from_slice(block);
+            own[width..].fill(0.0);
+        }
+        self.solver.solve_tiles(&mut self.tiles, tiles);
+        let own = self.tiles.as_flattened().chunks_exact(tiles * LANES);
+        for (own, block) in own.zip(b.chunks_exact_mut(width)) {
+            block.copy_from_slice(&own[..width]);
+        }
     }
 
     /// Solves the initial system's linearisation at `z`.

@@ -7,7 +7,7 @@
 //! over differential unknowns, relative to the largest derivative so far, the worst direction counting; where breaks are not located,
 //! the combination that sees kinks counts too.
 //!
-//! Directions are handled in tiles, so that one load of a matrix entry serves several: tile by tile, unknown by unknown.
+//! Directions are handled in tiles, side by side for each unknown, so that one load of a matrix entry serves all.
 
 use super::breaks::Breaks;
 use super::linear::Matrices;
@@ -80,7 +80,7 @@ impl Steps {
             start: tiled(),
             rates: std::array::from_fn(|_| tiled()),
             base: tiled(),
-            column: vec![[0.0; LANES]; n],
+            column: tiled(),
             largest: tiled(),
             forcing: vec![0.0; n * (count + 1)],
             y: vec![0.0; n],
@@ -91,14 +91,10 @@ impl Steps {
     /// The start of a run: `least` gives the smallest derivative of an unknown by a direction that counts.
     pub(super) fn begin(&mut self, tolerance: f64, least: impl Fn(usize, usize) -> f64) {
         self.tolerance = FORGIVEN * tolerance;
-        for tile in 0..self.tiles {
-            for k in 0..self.n {
-                for lane in 0..LANES {
-                    let direction = tile * LANES + lane;
-                    let value = if direction < self.count { least(k, direction) } else { 1.0 };
-                    self.largest[tile * self.n + k][lane] = value;
-                }
-            }
+        let width = self.tiles * LANES;
+        for (at, value) in self.largest.iter_mut().flatten().enumerate() {
+            let (k, direction) = (at / width, at % width);
+            *value = if direction < self.count { least(k, direction) } else { 1.0 };
         }
     }
 
@@ -106,8 +102,8 @@ impl Steps {
     pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
         (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
         (self.attempts, self.fresh) = (0, true);
-        load(&mut self.s, self.n, s, width, self.count);
-        load(&mut self.rates[STAGES - 1], self.n, sp, width, self.count);
+        load(&mut self.s, self.tiles, s, width, self.count);
+        load(&mut self.rates[STAGES - 1], self.tiles, sp, width, self.count);
         self.measure();
     }
 
@@ -145,15 +141,13 @@ impl Steps {
             // The step that follows has the same trouble, and says so.
             return;
         }
-        for tile in 0..self.tiles {
-            let range = tile * self.n..(tile + 1) * self.n;
-            take_forcing(&mut self.column, &self.forcing, self.count, tile);
-            matrices.subtract_state_product(&self.s[range.clone()], differential, &mut self.column);
-            matrices.solve_tile(&mut self.column);
-            let blocks = self.s[range.clone()].iter_mut().zip(&mut self.rates[STAGES - 1][range]);
-            for (((s, rate), solution), &differential) in blocks.zip(&self.column).zip(differential) {
-                *if differential { rate } else { s } = *solution;
-            }
+        take_forcing(&mut self.column, self.tiles, &self.forcing, self.count);
+        matrices.subtract_state_product(&self.s, differential, &mut self.column, self.tiles);
+        matrices.solve_tiles(&mut self.column, self.tiles);
+        for (k, &differential) in differential.iter().enumerate() {
+            let range = k * self.tiles..(k + 1) * self.tiles;
+            let target = if differential { &mut self.rates[STAGES - 1] } else { &mut self.s };
+            target[range.clone()].copy_from_slice(&self.column[range]);
         }
         (self.t, self.t_before, self.h_used) = (t, t, 0.0);
         self.fresh = true;
@@ -225,29 +219,22 @@ impl Steps {
         trail: &Trail,
         (h, target): (f64, f64),
     ) -> Result<(), FactorError> {
-        let (n, c) = (self.n, (h * GAMMA).recip());
+        let (tiles, c) = (self.tiles, (h * GAMMA).recip());
         for i in 1..STAGES {
             let t = if i + 1 == STAGES { target } else { self.t + C[i] * h };
             trail.values(t, &mut self.y, &mut self.yp);
             matrices.factor_along(problem, (t, c), (&self.y, &self.yp), &mut self.forcing)?;
             let (done, rest) = self.rates.split_at_mut(i);
             combine(&mut self.base, &self.start, done, &A[i], h);
-            for tile in 0..self.tiles {
-                let range = tile * n..(tile + 1) * n;
-                let base = &self.base[range.clone()];
-                take_forcing(&mut self.column, &self.forcing, self.count, tile);
-                matrices.add_rate_product(c, base, &mut self.column);
-                matrices.solve_tile(&mut self.column);
-                for ((rate, s), base) in rest[0][range.clone()].iter_mut().zip(&self.column).zip(base) {
-                    for lane in 0..LANES {
-                        rate[lane] = c * (s[lane] - base[lane]);
-                    }
-                }
-                if i + 1 == STAGES {
-                    self.s[range].copy_from_slice(&self.column);
-                }
+            take_forcing(&mut self.column, tiles, &self.forcing, self.count);
+            matrices.add_rate_product(c, &self.base, &mut self.column, tiles);
+            matrices.solve_tiles(&mut self.column, tiles);
+            let rates = rest[0].as_flattened_mut().iter_mut();
+            for ((rate, s), base) in rates.zip(self.column.as_flattened()).zip(self.base.as_flattened()) {
+                *rate = c * (s - base);
             }
         }
+        self.s.copy_from_slice(&self.column);
         Ok(())
     }
 
@@ -259,7 +246,7 @@ impl Steps {
         for tile in 0..self.tiles {
             let mut sum = [0.0; LANES];
             for (k, _) in differential.iter().enumerate().filter(|(_, differential)| **differential) {
-                let at = tile * self.n + k;
+                let at = k * self.tiles + tile;
                 let mut error = [0.0; LANES];
                 for (rates, weight) in self.rates.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
                     for lane in 0..LANES {
@@ -267,8 +254,9 @@ impl Steps {
                     }
                 }
                 for lane in 0..LANES {
-                    let size = self.largest[at][lane].max(self.s[at][lane].abs());
-                    sum[lane] += (error[lane] / size) * (error[lane] / size);
+                    let (largest, s) = (self.largest[at][lane], self.s[at][lane].abs());
+                    let part = error[lane] / if s > largest { s } else { largest };
+                    sum[lane] += part * part;
                 }
             }
             for sum in sum {
@@ -284,10 +272,9 @@ impl Steps {
 
     /// Keeps the largest derivatives.
     fn measure(&mut self) {
-        for (largest, s) in self.largest.iter_mut().zip(&self.s) {
-            for lane in 0..LANES {
-                largest[lane] = largest[lane].max(s[lane].abs());
-            }
+        for (largest, s) in self.largest.as_flattened_mut().iter_mut().zip(self.s.as_flattened()) {
+            let s = s.abs();
+            *largest = if s > *largest { s } else { *largest };
         }
     }
 
@@ -302,7 +289,7 @@ impl Steps {
         let theta = (t - self.t_before) / self.h_used;
         for tile in 0..self.tiles {
             for k in 0..self.n {
-                let at = tile * self.n + k;
+                let at = k * self.tiles + tile;
                 for lane in 0..LANES.min(self.count - tile * LANES) {
                     let (mut value, mut rate) = (self.start[at][lane], 0.0);
                     if self.first && !differential[k] {
@@ -325,12 +312,10 @@ impl Steps {
     }
 
     fn newest_into(&self, (s, sp): (&mut [f64], &mut [f64]), width: usize) {
-        for tile in 0..self.tiles {
-            for k in 0..self.n {
-                let (at, first) = (tile * self.n + k, k * width + tile * LANES);
-                let lanes = LANES.min(self.count - tile * LANES);
-                s[first..first + lanes].copy_from_slice(&self.s[at][..lanes]);
-                sp[first..first + lanes].copy_from_slice(&self.rates[STAGES - 1][at][..lanes]);
+        let own = self.tiles * LANES;
+        for (blocks, tiles) in [(s, &self.s), (sp, &self.rates[STAGES - 1])] {
+            for (block, own) in blocks.chunks_exact_mut(width).zip(tiles.as_flattened().chunks_exact(own)) {
+                block[..self.count].copy_from_slice(&own[..self.count]);
             }
         }
     }
@@ -341,33 +326,28 @@ fn combine(base: &mut [Tile], start: &[Tile], rates: &[Vec<Tile>], a: &[f64], h:
     base.copy_from_slice(start);
     for (rates, a) in rates.iter().zip(a).filter(|(_, a)| **a != 0.0) {
         let factor = h * a;
-        for (base, rate) in base.iter_mut().zip(rates) {
-            for lane in 0..LANES {
-                base[lane] += factor * rate[lane];
-            }
+        for (base, rate) in base.as_flattened_mut().iter_mut().zip(rates.as_flattened()) {
+            *base += factor * rate;
         }
     }
 }
 
-/// `column := -F_p` of one tile, from blocks with one further direction.
-fn take_forcing(column: &mut [Tile], forcing: &[f64], count: usize, tile: usize) {
-    let first = tile * LANES;
-    let lanes = LANES.min(count - first);
-    for (column, block) in column.iter_mut().zip(forcing.chunks_exact(count + 1)) {
-        *column = [0.0; LANES];
-        for (value, forcing) in column.iter_mut().zip(&block[first..first + lanes]) {
+/// `column := -F_p`, from blocks with one further direction; lanes without a direction stay zero.
+fn take_forcing(column: &mut [Tile], tiles: usize, forcing: &[f64], count: usize) {
+    let column = column.as_flattened_mut().chunks_exact_mut(tiles * LANES);
+    for (column, block) in column.zip(forcing.chunks_exact(count + 1)) {
+        for (value, forcing) in column[..count].iter_mut().zip(block) {
             *value = -forcing;
         }
+        column[count..].fill(0.0);
     }
 }
 
 /// Blocks of `width` to tiles of the first `count` directions.
-fn load(tiles: &mut [Tile], n: usize, blocks: &[f64], width: usize, count: usize) {
-    for (at, target) in tiles.iter_mut().enumerate() {
-        let (tile, k) = (at / n, at % n);
-        for (lane, value) in target.iter_mut().enumerate() {
-            let direction = tile * LANES + lane;
-            *value = if direction < count { blocks[k * width + direction] } else { 0.0 };
-        }
+fn load(target: &mut [Tile], tiles: usize, blocks: &[f64], width: usize, count: usize) {
+    let target = target.as_flattened_mut().chunks_exact_mut(tiles * LANES);
+    for (own, block) in target.zip(blocks.chunks_exact(width)) {
+        own[..count].copy_from_slice(&block[..count]);
+        own[count..].fill(0.0);
     }
 }

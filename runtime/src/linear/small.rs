@@ -1,0 +1,321 @@
+//! Sparse LU for small systems: elimination along a list of operations that is made when pivots are chosen.
+//!
+//! Pivots are chosen on the scaled matrix by Markowitz's count among entries that are not much smaller than the largest of their column
+//! (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).  From then on every matrix is
+//! eliminated along the same list without search, without index work and without scaling: with given pivots scaling changes nothing but
+//! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  Systems
+//! that fill up are left to [`super::dense`].
+
+use hyd_system::Pattern;
+
+use super::{FactorError, LANES, PIVOT_FLOOR, Tile, idle_column, subtract};
+
+/// A pivot is at least this part of the largest scaled entry of its column when it is chosen.
+const THRESHOLD: f64 = 0.1;
+/// A pivot smaller than this, relative to the largest candidate of its column, asks for a new choice.
+const PIVOT_DRIFT: f64 = 1e-6;
+/// With more operations than this part of those of a full matrix the list is slower than loops without indices.
+const FULL: f64 = 0.35;
+/// So many operations are always few.
+const FEW: usize = 200;
+
+/// One elimination step: where it stands in the lists.
+#[derive(Clone, Copy, Default, Debug)]
+struct Pivot {
+    row: u32,
+    column: u32,
+    /// Position of the pivot; its row of U follows, then its column of L.
+    at: u32,
+    /// Numbers of entries in both.
+    upper: u32,
+    lower: u32,
+    /// Scaled size below which it counts as vanished.
+    floor: f64,
+}
+
+/// Factors of one matrix with the way to renew them.
+pub(super) struct Small {
+    n: usize,
+    pivots: Vec<Pivot>,
+    /// Factors; a pivot is kept as its inverse.
+    values: Vec<f64>,
+    /// Where each entry of the pattern goes, and its row and column.
+    places: Vec<u32>,
+    entry_columns: Vec<u32>,
+    /// Column (in U) or row (in L) of each value.
+    indices: Vec<u32>,
+    /// What each product of an elimination step is subtracted from, step by step.
+    targets: Vec<u32>,
+    /// Largest scaled entry of each row.
+    largest: Vec<f64>,
+    work: Vec<f64>,
+    tiles: Vec<Tile>,
+    /// The matrix while pivots are chosen.
+    full: Vec<f64>,
+    filled: Vec<bool>,
+    chosen: bool,
+}
+
+impl Small {
+    /// Room for matrices with this pattern.
+    pub(super) fn new(pattern: &Pattern) -> Self {
+        let n = pattern.rows;
+        let columns = (0..pattern.columns()).flat_map(|c| pattern.column(c).map(move |_| c as u32));
+        Self {
+            n,
+            pivots: Vec::with_capacity(n),
+            values: Vec::new(),
+            places: vec![0; pattern.entries()],
+            entry_columns: columns.collect(),
+            indices: Vec::new(),
+            targets: Vec::new(),
+            largest: vec![0.0; n],
+            work: vec![0.0; n],
+            tiles: Vec::new(),
+            full: vec![0.0; n * n],
+            filled: vec![false; n * n],
+            chosen: false,
+        }
+    }
+
+    /// The matrix fills up so much that loops without indices are faster.
+    pub(super) fn is_full(&self) -> bool {
+        let full = FULL * (self.n * self.n * self.n) as f64 / 3.0;
+        self.chosen && self.targets.len() > FEW && self.targets.len() as f64 > full
+    }
+
+    /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
+    pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+        self.measure(pattern, values, sizes)?;
+        if self.chosen && self.refactor(values, sizes) {
+            return Ok(());
+        }
+        self.choose(pattern, values, sizes)?;
+        if self.refactor(values, sizes) {
+            return Ok(());
+        }
+        let last = self.pivots.last().copied().unwrap_or_default();
+        Err(FactorError::Singular { row: last.row as usize, column: last.column as usize })
+    }
+
+    /// The largest entry of each row, relative to the sizes of the unknowns.
+    fn measure(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+        self.largest.fill(0.0);
+        for ((&value, &row), &column) in values.iter().zip(&pattern.row_indices).zip(&self.entry_columns) {
+            let size = (value * sizes[column as usize]).abs();
+            if !size.is_finite() {
+                return Err(FactorError::NotFinite { row: row as usize, column: column as usize });
+            }
+            let largest = &mut self.largest[row as usize];
+            *largest = if size > *largest { size } else { *largest };
+        }
+        Ok(())
+    }
+
+    /// Elimination along the list; false if a pivot has become too small.
+    fn refactor(&mut self, values: &[f64], sizes: &[f64]) -> bool {
+        self.values.fill(0.0);
+        for (&value, &place) in values.iter().zip(&self.places) {
+            self.values[place as usize] = value;
+        }
+        let mut targets = self.targets.as_slice();
+        for pivot in &self.pivots {
+            let (at, upper, lower) = (pivot.at as usize, pivot.upper as usize, pivot.lower as usize);
+            let (own, rest) = self.values[at..].split_at_mut(1 + upper + lower);
+            let (own_row, own_column) = own.split_at_mut(1 + upper);
+            let value = own_row[0];
+            let (scale, size) = (self.largest[pivot.row as usize], sizes[pivot.column as usize]);
+            // Not a number fails too.
+            if !((value * size).abs() > pivot.floor * scale) {
+                return false;
+            }
+            let inverse = value.recip();
+            own_row[0] = inverse;
+            let rows = &self.indices[at + 1 + upper..at + 1 + upper + lower];
+            for (factor, &row) in own_column.iter_mut().zip(rows) {
+                *factor *= inverse;
+                if !(PIVOT_DRIFT * (*factor * scale).abs() < self.largest[row as usize]) {
+                    return false;
+                }
+                let (here, later) = targets.split_at(upper);
+                targets = later;
+                for (&target, entry) in here.iter().zip(&own_row[1..]) {
+                    rest[target as usize] -= *factor * entry;
+                }
+            }
+        }
+        true
+    }
+
+    /// Chooses pivots for this matrix and lists the elimination.
+    fn choose(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+        let n = self.n;
+        self.chosen = false;
+        self.full.fill(0.0);
+        self.filled.fill(false);
+        if let Some(row) = self.largest.iter().position(|&largest| largest == 0.0) {
+            return Err(FactorError::Singular { row, column: idle_column(pattern, values, row) });
+        }
+        for ((&value, &row), &column) in values.iter().zip(&pattern.row_indices).zip(&self.entry_columns) {
+            let (row, column) = (row as usize, column as usize);
+            self.full[row * n + column] = value * sizes[column] / self.largest[row];
+            self.filled[row * n + column] = true;
+        }
+        self.pivots.clear();
+        let (mut rows, mut columns): (Vec<usize>, Vec<usize>) = ((0..n).collect(), (0..n).collect());
+        while !rows.is_empty() {
+            let (row, column) = self.best(&rows, &columns)?;
+            rows.retain(|&r| r != row);
+            columns.retain(|&c| c != column);
+            let pivot = self.full[row * n + column];
+            // A column of small entries throughout is no reason to choose again and again.
+            let floor = PIVOT_FLOOR * pivot.abs().min(1.0);
+            self.pivots.push(Pivot { row: row as u32, column: column as u32, floor, ..Pivot::default() });
+            for &r in &rows {
+                if !self.filled[r * n + column] {
+                    continue;
+                }
+                let factor = self.full[r * n + column] / pivot;
+                for &c in &columns {
+                    if self.filled[row * n + c] {
+                        self.full[r * n + c] -= factor * self.full[row * n + c];
+                        self.filled[r * n + c] = true;
+                    }
+                }
+            }
+        }
+        self.list(pattern);
+        self.chosen = true;
+        Ok(())
+    }
+
+    /// The entry among these rows and columns that is large enough and fills least.
+    fn best(&self, rows: &[usize], columns: &[usize]) -> Result<(usize, usize), FactorError> {
+        let n = self.n;
+        let mut in_row = vec![0usize; n];
+        for &row in rows {
+            in_row[row] = columns.iter().filter(|&&c| self.filled[row * n + c]).count();
+        }
+        let mut best: Option<((usize, f64), (usize, usize))> = None;
+        for &column in columns {
+            let size = |row: usize| self.full[row * n + column].abs();
+            let largest = rows.iter().fold(0.0f64, |largest, &row| largest.max(size(row)));
+            // The matrix is scaled: what is left of a column of which nothing is left is rounding.
+            if !(largest > PIVOT_FLOOR * self.scale_of(column)) {
+                let row = rows.iter().copied().find(|&row| self.filled[row * n + column]).unwrap_or(rows[0]);
+                return Err(FactorError::Singular { row, column });
+            }
+            let in_column = rows.iter().filter(|&&row| self.filled[row * n + column]).count();
+            for &row in rows.iter().filter(|&&row| self.filled[row * n + column] && size(row) >= THRESHOLD * largest) {
+                let rank = ((in_row[row] - 1) * (in_column - 1), -size(row) / largest);
+                if best.is_none_or(|(known, _)| rank.0 < known.0 || rank.0 == known.0 && rank.1 < known.1) {
+                    best = Some((rank, (row, column)));
+                }
+            }
+        }
+        best.map(|(_, place)| place).ok_or(FactorError::Singular { row: rows[0], column: columns[0] })
+    }
+
+    /// The largest entry of a column so far, of all rows.
+    fn scale_of(&self, column: usize) -> f64 {
+        (0..self.n).fold(0.0f64, |largest, row| largest.max(self.full[row * self.n + column].abs()))
+    }
+
+    /// Lists the elimination: places of the factors, and what each product is subtracted from.
+    fn list(&mut self, pattern: &Pattern) {
+        let n = self.n;
+        let mut place = vec![u32::MAX; n * n];
+        let (mut row_done, mut column_done) = (vec![false; n], vec![false; n]);
+        self.indices.clear();
+        for pivot in &mut self.pivots {
+            let (row, column) = (pivot.row as usize, pivot.column as usize);
+            (row_done[row], column_done[column]) = (true, true);
+            pivot.at = self.indices.len() as u32;
+            place[row * n + column] = pivot.at;
+            self.indices.push(pivot.column);
+            for c in (0..n).filter(|&c| !column_done[c] && self.filled[row * n + c]) {
+                place[row * n + c] = self.indices.len() as u32;
+                self.indices.push(c as u32);
+            }
+            pivot.upper = self.indices.len() as u32 - pivot.at - 1;
+            for r in (0..n).filter(|&r| !row_done[r] && self.filled[r * n + column]) {
+                place[r * n + column] = self.indices.len() as u32;
+                self.indices.push(r as u32);
+            }
+            pivot.lower = self.indices.len() as u32 - pivot.at - 1 - pivot.upper;
+        }
+        self.values.clear();
+        self.values.resize(self.indices.len(), 0.0);
+        for ((to, &row), &column) in self.places.iter_mut().zip(&pattern.row_indices).zip(&self.entry_columns) {
+            *to = place[row as usize * n + column as usize];
+        }
+        self.targets.clear();
+        for pivot in &self.pivots {
+            let (first, upper) = (pivot.at as usize + 1, pivot.upper as usize);
+            let behind = (first + upper + pivot.lower as usize) as u32;
+            for &row in &self.indices[first + upper..behind as usize] {
+                let row = row as usize * n;
+                self.targets.extend(self.indices[first..first + upper].iter().map(|&c| place[row + c as usize] - behind));
+            }
+        }
+    }
+
+    /// Inverse of the largest entry of row `k`.
+    pub(super) fn row_scale(&self, k: usize) -> f64 {
+        self.largest[k].recip()
+    }
+
+    /// Replaces `b` by the solution.
+    pub(super) fn solve(&mut self, b: &mut [f64]) {
+        for pivot in &self.pivots {
+            let first = (pivot.at + 1 + pivot.upper) as usize;
+            let range = first..first + pivot.lower as usize;
+            let value = b[pivot.row as usize];
+            for (&row, factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                b[row as usize] -= factor * value;
+            }
+        }
+        for pivot in self.pivots.iter().rev() {
+            let at = pivot.at as usize;
+            let range = at + 1..at + 1 + pivot.upper as usize;
+            let mut value = b[pivot.row as usize];
+            for (&column, factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                value -= factor * self.work[column as usize];
+            }
+            self.work[pivot.column as usize] = value * self.values[at];
+        }
+        b.copy_from_slice(&self.work);
+    }
+
+    /// The same for several right-hand sides: `count` tiles per unknown.
+    pub(super) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
+        self.tiles.resize(self.n * count, [0.0; LANES]);
+        let block = |k: u32| k as usize * count..(k as usize + 1) * count;
+        let mut own = std::mem::take(&mut self.tiles);
+        for pivot in &self.pivots {
+            let first = (pivot.at + 1 + pivot.upper) as usize;
+            let range = first..first + pivot.lower as usize;
+            if range.is_empty() {
+                continue;
+            }
+            own[..count].copy_from_slice(&b[block(pivot.row)]);
+            for (&row, &factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                subtract(&mut b[block(row)], factor, &own[..count]);
+            }
+        }
+        for pivot in self.pivots.iter().rev() {
+            let at = pivot.at as usize;
+            let range = at + 1..at + 1 + pivot.upper as usize;
+            let sum = &mut b[block(pivot.row)];
+            for (&column, &factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                subtract(sum, factor, &own[block(column)]);
+            }
+            let inverse = self.values[at];
+            for (value, sum) in own[block(pivot.column)].iter_mut().zip(sum) {
+                *value = sum.map(|sum| sum * inverse);
+            }
+        }
+        b.copy_from_slice(&own);
+        self.tiles = own;
+    }
+}
