@@ -179,7 +179,12 @@ impl<S: DaeSystem> ModelFunction<S> {
         let sources: Vec<Source> = outputs.iter().map(find).collect::<Result<_, _>>()?;
         let plain = Options { stop: last, event_rows: false, every_step: false, sensitivity: Vec::new(), ..options };
         let plain = Options { times: times.clone(), ..plain };
-        let derived = Options { sensitivity: names.clone(), ..plain.clone() };
+        let read = |source: &Source| match source.place {
+            Place::Output(k) => Some(k),
+            Place::Parameter(_) | Place::Constant(_) => None,
+        };
+        let read = sources.iter().filter_map(read).collect();
+        let derived = Options { sensitivity: names.clone(), derived_outputs: Some(read), ..plain.clone() };
         let (row, parameters) = (system.structure().outputs, system.parameters().len());
         let response = Response { outputs: sources.len(), parameters: names.len(), ..Response::default() };
         let collector = Collector { sources, times, row, constants: Vec::new(), parameters, next: 0, response };

@@ -49,6 +49,8 @@ pub struct Options {
     /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further
     /// variables `d(x)/d(p)`; the name of a variable stands for its start value.
     pub sensitivity: Vec<String>,
+    /// Outputs (positions in a row) whose derivatives are looked at, all if none are named: the others cost nothing and mean nothing.
+    pub derived_outputs: Option<Vec<u32>>,
 }
 
 impl Options {
@@ -69,6 +71,7 @@ impl Options {
             max_order: 5,
             suppress_algebraic: false,
             sensitivity: Vec::new(),
+            derived_outputs: None,
         }
     }
 

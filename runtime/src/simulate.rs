@@ -23,8 +23,10 @@ use crate::weights::Weights;
 use crate::{Options, Statistics};
 
 mod jump;
+mod stall;
 
 pub use jump::Jump;
+use stall::Stall;
 
 /// Without a stated limit a step is at most this part of the run, with and without state events to be seen.
 const MOST_OF_RUN_WITH_ROOTS: f64 = 0.02;
@@ -176,7 +178,10 @@ impl Simulator {
         let kept = self.sensitivity.take().or(self.kept.take());
         match options.sensitivity.as_slice() {
             [] => self.kept = kept,
-            names => self.sensitivity = Some(Sensitivity::prepare(kept, system, names)?),
+            names => {
+                let wanted = options.derived_outputs.as_deref();
+                self.sensitivity = Some(Sensitivity::prepare(kept, system, names, wanted)?);
+            }
         }
         self.jumps.clear();
         let mut delays = std::mem::take(&mut self.delays);
@@ -254,7 +259,13 @@ impl Simulator {
         self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
         self.output.assertions(run.problem, t, (y, yp))?;
         self.restart(run, t);
-        Ok(())
+        match run.options.sensitivity.first() {
+            Some(name) if run.problem.system.has_vanished_delay() => {
+                let reason = "a `delay` has a delay time of zero, through which there are no derivatives".to_string();
+                Err(crate::OptionError::Sensitivity { name: name.clone(), reason }.into())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
@@ -290,11 +301,13 @@ impl Simulator {
     /// The loop over steps; returns the time reached.
     fn advance(&mut self, run: &mut Run<'_, '_>, stop: &dyn Fn() -> bool) -> Result<f64, SolveError> {
         let mut t = run.options.start;
+        let mut stall = Stall::new(t);
         while t < run.options.stop && run.terminated.is_none() {
             if stop() {
                 return Err(SolveError::Interrupted { time: t });
             }
-            if run.problem.statistics.steps >= run.options.max_steps {
+            let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
+            if statistics.steps >= most || stall.stands(statistics, (t, run.options.stop), most) {
                 let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
                 let unknown = self.integrator.dominant(&self.weights);
                 let y = self.integrator.y();

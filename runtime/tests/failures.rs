@@ -136,6 +136,14 @@ fn limits_and_options_are_checked() {
 }
 
 #[test]
+fn a_run_that_stands_still_is_given_up_long_before_the_limit_of_steps() {
+    // A state that is held where its rate changes its sign, without an event.
+    let error = fails(scalar(0.5, |x| if x > 0.0 { -1.0 } else { 1.0 }, |_| 0.0), 1.0);
+    let SolveError::TooManySteps { time, steps, .. } = &error else { panic!("{error}") };
+    assert!(*steps < 1_000_000 && (0.5..0.6).contains(time), "{error}");
+}
+
+#[test]
 fn a_sink_that_fails_ends_the_run() {
     struct Full(u32);
     impl Sink for Full {

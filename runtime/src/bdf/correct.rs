@@ -162,12 +162,15 @@ impl Corrector {
             problem.statistics.newton_iterations += 1;
             self.delta.copy_from_slice(&self.residual);
             self.solver.solve(&mut self.delta);
-            for k in 0..self.delta.len() {
-                let d = scale * self.delta[k];
-                self.delta[k] = d;
-                self.correction[k] += d;
-                self.y[k] = at.y[k] + self.correction[k];
-                self.yp[k] = at.yp[k] + at.leading * self.correction[k];
+            for (delta, correction) in self.delta.iter_mut().zip(&mut self.correction) {
+                *delta *= scale;
+                *correction += *delta;
+            }
+            for ((y, predicted), correction) in self.y.iter_mut().zip(at.y).zip(&self.correction) {
+                *y = predicted + correction;
+            }
+            for ((yp, predicted), correction) in self.yp.iter_mut().zip(at.yp).zip(&self.correction) {
+                *yp = predicted + at.leading * correction;
             }
             let size = weights.norm(&self.delta);
             if !size.is_finite() {

@@ -22,7 +22,7 @@ mod tangents;
 use hyd_system::{DelaySite, Structure};
 
 use breaks::Breaks;
-use past::{Past, Segment, Spot};
+use past::{Past, Spot, Wanted};
 
 pub(crate) use record::Recorder;
 pub(crate) use system::Delaying;
@@ -118,6 +118,13 @@ impl DelayWork {
         }
     }
 
+    /// What the system has of derivatives of delayed values no longer holds.
+    fn forget_laid(&mut self) {
+        if let Some(derived) = &mut self.derived {
+            derived.laid = None;
+        }
+    }
+
     /// True if some delayed time lies within the step to `t` (s), so that its value depends on the iterate.
     fn reaches_into_step(&self, t: f64) -> bool {
         t - self.shortest_fixed > self.past.end() || self.shortest_fixed == 0.0 && t >= self.past.end()
@@ -128,7 +135,7 @@ impl DelayWork {
     fn evaluate(&mut self, t: f64) {
         self.coarse = false;
         let end = self.past.end();
-        let mut known: Option<((f64, Segment, Option<Segment>), Spot)> = None;
+        let mut known: Option<(Wanted, Spot)> = None;
         for site in 0..self.sites.len() {
             let at = t - self.times[site];
             let within = at > end || self.times[site] == 0.0 && at >= end;
@@ -256,6 +263,7 @@ impl DelayWork {
         }
         if crossed {
             self.cached = None;
+            self.forget_laid();
         }
         crossed
     }

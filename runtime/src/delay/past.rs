@@ -24,10 +24,15 @@ pub(super) struct Spot {
     first: usize,
     /// Before the start all is constant.
     constant: bool,
+    /// Part of the piece, and the inverse of its length (1/s).
+    part: f64,
+    per: f64,
     value: [f64; NODES - 1],
     rate: [f64; NODES - 1],
 }
 
+/// An instant that is looked for, and the segments in which it may lie.
+pub(super) type Wanted = (f64, Segment, Option<Segment>);
 /// Number of a segment; they are counted over the whole run.
 pub(super) type Segment = usize;
 
@@ -153,9 +158,10 @@ impl Past {
         let k = self.find(t, range, hint);
         let Piece { from, to } = self.pieces[k];
         let constant = self.dropped + k == 0 && self.first_segment == 0;
-        let (per, (value, mut rate)) = ((to - from).recip(), weights((t - from) / (to - from)));
+        let (part, per) = ((t - from) / (to - from), (to - from).recip());
+        let (value, mut rate) = weights(part);
         rate.iter_mut().for_each(|rate| *rate *= per);
-        Spot { first: k * NODES * self.sites, constant, value, rate }
+        Spot { first: k * NODES * self.sites, constant, part, per, value, rate }
     }
 
     /// Value and rate of a source at a located instant.
@@ -174,14 +180,34 @@ impl Past {
         (value, rate)
     }
 
-    /// Second derivative, where [`Past::at`] gives value and rate.
-    pub(super) fn bend(&self, site: usize, t: f64, range: (Segment, Option<Segment>), hint: &mut usize) -> f64 {
-        let k = self.find(t, range, hint);
-        let Piece { from, to } = self.pieces[k];
-        if self.dropped + k == 0 && self.first_segment == 0 {
+    /// Values and rates of several sources from `site` on at a located instant.
+    pub(super) fn read_block(&self, spot: &Spot, site: usize, (values, rates): (&mut [f64], &mut [f64])) {
+        let n = values.len();
+        let node = |k: usize| &self.values[spot.first + k * self.sites + site..][..n];
+        values.copy_from_slice(node(0));
+        rates.fill(0.0);
+        if spot.constant {
+            return;
+        }
+        let first = node(0);
+        for k in 1..NODES {
+            let (of_value, of_rate) = (spot.value[k - 1], spot.rate[k - 1]);
+            for ((value, rate), (node, first)) in values.iter_mut().zip(rates.iter_mut()).zip(node(k).iter().zip(first))
+            {
+                let difference = node - first;
+                *value += of_value * difference;
+                *rate += of_rate * difference;
+            }
+        }
+    }
+
+    /// Second derivative of a source at a located instant.
+    pub(super) fn bend(&self, spot: &Spot, site: usize) -> f64 {
+        if spot.constant {
             return 0.0;
         }
-        curvature(&self.nodes(k, site), (t - from) / (to - from)) / (to - from).powi(2)
+        let nodes = std::array::from_fn(|k| self.values[spot.first + k * self.sites + site]);
+        curvature(&nodes, spot.part) * spot.per * spot.per
     }
 
     /// The piece in which `t` (s) lies, or the nearest one of these segments.

@@ -111,7 +111,8 @@ mod tests {
             let x = 2.0 + 3.0 * part;
             assert!((value(&nodes, part) - f(x)).abs() < 1e-11, "{part}");
             let (of_value, of_rate) = weights(part);
-            let sum = |weights: &[f64; NODES - 1]| -> f64 { (0..4).map(|k| weights[k] * (nodes[k + 1] - nodes[0])).sum() };
+            let sum =
+                |weights: &[f64; NODES - 1]| -> f64 { (0..4).map(|k| weights[k] * (nodes[k + 1] - nodes[0])).sum() };
             assert!((nodes[0] + sum(&of_value) - f(x)).abs() < 1e-11, "{part}");
             assert!((sum(&of_rate) / 3.0 - slope(x)).abs() < 1e-11, "{part}");
             assert!((curvature(&nodes, part) / 9.0 - (12.0 * x * x - 12.0 * x)).abs() < 1e-10, "{part}");

@@ -80,6 +80,7 @@ impl Recorder<'_, '_> {
         // Output points and events within the step are still to come, and so are derivatives that lag behind.
         work.past.drop_before(from.min(work.kept_from) - reach, work.breaks.oldest_read());
         work.breaks.drop_before(work.past.oldest());
+        work.forget_laid();
         work.breaks.decide(&work.past, &work.times, &work.limits)
     }
 

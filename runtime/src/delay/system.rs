@@ -60,6 +60,12 @@ impl<'a> Delaying<'a> {
         !self.work.sites.is_empty()
     }
 
+    /// A delay time that cannot vary is zero.
+    pub(crate) fn has_vanished_delay(&self) -> bool {
+        let mut sites = self.work.times.iter().zip(&self.work.sites);
+        self.work.recording && sites.any(|(&time, site)| time == 0.0 && !site.varying)
+    }
+
     /// Prepares derivatives by so many directions.
     pub(crate) fn derive(&mut self, width: usize) {
         self.work.derive(width);

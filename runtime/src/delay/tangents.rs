@@ -8,7 +8,7 @@
 
 use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
 
-use super::past::{Past, Segment, Spot};
+use super::past::{Past, Segment, Spot, Wanted};
 use super::polynomial::NODES;
 use super::system::Delaying;
 use super::{DelayWork, SAME_INSTANT};
@@ -40,12 +40,14 @@ pub(crate) struct Derived {
     nodes: Vec<f64>,
     end: Option<f64>,
     recording: bool,
+    /// Time (s) for which the system has the derivatives of the delayed values, that of an instant at rest.
+    pub(super) laid: Option<f64>,
 }
 
 impl Derived {
     /// Records nothing until derivatives begin anew.
     pub(super) fn stop(&mut self) {
-        self.recording = false;
+        (self.recording, self.laid) = (false, None);
     }
 
     fn count(&self) -> usize {
@@ -54,6 +56,7 @@ impl Derived {
 
     /// Begins segments at `t` (s), an instant with these derivatives, until `newest` is one.
     fn begin_segments(&mut self, newest: Segment, t: f64, instant: &[f64]) {
+        self.laid = None;
         while self.past.newest() < newest {
             self.past.begin_segment(t);
             self.instants.extend_from_slice(instant);
@@ -102,47 +105,59 @@ impl Delaying<'_> {
             return;
         };
         let varying = self.work.any_varying;
-        // The solution goes on from where it was, to the last bit.
-        let kept = varying.then(|| (self.work.times.clone(), self.work.sources.clone()));
+        let dt = dt.filter(|dt| dt.iter().any(|dt| *dt != 0.0));
+        let kept = self.keep();
         self.prepare(t, y, yp);
+        if !varying && dt.is_none() && derived.laid == Some(t) {
+            self.work.derived = Some(derived);
+            return;
+        }
+        derived.laid = dt.is_none().then_some(t);
         let Derived { width, past, hints, times, sources, values, rates, still, .. } = &mut *derived;
         let dt = dt.unwrap_or(still);
         if let Some(along) = along.filter(|_| varying) {
             self.inner_tangents().delay_points_tangent(t, y, yp, along, sources, times);
         }
         let (width, last) = (*width, *width - 1);
-        let mut known: Option<((f64, Segment, Option<Segment>), Spot)> = None;
+        let mut known: Option<(Wanted, (Spot, Spot))> = None;
         for (k, site) in self.work.sites.iter().enumerate() {
             let at = t - self.work.times[k];
             let mut cursor = self.work.breaks.cursors[k];
-            let range = (cursor.low, cursor.high);
-            let (slope, bend) = (self.work.rates[k], self.work.past.bend(k, at, range, &mut cursor.hint));
-            let key = (at, cursor.low, cursor.high);
-            let spot = match known.filter(|(before, _)| *before == key) {
-                Some((_, spot)) => spot,
-                None => past.locate(at, range, &mut hints[k]),
+            let (range, key) = ((cursor.low, cursor.high), (at, cursor.low, cursor.high));
+            let spots = match known.filter(|(before, _)| *before == key) {
+                Some((_, spots)) => spots,
+                None => (past.locate(at, range, &mut hints[k]), self.work.past.locate(at, range, &mut cursor.hint)),
             };
-            known = Some((key, spot));
-            for (direction, &dt) in dt.iter().enumerate().take(width) {
-                let (value, rate) = match direction == last {
-                    true => (0.0, 0.0),
-                    false => past.read(&spot, k * last + direction),
-                };
-                let entry = k * width + direction;
-                let moved = dt - times[entry];
+            known = Some((key, spots));
+            let block = k * width..(k + 1) * width;
+            let (values, rates) = (&mut values[block.clone()], &mut rates[block.clone()]);
+            past.read_block(&spots.0, k * last, (&mut values[..last], &mut rates[..last]));
+            (values[last], rates[last]) = (0.0, 0.0);
+            let (slope, bend) = (self.work.rates[k], self.work.past.bend(&spots.1, k));
+            for ((value, rate), (dt, time)) in values.iter_mut().zip(rates).zip(dt.iter().zip(&times[block])) {
+                let moved = dt - time;
                 // The equations have what a varying delay time does.
-                values[entry] = value + slope * if site.varying { dt } else { moved };
-                rates[entry] = rate + bend * moved;
+                *value += slope * if site.varying { *dt } else { moved };
+                *rate += bend * moved;
             }
         }
         let delays = std::mem::take(&mut self.work.times);
         self.inner_tangents().set_delayed_tangents(values, rates, &delays);
         self.work.times = delays;
+        self.restore(kept);
+        self.work.derived = Some(derived);
+    }
+
+    /// Delay times that vary, and sources: the solution goes on from where it was, to the last bit.
+    fn keep(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.work.any_varying.then(|| (self.work.times.clone(), self.work.sources.clone()))
+    }
+
+    fn restore(&mut self, kept: Option<(Vec<f64>, Vec<f64>)>) {
         if let Some((times, sources)) = kept {
             (self.work.times, self.work.sources) = (times, sources);
             self.work.cached = None;
         }
-        self.work.derived = Some(derived);
     }
 
     /// The derivatives hold after the start or an event whose instant has the derivatives `instant`: their past goes on from here
@@ -171,7 +186,7 @@ impl Delaying<'_> {
         } else {
             self.keep_jumps(&mut derived, t);
         }
-        derived.end = None;
+        (derived.end, derived.laid) = (None, None);
         self.work.kept_from = t;
         self.work.derived = Some(derived);
     }
@@ -225,7 +240,7 @@ impl Delaying<'_> {
         let work = &mut *self.work;
         let Some(derived) = &mut work.derived else { return };
         derived.past.push(from, to, &derived.nodes);
-        derived.end = Some(to);
+        (derived.end, derived.laid) = (Some(to), None);
         work.kept_from = keep;
         let reach = work.bounds.iter().copied().fold(0.0, f64::max);
         derived.past.drop_before(keep - reach, work.breaks.oldest_read());
@@ -312,8 +327,10 @@ impl Tangents for Delaying<'_> {
     }
 
     fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
-        self.lay(t, y, yp, None, None);
+        let kept = self.keep();
+        self.prepare(t, y, yp);
         self.inner_tangents().branch_values(t, y, yp, out);
+        self.restore(kept);
     }
 
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
@@ -361,6 +378,10 @@ impl Tangents for Delaying<'_> {
     ) {
         self.lay(t, y, yp, Some(along.t), Some(along));
         self.inner_tangents().delay_points_tangent(t, y, yp, along, sources, times);
+    }
+
+    fn select_outputs(&mut self, wanted: Option<&[u32]>) {
+        self.inner_tangents().select_outputs(wanted);
     }
 
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {

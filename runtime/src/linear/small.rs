@@ -29,7 +29,7 @@ struct Pivot {
     /// Numbers of entries in both.
     upper: u32,
     lower: u32,
-    /// Scaled size below which it counts as vanished.
+    /// Size, relative to the largest of its row, below which it counts as vanished.
     floor: f64,
 }
 
@@ -86,47 +86,58 @@ impl Small {
 
     /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
-        self.measure(pattern, values, sizes)?;
-        if self.chosen && self.refactor(values, sizes) {
+        self.load(pattern, values, sizes)?;
+        if self.chosen && self.eliminate() {
             return Ok(());
         }
         self.choose(pattern, values, sizes)?;
-        if self.refactor(values, sizes) {
+        self.load(pattern, values, sizes)?;
+        if self.eliminate() {
             return Ok(());
         }
         let last = self.pivots.last().copied().unwrap_or_default();
         Err(FactorError::Singular { row: last.row as usize, column: last.column as usize })
     }
 
-    /// The largest entry of each row, relative to the sizes of the unknowns.
-    fn measure(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+    /// Puts the entries into their places, and finds the largest of each row relative to the sizes of the unknowns.
+    fn load(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
         self.largest.fill(0.0);
-        for ((&value, &row), &column) in values.iter().zip(&pattern.row_indices).zip(&self.entry_columns) {
+        self.values.fill(0.0);
+        let mut sum = 0.0;
+        let places = self.places.iter().zip(&self.entry_columns);
+        for ((&value, &row), (&place, &column)) in values.iter().zip(&pattern.row_indices).zip(places) {
             let size = (value * sizes[column as usize]).abs();
-            if !size.is_finite() {
-                return Err(FactorError::NotFinite { row: row as usize, column: column as usize });
-            }
             let largest = &mut self.largest[row as usize];
             *largest = if size > *largest { size } else { *largest };
+            sum += size;
+            self.values[place as usize] = value;
         }
-        Ok(())
+        if sum.is_finite() { Ok(()) } else { self.blame(pattern, values) }
+    }
+
+    /// The first entry that is not finite.
+    fn blame(&self, pattern: &Pattern, values: &[f64]) -> Result<(), FactorError> {
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(k) => {
+                let (row, column) = (pattern.row_indices[k] as usize, self.entry_columns[k] as usize);
+                Err(FactorError::NotFinite { row, column })
+            }
+            None => Ok(()),
+        }
     }
 
     /// Elimination along the list; false if a pivot has become too small.
-    fn refactor(&mut self, values: &[f64], sizes: &[f64]) -> bool {
-        self.values.fill(0.0);
-        for (&value, &place) in values.iter().zip(&self.places) {
-            self.values[place as usize] = value;
-        }
+    fn eliminate(&mut self) -> bool {
         let mut targets = self.targets.as_slice();
         for pivot in &self.pivots {
             let (at, upper, lower) = (pivot.at as usize, pivot.upper as usize, pivot.lower as usize);
             let (own, rest) = self.values[at..].split_at_mut(1 + upper + lower);
             let (own_row, own_column) = own.split_at_mut(1 + upper);
             let value = own_row[0];
-            let (scale, size) = (self.largest[pivot.row as usize], sizes[pivot.column as usize]);
+            let scale = self.largest[pivot.row as usize];
             // Not a number fails too.
-            if !((value * size).abs() > pivot.floor * scale) {
+            let sound = value.abs() > pivot.floor * scale;
+            if !sound {
                 return false;
             }
             let inverse = value.recip();
@@ -134,7 +145,8 @@ impl Small {
             let rows = &self.indices[at + 1 + upper..at + 1 + upper + lower];
             for (factor, &row) in own_column.iter_mut().zip(rows) {
                 *factor *= inverse;
-                if !(PIVOT_DRIFT * (*factor * scale).abs() < self.largest[row as usize]) {
+                let sound = PIVOT_DRIFT * (*factor * scale).abs() < self.largest[row as usize];
+                if !sound {
                     return false;
                 }
                 let (here, later) = targets.split_at(upper);
@@ -169,7 +181,7 @@ impl Small {
             columns.retain(|&c| c != column);
             let pivot = self.full[row * n + column];
             // A column of small entries throughout is no reason to choose again and again.
-            let floor = PIVOT_FLOOR * pivot.abs().min(1.0);
+            let floor = PIVOT_FLOOR * pivot.abs().min(1.0) / sizes[column];
             self.pivots.push(Pivot { row: row as u32, column: column as u32, floor, ..Pivot::default() });
             for &r in &rows {
                 if !self.filled[r * n + column] {
@@ -201,7 +213,8 @@ impl Small {
             let size = |row: usize| self.full[row * n + column].abs();
             let largest = rows.iter().fold(0.0f64, |largest, &row| largest.max(size(row)));
             // The matrix is scaled: what is left of a column of which nothing is left is rounding.
-            if !(largest > PIVOT_FLOOR * self.scale_of(column)) {
+            let sound = largest > PIVOT_FLOOR * self.scale_of(column);
+            if !sound {
                 let row = rows.iter().copied().find(|&row| self.filled[row * n + column]).unwrap_or(rows[0]);
                 return Err(FactorError::Singular { row, column });
             }
@@ -255,7 +268,8 @@ impl Small {
             let behind = (first + upper + pivot.lower as usize) as u32;
             for &row in &self.indices[first + upper..behind as usize] {
                 let row = row as usize * n;
-                self.targets.extend(self.indices[first..first + upper].iter().map(|&c| place[row + c as usize] - behind));
+                self.targets
+                    .extend(self.indices[first..first + upper].iter().map(|&c| place[row + c as usize] - behind));
             }
         }
     }
@@ -290,8 +304,41 @@ impl Small {
     /// The same for several right-hand sides: `count` tiles per unknown.
     pub(super) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
         self.tiles.resize(self.n * count, [0.0; LANES]);
-        let block = |k: u32| k as usize * count..(k as usize + 1) * count;
         let mut own = std::mem::take(&mut self.tiles);
+        // Sums stay in registers where their number is known.
+        match count {
+            1 => self.solve_blocks(b.as_chunks_mut::<1>().0, own.as_chunks_mut().0),
+            2 => self.solve_blocks(b.as_chunks_mut::<2>().0, own.as_chunks_mut().0),
+            3 => self.solve_blocks(b.as_chunks_mut::<3>().0, own.as_chunks_mut().0),
+            _ => self.solve_wide(b, &mut own, count),
+        }
+        b.copy_from_slice(&own);
+        self.tiles = own;
+    }
+
+    fn solve_blocks<const T: usize>(&self, b: &mut [[Tile; T]], x: &mut [[Tile; T]]) {
+        for pivot in &self.pivots {
+            let first = (pivot.at + 1 + pivot.upper) as usize;
+            let range = first..first + pivot.lower as usize;
+            let value = b[pivot.row as usize];
+            for (&row, &factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                subtract(&mut b[row as usize], factor, &value);
+            }
+        }
+        for pivot in self.pivots.iter().rev() {
+            let at = pivot.at as usize;
+            let range = at + 1..at + 1 + pivot.upper as usize;
+            let mut sum = b[pivot.row as usize];
+            for (&column, &factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                subtract(&mut sum, factor, &x[column as usize]);
+            }
+            let inverse = self.values[at];
+            x[pivot.column as usize] = sum.map(|tile| tile.map(|sum| sum * inverse));
+        }
+    }
+
+    fn solve_wide(&self, b: &mut [Tile], own: &mut [Tile], count: usize) {
+        let block = |k: u32| k as usize * count..(k as usize + 1) * count;
         for pivot in &self.pivots {
             let first = (pivot.at + 1 + pivot.upper) as usize;
             let range = first..first + pivot.lower as usize;
@@ -315,7 +362,5 @@ impl Small {
                 *value = sum.map(|sum| sum * inverse);
             }
         }
-        b.copy_from_slice(&own);
-        self.tiles = own;
     }
 }

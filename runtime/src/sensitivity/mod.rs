@@ -76,7 +76,7 @@ pub(crate) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Prepares for the named parameters or start values; reuses `old` where it fits.
+    /// Prepares for the named parameters or start values; reuses `old` where it fits.  `wanted`: outputs that are looked at, if not all.
     ///
     /// # Errors
     /// Which name cannot be varied, and why.
@@ -84,6 +84,7 @@ impl Sensitivity {
         old: Option<Box<Sensitivity>>,
         system: &mut dyn DaeSystem,
         names: &[String],
+        wanted: Option<&[u32]>,
     ) -> Result<Box<Sensitivity>, OptionError> {
         let tables = Arc::clone(system.tables());
         let mut made = match old.filter(|old| old.names == names && old.tables.is_of(&tables)) {
@@ -112,6 +113,7 @@ impl Sensitivity {
                 DirectionError::Unsupported(reason) => refusal(name, &reason),
             }
         })?;
+        tangents.select_outputs(wanted);
         Ok(made)
     }
 

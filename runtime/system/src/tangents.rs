@@ -115,6 +115,9 @@ pub trait Tangents {
     ) {
     }
 
+    /// Outputs (positions in a row) whose tangents are looked at from now on, all if none are named; the others may have any value.
+    fn select_outputs(&mut self, _wanted: Option<&[u32]>) {}
+
     /// Tangents of the row of outputs.
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 

@@ -6,7 +6,7 @@ use hyd_flat::{Target, VarId};
 use hyd_system::{Along, Direction, DirectionError, Place as ValuePlace, Tables};
 
 use super::code::{PARTS, Part, TangentCode};
-use super::rows::Rows;
+use super::rows::{CHUNK, Rows};
 use super::sweep::{Sweep, SweepCode};
 use crate::delay::Signed;
 use crate::layout::Place;
@@ -22,9 +22,8 @@ pub(crate) struct TangentMemory {
     pub(super) directions: Vec<Direction>,
     /// Number of directions.
     pub(super) width: usize,
-    /// Derivatives, `width` per place.
+    /// Derivatives, `width` per place, and some room behind them.
     pub(super) blocks: Vec<f64>,
-    pub(super) sum: Vec<f64>,
     pub(super) coefficients: [Vec<f64>; PARTS],
     pub(super) registers: Registers,
     /// Block and direction of what is varied, ascending.
@@ -34,6 +33,8 @@ pub(crate) struct TangentMemory {
     /// Derivatives of discrete variables before a pass, and before a round of it.
     pub(super) before: Vec<f64>,
     pub(super) last: Vec<f64>,
+    /// Outputs that are looked at, if not all.
+    wanted: Option<Vec<u32>>,
 }
 
 /// The rows that the directions reach.
@@ -48,6 +49,8 @@ pub(super) struct ActiveRows {
     pub(super) for_roots: Rows,
     /// Those that sources of delays and delay times need.
     pub(super) for_delays: Rows,
+    /// Those that the outputs need that are looked at.
+    pub(super) for_outputs: Rows,
     pub(super) residual: Rows,
     /// The same where time and unknowns are held.
     pub(super) held_assign: Rows,
@@ -89,8 +92,7 @@ impl TangentMemory {
         Ok(Self {
             directions: directions.to_vec(),
             width,
-            blocks: vec![0.0; code.spaces.length as usize * width],
-            sum: vec![0.0; width],
+            blocks: vec![0.0; code.spaces.length as usize * width + CHUNK],
             coefficients: std::array::from_fn(|part| code.stages[part].coefficients.clone()),
             registers: code.engine.registers(),
             rows,
@@ -98,6 +100,7 @@ impl TangentMemory {
             seeds,
             before: vec![0.0; discrete],
             last: vec![0.0; discrete],
+            wanted: None,
             code,
         })
     }
@@ -108,6 +111,23 @@ impl TangentMemory {
         let spaces = self.code.spaces;
         self.put(spaces.start(Area::Unknown, false), along.y);
         self.put(spaces.start(Area::Rate, false), along.yp);
+    }
+
+    /// Leaves out what outputs need that nobody looks at; `assigned`: number of assigned variables among them, which come first.
+    pub(super) fn select_outputs(&mut self, wanted: Option<&[u32]>, assigned: u32) {
+        if self.wanted.as_deref() == wanted {
+            return;
+        }
+        self.wanted = wanted.map(<[u32]>::to_vec);
+        self.rows.for_outputs = match wanted {
+            None => self.rows.assign.clone(),
+            Some(wanted) => {
+                let work = self.code.spaces.start(Area::Work, false);
+                let mut marked = vec![false; self.code.spaces.length as usize];
+                wanted.iter().filter(|k| **k < assigned).for_each(|k| marked[(work + k) as usize] = true);
+                self.rows.assign.needed(&mut marked)
+            }
+        };
     }
 
     /// Writes blocks from a position on.
@@ -145,15 +165,17 @@ impl TangentMemory {
     pub(super) fn chain(&mut self, part: Part, rows: fn(&ActiveRows) -> &Rows, seeded: bool) {
         let coefficients = &self.coefficients[part as usize];
         let seeds = if seeded { self.seeds.as_slice() } else { &[] };
-        let add = |to: u32, sum: &mut [f64]| {
+        let add = |to: u32, from: usize, sum: &mut [f64]| {
             if !seeds.is_empty() {
                 let first = seeds.partition_point(|&(block, _)| block < to);
                 for &(_, k) in seeds[first..].iter().take_while(|&&(block, _)| block == to) {
-                    sum[k as usize] += 1.0;
+                    if let Some(value) = (k as usize).checked_sub(from).and_then(|k| sum.get_mut(k)) {
+                        *value += 1.0;
+                    }
                 }
             }
         };
-        rows(&self.rows).apply(coefficients, &mut self.blocks, &mut self.sum, add);
+        rows(&self.rows).apply(coefficients, &mut self.blocks, self.width, add);
     }
 }
 
@@ -231,6 +253,7 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     };
     let rows = ActiveRows {
         for_delays,
+        for_outputs: assign.clone(),
         for_residual: needed(&residual),
         for_roots: needed(&roots),
         instants: rows(Part::Instants).filtered(&active),

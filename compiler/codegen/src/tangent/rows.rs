@@ -127,35 +127,46 @@ impl Rows {
         self.terms.iter().for_each(|term| marked[term.from as usize] = true);
     }
 
-    /// Computes the rows in order.  `sum`: one block of work space; `seed` may add to a finished row (block, values).
+    /// Computes the rows in order over blocks of `width`, behind which [`CHUNK`] further places stand.  `seed` may add to a finished
+    /// row (block, first direction, values).
     pub(super) fn apply(
         &self,
         coefficients: &[f64],
         blocks: &mut [f64],
-        sum: &mut [f64],
-        mut seed: impl FnMut(u32, &mut [f64]),
+        width: usize,
+        mut seed: impl FnMut(u32, usize, &mut [f64]),
     ) {
-        let width = sum.len();
-        for (row, &to) in self.to.iter().enumerate() {
-            sum.fill(0.0);
-            for term in &self.terms[self.range(row)] {
-                let c = coefficients[(term.coefficient & !MINUS) as usize];
-                let c = if term.coefficient & MINUS == 0 { c } else { -c };
-                let from = term.from as usize * width;
-                add(sum, c, &blocks[from..from + width]);
+        let mut start = 0;
+        for (&to, &end) in self.to.iter().zip(&self.ends) {
+            let terms = &self.terms[start..end as usize];
+            start = end as usize;
+            for first in (0..width).step_by(CHUNK) {
+                // Directions beyond the last one are the block behind, and are computed in vain.
+                let mut sum = [0.0; CHUNK];
+                for term in terms {
+                    let c = coefficients[(term.coefficient & !MINUS) as usize];
+                    let c = if term.coefficient & MINUS == 0 { c } else { -c };
+                    let from = term.from as usize * width + first;
+                    add(&mut sum, c, &blocks[from..from + CHUNK]);
+                }
+                let lanes = CHUNK.min(width - first);
+                seed(to, first, &mut sum[..lanes]);
+                let to = to as usize * width + first;
+                blocks[to..to + lanes].copy_from_slice(&sum[..lanes]);
             }
-            seed(to, sum);
-            let to = to as usize * width;
-            blocks[to..to + width].copy_from_slice(sum);
         }
     }
 }
 
+/// Directions that are handled together.
+pub(super) const CHUNK: usize = 12;
+
 /// `sum += c * values`; where `c` is not finite only derivatives other than zero count.
-fn add(sum: &mut [f64], c: f64, values: &[f64]) {
+fn add(sum: &mut [f64; CHUNK], c: f64, values: &[f64]) {
     if c == 0.0 {
         return;
     }
+    let Some(values) = values.first_chunk::<CHUNK>() else { return };
     if c.is_finite() {
         for (sum, value) in sum.iter_mut().zip(values) {
             *sum += c * value;
@@ -183,8 +194,15 @@ mod tests {
         let kept = rows.active(&mut active);
         assert_eq!((kept.to.as_slice(), active[3], active[4]), (&[2, 3][..], true, false));
         let mut blocks = vec![1.0, 10.0, 7.0, 7.0, 0.0, 0.0, 9.0, 9.0, 0.0, 0.0, 0.0, 0.0];
-        rows.apply(&[2.0, 1.0, 5.0], &mut blocks, &mut [0.0; 2], |_, _| {});
+        blocks.resize(blocks.len() + CHUNK, f64::NAN);
+        rows.apply(&[2.0, 1.0, 5.0], &mut blocks, 2, |_, _, _| {});
         assert_eq!(blocks[4..10], [-5.0, 13.0, -25.0, 65.0, 0.0, 0.0]);
+        // More directions than are handled together.
+        let width = CHUNK + 2;
+        let mut blocks: Vec<f64> = (0..6 * width).map(|k| if k < 2 * width { k as f64 } else { 0.0 }).collect();
+        blocks.resize(blocks.len() + CHUNK, f64::NAN);
+        rows.apply(&[2.0, 1.0, 5.0], &mut blocks, width, |_, _, _| {});
+        assert!((0..width).all(|k| blocks[3 * width + k] == 5.0 * (2.0 * k as f64 - (width + k) as f64)));
         let mut marked = vec![false, false, true, false, false, false];
         assert_eq!(rows.needed(&mut marked).to, [2]);
         assert!(marked[0] && marked[1]);
@@ -192,8 +210,9 @@ mod tests {
 
     #[test]
     fn an_infinite_slope_times_nothing_is_nothing() {
-        let mut sum = [1.0, 1.0];
-        add(&mut sum, f64::INFINITY, &[0.0, 2.0]);
-        assert_eq!(sum, [1.0, f64::INFINITY]);
+        let (mut sum, mut values) = ([1.0; CHUNK], [0.0; CHUNK]);
+        values[1] = 2.0;
+        add(&mut sum, f64::INFINITY, &values);
+        assert_eq!(sum[..3], [1.0, f64::INFINITY, 1.0]);
     }
 }

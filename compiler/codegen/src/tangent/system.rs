@@ -335,12 +335,19 @@ impl Tangents for CompiledSystem {
         self.memory.tangents = Some(tangents);
     }
 
+    fn select_outputs(&mut self, wanted: Option<&[u32]>) {
+        let assigned = self.shared.row.assigned;
+        if let Some(tangents) = &mut self.memory.tangents {
+            tangents.select_outputs(wanted, assigned);
+        }
+    }
+
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
         self.set_time(t, false);
         self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
         tangents.load(along);
-        tangents.chain(Part::Assign, |rows| &rows.assign, false);
+        tangents.chain(Part::Assign, |rows| &rows.for_outputs, false);
         let width = tangents.width;
         let row = &self.shared.row;
         let (assigned, rest) = out.split_at_mut(row.assigned as usize * width);
