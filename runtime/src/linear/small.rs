@@ -64,7 +64,7 @@ impl Small {
         Self {
             n,
             pivots: Vec::with_capacity(n),
-            values: Vec::new(),
+            values: vec![0.0],
             places: vec![0; pattern.entries()],
             entry_columns: columns.collect(),
             indices: Vec::new(),
