@@ -6,7 +6,7 @@ use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, Va
 use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, Known, ScalarType, Value};
-use hyd_source::{Code, Diagnostic, Origin};
+use hyd_source::{Code, Diagnostic, Origin, Reported};
 use hyd_syntax::tree::Variability as Declared;
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use std::sync::Arc;
@@ -208,7 +208,7 @@ impl Flattener<'_, '_> {
         let mut numbers = [None, None];
         for name in ["fixed", "min", "max", "nominal"] {
             let Some(applied) = self.attribute(inst, name) else { continue };
-            let Ok(value) = self.tree.evaluate_applied(&applied) else { continue };
+            let Ok(value) = self.attribute_value(name, &applied) else { continue };
             let span = applied.tree.binding.as_ref().map_or(self.tree.instances[inst].span, |e| e.span);
             for element in value.flatten() {
                 let number = element.as_real();
@@ -274,10 +274,15 @@ impl Flattener<'_, '_> {
         }
     }
 
+    /// Value of an attribute at translation. A `nominal` value fixes no parameter that it is computed from.
+    fn attribute_value(&mut self, name: &str, applied: &Applied) -> Result<Value, Reported> {
+        if name == "nominal" { self.tree.guess_applied(applied) } else { self.tree.evaluate_applied(applied) }
+    }
+
     /// Values of an attribute known at translation, one per element of the whole block (one alone if the same for all).
     pub(crate) fn element_values(&mut self, inst: InstId, name: &str) -> Option<Vec<Value>> {
         let applied = self.attribute(inst, name)?;
-        let value = self.tree.evaluate_applied(&applied).ok()?;
+        let value = self.attribute_value(name, &applied).ok()?;
         if value.shape().is_empty() {
             return Some(vec![value]);
         }

@@ -43,6 +43,8 @@ pub struct InstanceTree<'s> {
     pub(crate) depth: usize,
     /// Values being computed, with the places that ask for them.
     pub(crate) open_values: Vec<(InstId, Span)>,
+    /// Parameters that were asked for only as a guess, while a guess is computed.
+    pub(crate) guessed: Option<Vec<InstId>>,
     /// Statements of functions computed so far.
     pub(crate) statements: u64,
     /// Modifications from outside of the instances whose components are being made.
@@ -64,6 +66,7 @@ pub fn instantiate<'s>(
         enumerations: FxHashMap::default(),
         depth: 0,
         open_values: Vec::new(),
+        guessed: None,
         statements: 0,
         pending: FxHashMap::default(),
     };

@@ -30,6 +30,9 @@ impl InstanceTree<'_> {
             Ok(value) => Known::Yes(value.clone()),
             Err(Reported) => Known::Failed,
         };
+        if let Some(guessed) = &mut self.guessed {
+            guessed.push(inst);
+        }
         value
     }
 
@@ -87,7 +90,7 @@ impl InstanceTree<'_> {
         let real = matches!(primitive.scalar, ScalarType::Real);
         let settable = instance.variability == Variability::Parameter && !primitive.is_final;
         if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name).filter(|_| settable) {
-            known.used = true;
+            known.used |= self.guessed.is_none();
             if integer && known.value.flatten().iter().any(|v| v.as_integer().is_none()) {
                 let (text, declared) = (known.value.text(), instance.span);
                 let message = format!("`{name}` cannot be set to `{text}`: it is an Integer and needs a whole number");
@@ -120,5 +123,18 @@ impl InstanceTree<'_> {
             Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
             None => Err(Reported),
         }
+    }
+
+    /// The value a modification gives with the parameters as they are at translation, which it does not fix: good for what is
+    /// no more than a scale, such as `nominal`.
+    pub fn guess_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
+        let outer = self.guessed.replace(Vec::new());
+        let value = self.evaluate_applied(applied);
+        for inst in std::mem::replace(&mut self.guessed, outer).unwrap_or_default() {
+            if matches!(self.instances[inst].known, Known::Yes(_)) {
+                self.instances[inst].known = Known::No;
+            }
+        }
+        value
     }
 }
