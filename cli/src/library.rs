@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{SourceText, Sources};
 
-use crate::text_file::read_text;
+use crate::text_file::{TextError, read_text};
 
 mod head;
 
@@ -38,6 +38,8 @@ pub struct LibraryPath {
     listings: BTreeMap<PathBuf, Vec<String>>,
     /// Files below this folder are named relative to it.
     base: Option<PathBuf>,
+    /// Folders in which data files are looked for: that of the main file, those of the libraries.
+    data: Vec<PathBuf>,
 }
 
 impl LibraryPath {
@@ -61,6 +63,7 @@ impl LibraryPath {
             prefix.extend(package);
         }
         let mut folder = folder_of(file);
+        self.data.insert(0, folder.clone());
         while !prefix.is_empty() {
             self.roots.push(Root { prefix: prefix.clone(), folder: folder.clone() });
             prefix.pop();
@@ -74,6 +77,7 @@ impl LibraryPath {
             io::ErrorKind::NotFound => format!("there is no library folder `{}`", folder.display()),
             _ => format!("the library folder `{}` cannot be read: {error}", folder.display()),
         })?;
+        self.data.push(folder.to_path_buf());
         if let Some(name) = file_of(&names, "package") {
             let path = folder.join(name);
             let text = read_text(&path).map_err(|error| error.to_string())?;
@@ -159,6 +163,16 @@ impl Sources for LibraryPath {
             }
         }
         Ok(built_in(path))
+    }
+
+    fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
+        let path = Path::new(name);
+        let found = self.data.iter().map(|folder| folder.join(path)).find(|path| path.exists());
+        let text = read_text(&found.unwrap_or_else(|| path.to_path_buf())).map_err(|error| match self.data.first() {
+            Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
+            _ => error.to_string(),
+        })?;
+        Ok(text.into())
     }
 
     fn class_names(&mut self) -> Vec<String> {

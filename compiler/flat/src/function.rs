@@ -149,6 +149,9 @@ impl Flattener<'_, '_> {
                 return Err(self.error(Code::Misplaced, equation.span, message));
             }
             if let Some(external) = external {
+                if self.tree.is_column_reader(*external) {
+                    return self.column(span, callee, inner);
+                }
                 let name = &callee.def.name.name;
                 let message = format!("`{name}` is an external function, which is outside the language profile");
                 return Err(self.error(Code::OutsideProfile, *external, message));
@@ -164,6 +167,24 @@ impl Flattener<'_, '_> {
         if !found && !callee.components.iter().all(|(_, c)| given(c)) {
             let message = format!("the function `{}` has no algorithm", callee.def.name.name);
             return Err(self.error(Code::BadArguments, span, message));
+        }
+        Ok(())
+    }
+
+    /// The output of a function that reads a column of a file: numbers.
+    fn column(&mut self, span: Span, callee: &Callee, inner: &mut Context) -> Result<(), Fail> {
+        let inputs: Vec<Value> = callee
+            .inputs()
+            .iter()
+            .filter_map(|input| match inner.local(&input.name.name) {
+                Some(Local::Value(value)) => Some(value.clone()),
+                _ => None,
+            })
+            .collect();
+        let numbers = self.tree.read_column(inner.called_from.unwrap_or(span), &inputs).map_err(|_| Fail::Reported)?;
+        let items = numbers.iter().map(|&number| self.literal(number, ScalarType::Real)).collect();
+        if let Some(output) = callee.outputs().first() {
+            inner.names.push((output.name.name.clone(), Local::Array(items, vec![numbers.len()])));
         }
         Ok(())
     }

@@ -79,6 +79,8 @@ pub struct ClassTable<'s> {
     open_shapes: Vec<ClassId>,
     /// Classes whose files could not be read; that has been said.
     unreadable: Vec<Name>,
+    /// Data files by the names that models give them.
+    data: FxHashMap<Name, Result<Arc<str>, String>>,
 }
 
 impl<'s> ClassTable<'s> {
@@ -92,6 +94,7 @@ impl<'s> ClassTable<'s> {
             top: FxHashMap::default(),
             open_shapes: Vec::new(),
             unreadable: Vec::new(),
+            data: FxHashMap::default(),
         }
     }
 
@@ -295,6 +298,16 @@ impl<'s> ClassTable<'s> {
             self.report(Diagnostic::error(Code::UnknownClass, message).at(Span::new(file, 0, 0), ""));
         }
         found
+    }
+
+    /// The text of a data file, read once.
+    pub(crate) fn data_file(&mut self, name: &Name) -> Result<Arc<str>, String> {
+        if let Some(known) = self.data.get(name) {
+            return known.clone();
+        }
+        let text = self.sources.data(name);
+        self.data.insert(name.clone(), text.clone());
+        text
     }
 
     /// True if the file of a class of this name could not be read, which has been said.

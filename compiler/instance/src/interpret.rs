@@ -90,7 +90,10 @@ impl InstanceTree<'_> {
         for (frame, part) in shape.frames.iter().enumerate() {
             let owner = self.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
-            if external.is_some() {
+            if let Some(external) = *external {
+                if self.is_column_reader(external) {
+                    return self.column_outputs(span, &components, &inner.names).map(Some);
+                }
                 return Ok(None);
             }
             for section in algorithms {

@@ -12,6 +12,7 @@ mod builtin;
 pub mod class;
 mod class_rules;
 mod component;
+mod data_file;
 mod declared_unit;
 mod demand;
 mod evaluate;

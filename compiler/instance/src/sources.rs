@@ -18,6 +18,11 @@ pub trait Sources {
     /// if there is one that cannot be read.  Called once per name at most, and only for names the model uses.
     fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String>;
 
+    /// The text of a data file that a model names, by a path relative to where the model stands.  `Err`: a sentence.
+    fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
+        Err(format!("there is no file `{name}`"))
+    }
+
     /// Full dotted names of the classes that have a text of their own, for suggestions in messages.
     fn class_names(&mut self) -> Vec<String> {
         Vec::new()

@@ -1,0 +1,120 @@
+//! Columns of data files, read at translation.
+//!
+//! A function whose body is `external "hyd" values = csvColumn(file, column);` takes two Strings and gives the numbers that stand
+//! in a column of a file with a header.  Fields are separated by commas, semicolons or tabs, whichever the header has; lines that are
+//! empty or begin with `#` are passed over.  A name of a column may be followed by its unit (`p_R [Pa]`).  Where the file lies is for
+//! the source of texts to know.  External functions of other languages are outside the profile.
+
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
+use hyd_syntax::tree::{Component, Direction, Name};
+
+use crate::build::InstanceTree;
+use crate::value::Value;
+
+impl InstanceTree<'_> {
+    /// Whether an external clause asks for a column of a file.
+    pub fn is_column_reader(&self, external: Span) -> bool {
+        let clause: String = self.table.files.snippet(external).chars().filter(|c| !c.is_whitespace()).collect();
+        let Some(rest) = clause.strip_prefix("external\"hyd\"") else { return false };
+        rest.contains("=csvColumn(") && rest.trim_end_matches(';').ends_with(')')
+    }
+
+    /// The numbers of a column, for a call with these values of its inputs.
+    pub fn read_column(&mut self, span: Span, inputs: &[Value]) -> Result<Vec<f64>, Reported> {
+        let [Value::Text(file), Value::Text(column)] = inputs else {
+            let message = "a column of a file is asked for by two Strings: the file and the column";
+            self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
+            return Err(Reported);
+        };
+        let text = self.table.data_file(file).map_err(|sentence| {
+            self.table.report(Diagnostic::error(Code::FileAccess, sentence).at(span, ""));
+            Reported
+        })?;
+        column_of(&text, column).map_err(|(sentence, help)| {
+            let message = format!("`{file}`: {sentence}");
+            self.table.report(Diagnostic::error(Code::Value, message).at(span, "").maybe_help(help));
+            Reported
+        })
+    }
+
+    /// The outputs of a call of a function that reads a column, by its components and the values found so far.
+    pub(crate) fn column_outputs(
+        &mut self,
+        span: Span,
+        components: &[(u32, Component)],
+        values: &[(Name, Value)],
+    ) -> Result<Vec<Value>, Reported> {
+        let inputs = components.iter().filter(|(_, c)| c.direction == Some(Direction::Input));
+        let inputs: Vec<Value> = inputs
+            .filter_map(|(_, c)| values.iter().find(|(name, _)| *name == c.name.name).map(|(_, value)| value.clone()))
+            .collect();
+        let column = self.read_column(span, &inputs)?;
+        Ok(vec![Value::Array(column.into_iter().map(Value::Real).collect())])
+    }
+}
+
+/// A sentence and perhaps an advice.
+type Wrong = (String, Option<String>);
+
+fn column_of(text: &str, wanted: &str) -> Result<Vec<f64>, Wrong> {
+    let mut lines =
+        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+    let Some((_, header)) = lines.next() else { return Err(("the file is empty".to_string(), None)) };
+    let separator = [';', '\t'].into_iter().find(|&c| header.contains(c)).unwrap_or(',');
+    let names: Vec<&str> = header.trim_start_matches('\u{feff}').split(separator).map(bare).collect();
+    let position = names.iter().position(|name| *name == wanted);
+    let Some(k) = position.or_else(|| names.iter().position(|name| without_unit(name) == wanted)) else {
+        let help = did_you_mean(wanted, names.iter().copied())
+            .or_else(|| Some(format!("its columns are {}", names.join(", "))));
+        return Err((format!("there is no column `{wanted}`"), help));
+    };
+    let mut values = Vec::new();
+    for (number, line) in lines {
+        let Some(field) = line.split(separator).nth(k).map(bare) else {
+            return Err((format!("line {} has no column {}", number + 1, k + 1), None));
+        };
+        match field.parse::<f64>() {
+            Ok(value) if value.is_finite() => values.push(value),
+            _ => return Err((format!("line {}: `{field}` is no number", number + 1), None)),
+        }
+    }
+    if values.is_empty() { Err(("there are no rows below its header".to_string(), None)) } else { Ok(values) }
+}
+
+/// A field without blanks and quotes around it.
+fn bare(field: &str) -> &str {
+    let field = field.trim();
+    field.strip_prefix('"').and_then(|inner| inner.strip_suffix('"')).unwrap_or(field).trim()
+}
+
+/// A name without the unit that follows it in brackets.
+fn without_unit(name: &str) -> &str {
+    name.split(['[', '(']).next().unwrap_or(name).trim_end()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::column_of;
+
+    #[test]
+    fn separators_quotes_units_and_comments() {
+        for text in [
+            "t,p [Pa]\n0,1\n1,2e5\n",
+            "# of a bench\n\"t\";\"p (Pa)\"\n0;1\n\n1;2e5",
+            "\u{feff}t\tp\n0\t1\r\n1\t 2e5 \r\n",
+        ] {
+            assert_eq!(column_of(text, "p"), Ok(vec![1.0, 2e5]), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn faults_name_the_line() {
+        let wrong = |text: &str| column_of(text, "p").unwrap_err().0;
+        assert_eq!(wrong("# c\nt,p\n0,1\n1,x\n"), "line 4: `x` is no number");
+        assert_eq!(wrong("t,p\n0,1\n1\n"), "line 3 has no column 2");
+        assert_eq!(wrong("t,p\n"), "there are no rows below its header");
+        assert_eq!(wrong("t,q\n0,1\n"), "there is no column `p`");
+        assert_eq!(wrong(""), "the file is empty");
+        assert_eq!(column_of("t,q\n0,1\n", "p").unwrap_err().1.unwrap(), "its columns are t, q");
+    }
+}
