@@ -168,10 +168,11 @@ impl Sources for LibraryPath {
     fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
         let path = Path::new(name);
         let found = self.data.iter().map(|folder| folder.join(path)).find(|path| path.exists());
-        let text = read_text(&found.unwrap_or_else(|| path.to_path_buf())).map_err(|error| match self.data.first() {
-            Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
-            _ => error.to_string(),
-        })?;
+        let text =
+            read_text(&found.unwrap_or_else(|| path.to_path_buf())).map_err(|error| match self.data.first() {
+                Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
+                _ => error.to_string(),
+            })?;
         Ok(text.into())
     }
 

@@ -44,7 +44,9 @@ const BACK_PRESSURE: &str = "model BackPressure\n  extends Hyd.Places.PartialDra
     equation\n  port.p = p_z + k_d*port.q*noEvent(abs(port.q));\nend BackPressure;\n";
 
 fn translated(base: &str, modification: &str) -> Compilation {
-    let text = format!("within SingleActingDrive;\nmodel Truth\n  {BACK_PRESSURE}  extends {base}({modification});\nend Truth;\n");
+    let text = format!(
+        "within SingleActingDrive;\nmodel Truth\n  {BACK_PRESSURE}  extends {base}({modification});\nend Truth;\n"
+    );
     let mut library = LibraryPath::new();
     library.add_main_file(&root().join("models/single_acting_drive/truth.hyd"), &text);
     let options = Options { model: None, set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
@@ -80,7 +82,11 @@ fn parameters(system: &dyn DaeSystem, study: &Study, shot: &Shot, before: f64, d
 /// Residual over noise by channel, over all shots of a set.
 fn misfits(study: &Study, bench: &Bench, answer: &Value, model: &Compilation) -> BTreeMap<String, f64> {
     let before = bench.pre_trigger.expect("stated");
-    let tolerance = if model.model.as_ref().is_some_and(|model| !model.instantiate().structure().delays.is_empty()) { 1e-6 } else { 1e-8 };
+    let tolerance = if model.model.as_ref().is_some_and(|model| !model.instantiate().structure().delays.is_empty()) {
+        1e-6
+    } else {
+        1e-8
+    };
     let mut sums: BTreeMap<String, (f64, usize)> = BTreeMap::new();
     for shot in &bench.shots {
         let set = parameters(&instance(model, &[]), study, shot, before, &answer["multipliers"]);

@@ -90,7 +90,7 @@ const CASES: [Case; 20] = [
     case("eddy_currents", "ro(redeclare Hyd.Effects.EddyCurrents magnetics(g_e = SIZE))", Some("0"), "0.05", "i", 0.02),
     case(
         "magnetic_saturation",
-        "ro(redeclare Hyd.Effects.MagneticSaturation magnetics(i_s = SIZE))",
+        "ro(redeclare Hyd.Effects.MagneticSaturation iron(i_s = SIZE))",
         Some("0"),
         "0.6",
         "i",
@@ -363,6 +363,54 @@ fn chains_of_measurement_obey_their_laws() {
     let (first, last) = (s[0], s[t.len() - 1]);
     assert!((integral - 3e-4 * (last - first)).abs() < 0.5, "{integral} Pa s instead of {}", 3e-4 * (last - first));
     assert!((first - 1e5).abs() < 1.0, "the sensor does not begin at rest");
+}
+
+/// Effects in one component do not hide each other: each obeys its law, and what they do adds up.
+#[test]
+fn effects_of_one_component_act_together() {
+    let valve = run(
+        "Drive",
+        "sh(redeclare Hyd.Effects.PistonFriction force(F_c = 60), redeclare Hyd.Effects.SeatCushion cushion(b_sq = 600), \
+         redeclare Hyd.Effects.StopElasticity stop(c_2 = 2e-7), redeclare Hyd.Effects.OilTemperature damping(dT = 20))",
+    );
+    obeys(&valve, "sh.force.F", &["w"], 1e-12, |v| {
+        -(60.0 + 24.0 * (-(v[0] / 0.05).powi(2)).exp()) * (v[0] / 5e-3).tanh()
+    });
+    obeys(&valve, "sh.cushion.F", &["y", "w"], 1e-12, |v| -600.0 * v[1] / (1.0 + v[0].max(0.0) / 5e-4).powi(3));
+    obeys(&valve, "sh.damping.F", &["w"], 1e-12, |v| -60.0 * (-0.6_f64).exp() * v[0]);
+    // Newton's law for the valve, with everything that acts on it.
+    let area = std::f64::consts::PI * 64e-6;
+    let acting = ["p_R", "y", "sh.damping.F", "sh.force.F", "sh.cushion.F", "sh.seat.F_n", "sh.stop.F_n"];
+    obeys(&valve, "sh.mass.a", &acting, 1e-9, |v| {
+        (area * (v[0] - 1e5) - 250.0 - 25e3 * v[1] + v[2] + v[3] + v[4] + v[5] - v[6]) / 0.35
+    });
+    let coil = run(
+        "Drive",
+        "ro(redeclare Hyd.Effects.EddyCurrents magnetics(g_e = 0.05), redeclare Hyd.Effects.MagneticSaturation iron(i_s = 0.6), \
+         rlc(redeclare Hyd.Effects.CoilHeating coil(dT = 30)), su(redeclare Hyd.Effects.SpoolStiction force(F_c = 2.5)))",
+    );
+    // The current is the magnetising one, that of the iron and that of the eddies, whose voltage is that on the flux.
+    obeys(&coil, "i", &["ro.lc.lambda", "ro.lc.L_e", "ro.magnetics.v"], 1e-9, |v| {
+        v[0] / v[1] + 0.6 * v[0].signum() * (v[0].abs() / 0.05).powi(7) + 0.05 * v[2]
+    });
+    obeys(&coil, "ro.rlc.coil.v", &["i"], 1e-12, |v| 1.9 * 3.9e-3 * 30.0 * v[0]);
+    obeys(&coil, "ro.su.force.F", &["v"], 1e-12, |v| {
+        -(2.5 + 3.75 * (-(v[0] / 0.02).powi(2)).exp()) * (v[0] / 1e-3).tanh()
+    });
+    let oil = run(
+        "Drive",
+        "hy(redeclare Hyd.Effects.ChamberLeakage leakage(k_leak = 1e-11), \
+         ra(redeclare Hyd.Effects.EntrainedAir contents(alpha = 0.02))), redeclare Hyd.Effects.SpoolFlowForce flow_force(k_ff = 0.5), \
+         redeclare Hyd.Effects.SensorOffset sensor_p_R(b = 1e4)",
+    );
+    obeys(&oil, "hy.leakage.q", &["p_R"], 1e-9, |v| 1e-11 * (v[0] - 1e5));
+    obeys(&oil, "hy.ra.contents.K_eff", &["p_R"], 1e-9, |v| {
+        let p = (v[0] + (v[0] * v[0] + 4e8).sqrt()) / 2.0;
+        let r = 0.02 * (1e5 / p).powf(1.0 / 1.2);
+        (1.0 + r) / (1.0 / 1.4e9 + r / (1.2 * p))
+    });
+    obeys(&oil, "sensor_p_R.y", &["p_R"], 1e-12, |v| v[0] + 1e4);
+    assert!(difference(&oil, &effect("chamber_leakage"), "p_R") > 1e5);
 }
 
 /// The ids of the catalogue, and which of them belong to the measurement.
