@@ -93,6 +93,7 @@ fn without_unit(name: &str) -> &str {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::column_of;
 
