@@ -54,8 +54,7 @@ fn a_value_set_before_translation_is_not_fixed_by_a_scale() {
     let compilation = translated(&set);
     assert_eq!(compilation.set_at_translation, ["n"]);
     let flat = compilation.flat.as_ref().expect("flat");
-    let nominal =
-        flat.variables.iter().find(|block| block.name.to_string().starts_with('x')).map(|block| &block.nominal);
-    assert_eq!(nominal, Some(&hyd_flat::model::PerElement::All(Some(15.0))));
+    let x = flat.variables.iter().find(|block| &*block.name.parts[0].0 == "x").expect("a variable");
+    assert_eq!(x.nominal, hyd_flat::model::PerElement::All(Some(15.0)));
     assert!((end(&compilation, &set) - (-5.0_f64).exp()).abs() < 1e-8);
 }

@@ -141,3 +141,17 @@ fn every_class_and_parameter_is_described() {
     }
     assert!(missing.is_empty(), "without description: {missing:?}");
 }
+
+/// The documentation of a component says where its law is from, or writes it down.
+#[test]
+fn every_component_documents_its_law() {
+    let mut missing = Vec::new();
+    for file in texts(&root().join("stdlib/Hyd")) {
+        let part = |name: &str| file.components().any(|part| part.as_os_str() == name);
+        let wanted = ["Components", "Drivers", "Blocks", "Functions", "Fluids"].into_iter().any(part);
+        if wanted && stem(&file) != "package" && !read(&file).contains("Documentation(info") {
+            missing.push(stem(&file));
+        }
+    }
+    assert!(missing.is_empty(), "without documentation: {missing:?}");
+}
