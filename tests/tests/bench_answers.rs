@@ -87,9 +87,11 @@ fn misfits(study: &Study, bench: &Bench, answer: &Value, model: &Compilation) ->
     } else {
         1e-8
     };
+    let mut nominal = instance(model, &[]);
+    nominal.bind(0.0).expect("the nominal values are sound");
     let mut sums: BTreeMap<String, (f64, usize)> = BTreeMap::new();
     for shot in &bench.shots {
-        let set = parameters(&instance(model, &[]), study, shot, before, &answer["multipliers"]);
+        let set = parameters(&nominal, study, shot, before, &answer["multipliers"]);
         let set: Vec<(&str, &str)> = set.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         let mut system = instance(model, &set);
         let mut rows = Trajectory::new();
