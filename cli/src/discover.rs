@@ -12,6 +12,8 @@ use hyd_results::write_whole;
 
 use crate::arguments::Discover;
 use crate::discovery_page::page;
+use crate::discovery_picture::gap_picture;
+use crate::picture::write_picture;
 use crate::study::{Opened, open};
 use crate::{Failure, output};
 
@@ -47,6 +49,9 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     save("report.json", &json)?;
     save("trajectories.csv", &table(&report.curves))?;
     save("report.html", &page(&report))?;
+    if let Some(figure) = gap_picture(setup, &report) {
+        write_picture(&arguments.report.join("gap.svg"), &figure)?;
+    }
     let stale = arguments.report.join("discovered.hyd");
     match &report.model {
         Some(text) => save("discovered.hyd", text)?,

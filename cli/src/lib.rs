@@ -12,6 +12,7 @@ mod compare;
 mod discover;
 mod discovery_page;
 mod doc;
+mod discovery_picture;
 mod equations;
 mod explain;
 mod fit;

@@ -45,8 +45,9 @@ pub fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> V
     }
     for (condition, value) in conditions(setup) {
         for factor in FACTORS {
-            let apart = elsewhere(setup, (&condition, factor), (one, other)).unwrap_or(0.0);
-            add(format!("fire a shot with {condition} = {:e} instead of {value:e}", value * factor), apart);
+            let moved = rounded(value * factor);
+            let apart = elsewhere(setup, (&condition, moved), (one, other)).unwrap_or(0.0);
+            add(format!("fire a shot with {condition} = {} instead of {}", plain(moved), plain(value)), apart);
         }
     }
     found.sort_by(|a, b| b.apart.total_cmp(&a.apart));
@@ -96,12 +97,22 @@ fn unmeasured(
     Ok(a.iter().zip(&b).map(|(a, b)| ((a - b) / sigma).powi(2)).sum())
 }
 
+/// The nearest number of three digits: what an engineer would set.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// A number as it is written by hand.
+fn plain(value: f64) -> String {
+    if (1e-3..1e4).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}
+
 /// How far the two differ in a shot with another condition.
-fn elsewhere(setup: &Setup, (condition, factor): (&str, f64), (one, other): (&Tried, &Tried)) -> Result<f64, Fault> {
+fn elsewhere(setup: &Setup, (condition, moved): (&str, f64), (one, other): (&Tried, &Tried)) -> Result<f64, Fault> {
     let shot = setup.train[0];
     let mut bench: Bench = setup.bench.clone();
     if let Some(value) = bench.shots[shot].conditions.get_mut(condition) {
-        *value *= factor;
+        *value = moved;
     }
     let moved = Setup::new(setup.study.clone(), bench, setup.threads)?;
     let own = Weighing::whole(&[shot], 0.0);

@@ -121,7 +121,7 @@ impl Setup {
         for (number, insert) in inserts.iter().enumerate() {
             self.effect(number, insert, &mut list, &mut unknowns)?;
         }
-        Ok(Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns })
+        Ok(Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns, lender: None })
     }
 
     fn nuisance(&self, label: &str, nuisance: &Nuisance, at: usize, list: &PlaceList<'_>, unknowns: &mut Vec<Unknown>) {

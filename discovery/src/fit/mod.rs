@@ -25,13 +25,17 @@ pub struct Effort {
     pub step_limit: f64,
     /// Steps for which a Jacobian is corrected before it is computed anew.
     pub reuse: usize,
+    /// At a cost above this a known Jacobian is never computed anew: what ends there is of no interest.
+    pub worthwhile: f64,
 }
 
 impl Effort {
     /// For stages on the way.
-    pub const SHORT: Effort = Effort { steps: 5, gain: 2.0, difference: 0.1, step_limit: 1.5, reuse: 4 };
+    pub const SHORT: Effort =
+        Effort { steps: 5, gain: 2.0, difference: 0.1, step_limit: 1.5, reuse: 4, worthwhile: f64::INFINITY };
     /// For what is reported.
-    pub const FULL: Effort = Effort { steps: 20, gain: 0.2, difference: 0.05, step_limit: 1.5, reuse: 4 };
+    pub const FULL: Effort =
+        Effort { steps: 20, gain: 0.2, difference: 0.05, step_limit: 1.5, reuse: 4, worthwhile: f64::INFINITY };
 }
 
 /// A fit.
@@ -134,8 +138,8 @@ pub fn minimise_over(
         age = 1;
     }
     while best.steps < effort.steps {
-        let fresh = age >= effort.reuse;
-        if fresh {
+        let worthwhile = best.cost <= effort.worthwhile || jacobian.is_empty();
+        if age >= effort.reuse && worthwhile {
             jacobian = problem.jacobian((&best.xi, &best.runs), weighing, free, effort.difference)?;
             age = 0;
         }
@@ -148,6 +152,9 @@ pub fn minimise_over(
         if promised < effort.gain {
             if age == 0 {
                 best.converged = true;
+                break;
+            }
+            if !worthwhile {
                 break;
             }
             age = usize::MAX;
@@ -165,12 +172,12 @@ pub fn minimise_over(
                 let error = &next.residuals - &best.residuals - &jacobian * &moved;
                 jacobian.ger(1.0 / moved.norm_squared().max(1e-300), &error, &moved, 1.0);
                 damping = if ratio > 0.6 { damping * 0.2 } else { damping };
-                age = if ratio < 0.3 { usize::MAX } else { age + 1 };
+                age = if ratio < 0.3 { usize::MAX } else { age.saturating_add(1) };
                 best = Fit { steps: best.steps, ..next };
             }
             _ => {
                 damping = (damping * 8.0).max(1e-2);
-                if age > 0 {
+                if age > 0 && (worthwhile || damping < 1e6) {
                     age = usize::MAX;
                 } else if damping > 1e6 {
                     // On a fresh Jacobian no step leads down: the floor of what differences can see.

@@ -26,8 +26,17 @@ impl Problem<'_> {
         let rows = self.rows(weighing);
         let mut jacobian = DMatrix::zeros(rows, which.len());
         let varied: Vec<usize> = (0..which.len()).filter(|&k| self.unknowns[which[k]].is_simulated()).collect();
-        if !self.carried((xi, weighing), (which, &varied), &mut jacobian) {
-            for (column, change) in self.differences((xi, runs), weighing, (which, &varied), step)? {
+        let own = match self.lender {
+            Some(lender) => {
+                let (lent, own): (Vec<usize>, Vec<usize>) =
+                    varied.iter().partition(|&&column| which[column] < lender.unknowns.len());
+                let done = lender.carried((&xi[..lender.unknowns.len()], weighing), (which, &lent), &mut jacobian);
+                if done { own } else { varied }
+            }
+            None => varied,
+        };
+        if !self.carried((xi, weighing), (which, &own), &mut jacobian) {
+            for (column, change) in self.differences((xi, runs), weighing, (which, &own), step)? {
                 jacobian.set_column(column, &change);
             }
         }

@@ -26,6 +26,9 @@ pub struct Problem<'a> {
     pub base: Vec<Vec<f64>>,
     /// What may be changed.
     pub unknowns: Vec<Unknown>,
+    /// A model that runs much faster and has the first unknowns of this one: derivatives by them are taken from it.  They are
+    /// then not those of this model; steps made with them are judged by runs of this one all the same.
+    pub lender: Option<&'a Problem<'a>>,
 }
 
 /// How residuals are weighed: a stage of a fit.

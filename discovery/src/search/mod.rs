@@ -5,6 +5,7 @@
 //! ends within two standard errors of nothing is the fit without.  A name needs a fall of the cost of 25, four standard
 //! errors, a lead of 10 over the next one and residuals that are noise; plain terms at equations are rivals of every effect.
 
+mod afar;
 mod decide;
 mod terms;
 
@@ -36,10 +37,8 @@ const SHORTLIST: (usize, usize) = (5, 8);
 const CLOSE: (f64, f64) = (60.0, 0.05);
 /// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
 const FAR: f64 = 3.0;
-/// Sizes that are run from afar, their range as multiples of the typical one, and how many of them are fitted.
-const AFAR: usize = 10;
-const AFAR_SIZES: (f64, f64) = (0.3, 2.2);
-const FROM_AFAR: usize = 2;
+/// A short fit whose misfit is so many times that of the best one is not followed to its end.
+const HOPELESS: f64 = 10.0;
 /// Candidates that are fitted from afar.
 const MOST_AFAR: usize = 2;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
@@ -270,45 +269,58 @@ impl Search<'_> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
         let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
-        for (rank, tried) in pass.tried.iter_mut().take(count).enumerate() {
-            let Some(look) = tried.look.clone() else { continue };
-            if look.score.gain < promising {
-                continue;
-            }
+        let several =
+            |tried: &Tried| tried.hypothesis.inserts.last().is_some_and(|last| last.effect.parameters.len() > 1);
+        let is_afar = |rank: usize, tried: &Tried| ratio > FAR && rank < MOST_AFAR && several(tried);
+        // Those that are fitted from afar come first: what they explain spares others the effort.
+        let mut order: Vec<usize> = (0..pass.tried.len().min(count)).collect();
+        order.sort_by_key(|&rank| !is_afar(rank, &pass.tried[rank]));
+        let mut lowest = ratio;
+        for rank in order {
+            let tried = &mut pass.tried[rank];
+            let Some(look) = tried.look.clone().filter(|look| look.score.gain >= promising) else { continue };
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
             let insert = tried.hypothesis.inserts.last();
             let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
-            let several = insert.is_some_and(|insert| insert.effect.parameters.len() > 1);
-            if ratio > FAR && several && rank < MOST_AFAR {
-                tried.fit = self.fit_from_afar(&tried.hypothesis, typical, pass.fit.xi.len())?;
+            if is_afar(rank, tried) {
+                tried.fit = self.fit_from_afar(&pass.base, &tried.hypothesis, typical)?;
             }
             if tried.fit.as_ref().is_none_or(|fit| fit.misfit / pass.expected > FAR) {
-                let near = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, [0.5 * typical, 1.5 * typical])?;
+                let others = [0.5 * typical, 1.5 * typical];
+                let near = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, others, lowest)?;
                 tried.fit = match (tried.fit.take(), near) {
                     (Some(afar), Some(near)) => Some(lower(afar, near)),
                     (afar, near) => afar.or(near),
                 };
             }
+            lowest = tried.fit.as_ref().map_or(lowest, |fit| lowest.min(fit.misfit / pass.expected));
         }
         Ok(())
     }
 
-    /// Fits a candidate from three sizes: short ones with wide weights, the best of them to the end.
+    /// Fits a candidate from three sizes: short ones with wide weights, the best of them to the end; not to the end where it is
+    /// hopelessly far above the `lowest` misfit (per expected one) of others.
     fn fit_from_sizes(
         &self,
         hypothesis: &Hypothesis,
         base: &Fit,
         look: &Look,
         others: [f64; 2],
+        lowest: f64,
     ) -> Result<Option<Fit>, Fault> {
         let problem = hypothesis.problem(self.setup)?;
         let whole = self.whole();
+        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
         let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
+        if !hypothesis.machine.is_fast() && base.fresh && base.misfit / problem.expected(&whole) < FAR {
+            // Derivatives are dear, and those of the fit without are good: only what gains from them is worth its own.
+            let thrifty = Effort { worthwhile: base.cost - NEEDED, reuse: 8, ..Effort::FULL };
+            return Ok(minimise(&problem, &starts[0], &whole, thrifty, known).ok());
+        }
         for size in others {
             starts.push(hypothesis.at_size(&problem, &base.xi, size));
         }
         let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole.clone() };
-        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
         let mut best: Option<Fit> = None;
         for start in &starts {
             if let Ok(fit) = minimise(&problem, start, &wide, Effort::SHORT, known) {
@@ -319,34 +331,11 @@ impl Search<'_> {
             }
         }
         let Some(best) = best else { return Ok(None) };
+        if best.misfit / problem.expected(&wide) > HOPELESS * lowest.max(1.0) {
+            return Ok(Fit::at(&problem, &best.xi, &whole).ok());
+        }
         let known = best.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
         Ok(minimise(&problem, &best.xi, &whole, Effort::FULL, known).ok())
-    }
-
-    /// Fits a candidate that has a course of its own, such as waves: where the fit without has bent the nuisances far to imitate it,
-    /// and sizes between the ones looked at would be out of step.  Many sizes are run with the nuisances as expected, the best ones
-    /// fitted on a growing horizon.
-    fn fit_from_afar(&self, hypothesis: &Hypothesis, typical: f64, count: usize) -> Result<Option<Fit>, Fault> {
-        let problem = hypothesis.problem(self.setup)?;
-        let whole = self.whole();
-        let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), horizon: 0.5, ..whole.clone() };
-        let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
-        for k in 0..AFAR {
-            let share = (k as f64 + 0.5) / AFAR as f64;
-            let size = typical * (AFAR_SIZES.0.ln() * (1.0 - share) + AFAR_SIZES.1.ln() * share).exp();
-            let xi = hypothesis.at_size(&problem, &vec![0.0; count], size);
-            if let Ok(fit) = Fit::at(&problem, &xi, &wide) {
-                starts.push((fit.cost, xi));
-            }
-        }
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut best: Option<Fit> = None;
-        for (_, start) in starts.iter().take(FROM_AFAR) {
-            if let Ok((fit, _)) = schedule::fit(&problem, start, &self.setup.train, whole.tau) {
-                best = Some(best.map_or(fit.clone(), |other| lower(other, fit)));
-            }
-        }
-        Ok(best)
     }
 
     /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the

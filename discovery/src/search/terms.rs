@@ -43,7 +43,7 @@ impl Search<'_> {
             drop(problem);
             let look = Look { score, size: score.amplitude, start: start[pass.fit.xi.len()..].to_vec(), typical: None };
             let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
-            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, others)?;
+            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, others, lowest)?;
             let tried = Tried { hypothesis, look: Some(look), fit, fall: 0.0, errors: 0.0, verdict: String::new() };
             pass.terms.push(tried);
         }

@@ -26,7 +26,8 @@ const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
 
 /// Where algebraic unknowns amplify the states, every change of order or step shows in them as a jump that fails the error test, and
 /// steps stay tiny for good.  Failures at order 1 tell: each counts as `FAILURE` steps, each accepted step takes one off, and above
-/// `STUCK` the test looks at the states alone; `MOST_STUCK` steps later all is forgotten.
+/// `STUCK` the test looks at the states alone; `MOST_STUCK` steps later all is forgotten.  The three numbers were found on the
+/// transistor amplifier of the reference problems; no theory gives them.
 const FAILURE: u32 = 10;
 const STUCK: u32 = 40;
 const MOST_STUCK: u32 = 1000;

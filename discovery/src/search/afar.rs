@@ -1,0 +1,77 @@
+//! Fits of a candidate that has a course of its own, such as waves, from far away.
+//!
+//! The fit without has bent the nuisances to imitate it, so that they are no place to start from, and sizes between those looked at
+//! would be out of step with the measurement.  Many sizes are run with the nuisances as expected, over the first part of the
+//! record; the best are fitted on a growing horizon (Michalik, Hannemann, Marquardt 2009).  On the way derivatives by the
+//! nuisances are those of the model without the candidate, which runs much faster; at the end they are its own.
+
+use super::Search;
+use crate::Fault;
+use crate::fit::schedule::{GOOD, lower};
+use crate::fit::{Effort, Fit, minimise};
+use crate::hypothesis::Hypothesis;
+use crate::problem::{Problem, Weighing};
+
+/// Sizes that are run, their range as multiples of the typical one, and how many of them are fitted.
+const SIZES: usize = 12;
+const RANGE: (f64, f64) = (0.3, 2.2);
+const FITTED: usize = 2;
+/// Parts of the record.
+const HORIZONS: [f64; 4] = [0.25, 0.4, 0.65, 1.0];
+/// For the way.
+const WAY: Effort =
+    Effort { steps: 12, gain: 2.0, difference: 0.1, step_limit: 1.5, reuse: 3, worthwhile: f64::INFINITY };
+/// For the end.
+const END: Effort = Effort { reuse: 8, ..Effort::FULL };
+
+impl Search<'_> {
+    /// The lowest fit; none where no size can be run.
+    pub(super) fn fit_from_afar(
+        &self,
+        without: &Hypothesis,
+        hypothesis: &Hypothesis,
+        typical: f64,
+    ) -> Result<Option<Fit>, Fault> {
+        let lender = without.problem(self.setup)?;
+        let exact = hypothesis.problem(self.setup)?;
+        let mut problem = hypothesis.problem(self.setup)?;
+        problem.lender = Some(&lender);
+        let nuisances = vec![0.0; lender.unknowns.len()];
+        let stage = |horizon: f64| {
+            let whole = self.whole();
+            Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), horizon, ..whole }
+        };
+        let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
+        for k in 0..SIZES {
+            let share = (k as f64 + 0.5) / SIZES as f64;
+            let size = typical * (RANGE.0.ln() * (1.0 - share) + RANGE.1.ln() * share).exp();
+            let xi = hypothesis.at_size(&problem, &nuisances, size);
+            if let Ok(fit) = Fit::at(&problem, &xi, &stage(HORIZONS[1])) {
+                starts.push((fit.cost, xi));
+            }
+        }
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best: Option<Fit> = None;
+        for (_, start) in starts.iter().take(FITTED) {
+            if let Ok(fit) = along(&problem, start, &stage) {
+                best = Some(best.map_or(fit.clone(), |other| lower(other, fit)));
+            }
+            let ended = best.as_ref().map_or(f64::INFINITY, |fit| fit.misfit / problem.expected(&stage(1.0)));
+            if ended < GOOD {
+                break;
+            }
+        }
+        let Some(best) = best else { return Ok(None) };
+        let best = minimise(&problem, &best.xi, &self.whole(), WAY, None)?;
+        Ok(minimise(&exact, &best.xi, &self.whole(), END, None).ok())
+    }
+}
+
+/// The fit on a growing horizon.
+fn along(problem: &Problem<'_>, start: &[f64], stage: &dyn Fn(f64) -> Weighing) -> Result<Fit, Fault> {
+    let mut fit = Fit::at(problem, start, &stage(HORIZONS[0]))?;
+    for horizon in HORIZONS {
+        fit = minimise(problem, &fit.xi, &stage(horizon), WAY, None)?;
+    }
+    Ok(fit)
+}
