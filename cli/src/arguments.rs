@@ -437,6 +437,9 @@ pub struct Fit {
     /// Study and set
     #[command(flatten)]
     pub study: StudyArguments,
+    /// The 95 % interval of what may be off, from its profile likelihood (may be given several times)
+    #[arg(long, value_name = "NAME")]
+    pub profile: Vec<String>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

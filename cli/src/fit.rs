@@ -3,8 +3,11 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use hyd_discovery::fit::schedule;
-use hyd_discovery::problem::Weighing;
+use hyd_discovery::Setup;
+use hyd_discovery::fit::Fit as FitOf;
+use hyd_discovery::fit::profile::{Profile, profile};
+use hyd_discovery::fit::schedule::{self, Record};
+use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::proof::{Gap, gap};
 use hyd_discovery::unknowns::Meaning;
 use serde_json::{Value, json};
@@ -12,6 +15,20 @@ use serde_json::{Value, json};
 use crate::arguments::Fit;
 use crate::study::open;
 use crate::{Failure, output};
+
+/// What came out.
+struct Outcome<'a> {
+    setup: &'a Setup,
+    problem: &'a Problem<'a>,
+    found: FitOf,
+    record: Record,
+    /// Misfit over that of noise.
+    ratio: f64,
+    train: Gap,
+    held_out: Option<Gap>,
+    profiles: Vec<(&'a str, Profile)>,
+    seconds: f64,
+}
 
 /// Runs the verb.
 pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
@@ -21,64 +38,104 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let model = opened.workshop(&make).translate(&[])?;
     let machine = setup.machine(&model)?;
     let problem = setup.problem(&machine, &[])?;
+    let wanted = wanted(&arguments.profile, &problem)?;
     let begin = Instant::now();
     let tau = setup.study.shots.time_tolerance;
+    let whole = Weighing::whole(&setup.train, tau);
     let start = vec![0.0; problem.unknowns.len()];
     let (mut found, mut record) = schedule::fit(&problem, &start, &setup.train, tau)?;
-    let expected = problem.expected(&Weighing::whole(&setup.train, tau));
+    let expected = problem.expected(&whole);
     if found.misfit / expected > schedule::GOOD {
         found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
+    }
+    let mut profiles = Vec::new();
+    for &k in &wanted {
+        profiles.push((problem.unknowns[k].name.as_str(), profile(&problem, &found, &whole, k)?));
     }
     let train = gap(&problem, &found.xi, &setup.train, false)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,
         false => Some(gap(&problem, &found.xi, &setup.held_out, true)?),
     };
-    let ratio = found.misfit / expected;
-    let error = |k: usize| found.standard_error(k).unwrap_or(f64::NAN);
-    let channels = |gap: &Gap| -> Value {
-        let names = setup.data.channels.iter().map(|channel| channel.name.clone());
-        names.zip(gap.channels.iter().map(|&value| json!(value))).collect::<serde_json::Map<_, _>>().into()
+    let (ratio, seconds) = (found.misfit / expected, begin.elapsed().as_secs_f64());
+    let outcome = Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds };
+    if arguments.json { output::print(&format!("{}\n", outcome.json())) } else { output::print(&outcome.text()) }
+}
+
+impl Outcome<'_> {
+    /// Standard error of an unknown in standard deviations of its prior.
+    fn error(&self, unknown: usize) -> f64 {
+        self.found.standard_error(unknown).unwrap_or(f64::NAN)
+    }
+
+    fn json(&self) -> Value {
+        let channels = |gap: &Gap| -> Value {
+            let names = self.setup.data.channels.iter().map(|channel| channel.name.clone());
+            names.zip(gap.channels.iter().map(|&value| json!(value))).collect::<serde_json::Map<_, _>>().into()
+        };
+        let found = &self.found;
+        let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
+            json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k)})
+        });
+        let attempts = self
+            .record
+            .attempts
+            .iter()
+            .map(|a| json!({"start": a.start, "misfit": a.misfit, "steps": a.steps, "converged": a.converged}));
+        let profiles = self.profiles.iter().map(|(name, own)| {
+            json!({"name": name, "low": own.interval.0, "high": own.interval.1, "points": own.points, "lower_found": own.lower_found})
+        });
+        json!({
+            "set": self.setup.bench.name, "misfit": self.ratio, "cost": found.cost, "converged": found.converged,
+            "gap": {"train": {"all": self.train.all, "channels": channels(&self.train)},
+                "heldout": self.held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
+            "unknowns": unknowns.collect::<Vec<_>>(), "attempts": attempts.collect::<Vec<_>>(),
+            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.problem.machine.runs(), "seconds": self.seconds,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}: misfit {:.3} of what noise makes", self.setup.bench.name, self.ratio);
+        for attempt in &self.record.attempts {
+            let ended = if attempt.converged { "converged" } else { "not converged" };
+            let _ = writeln!(text, "  {}: {:.3}, {} steps, {ended}", attempt.start, attempt.misfit, attempt.steps);
+        }
+        let _ = writeln!(text, "\ngap (1.00 is noise)        fitted  held out");
+        for (k, channel) in self.setup.data.channels.iter().enumerate() {
+            let unseen = self.held_out.as_ref().map_or(f64::NAN, |gap| gap.channels[k]);
+            let _ = writeln!(text, "  {:22} {:8.2}  {unseen:8.2}", channel.name, self.train.channels[k]);
+        }
+        let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
+        for (k, unknown) in self.problem.unknowns.iter().enumerate() {
+            let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
+            let (sign, xi) = (if factor { "x" } else { " " }, self.found.xi[k]);
+            let (value, error) = (unknown.value(xi), self.error(k));
+            let _ = writeln!(text, "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}", unknown.name);
+        }
+        if !self.profiles.is_empty() {
+            let _ = writeln!(text, "\n95 % intervals from profiles");
+        }
+        for (name, own) in &self.profiles {
+            let end = |end: Option<f64>| end.map_or("open".to_string(), |value| format!("{value:.5e}"));
+            let _ = writeln!(text, "  {name:22}  {} to {}", end(own.interval.0), end(own.interval.1));
+            if own.lower_found {
+                let _ = writeln!(text, "    the fit was no minimum: the cost falls on the way; try another --seed");
+            }
+        }
+        let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);
+        text
+    }
+}
+
+/// Numbers of the unknowns whose profiles are asked for.
+fn wanted(names: &[String], problem: &Problem<'_>) -> Result<Vec<usize>, Failure> {
+    let find = |name: &String| {
+        problem.unknowns.iter().position(|unknown| unknown.name == *name).ok_or_else(|| {
+            let known: Vec<&str> = problem.unknowns.iter().map(|unknown| unknown.name.as_str()).collect();
+            Failure::Usage(format!("`{name}` is not among what may be off: {}", known.join(", ")))
+        })
     };
-    if arguments.json {
-        let unknowns = problem.unknowns.iter().enumerate().map(|(k, unknown)| {
-            json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": error(k)})
-        });
-        let object = json!({
-            "set": setup.bench.name, "misfit": ratio, "cost": found.cost, "converged": found.converged,
-            "gap": {"train": {"all": train.all, "channels": channels(&train)},
-                "heldout": held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
-            "unknowns": unknowns.collect::<Vec<_>>(),
-            "attempts": record.attempts.iter().map(|a| json!({"start": a.start, "misfit": a.misfit, "steps": a.steps, "converged": a.converged})).collect::<Vec<_>>(),
-            "simulations": machine.runs(), "seconds": begin.elapsed().as_secs_f64(),
-        });
-        return output::print(&format!("{object}\n"));
-    }
-    let mut text = String::new();
-    // Writing to a String cannot fail.
-    let _ = writeln!(text, "{}: misfit {ratio:.3} of what noise makes", setup.bench.name);
-    for attempt in &record.attempts {
-        let ended = if attempt.converged { "converged" } else { "not converged" };
-        let _ = writeln!(text, "  {}: {:.3}, {} steps, {ended}", attempt.start, attempt.misfit, attempt.steps);
-    }
-    let _ = writeln!(text, "\ngap (1.00 is noise)        fitted  held out");
-    for (k, channel) in setup.data.channels.iter().enumerate() {
-        let unseen = held_out.as_ref().map_or(f64::NAN, |gap| gap.channels[k]);
-        let _ = writeln!(text, "  {:22} {:8.2}  {unseen:8.2}", channel.name, train.channels[k]);
-    }
-    let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
-        let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
-        let sign = if factor { "x" } else { " " };
-        let _ = writeln!(
-            text,
-            "  {:22} {sign}{:11.5e}  {:+6.2} +- {:.2}",
-            unknown.name,
-            unknown.value(found.xi[k]),
-            found.xi[k],
-            error(k)
-        );
-    }
-    let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", machine.runs(), begin.elapsed().as_secs_f64());
-    output::print(&text)
+    names.iter().map(find).collect()
 }

@@ -4,6 +4,7 @@
 //! one is corrected by Broyden's rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an
 //! update none; a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit.
 
+pub mod profile;
 pub mod schedule;
 
 use nalgebra::{Cholesky, DMatrix, DVector};

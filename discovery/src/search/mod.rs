@@ -7,6 +7,7 @@
 
 mod afar;
 mod decide;
+mod drop;
 mod terms;
 
 use crate::catalogue::Candidate;
@@ -160,9 +161,10 @@ impl Search<'_> {
         let mut passes: Vec<Pass> = Vec::new();
         let mut found: Vec<Candidate> = Vec::new();
         let mut start: Option<Fit> = None;
+        let mut refused: Vec<Candidate> = Vec::new();
         loop {
             let mut pass = self.begin(found.clone(), start.take())?;
-            self.look(&mut pass)?;
+            self.look(&mut pass, &refused)?;
             self.shortlist(&mut pass)?;
             self.cross(&mut pass)?;
             self.fit_terms(&mut pass)?;
@@ -188,6 +190,14 @@ impl Search<'_> {
                 start = best.fit.clone();
                 (self.progress)(&format!("found: {}", best.hypothesis.label()));
                 passes.push(pass);
+                if let Some(fit) = &start
+                    && let Some((out, again)) = self.needless(&found, fit)?
+                {
+                    let without = found.remove(out);
+                    (self.progress)(&format!("no longer needed: {}", without.label()));
+                    refused.push(without);
+                    start = Some(again);
+                }
                 continue;
             }
             passes.push(pass);
@@ -224,8 +234,8 @@ impl Search<'_> {
         })
     }
 
-    /// Looks at all candidates that can join.
-    fn look(&self, pass: &mut Pass) -> Result<(), Fault> {
+    /// Looks at all candidates that can join, but those that were needless once.
+    fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
         let weighing = self.whole();
         let mut fit = pass.fit.clone();
         refresh(&pass.base, self.setup, &mut fit, &weighing)?;
@@ -235,10 +245,10 @@ impl Search<'_> {
         };
         let mut signatures = Vec::new();
         for candidate in &self.candidates {
-            let taken = pass.base.inserts.iter().any(|own| {
-                own.excludes(candidate)
-                    || own.effect.id == candidate.effect.id && own.sites[0].path == candidate.sites[0].path
-            });
+            let same =
+                |own: &Candidate| own.effect.id == candidate.effect.id && own.sites[0].path == candidate.sites[0].path;
+            let taken =
+                pass.base.inserts.iter().any(|own| own.excludes(candidate) || same(own)) || refused.iter().any(same);
             if taken {
                 continue;
             }

@@ -5,6 +5,9 @@
 //! another simulator that hides a leak of the working chamber of 1.2e-11 m3/(s Pa), with parameters drawn around the nominal
 //! ones.  Bad benches must end with a sentence and never with a name.
 
+mod alike;
+mod renamed;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -121,7 +124,8 @@ fn json(text: &str) -> serde_json::Value {
 fn nothing_is_missing_where_nothing_is_missing() {
     let folder = folder("healthy");
     healthy_bench(&folder, 20);
-    let fitted = hyd(&folder, &["fit", &study(), "--bench", "healthy.json", "--json"]);
+    let profile = ["--profile", "offset of y_m", "--profile", "R"];
+    let fitted = hyd(&folder, &[&["fit", &study(), "--bench", "healthy.json", "--json"], &profile[..]].concat());
     assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
     let report = json(&fitted.stdout);
     // Two shots of 841 samples in six channels: one standard deviation of the mean square is 1.4 %.
@@ -136,6 +140,20 @@ fn nothing_is_missing_where_nothing_is_missing() {
         let chain = name.as_str().is_some_and(|name| name.contains(" of "));
         assert!(chain || sd.abs() < 4.0 * error, "{name}: {sd} +- {error}");
     }
+    // Both are all but linear, so that the profile's interval is that of the normal distribution.
+    for profile in report["profiles"].as_array().expect("a list") {
+        let own = report["unknowns"].as_array().expect("a list").iter().find(|own| own["name"] == profile["name"]);
+        let own = own.expect("among the unknowns");
+        let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+        let per_sd = if profile["name"] == "R" { 0.02 } else { 2e-5 };
+        let (value, error) = (number(&own["value"]), number(&own["sd_error"]) * per_sd);
+        for (end, sign) in [(number(&profile["low"]), -1.0), (number(&profile["high"]), 1.0)] {
+            let errors = (end - value) * sign / error;
+            assert!((errors / 1.96 - 1.0).abs() < 0.1, "{errors} standard errors: {profile:#}");
+        }
+    }
+    let unknown = hyd(&folder, &["fit", &study(), "--bench", "healthy.json", "--profile", "nothing"]);
+    assert!(unknown.code == Some(2) && unknown.stderr.contains("`nothing` is not among"), "{}", unknown.stderr);
     let found = hyd(&folder, &["discover", &study(), "--bench", "healthy.json", "--report", "report"]);
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
@@ -251,18 +269,6 @@ package Workshop \"effects of our own\"
 end Workshop;
 ";
 
-/// Another effect that differs from the first by one or two hundredths over the pressures of a bench.
-const OOZING: &str = "  model Ooze \"oil oozes\"
-    extends Hyd.Places.PartialLeakage;
-    parameter Hyd.Units.HydraulicConductance k = 1e-11;
-    constant Real c(unit = \"1/Pa\") = 1e-9;
-  equation
-    q = k*dp*(1 + c*dp);
-    annotation(__hyd(effect(id = \"oozing\", kind = \"physics\", at = {\"leakage\"}, adds = k, zero = 0, probe = 1e-11,
-      prior = \"lognormal(1e-11, 0.8)\", words = \"oil that oozes\")));
-  end Ooze;
-end Workshop;";
-
 fn report_of(folder: &Path, set: &str) -> serde_json::Value {
     let arguments = ["discover", "study.toml", "--bench", set, "--library", "libraries", "--report", "report"];
     let found = hyd(folder, &arguments);
@@ -306,32 +312,6 @@ fn an_effect_of_the_users_own_is_named_but_not_on_a_single_shot() {
     fs::write(folder.join("same.json"), set.to_string()).expect("written");
     let report = report_of(&folder, "same.json");
     assert!(report["status"] != "named" && report["status"] != "sensor", "{report:#}");
-    let _ = fs::remove_dir_all(&folder);
-}
-
-#[test]
-fn effects_that_look_alike_are_not_named_but_told_apart_by_another_shot() {
-    let folder = folder("alike");
-    fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
-    let library = OWN_LIBRARY.replace("end Workshop;", OOZING);
-    fs::write(folder.join("libraries/Workshop/package.hyd"), library).expect("written");
-    study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
-    let report = report_of(&folder, &root().join("tests/data/bench/B03.json").display().to_string());
-    assert_eq!(report["status"], "ambiguous", "{report:#}");
-    let mut ids: Vec<&str> =
-        report["ambiguous"].as_array().expect("a list").iter().filter_map(|id| id.as_str()).collect();
-    ids.sort_unstable();
-    assert_eq!(ids, ["oozing", "seeping"]);
-    assert!(!folder.join("report/discovered.hyd").exists());
-    // The two differ in how the leak grows with the pressure, so a shot at a higher pressure tells more than one at a lower.
-    let further = report["further"].as_array().expect("a list");
-    let apart = |part: &str| {
-        let own = further.iter().find(|own| own["measurement"].as_str().is_some_and(|words| words.contains(part)));
-        own.unwrap_or_else(|| panic!("{part}: {report:#}"))["apart"].as_f64().expect("a number")
-    };
-    assert!(apart("p0_Pa = 2.1e7") > apart("p0_Pa = 1.05e7"), "{further:#?}");
-    let figures: Vec<f64> = further.iter().filter_map(|own| own["apart"].as_f64()).collect();
-    assert!(figures.len() == further.len() && figures.windows(2).all(|pair| pair[0] >= pair[1]), "{figures:?}");
     let _ = fs::remove_dir_all(&folder);
 }
 
