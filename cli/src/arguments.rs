@@ -454,6 +454,9 @@ pub struct Discover {
     /// Folder of the report; made if it is not there
     #[arg(long, value_name = "DIR")]
     pub report: PathBuf,
+    /// Go on where an earlier call for the same report was ended
+    #[arg(long)]
+    pub resume: bool,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

@@ -8,9 +8,11 @@ use hyd_compiler::render::render;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
 use hyd_discovery::report::{report, table};
 use hyd_discovery::search::Search;
+use hyd_discovery::variant::Workshop;
 use hyd_results::write_whole;
 
 use crate::arguments::Discover;
+use crate::discovery_memory::{FitsFile, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
 use crate::picture::write_picture;
@@ -35,7 +37,19 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         }
     };
     let candidates = all_candidates(&opened)?;
-    let search = Search { setup, workshop: &workshop, candidates, seed: arguments.study.seed, progress: &progress };
+    let memory = FitsFile::open(
+        &arguments.report,
+        fingerprint(&opened, &workshop, &candidates, arguments.study.seed)?,
+        arguments.resume,
+    );
+    let memory = memory.map_err(|error| {
+        Failure::Fault(format!("the folder `{}` cannot be written: {error}", arguments.report.display()))
+    })?;
+    if arguments.resume {
+        progress(&format!("{} fits are taken over", memory.taken_over()));
+    }
+    let seed = arguments.study.seed;
+    let search = Search { setup, workshop: &workshop, candidates, seed, progress: &progress, memory: &memory };
     let findings = search.run()?;
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
@@ -60,6 +74,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
             .map_err(|error| Failure::Fault(format!("`{}` cannot be removed: {error}", stale.display())))?,
         None => {}
     }
+    memory.remove();
     output::print(if arguments.json { &json } else { &report.summary })
 }
 
@@ -80,4 +95,16 @@ fn all_candidates(opened: &Opened) -> Result<Vec<Candidate>, Failure> {
     let measured = |name: &str| setup.data.channel(name).is_some();
     let base_model = setup.bench.base_model.as_deref();
     Ok(candidates(&effects, &sites(&places), base_model, &measured))
+}
+
+/// A number that changes with whatever decides a search.
+fn fingerprint(opened: &Opened, workshop: &Workshop<'_>, candidates: &[Candidate], seed: u64) -> Result<u64, Failure> {
+    let setup = &opened.setup;
+    let settings = format!("{seed} {:?} {:?}", setup.study, setup.bench);
+    let effects: Vec<String> = candidates.iter().map(|own| format!("{:?}", own.effect)).collect();
+    let numbers = setup.data.shots.iter().flat_map(|shot| shot.traces.iter().flatten().flat_map(|trace| &trace.values));
+    let numbers: Vec<u8> = numbers.flat_map(|value| value.to_le_bytes()).collect();
+    let files = workshop.files(&[])?;
+    let texts = effects.iter().chain(files.iter().map(|(_, text)| text)).map(|text| text.as_bytes());
+    Ok(hash([settings.as_bytes(), &numbers].into_iter().chain(texts)))
 }

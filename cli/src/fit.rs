@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hyd_discovery::Setup;
 use hyd_discovery::fit::Fit as FitOf;
-use hyd_discovery::fit::profile::{Profile, profile};
+use hyd_discovery::fit::profile::{Profile, profiles};
 use hyd_discovery::fit::schedule::{self, Record};
 use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::proof::{Gap, gap};
@@ -48,10 +48,9 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     if found.misfit / expected > schedule::GOOD {
         found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
     }
-    let mut profiles = Vec::new();
-    for &k in &wanted {
-        profiles.push((problem.unknowns[k].name.as_str(), profile(&problem, &found, &whole, k)?));
-    }
+    let (found, all) = profiles(&problem, found, &whole, &wanted)?;
+    let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
+    let profiles = names.zip(all).collect();
     let train = gap(&problem, &found.xi, &setup.train, false)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,

@@ -10,6 +10,7 @@ mod check;
 pub mod clock;
 mod compare;
 mod discover;
+mod discovery_memory;
 mod discovery_page;
 mod doc;
 mod discovery_picture;

@@ -6,7 +6,8 @@
 //! that the cost is no parabola; a side on which it never rises so far stays open.
 
 use crate::Fault;
-use crate::fit::{Effort, Fit, minimise_over};
+use crate::fit::schedule::lower;
+use crate::fit::{Effort, Fit, minimise, minimise_over};
 use crate::problem::{Problem, Weighing};
 use crate::unknowns::LIMIT;
 
@@ -16,7 +17,7 @@ pub const RISE: f64 = 3.841;
 const STEP: f64 = 0.7;
 const STEPS: usize = 8;
 /// A refit that takes its start from the neighbour needs little.
-const EFFORT: Effort = Effort { steps: 8, gain: 0.05, ..Effort::FULL };
+const EFFORT: Effort = Effort { steps: 8, gain: 0.02, ..Effort::FULL };
 
 /// A profile.
 #[derive(Clone, Debug)]
@@ -29,11 +30,27 @@ pub struct Profile {
     pub lower_found: bool,
 }
 
-/// The profile of the unknown with the number `which` around a fit.  Values are those of [`crate::unknowns::Unknown::value`].
+/// The profiles of the unknowns `which` around a fit, and that fit taken to the very minimum.  Values are those of
+/// [`crate::unknowns::Unknown::value`].
 ///
 /// # Errors
 /// When no derivatives can be had.
-pub fn profile(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing, which: usize) -> Result<Profile, Fault> {
+pub fn profiles(
+    problem: &Problem<'_>,
+    fit: Fit,
+    weighing: &Weighing,
+    which: &[usize],
+) -> Result<(Fit, Vec<Profile>), Fault> {
+    if which.is_empty() {
+        return Ok((fit, Vec::new()));
+    }
+    let sharp = minimise(problem, &fit.xi, weighing, Effort { gain: 2e-3, ..Effort::FULL }, None)?;
+    let fit = lower(fit, sharp);
+    let all = which.iter().map(|&k| profile(problem, &fit, weighing, k)).collect::<Result<_, _>>()?;
+    Ok((fit, all))
+}
+
+fn profile(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing, which: usize) -> Result<Profile, Fault> {
     let free: Vec<usize> = (0..problem.unknowns.len()).filter(|&k| k != which).collect();
     let error = fit.standard_error(which).filter(|error| error.is_finite() && *error > 0.0).unwrap_or(1.0);
     let value = |xi: f64| problem.unknowns[which].value(xi);

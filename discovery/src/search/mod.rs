@@ -8,6 +8,7 @@
 mod afar;
 mod decide;
 mod drop;
+pub mod memory;
 mod terms;
 
 use crate::catalogue::Candidate;
@@ -21,6 +22,7 @@ use crate::projection::Projection;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 use decide::Outcome;
+use memory::Memory;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
 pub const NEEDED: f64 = 25.0;
@@ -146,6 +148,8 @@ pub struct Search<'a> {
     pub seed: u64,
     /// Told what is being done.
     pub progress: &'a dyn Fn(&str),
+    /// Fits made before.
+    pub memory: &'a dyn Memory,
 }
 
 impl Search<'_> {
@@ -211,15 +215,24 @@ impl Search<'_> {
         (self.progress)(&format!("fitting {}", base.label()));
         let problem = base.problem(self.setup)?;
         let expected = problem.expected(&self.whole());
-        let (fit, record) = match start {
-            None => schedule::fit(&problem, &vec![0.0; problem.unknowns.len()], &self.setup.train, self.whole().tau)?,
+        let mut record = Record::default();
+        let fit = match start {
+            None => self.remembered("alone", &base, || {
+                let zero = vec![0.0; problem.unknowns.len()];
+                let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
+                record = made;
+                Ok(Some(fit))
+            })?,
             Some(fit) => {
-                let mut record = Record::default();
                 record.note("the fit that named the effect", &fit, expected);
-                (fit, record)
+                Some(fit)
             }
         };
         drop(problem);
+        let Some(fit) = fit else { return Err(Fault::run("the base model was not fitted")) };
+        if record.attempts.is_empty() {
+            record.note("the fit of the search that was ended", &fit, expected);
+        }
         Ok(Pass {
             base,
             fit,
@@ -292,17 +305,19 @@ impl Search<'_> {
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
             let insert = tried.hypothesis.inserts.last();
             let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
-            if is_afar(rank, tried) {
-                tried.fit = self.fit_from_afar(&pass.base, &tried.hypothesis, typical)?;
-            }
-            if tried.fit.as_ref().is_none_or(|fit| fit.misfit / pass.expected > FAR) {
+            let afar = is_afar(rank, tried);
+            tried.fit = self.remembered("candidate", &tried.hypothesis, || {
+                let far = if afar { self.fit_from_afar(&pass.base, &tried.hypothesis, typical)? } else { None };
+                if far.as_ref().is_some_and(|fit| fit.misfit / pass.expected <= FAR) {
+                    return Ok(far);
+                }
                 let others = [0.5 * typical, 1.5 * typical];
                 let near = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, others, lowest)?;
-                tried.fit = match (tried.fit.take(), near) {
-                    (Some(afar), Some(near)) => Some(lower(afar, near)),
-                    (afar, near) => afar.or(near),
-                };
-            }
+                Ok(match (far, near) {
+                    (Some(far), Some(near)) => Some(lower(far, near)),
+                    (far, near) => far.or(near),
+                })
+            })?;
             lowest = tried.fit.as_ref().map_or(lowest, |fit| lowest.min(fit.misfit / pass.expected));
         }
         Ok(())

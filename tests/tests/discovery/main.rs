@@ -7,6 +7,7 @@
 
 mod alike;
 mod renamed;
+mod resumed;
 
 use std::fmt::Write as _;
 use std::fs;
