@@ -45,8 +45,8 @@ impl Data<'_> {
         let aliases = self.aliases();
         let states = self.with_role(|system, v| system.roles[v] == Role::State);
         let candidates = self.with_role(|system, v| system.roles[v] == Role::Candidate);
-        let demoted = self.variables(&self.system.reduction.demoted.clone());
-        let dummies = self.variables(&self.system.reduction.dummies.clone());
+        let demoted = self.variables(&self.system.never_states());
+        let dummies = self.variables(&self.system.dummies());
         let constraints = self.constraints();
         let mut blocks = Vec::new();
         let mut count = 0;

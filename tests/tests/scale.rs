@@ -5,6 +5,7 @@
 
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::simulate;
+use hyd_system::DaeSystem;
 use hyd_tests::runs::{instance, on_grid};
 use hyd_tests::scale::{MODELS, translate};
 
@@ -22,6 +23,39 @@ fn templates_and_code_do_not_grow() {
         assert!(most - least <= ENCODING, "{model}: {least} and {most} bytes");
         // Odd ends of a tree of sums are loops of their own, at most seven for each level and kind of sum.
         assert!(odd.code_bytes < 3 * most, "{model}: {} bytes at 10000 parts, {most} at 32768", odd.code_bytes);
+    }
+}
+
+/// The slope of a straight line through the logarithms.
+fn exponent(points: &[(usize, usize)]) -> f64 {
+    let logarithms: Vec<(f64, f64)> = points.iter().map(|&(n, value)| ((n as f64).ln(), (value as f64).ln())).collect();
+    let count = logarithms.len() as f64;
+    let mean = logarithms.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0 / count, sum.1 + point.1 / count));
+    let product = |f: &dyn Fn(&(f64, f64)) -> f64| logarithms.iter().map(f).sum::<f64>();
+    product(&|p| (p.0 - mean.0) * (p.1 - mean.1)) / product(&|p| (p.0 - mean.0) * (p.0 - mean.0))
+}
+
+/// Where everything meets in one place (a node, a mean), neither code nor Jacobian grows faster than the number of parts, whether
+/// the code is straight (small N) or made of loops; and no template is added per part.
+#[test]
+fn stars_of_any_size_grow_no_faster_than_their_branches() {
+    for model in ["Star", "Mean", "Junction", "Folds"] {
+        let (mut bytes, mut entries) = (Vec::new(), Vec::new());
+        for parts in [16, 32, 64, 128, 256, 512, 1024, 2048, 4096] {
+            let compilation = translate(model, parts);
+            let counts = compilation.model.as_ref().expect("translated").statistics();
+            let system = instance(&compilation, &[]);
+            let structure = system.structure();
+            assert!(counts.templates <= 20, "{model} of {parts}: {counts:?}");
+            assert!(counts.code_bytes < 2000 * parts && counts.code_bytes < 300_000, "{model} of {parts}: {counts:?}");
+            bytes.push((parts, counts.code_bytes));
+            entries.push((parts, structure.state_pattern.entries() + structure.rate_pattern.entries()));
+        }
+        for (what, points) in [("bytes of code", bytes), ("entries of the Jacobian", entries)] {
+            assert!(exponent(&points) <= 1.1, "{model}: {what} {points:?}");
+            let loops: Vec<_> = points.iter().copied().filter(|point| point.0 >= 64).collect();
+            assert!(exponent(&loops) <= 1.1, "{model}: {what} {loops:?}");
+        }
     }
 }
 

@@ -225,6 +225,35 @@ end M;";
     compare(&rows, "x", ["ton", "a", "b", "c"], [0.3, 2.0, 0.5, 0.1], &x, (&[0.1, 0.45, 0.59, 0.61, 1.0], 1e-6));
 }
 
+/// `z^3 - 3z = x` is followed from below until the root ends at `z = -1, x = 2`; the run goes on at `z = 2`.  With `dx = a dt` the integral
+/// of `z` over time is that of `z (3 z^2 - 3)/a` over `z`.
+#[test]
+fn a_loop_that_loses_its_root() {
+    let text = "model M
+  parameter Real a = 1, x0 = -1.5;
+  Real x(start = x0, fixed = true), y(start = 0, fixed = true), z(start = -2);
+equation
+  der(x) = a;
+  der(y) = z;
+  z^3 - 3*z = x;
+end M;";
+    let rows = run(text, 8.0, &["a", "x0"]);
+    let root = |x: f64| match x < 2.0 {
+        true => -2.0 * ((-x / 2.0).acos() / 3.0).cos(),
+        false => 2.0 * ((x / 2.0).acosh() / 3.0).cosh(),
+    };
+    let integral = |z: f64| 0.75 * z.powi(4) - 1.5 * z * z;
+    let y = |t: f64, [a, x0]: [f64; 2]| {
+        let (first, last) = (root(x0), root(x0 + a * t));
+        let jump = if x0 + a * t < 2.0 { 0.0 } else { integral(-1.0) - integral(2.0) };
+        (integral(last) - integral(first) + jump) / a
+    };
+    compare(&rows, "y", ["a", "x0"], [1.0, -1.5], &y, (&[1.04, 3.04, 4.0, 8.0], 1e-6));
+    let z = |t: f64, [a, x0]: [f64; 2]| root(x0 + a * t);
+    // Rows between steps interpolate, which is rough close to the fold.
+    compare(&rows, "z", ["a", "x0"], [1.0, -1.5], &z, (&[3.52, 8.0], 1e-6));
+}
+
 #[test]
 fn sampled_values() {
     let text = "model M

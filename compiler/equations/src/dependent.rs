@@ -165,6 +165,11 @@ fn dependence(mut a: Vec<Vec<f64>>) -> Option<Dependence> {
     None
 }
 
+/// Rows of a square matrix that depend on each other; `None` if it is regular.
+pub(crate) fn dependent_rows(matrix: Vec<Vec<f64>>) -> Option<Vec<usize>> {
+    dependence(matrix).map(|found| found.rows)
+}
+
 /// Positions of the entries that are not small.
 fn shares(vector: &[f64]) -> Vec<usize> {
     let largest = vector.iter().fold(0.0_f64, |size, value| size.max(value.abs()));

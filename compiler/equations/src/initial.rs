@@ -4,21 +4,23 @@
 //! continuous and the initial ones, `x = start` for every fixed variable, and bindings that depend on free parameters
 //! (Modelica 3.6, section 8.6).  If states are left open, `x = start` is added for as many as a matching can
 //! take, one at a time in order of preference; adding greedily is optimal because the sets of unknowns that can be left
-//! out form a matroid (Edmonds and Fulkerson 1965, transversals).  Discrete variables and held relations are known here.
+//! out form a matroid (Edmonds and Fulkerson 1965, transversals).  Discrete variables and held relations are known here.  Where
+//! numbers show that conditions depend on each other (`dependent_start`), one is given up and the rest is matched anew.
 
 use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
 use crate::bindings::Bindings;
+use crate::dependent_start::dependent_conditions;
 use crate::discrete::discrete_start_slot;
 use crate::discrete_start::open_discrete;
 use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
-use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::incidence::{self, Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::redundant::{Conditions, note_redundant, take_redundant};
 use crate::representative::block_of_variable;
@@ -48,46 +50,151 @@ pub(crate) fn initial_plan(
     let fixed = fixed_variables(system);
     let starts = add_start_equations(system, &fixed);
     let fixed = fixed.into_iter().zip(starts).collect();
-    let mut conditions = Conditions { model, fixed, initial };
-    let mut redundant = Vec::new();
-    let mut rows = pattern(system, algebra, conditions.rows(), &unknowns);
-    let mut matching = first_matching(system, &rows, &unknowns);
-    if matching.unmatched_rows().next().is_some() && open_discrete(system, &mut unknowns, &conditions) {
-        rows = pattern(system, algebra, conditions.rows(), &unknowns);
-        matching = first_matching(system, &rows, &unknowns);
-    }
-    if matching.unmatched_rows().next().is_some() {
-        redundant = take_redundant(system, algebra, &unknowns, &mut conditions)?;
-        rows = pattern(system, algebra, conditions.rows(), &unknowns);
-        matching = first_matching(system, &rows, &unknowns);
-    }
-    let pattern = rows;
-    if matching.unmatched_rows().next().is_some() {
-        return Err(Box::new(overdetermined(system, &pattern, &unknowns, &matching)));
+    let conditions = Conditions { model, fixed, initial };
+    if system.roles.iter().any(|&role| role == Role::Discrete) {
+        let rows = pattern(system, algebra, conditions.rows(), &unknowns);
+        if first_matching(system, &rows, &unknowns).unmatched_rows().next().is_some() {
+            open_discrete(system, &mut unknowns, &conditions);
+        }
     }
     let dependent = dependent_at_start(system, algebra)?;
-    let chosen = choose_starts(system, &pattern, &unknowns, &mut matching, &dependent);
-    if matching.unmatched_columns().next().is_some() {
-        let diagnostic = Diagnostic::error(Code::InitialUnbalanced, "the start is not determined");
-        let matching = maximum_matching(&pattern.incidence, None);
-        return Err(Box::new(explain_under(diagnostic, system, &pattern, &unknowns, &matching)));
+    let mut start = Start { unknowns, conditions, dependent, given_up: Vec::new(), passed_over: Vec::new() };
+    let attempt = start.regular(system, algebra, bindings, values)?;
+    notes.extend(note(system, &attempt.chosen));
+    notes.extend(note_redundant(system, &attempt.redundant));
+    Ok((attempt.plan, attempt.redundant))
+}
+
+/// What determines the start, and what numbers have said about it.
+struct Start {
+    unknowns: Unknowns,
+    conditions: Conditions,
+    /// Candidates that should rather not be given.
+    dependent: IndexVec<VarId, bool>,
+    /// Conditions that follow from others by numbers.
+    given_up: Vec<EqId>,
+    /// Variables whose start values add nothing, by numbers.
+    passed_over: Vec<VarId>,
+}
+
+/// A plan with what had to be left out or added for it.
+struct Attempt {
+    plan: Plan,
+    redundant: Vec<Redundant>,
+    /// Variables that take their start values, and the equations that say so.
+    chosen: Vec<(VarId, EqId)>,
+    /// The conditions in the plan, the last the first to be given up.
+    conditions: Vec<EqId>,
+}
+
+impl Start {
+    /// A plan that is not singular as far as that can be seen; where none is found, the one that structure alone suggests.
+    fn regular(
+        &mut self,
+        system: &mut EquationSystem,
+        algebra: &mut Algebra,
+        bindings: &Bindings,
+        values: &StartPoint,
+    ) -> Result<Attempt, Box<Diagnostic>> {
+        let lengths = (system.equations.len(), system.flat.equations.len(), system.operands.len());
+        let reset = |system: &mut EquationSystem| {
+            system.equations.raw.truncate(lengths.0);
+            system.flat.equations.truncate(lengths.1);
+            system.operands.truncate(lengths.2);
+        };
+        let first = self.attempt(system, algebra, bindings, values)?;
+        let is_state = |v: VarId| system.roles[v].may_be_state();
+        let by_states = first.chosen.iter().chain(&self.conditions.fixed).all(|&(v, _)| is_state(v));
+        if by_states && self.conditions.initial.is_empty() {
+            return Ok(first);
+        }
+        let mut attempt = first;
+        loop {
+            let found = dependent_conditions(system, algebra, bindings, &attempt.plan, &attempt.conditions);
+            if found.is_empty() {
+                return Ok(attempt);
+            }
+            for eq in found {
+                match attempt.chosen.iter().find(|chosen| chosen.1 == eq) {
+                    Some(&(v, _)) => self.passed_over.push(v),
+                    None => self.given_up.push(eq),
+                }
+            }
+            reset(system);
+            let Ok(next) = self.attempt(system, algebra, bindings, values) else { break };
+            attempt = next;
+        }
+        reset(system);
+        self.given_up.clear();
+        self.passed_over.clear();
+        self.attempt(system, algebra, bindings, values)
     }
-    notes.extend(note(system, &chosen));
-    notes.extend(note_redundant(system, &redundant));
-    let mut rows = pattern.rows;
-    rows.extend(add_start_equations(system, &chosen));
-    let kind = |target: &Target| match *target {
-        Target::Var(v) if !system.roles[v].is_continuous() => Kind::Iterated,
-        _ => Kind::Plain,
-    };
-    let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
-    let wishes = wishes(system, &unknowns);
-    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &bindings.known, values };
-    let plan = build_plan(system, algebra, request).map_err(|mismatch| {
-        let Mismatch { pattern, matching } = *mismatch;
-        Box::new(overdetermined(system, &pattern, &unknowns, &matching))
-    })?;
-    Ok((plan, redundant))
+
+    fn attempt(
+        &self,
+        system: &mut EquationSystem,
+        algebra: &mut Algebra,
+        bindings: &Bindings,
+        values: &StartPoint,
+    ) -> Result<Attempt, Box<Diagnostic>> {
+        let unknowns = &self.unknowns;
+        let mut conditions = self.conditions.clone();
+        let mut redundant = conditions.give_up(system, &self.given_up);
+        let mut pattern = pattern(system, algebra, conditions.rows(), unknowns);
+        let mut matching = first_matching(system, &pattern, unknowns);
+        if matching.unmatched_rows().next().is_some() {
+            redundant.extend(take_redundant(system, algebra, unknowns, &mut conditions)?);
+            pattern = incidence::pattern(system, algebra, conditions.rows(), unknowns);
+            matching = first_matching(system, &pattern, unknowns);
+        }
+        if matching.unmatched_rows().next().is_some() {
+            return Err(Box::new(overdetermined(system, &pattern, unknowns, &matching)));
+        }
+        let chosen = self.choose_starts(system, &pattern, &mut matching);
+        if matching.unmatched_columns().next().is_some() {
+            let diagnostic = Diagnostic::error(Code::InitialUnbalanced, "the start is not determined");
+            let matching = maximum_matching(&pattern.incidence, None);
+            return Err(Box::new(explain_under(diagnostic, system, &pattern, unknowns, &matching)));
+        }
+        let added = add_start_equations(system, &chosen);
+        let mut rows = pattern.rows;
+        rows.extend(&added);
+        let kind = |target: &Target| match *target {
+            Target::Var(v) if !system.roles[v].is_continuous() => Kind::Iterated,
+            _ => Kind::Plain,
+        };
+        let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
+        let wishes = wishes(system, unknowns);
+        let request = Request { rows, unknowns, kinds, wishes, known: &bindings.known, values };
+        let plan = build_plan(system, algebra, request).map_err(|mismatch| {
+            let Mismatch { pattern, matching } = *mismatch;
+            Box::new(overdetermined(system, &pattern, unknowns, &matching))
+        })?;
+        let ordered = [conditions.ordered(system), added.clone()].concat();
+        Ok(Attempt { plan, redundant, chosen: chosen.into_iter().zip(added).collect(), conditions: ordered })
+    }
+
+    /// The variables that take their start values as initial values, in the order of declaration.
+    fn choose_starts(&self, system: &EquationSystem, pattern: &Pattern, matching: &mut Matching) -> Vec<VarId> {
+        let mut open = matching.unmatched_columns().count();
+        let mut incidence = pattern.incidence.clone();
+        let mut augmenter = Augmenter::new();
+        let mut chosen = Vec::new();
+        for v in candidates(system, self) {
+            if open == 0 {
+                break;
+            }
+            let column = self.unknowns.column(Target::Var(v)).filter(|_| !self.passed_over.contains(&v));
+            let Some(column) = column else { continue };
+            let row = incidence.push_row([column]).expect("invariant: one known column");
+            if augmenter.augment(&incidence, matching, row, |_| true) == Augmentation::Matched {
+                chosen.push(v);
+                open -= 1;
+            }
+        }
+        chosen.sort_unstable();
+        chosen
+    }
 }
 
 /// Variables that are equal must not be fixed at different numbers.
@@ -188,38 +295,14 @@ pub(crate) fn first_matching(system: &EquationSystem, pattern: &Pattern, unknown
     maximum_matching(&pattern.incidence, Some(&classes))
 }
 
-/// The variables that take their start values as initial values, in the order of declaration.
-fn choose_starts(
-    system: &EquationSystem,
-    pattern: &Pattern,
-    unknowns: &Unknowns,
-    matching: &mut Matching,
-    dependent: &IndexVec<VarId, bool>,
-) -> Vec<VarId> {
-    let mut open = matching.unmatched_columns().count();
-    let mut incidence = pattern.incidence.clone();
-    let mut augmenter = Augmenter::new();
-    let mut chosen = Vec::new();
-    for v in candidates(system, unknowns, dependent) {
-        if open == 0 {
-            break;
-        }
-        let Some(column) = unknowns.column(Target::Var(v)) else { continue };
-        let row = incidence.push_row([column]).expect("invariant: one known column");
-        if augmenter.augment(&incidence, matching, row, |_| true) == Augmentation::Matched {
-            chosen.push(v);
-            open -= 1;
-        }
-    }
-    chosen.sort_unstable();
-    chosen
-}
-
-/// States and free parameters by preference: `stateSelect`, not dependent by the size of pivots, a start value, declaration.
-fn candidates(system: &EquationSystem, unknowns: &Unknowns, dependent: &IndexVec<VarId, bool>) -> Vec<VarId> {
+/// States and free parameters by preference: a state whose rate a given-up condition speaks of, `stateSelect`, not dependent by the
+/// size of pivots, a start value, declaration.
+fn candidates(system: &EquationSystem, start: &Start) -> Vec<VarId> {
     let blocks = block_of_variable(&system.flat);
     let mut keys = Vec::new();
-    for &target in unknowns.targets.iter() {
+    let given_up = start.given_up.iter().flat_map(|&eq| system.operands_of(system.equations[eq].operands));
+    let at_rest: FxHashSet<Target> = given_up.map(|operand| operand.target()).collect();
+    for &target in start.unknowns.targets.iter() {
         let Target::Var(v) = target else { continue };
         let block = &system.flat.variables.raw[blocks[v] as usize];
         let kind = match system.roles[v] {
@@ -229,14 +312,15 @@ fn candidates(system: &EquationSystem, unknowns: &Unknowns, dependent: &IndexVec
             _ => continue,
         };
         let select = StateSelect::Always as u8 - block.state_select as u8;
-        keys.push((kind, select, dependent[v], !block.has_start, v));
+        let is_named = at_rest.contains(&Target::Der(v));
+        keys.push((kind, !is_named, select, start.dependent[v], !block.has_start, v));
     }
     keys.sort_unstable();
-    keys.into_iter().map(|key| key.4).collect()
+    keys.into_iter().map(|key| key.5).collect()
 }
 
-fn note(system: &EquationSystem, chosen: &[VarId]) -> Option<Diagnostic> {
-    let names = list_names(chosen.iter().map(|&v| system.flat.var_name(v)));
+fn note(system: &EquationSystem, chosen: &[(VarId, EqId)]) -> Option<Diagnostic> {
+    let names = list_names(chosen.iter().map(|&(v, _)| system.flat.var_name(v)));
     let message = format!("the start is left open: the start values of {names} are taken as initial values");
     (!chosen.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
 }

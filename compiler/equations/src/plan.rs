@@ -2,9 +2,9 @@
 //!
 //! Each equation is matched to one unknown, preferring those it can be solved for without dividing by what may vanish;
 //! the blocks of the block lower triangular form (Duff and Reid 1978) are walked in order.  Explicit equations become
-//! assignments, loops are torn (Elmqvist and Otter 1994), all else becomes an unknown of the solver with a residual.  In large
-//! systems a variable also stays an unknown when its assignment would lengthen a chain or widen the Jacobian beyond
-//! bounds.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
+//! assignments, loops are torn (Elmqvist and Otter 1994), all else becomes an unknown of the solver with a residual.
+//! A variable also stays an unknown when its assignment would widen the Jacobian beyond bounds or, in large systems,
+//! lengthen a chain.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
 
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
@@ -22,8 +22,10 @@ use crate::system::EquationSystem;
 pub const LARGE: usize = 1000;
 /// Longest chain of assignments in a large system.
 pub const LONGEST_CHAIN: u32 = 64;
-/// Most unknowns an assignment of a large system may depend on.
+/// Most unknowns an assignment may depend on in a system of more equations than [`WIDE`].
 pub const WIDEST_SUPPORT: usize = 24;
+/// A system with more equations bounds what an assignment depends on: the Jacobian of a star of N branches would have N*N entries.
+pub const WIDE: usize = 64;
 
 /// What is divided by must not be smaller than this beside the other factors of its equation: rounding would decide the result.
 /// Divisors above `SMALL` are not compared.
@@ -99,8 +101,8 @@ pub(crate) fn build_plan(
     }
     let options = TearingOptions { solvable: &solvable, wish: Some(&request.wishes), max_depth: None };
     let mut tearing = Tearing::new(&cut.incidence, options);
-    let large = pattern.rows.len() > LARGE;
-    let supports = large.then(|| Supports::new(&system.flat, request.unknowns.targets.len()));
+    let wide = pattern.rows.len() > WIDE;
+    let supports = wide.then(|| Supports::new(&system.flat, request.unknowns.targets.len()));
     let mut builder = Builder {
         system,
         algebra,
@@ -110,6 +112,7 @@ pub(crate) fn build_plan(
         rows: &pattern.rows,
         level: IndexVec::filled(None, request.unknowns.targets.len()),
         supports,
+        is_large: pattern.rows.len() > LARGE,
         plan: Plan::default(),
     };
     for block in blocks.blocks() {
@@ -261,8 +264,10 @@ struct Builder<'a> {
     rows: &'a [EqId],
     /// Level of the columns that are assigned.
     level: IndexVec<Column, Option<u32>>,
-    /// Kept for large systems only.
+    /// Not kept for the smallest systems.
     supports: Option<Supports>,
+    /// Chains are bounded too.
+    is_large: bool,
     plan: Plan,
 }
 
@@ -295,7 +300,7 @@ impl Builder<'_> {
         self.cut.incidence.entry(row, column).expect("invariant: a matched column occurs in its row")
     }
 
-    /// An assignment, unless the system is large and it would be too deep or too wide.
+    /// An assignment, unless it would be too wide or, in a large system, too deep.
     fn assign(&mut self, row: Row, column: Column) {
         let others = self.cut.incidence.row(row).iter().filter(|&&other| other != column);
         let level = others.filter_map(|&other| self.level[other]).map(|level| level + 1).max().unwrap_or(0);
@@ -305,8 +310,8 @@ impl Builder<'_> {
             let operands = self.system.operands_of(self.system.equations[eq].operands);
             let read = facts.slots.iter().filter(|&&s| s != slot).map(|s| operands[s.index()].target());
             let narrow = supports.assign(self.system, self.unknowns, column, read);
-            let upper = supports.is_upper_level(operands);
-            if level >= LONGEST_CHAIN || !narrow || upper {
+            let long = self.is_large && (level >= LONGEST_CHAIN || supports.is_upper_level(operands));
+            if long || !narrow {
                 supports.release(column);
                 return self.iterate(row, column);
             }

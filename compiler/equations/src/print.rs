@@ -9,6 +9,7 @@ use std::fmt::Write;
 use hyd_flat::{Section, VarId};
 use hyd_symbolic::NodeId;
 
+use crate::explain::equation_text;
 use crate::sorted::{EqId, OperandRange};
 use crate::system::{EquationSystem, Resolution, Role};
 
@@ -16,6 +17,7 @@ use crate::system::{EquationSystem, Resolution, Role};
 pub(crate) const LONGEST_RUN: usize = 8;
 
 const DIFFERENTIATED: &str = "differentiated equations";
+const CHOSEN: &str = "states chosen during the run";
 
 type Belongs = fn(Section) -> bool;
 
@@ -29,7 +31,7 @@ pub fn print_system(system: &EquationSystem) -> String {
         ("starts", |s| s == Section::Start),
         ("equations", |s| s == Section::Continuous),
         (DIFFERENTIATED, |s| s == Section::Continuous),
-        ("states chosen during the run", |s| s == Section::Selection),
+        (CHOSEN, |s| s == Section::Selection),
         ("coefficients that decide the choice", |s| s == Section::Pivot),
         ("initial equations", |s| s == Section::Initial),
         ("discrete equations", |s| s == Section::Discrete),
@@ -48,6 +50,7 @@ pub fn print_system(system: &EquationSystem) -> String {
                 let left = system.flat.templates.get(template(&eq)).left;
                 expression(system, left, system.equations[eq].operands)
             }
+            false if title == CHOSEN => equation_text(system, eq),
             false => equation(system, eq),
         });
     }
@@ -134,8 +137,8 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
 fn list_reduction(system: &EquationSystem, text: &mut String) {
     let block = crate::representative::block_of_variable(&system.flat);
     let name = |v: &VarId| system.flat.var_name(*v);
-    names(text, "no longer states", &system.reduction.demoted, |v| block[*v], name);
-    names(text, "dummy derivatives", &system.reduction.dummies, |v| block[*v], name);
+    names(text, "no longer states", &system.never_states(), |v| block[*v], name);
+    names(text, "dummy derivatives", &system.dummies(), |v| block[*v], name);
 }
 
 /// A title and names in lines; the elements of a long array are shortened.

@@ -21,6 +21,7 @@ use crate::sorted::{EqId, Redundant, Residual};
 use crate::system::{EquationSystem, Resolution};
 
 /// Initial conditions by kind.
+#[derive(Clone)]
 pub(crate) struct Conditions {
     /// The equations of the model: they are never left out.
     pub model: Vec<EqId>,
@@ -44,16 +45,30 @@ pub(crate) fn take_redundant(
             return Err(Box::new(refuse(system, &pattern, unknowns, part, &contradiction)));
         }
     }
-    let equations: FxHashSet<EqId> = left_over.iter().map(|(eq, _)| *eq).collect();
-    let of_start = conditions.fixed.iter().filter(|(_, eq)| equations.contains(eq)).map(|&(v, eq)| (eq, Some(v)));
-    let of_text = conditions.initial.iter().filter(|eq| equations.contains(eq)).map(|&eq| (eq, None));
-    let redundant = of_start.chain(of_text).map(|(eq, start_of)| checked(system, eq, start_of)).collect();
-    conditions.fixed.retain(|(_, eq)| !equations.contains(eq));
-    conditions.initial.retain(|eq| !equations.contains(eq));
-    Ok(redundant)
+    let equations: Vec<EqId> = left_over.iter().map(|(eq, _)| *eq).collect();
+    Ok(conditions.give_up(system, &equations))
 }
 
 impl Conditions {
+    /// Takes some conditions out, to be checked at the start.
+    pub fn give_up(&mut self, system: &EquationSystem, equations: &[EqId]) -> Vec<Redundant> {
+        let equations: FxHashSet<EqId> = equations.iter().copied().collect();
+        let of_start = self.fixed.iter().filter(|(_, eq)| equations.contains(eq)).map(|&(v, eq)| (eq, Some(v)));
+        let of_text = self.initial.iter().filter(|eq| equations.contains(eq)).map(|&eq| (eq, None));
+        let given_up = of_start.chain(of_text).map(|(eq, start_of)| checked(system, eq, start_of)).collect();
+        self.fixed.retain(|(_, eq)| !equations.contains(eq));
+        self.initial.retain(|eq| !equations.contains(eq));
+        given_up
+    }
+
+    /// The conditions beside the equations of the model, those that a model states most directly first.
+    pub fn ordered(&self, system: &EquationSystem) -> Vec<EqId> {
+        let former = former_states(system);
+        let (late, early): (Vec<_>, Vec<_>) = self.fixed.iter().partition(|(v, _)| former[*v]);
+        let equations = |fixed: Vec<(VarId, EqId)>| fixed.into_iter().map(|fixed| fixed.1).collect();
+        [equations(early), self.initial.clone(), equations(late)].concat()
+    }
+
     /// All equations.
     pub fn rows(&self) -> Vec<EqId> {
         let fixed = self.fixed.iter().map(|fixed| fixed.1);
@@ -68,11 +83,7 @@ fn unmatched(
     unknowns: &Unknowns,
     conditions: &Conditions,
 ) -> (Pattern, Vec<(EqId, Part)>) {
-    let former = former_states(system);
-    let (late, early): (Vec<_>, Vec<_>) = conditions.fixed.iter().partition(|(v, _)| former[*v]);
-    let equations = |fixed: Vec<(VarId, EqId)>| fixed.into_iter().map(|fixed| fixed.1).collect();
-    let ordered: Vec<EqId> = [equations(early), conditions.initial.clone(), equations(late)].concat();
-    let rows: Vec<EqId> = conditions.model.iter().chain(&ordered).copied().collect();
+    let rows: Vec<EqId> = conditions.model.iter().copied().chain(conditions.ordered(system)).collect();
     let model = pattern(system, algebra, conditions.model.clone(), unknowns);
     let mut matching = first_matching(system, &model, unknowns);
     let pattern = pattern(system, algebra, rows, unknowns);

@@ -19,6 +19,8 @@ pub(crate) struct StartPoint {
     value: IndexVec<VarId, Option<f64>>,
     start: IndexVec<VarId, Option<f64>>,
     time: f64,
+    /// Makes other numbers up.
+    seed: u32,
 }
 
 impl StartPoint {
@@ -41,11 +43,34 @@ impl StartPoint {
     pub fn of_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
         let count = system.roles.len();
         let time = system.flat.experiment.start.unwrap_or(0.0);
-        let mut point = Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time };
+        let mut point =
+            Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time, seed: 0 };
         for a in bindings {
             point.execute(system, a);
         }
         point
+    }
+
+    /// Parameters as declared, all that is not known before the start somewhere near its start value, other numbers for each seed:
+    /// what holds at several such points holds not by accident.
+    pub fn scattered(system: &mut EquationSystem, bindings: &[Assignment], seed: u32) -> Self {
+        let mut point = Self::of_parameters(system, bindings);
+        point.seed = seed.wrapping_mul(0x9e37_79b9);
+        for eq in system.equations_in(Section::Start) {
+            if let Some(a) = assignment(system, eq, 0) {
+                point.execute(system, &a);
+            }
+        }
+        for v in system.roles.indices() {
+            let near = point.start[v].filter(|&start| start != 0.0).map(|start| start * typical(v.0 ^ point.seed));
+            point.value[v] = point.value[v].or(near);
+        }
+        point
+    }
+
+    /// A made-up number, another for each seed.
+    pub fn made_up(&self, key: u32) -> f64 {
+        typical(key ^ self.seed)
     }
 
     /// The same with a made-up number for each real parameter that can be set.
@@ -89,12 +114,12 @@ impl StartPoint {
 
     fn read(&self, system: &EquationSystem, operand: Operand) -> f64 {
         let value = match operand.target() {
-            Target::Var(v) => self.value[v].unwrap_or_else(|| typical(v.0)),
+            Target::Var(v) => self.value[v].unwrap_or_else(|| self.made_up(v.0)),
             Target::Start(v) | Target::Pre(v) => self.start[v].unwrap_or(0.0),
-            Target::Der(v) => typical(v.0 ^ 0x5555),
+            Target::Der(v) => self.made_up(v.0 ^ 0x5555),
             Target::Const(c) => system.flat.constants[c],
             Target::Held(_) | Target::Chosen(_) | Target::DelayedRate(_) => 0.0,
-            Target::Delayed(site) => typical(site ^ 0x3333),
+            Target::Delayed(site) => self.made_up(site ^ 0x3333),
         };
         if operand.negated() { -value } else { value }
     }

@@ -149,4 +149,19 @@ impl EquationSystem {
     pub fn operands_of(&self, range: OperandRange) -> &[Operand] {
         &self.operands[range.first as usize..(range.first + range.len) as usize]
     }
+
+    /// Variables whose derivative occurs and that are no states at any time.
+    pub fn never_states(&self) -> Vec<VarId> {
+        self.without_candidates(&self.reduction.demoted)
+    }
+
+    /// Dummy derivatives that are no states at any time.
+    pub fn dummies(&self) -> Vec<VarId> {
+        self.without_candidates(&self.reduction.dummies)
+    }
+
+    /// Roles of eliminated variables are those of what they equal.
+    fn without_candidates(&self, variables: &[VarId]) -> Vec<VarId> {
+        variables.iter().copied().filter(|&v| self.roles[v] != Role::Candidate).collect()
+    }
 }

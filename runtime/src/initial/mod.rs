@@ -3,7 +3,8 @@
 //! Bind parameters, solve the initial system `G(z) = 0` by the damped method, store its solution as `(y, y')`, make that
 //! consistent ([`consistent`]) and run the event iteration of the start; as long as a relation or a discrete variable changes,
 //! the initial system is another one and is solved again from the last solution.  What `reinit` has written at the start
-//! is not overwritten by a later solution.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
+//! is not overwritten by a later solution.  Where the first of these systems has no solution, discrete variables are decided by the
+//! guess.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
 //! way leads over the simplified system.
 
 pub(crate) mod consistent;
@@ -101,9 +102,14 @@ impl InitialSystem {
         let mut before = vec![false; problem.system.structure().roots];
         let mut terminated = None;
         let mut reinitialised = false;
-        for _ in 0..MOST_PASSES {
+        for pass in 0..MOST_PASSES {
             if !reinitialised {
-                self.solve(problem, t)?;
+                let guess = if pass == 0 { self.newton.x.clone() } else { Vec::new() };
+                let mut solved = self.solve(problem, t);
+                if solved.is_err() && pass == 0 && self.decide_at(problem, t, guess, (y, yp)) {
+                    solved = self.solve(problem, t);
+                }
+                solved?;
                 let result = problem.system.initial_store(t, &self.newton.x, y, yp);
                 result.map_err(|failure| failed(failure, problem))?;
             }
@@ -139,6 +145,20 @@ impl InitialSystem {
             }
         }
         Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
+    }
+
+    /// Discrete variables as the guess decides them, not as they start: a valve that starts closed may leave the equations
+    /// singular that the guess would open.  True if that makes another system, to be solved from the guess again.
+    fn decide_at(
+        &mut self,
+        problem: &mut Problem<'_>,
+        t: f64,
+        guess: Vec<f64>,
+        (y, yp): (&mut [f64], &mut [f64]),
+    ) -> bool {
+        let stored = problem.system.initial_store(t, &guess, y, yp);
+        self.newton.x = guess;
+        stored.is_ok() && problem.system.event_pass(EventPhase::Initial, t, y, yp).is_ok_and(|change| change.changed)
     }
 
     fn solve(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), SolveError> {

@@ -7,6 +7,10 @@
 //! the event `s = d y - y' dt_e` with the rates there.  This is the saltation formula (Aizerman and Gantmacher 1958; for
 //! DAE with events Galan, Feehery, Barton, Appl. Numer. Math. 31 (1999) 17) with nothing special to any kind of event.
 //! An event that the solution only grazes has no derivative; its instant is taken as fixed.
+//!
+//! Where a loop loses its solution (a fold, `F_z w = 0`), derivatives along time and with respect to parameters both grow beyond bounds
+//! in the direction `w`, as `1/sqrt(t_e - t)`; there `z(t, p) = z(t_e(p)) - c sqrt(t_e(p) - t) + ...`, so their ratio tends to
+//! `-dt_e`, read off just before the fold.
 
 use hyd_system::{Along, EventPhase};
 
@@ -21,6 +25,8 @@ pub(crate) enum EventSource {
     Root(usize),
     /// An instant known before.
     Time,
+    /// A solution of a loop vanishes, this unknown changing ever faster.
+    Fold(usize),
 }
 
 impl Sensitivity {
@@ -61,6 +67,15 @@ impl Sensitivity {
                 if slope != 0.0 {
                     for (dt, change) in self.dt[..last].iter_mut().zip(root) {
                         *dt = -change / slope;
+                    }
+                }
+            }
+            EventSource::Fold(k) => {
+                let block = if self.differential[k] { &self.sp } else { &self.s };
+                let block = &block[k * width..(k + 1) * width];
+                if block[last] != 0.0 {
+                    for (dt, change) in self.dt[..last].iter_mut().zip(block) {
+                        *dt = -change / block[last];
                     }
                 }
             }

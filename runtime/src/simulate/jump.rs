@@ -2,17 +2,18 @@
 //!
 //! A step that fails however small it is may stand before such a fold.  Just behind it, with the states moved on by their rates, the
 //! curve of `fold` leads to another root.  The run goes on from there as after an event, and the jump is kept for a note.  Where
-//! a root is still near, or none is found, the failure stands.  Derivatives with respect to parameters end at a jump, whose
-//! instant they would have to follow: such a run fails.
+//! a root is still near, or none is found, the failure stands.  Derivatives with respect to parameters follow the instant of the
+//! fold like that of any event.
 
 use hyd_results::RowKind;
 use hyd_system::{DaeSystem, EquationInfo, EventPhase};
 
 use super::{Run, Simulator};
 use crate::bdf::{StepFailure, StepFault};
-use crate::error::SolveError;
+use crate::error::{SolveError, Stage};
 use crate::events::iteration::settle;
 use crate::problem::Problem;
+use crate::sensitivity::EventSource;
 
 /// How far behind the last point the solution is looked for, as parts of the run.
 const AHEAD: [f64; 4] = [1e-12, 1e-10, 1e-8, 1e-6];
@@ -43,7 +44,7 @@ impl Simulator {
         (from, limit): (f64, f64),
     ) -> Result<Option<f64>, SolveError> {
         let repeated = self.jumps.last().is_some_and(|last| from - last.time <= SAME_PLACE * run.span());
-        if failure.fault == StepFault::NotFinite || repeated || self.sensitivity.is_some() {
+        if failure.fault == StepFault::NotFinite || repeated {
             return Ok(None);
         }
         let Some(t) = self.find_other_solution(run, from, limit) else { return Ok(None) };
@@ -53,16 +54,32 @@ impl Simulator {
         let jumped = jumped(before, after, states, (&self.weights.nominals, run.span()));
         self.jumps.push(describe(run.problem, t, (before, after), states, &jumped));
         let rows = run.options.event_rows || run.options.every_step;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.reach(run.problem)?;
+            self.output.flush(run.problem, run.sink, sensitivity)?;
+            sensitivity.arrive(run.problem, from, before.0, before.1)?;
+        }
         if rows {
-            self.output.row(run.problem, run.sink, t, before, RowKind::BeforeEvent, None)?;
+            let sensitivity = self.sensitivity.as_deref_mut();
+            self.output.row(run.problem, run.sink, t, before, RowKind::BeforeEvent, sensitivity)?;
+        }
+        if let Some(sensitivity) = &mut self.sensitivity {
+            let fold = EventSource::Fold(jumped.first().copied().unwrap_or(0));
+            sensitivity.shift(run.problem, from, before, fold);
+            sensitivity.consistent(run.problem, (Stage::Event, t), after.0, after.1)?;
         }
         run.problem.statistics.state_events += 1;
         let at = (EventPhase::First, t, self.integrator.step_size());
         let (y, yp) = (&mut self.point.y, &mut self.point.yp);
-        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), None)?;
+        let sensitivity = self.sensitivity.as_deref_mut();
+        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
         run.terminated = outcome.terminated.or(run.terminated.take());
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.depart(run.problem, t, y, yp)?;
+        }
         if rows {
-            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, None)?;
+            let sensitivity = self.sensitivity.as_deref_mut();
+            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, sensitivity)?;
             self.output.skip_to(run.options, t);
         }
         self.output.assertions(run.problem, t, (y, yp))?;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use hyd_equations::{LARGE, LONGEST_CHAIN, WIDEST_SUPPORT, differentiate, sort};
+use hyd_equations::{LARGE, LONGEST_CHAIN, SortedSystem, WIDE, WIDEST_SUPPORT, differentiate, sort};
 use hyd_flat::{EquationBlock, Operand, Section, Target, VarId};
 use hyd_symbolic::{SlotId, Template};
 
@@ -103,17 +103,23 @@ fn chain(n: u32) -> Model {
 }
 
 #[test]
-fn long_chains_are_broken_in_large_systems_only() {
-    let small = sort(chain(100).flat).value.expect("sorted");
-    assert_eq!(small.simulation.unknowns.len(), 100);
+fn long_and_wide_chains_are_broken_unless_the_system_is_small() {
+    let width = |sorted: &mut SortedSystem| {
+        let jacobian = differentiate(&mut sorted.system, &sorted.simulation);
+        let widths = (0..sorted.simulation.assignments.len()).map(|r| jacobian.support.row(r).len());
+        widths.max().expect("some")
+    };
+    let mut small = sort(chain(WIDE as u32 / 2).flat).value.expect("sorted");
+    assert_eq!(small.simulation.unknowns.len(), WIDE / 2);
+    assert_eq!(width(&mut small), WIDE / 2);
+    let mut wide = sort(chain(WIDE as u32).flat).value.expect("sorted");
+    assert!(width(&mut wide) <= WIDEST_SUPPORT);
     let n = LARGE as u32;
     let mut large = sort(chain(n).flat).value.expect("sorted");
     assert!(large.simulation.unknowns.len() > n as usize);
     let deepest = large.simulation.assignments.iter().map(|a| a.level).max().expect("some");
     assert!(deepest < LONGEST_CHAIN);
-    let jacobian = differentiate(&mut large.system, &large.simulation);
-    let widest = (0..large.simulation.assignments.len()).map(|r| jacobian.support.row(r).len()).max();
-    assert!(widest.expect("some") <= WIDEST_SUPPORT);
+    assert!(width(&mut large) <= WIDEST_SUPPORT);
 }
 
 /// mean = (x[1] + ... + x[n])/n over states: one equation with very many slots.
