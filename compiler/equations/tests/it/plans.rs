@@ -22,8 +22,9 @@ pub fn check_simulation(flat: &FlatModel, sorted: &SortedSystem, seed: u64) {
 }
 
 /// Half widths of the differences.  Chains of assignments may divide by small coefficients many times; where a residual bends as
-/// strongly as that makes it, only the narrower differences are its slope.
-const DIFFERENCES: [f64; 3] = [1e-6, 1e-7, 1e-8];
+/// strongly as that makes it, only the narrower differences are its slope; where values are as large, only the wider ones are not
+/// lost in rounding.
+const DIFFERENCES: [f64; 5] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
 /// Composed derivatives against central differences, and the pattern against the non-zeros.
 pub fn check_jacobian(sorted: &SortedSystem, initial: bool, seed: u64) {
