@@ -424,8 +424,8 @@ fn ids_and_kinds_are_those_of_the_catalogue() {
             Some(after.split_once('"')?.0.to_string())
         };
         let Some((_, annotation)) = text.split_once("__hyd(effect(id") else { continue };
-        for needed in ["adds = ", "probe = ", "prior = ", "range = ", "words = ", "signature = ", "rivals = "] {
-            assert!(annotation.contains(needed), "{needed}is missing in {text}");
+        for needed in ["adds =", "probe =", "prior =", "range =", "words =", "signature =", "rivals ="] {
+            assert!(annotation.contains(needed), "{needed} is missing in {text}");
         }
         found.insert(field("effect(id").expect("an id"), field("kind").expect("a kind"));
     }
