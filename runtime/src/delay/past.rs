@@ -102,12 +102,6 @@ impl Past {
         self.pieces.last().map_or(begin, |piece| piece.to.max(begin))
     }
 
-    /// The values of all sources at the end of the newest segment, if it has a piece.
-    pub(super) fn end_values(&self) -> Option<&[f64]> {
-        let first = self.starts[self.starts.len() - 1].saturating_sub(self.dropped);
-        (self.pieces.len() > first).then(|| &self.values[self.values.len() - self.sites..])
-    }
-
     /// Forgets what lies after `t` (s) in the newest segment.
     pub(super) fn cut(&mut self, t: f64) {
         let first = self.starts[self.starts.len() - 1].saturating_sub(self.dropped);

@@ -60,13 +60,7 @@ impl Recorder<'_, '_> {
         system.work.anchor_values.copy_from_slice(&system.work.new_sources);
         let mut levels = std::mem::take(&mut system.work.record.levels);
         levels[0][4 * n..].copy_from_slice(&system.work.anchor_values);
-        // The step begins where the last one ended, or at an event.
-        let first = &mut levels[0][..n];
-        match system.work.past.end_values() {
-            Some(values) if system.work.past.end() == from => first.copy_from_slice(values),
-            _ => first.copy_from_slice(&system.work.begun),
-        }
-        for k in 1..4 {
+        for k in 0..4 {
             let t = from + (to - from) * k as f64 / 4.0;
             self.sample(t, &mut levels[0][k * n..(k + 1) * n]);
         }
