@@ -31,7 +31,7 @@ fn translated(set: &[(&str, &str)]) -> Compilation {
 fn end(compilation: &Compilation, set: &[(&str, &str)]) -> f64 {
     let mut system = instance(compilation, set);
     let mut rows = Trajectory::new();
-    simulate(&mut system, &on_grid(1.0, 10, 1e-9), &mut rows, &|| false).expect("runs");
+    simulate(&mut system, &on_grid(1.0, 10, 1e-11), &mut rows, &|| false).expect("runs");
     *rows.series("x[2]").expect("a variable").values().last().expect("rows")
 }
 
