@@ -36,7 +36,8 @@ fn exponent(points: &[(usize, usize)]) -> f64 {
 }
 
 /// Where everything meets in one place (a node, a mean), neither code nor Jacobian grows faster than the number of parts, whether
-/// the code is straight (small N) or made of loops; and no template is added per part.
+/// the code is straight or made of loops; and no template is added per part.  Exponents are fitted from 64 parts on, where the width
+/// of assignments is bounded: there a fold becomes an unknown, so its entries step from 2 to 8 per part.
 #[test]
 fn stars_of_any_size_grow_no_faster_than_their_branches() {
     for model in ["Star", "Mean", "Junction", "Folds"] {
@@ -48,13 +49,15 @@ fn stars_of_any_size_grow_no_faster_than_their_branches() {
             let structure = system.structure();
             assert!(counts.templates <= 20, "{model} of {parts}: {counts:?}");
             assert!(counts.code_bytes < 2000 * parts && counts.code_bytes < 300_000, "{model} of {parts}: {counts:?}");
-            bytes.push((parts, counts.code_bytes));
-            entries.push((parts, structure.state_pattern.entries() + structure.rate_pattern.entries()));
+            let count = structure.state_pattern.entries() + structure.rate_pattern.entries();
+            assert!(count < 40 * parts, "{model} of {parts}: {count} entries of the Jacobian");
+            if parts >= 64 {
+                bytes.push((parts, counts.code_bytes));
+                entries.push((parts, count));
+            }
         }
         for (what, points) in [("bytes of code", bytes), ("entries of the Jacobian", entries)] {
             assert!(exponent(&points) <= 1.1, "{model}: {what} {points:?}");
-            let loops: Vec<_> = points.iter().copied().filter(|point| point.0 >= 64).collect();
-            assert!(exponent(&loops) <= 1.1, "{model}: {what} {loops:?}");
         }
     }
 }
