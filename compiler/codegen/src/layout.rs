@@ -13,31 +13,10 @@ use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_system::{Settable, ValueKind};
 
+use hyd_payload::Given;
+pub use hyd_payload::Place;
+
 use crate::program::{Area, HOMOTOPY};
-
-/// A position in an area.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
-pub struct Place {
-    /// Area.
-    pub area: Area,
-    /// Position.
-    pub index: u32,
-}
-
-impl Place {
-    fn data(index: u32) -> Self {
-        Self { area: Area::Data, index }
-    }
-}
-
-/// What can be set from outside: parameter number and the places of flag and value.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Given {
-    /// 1 when the value was given.
-    pub flag: u32,
-    /// The given value.
-    pub value: u32,
-}
 
 /// The data area.
 #[derive(Clone, Debug)]

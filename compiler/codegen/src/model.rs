@@ -5,19 +5,22 @@ use std::sync::{Arc, OnceLock};
 use hyd_equations::{Plan, Redundant, SortedSystem, equation_text};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
+use hyd_payload::{
+    Backend, Check, Checked, DataArea, Engine, Experiment, Identity, InitialTransfer, Loaded, MessagePiece, Model,
+    Name, Names, OutputRow, Parameters, PlanRoutines, RowNames, Wrap,
+};
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::{NodeId, contains_homotopy};
-use hyd_system::{DelaySite, InitialStructure, NamePattern, Pattern, Structure, Tables, ValueKind};
+use hyd_system::{DelaySite, InitialStructure, Pattern, Structure, Tables};
 
-use crate::delay::{SitePlaces, site_places, sites};
-use crate::engine::Engine;
-use crate::layout::{Given, Layout, Place};
-use crate::lower::plan::PlanCode;
+use crate::candidates::candidate_sets;
+use crate::delay::{site_places, sites};
+use crate::layout::{Layout, Place};
 use crate::lower::{self, Jacobians, Lowered, Options};
-use crate::program::Area;
-use crate::selection::CandidateSet;
+use crate::native;
+use crate::program::{Area, Program};
 use crate::system::CompiledSystem;
-use crate::tables::{Describe, OutputRow, row_equations, span_of};
+use crate::tables::{Describe, output_row, row_equations, span_of};
 use crate::tangent::{TangentCode, output_variables};
 
 /// Sizes of the code.
@@ -40,96 +43,14 @@ pub struct CompiledModel {
 /// What the instances share.
 #[derive(Debug)]
 pub(crate) struct Shared {
+    pub loaded: Arc<Loaded>,
     pub lowered: Lowered,
-    pub engine: Engine,
-    pub structure: Structure,
-    pub tables: Arc<Tables>,
-    pub row: OutputRow,
-    pub nominals: Vec<f64>,
-    /// Nominal values of the unknowns of the initial system.
-    pub initial_nominals: Vec<f64>,
-    pub parameters: Parameters,
-    pub checks: Vec<CheckInfo>,
-    pub initial: InitialTransfer,
-    pub origins: Origins,
-    pub candidates: Vec<CandidateSet>,
-    pub delays: Vec<SitePlaces>,
     pub statistics: CodeStatistics,
-    /// Interpret instead of running native code.
-    pub interpret: bool,
+    pub backend: Backend,
     /// Variable behind each output whose start value can be varied.
     pub output_variables: Vec<Option<VarId>>,
     /// Made when first asked for.
     pub tangents: OnceLock<Result<Arc<TangentCode>, String>>,
-}
-
-/// What messages say of rows and variables.
-#[derive(Debug)]
-pub(crate) struct Origins {
-    /// Rows of the simulation and of the initial system.
-    pub plans: [PlanTrace; 2],
-    names: Vec<(VarId, NamePattern)>,
-}
-
-/// Parameters as they can be set.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parameters {
-    /// Type of each.
-    pub kinds: Vec<ValueKind>,
-    /// Those that no binding computes although they can be set: position in the data area.
-    pub unbound: Vec<(u32, Given)>,
-}
-
-/// An assertion or termination.
-#[derive(Clone, Debug)]
-pub(crate) struct CheckInfo {
-    pub message: Arc<str>,
-    /// Pieces of the message if it shows values.
-    pub parts: Vec<MessagePart>,
-    /// Number of values that it shows, and where they begin in the results of `checks`.
-    pub values: usize,
-    pub first_value: usize,
-    pub error: bool,
-    pub terminate: bool,
-    pub file: Arc<str>,
-    pub line: u32,
-}
-
-/// What the solution of the initial system becomes.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct InitialTransfer {
-    /// Start value of each unknown of the initial system, none for derivatives (0).
-    pub guess: Vec<Option<u32>>,
-    /// Where each unknown `y` is found.
-    pub states: Vec<Option<Place>>,
-    /// Where each rate is found; algebraic unknowns have none.
-    pub rates: Vec<Option<Place>>,
-    /// Parameters and discrete variables that the initial system determines: from, to.
-    pub values: Vec<(Place, u32)>,
-    /// Conditions that follow from others, checked at the start.
-    pub checked: Vec<Checked>,
-    /// `homotopy` occurs in the initial system.
-    pub homotopy: bool,
-}
-
-/// An initial condition whose sides must agree.
-#[derive(Clone, Debug)]
-pub(crate) struct Checked {
-    /// Index into `Tables::equations`.
-    pub equation: u32,
-    /// The equation as it is written.
-    pub text: String,
-    /// The variable whose fixed start value this is.
-    pub start_of: Option<VarId>,
-}
-
-/// Where the rows of a plan come from.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PlanTrace {
-    /// Index into `Tables::equations` per assignment, then per residual.
-    pub equations: Vec<u32>,
-    /// What each of them determines.
-    pub targets: Vec<Option<Target>>,
 }
 
 /// Makes code for a sorted system.
@@ -158,6 +79,27 @@ impl CompiledModel {
         CompiledSystem::new(self.shared.clone())
     }
 
+    /// The same model run by another backend; instances of this one stay as they are.
+    ///
+    /// # Errors
+    /// A sentence, when the program is inconsistent.
+    pub fn on(&self, backend: Backend) -> Result<CompiledModel, String> {
+        if backend == self.shared.backend {
+            return Ok(self.clone());
+        }
+        let loaded = Arc::new(Loaded::new(self.payload().clone(), backend)?);
+        let code_bytes = loaded.engine.code_bytes;
+        let shared = Shared {
+            statistics: CodeStatistics { code_bytes, ..self.shared.statistics },
+            backend,
+            output_variables: self.shared.output_variables.clone(),
+            tangents: OnceLock::new(),
+            lowered: self.shared.lowered.clone(),
+            loaded,
+        };
+        Ok(CompiledModel { shared: Arc::new(shared) })
+    }
+
     /// Sizes of the code.
     pub fn statistics(&self) -> CodeStatistics {
         self.shared.statistics
@@ -165,59 +107,138 @@ impl CompiledModel {
 
     /// Names and places.
     pub fn tables(&self) -> &Arc<Tables> {
-        &self.shared.tables
+        &self.shared.loaded.model.tables
+    }
+
+    /// The model as plain data, to be stored or to run without the compiler.
+    pub fn payload(&self) -> &Model {
+        &self.shared.loaded.model
+    }
+
+    /// Why the code is interpreted although it was to run natively.
+    pub fn fallback(&self) -> Option<&str> {
+        self.shared.loaded.engine.fallback.as_deref()
     }
 }
 
-impl Origins {
-    /// The name of a target, in the user's words.
-    pub fn target_name(&self, target: Target) -> String {
-        let name = |v: VarId| {
-            let block = self.names.partition_point(|(first, _)| *first <= v) - 1;
-            self.names[block].1.element((v.0 - self.names[block].0.0) as usize)
-        };
-        match target {
-            Target::Var(v) => name(v),
-            Target::Der(v) => format!("der({})", name(v)),
-            Target::Pre(v) => format!("pre({})", name(v)),
-            Target::Start(v) => format!("{}.start", name(v)),
-            Target::Const(_) => "a number".into(),
-            Target::Held(r) => format!("relation {}", r + 1),
-            Target::Chosen(k) => format!("chosen {}", k + 1),
-            Target::Delayed(_) | Target::DelayedRate(_) => "a delayed value".into(),
-        }
-    }
+/// Code of a program, interpreted where none can be made or mapped.
+///
+/// # Errors
+/// A sentence, when the program is inconsistent.
+pub(crate) fn engine(program: Arc<Program>, backend: Backend) -> Result<Engine, String> {
+    Engine::new(code(&program, backend)?, program, backend)
+}
+
+/// Machine code; none where it is not wanted or not possible.
+fn code(program: &Program, backend: Backend) -> Result<Option<Arc<hyd_payload::Code>>, String> {
+    let wanted = backend == Backend::Native && native::is_supported();
+    wanted.then(|| native::compile(program).map(Arc::new)).transpose()
 }
 
 fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options: &Options) -> Result<Shared, String> {
     let lowered = lower::lower(sorted, jacobians, options)?;
-    let engine = Engine::new(&lowered.program, options.interpret)?;
-    let row = OutputRow::new(sorted, &lowered.layout);
-    let tables = Describe { sorted, lowered: &lowered, files, row: &row }.tables()?;
+    let row = output_row(sorted, &lowered.layout);
+    let (tables, limits) = Describe { sorted, lowered: &lowered, files, row: &row }.tables()?;
     let delays = site_places(sorted, &lowered.layout, [&lowered.places, &lowered.initial_places])?;
-    let flat = &sorted.system.flat;
-    Ok(Shared {
+    let names = TargetNames { sorted };
+    let model = Model {
+        identity: identity(sorted, files),
+        experiment: experiment(sorted),
+        code: code(&lowered.program, options.backend)?,
+        program: lowered.program.clone(),
+        routines: lowered.routines.clone(),
+        area: area(&lowered, &names),
         structure: structure(sorted, &lowered, &row, sites(&delays)),
         tables: Arc::new(tables),
         nominals: nominals(sorted, &sorted.simulation.unknowns),
         initial_nominals: nominals(sorted, &sorted.initial.unknowns),
-        parameters: parameters(sorted, &lowered.layout),
+        parameters: Parameters { limits, ..parameters(sorted, &lowered.layout) },
         checks: checks(sorted, files),
-        initial: transfer(sorted, &lowered),
-        candidates: CandidateSet::all(sorted, &lowered.places)?,
-        origins: Origins {
-            plans: [trace(sorted, &sorted.simulation), trace(sorted, &sorted.initial)],
-            names: flat.variables.iter().map(|block| (block.first, block.name.clone())).collect(),
-        },
-        statistics: statistics(sorted, &lowered, engine.code_bytes),
-        interpret: options.interpret,
-        output_variables: outputs(sorted, &lowered.layout, &row),
-        tangents: OnceLock::new(),
-        lowered,
-        engine,
+        initial: transfer(sorted, &lowered, &names),
+        candidates: candidate_sets(sorted, &lowered.places)?,
+        names: Names(sorted.system.flat.variables.iter().map(|block| block.name.clone()).collect()),
+        rows: [rows(sorted, &sorted.simulation, &names), rows(sorted, &sorted.initial, &names)],
         row,
         delays,
+    };
+    let output_variables = outputs(sorted, &lowered.layout, &model.row);
+    let loaded = Arc::new(Loaded::new(model, options.backend)?);
+    Ok(Shared {
+        statistics: statistics(sorted, &lowered, loaded.engine.code_bytes),
+        backend: options.backend,
+        output_variables,
+        tangents: OnceLock::new(),
+        lowered,
+        loaded,
     })
+}
+
+fn identity(sorted: &SortedSystem, files: &Files) -> Identity {
+    Identity {
+        compiler: env!("CARGO_PKG_VERSION").into(),
+        sources: fingerprint(files),
+        description: sorted.system.flat.description.clone().unwrap_or_else(|| "".into()),
+        templates: templates(sorted) as u32,
+    }
+}
+
+/// A number that is another one, all but surely, when a text of the model is (Fowler, Noll, Vo: FNV-1a).
+fn fingerprint(files: &Files) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    for byte in files.ids().flat_map(|file| files.text(file).bytes()) {
+        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+    hash
+}
+
+fn experiment(sorted: &SortedSystem) -> Experiment {
+    let hyd_flat::Experiment { start, stop, tolerance, interval } = sorted.system.flat.experiment;
+    Experiment { start, stop, tolerance, interval }
+}
+
+/// Names of targets for messages.
+struct TargetNames<'a> {
+    sorted: &'a SortedSystem,
+}
+
+impl TargetNames<'_> {
+    fn of(&self, target: Target) -> Option<Name> {
+        let (v, wrap) = match target {
+            Target::Var(v) => (v, Wrap::Value),
+            Target::Der(v) => (v, Wrap::Rate),
+            Target::Pre(v) => (v, Wrap::Before),
+            Target::Start(v) => (v, Wrap::Start),
+            _ => return None,
+        };
+        let (block, element) = self.sorted.system.flat.locate(v);
+        Some(Name { pattern: block.index() as u32, element: element as u32, wrap })
+    }
+
+    fn variable(&self, v: VarId, wrap: Wrap) -> Name {
+        let (block, element) = self.sorted.system.flat.locate(v);
+        Name { pattern: block.index() as u32, element: element as u32, wrap }
+    }
+}
+
+fn area(lowered: &Lowered, names: &TargetNames<'_>) -> DataArea {
+    let layout = &lowered.layout;
+    let before = |&(v, index): &(VarId, u32)| Some((lowered.places.get(Target::Var(v))?, index));
+    DataArea {
+        length: layout.data,
+        parameters: layout.parameters.clone(),
+        given: layout.given.clone(),
+        parameter_names: layout.parameter_vars.iter().map(|&v| names.variable(v, Wrap::Value)).collect(),
+        discrete: layout.discrete.clone(),
+        discrete_starts: layout.discrete_vars.iter().map(|&v| layout.start(v)).collect(),
+        pre: layout.pre.clone(),
+        pre_continuous: layout.pre_continuous.iter().filter_map(before).collect(),
+        held: layout.held.clone(),
+        chosen: layout.chosen.clone(),
+        delayed: layout.delayed.clone(),
+        delayed_rates: layout.delayed_rates.clone(),
+        preset: layout.preset.clone(),
+        starts: layout.starts().map(|(v, index)| (index, names.variable(v, Wrap::Start))).collect(),
+    }
 }
 
 fn outputs(sorted: &SortedSystem, layout: &Layout, row: &OutputRow) -> Vec<Option<VarId>> {
@@ -228,29 +249,35 @@ fn outputs(sorted: &SortedSystem, layout: &Layout, row: &OutputRow) -> Vec<Optio
 }
 
 fn statistics(sorted: &SortedSystem, lowered: &Lowered, code_bytes: usize) -> CodeStatistics {
+    let kernels = lowered.program.routines.iter().map(|routine| routine.kernels.len()).sum();
+    CodeStatistics { templates: templates(sorted), kernels, code_bytes }
+}
+
+/// Different expressions among assignments and residuals of the simulation.
+fn templates(sorted: &SortedSystem) -> usize {
     let plan = &sorted.simulation;
     let values = plan.assignments.iter().map(|a| a.value).chain(plan.residuals.iter().map(|r| r.value));
     let mut templates: Vec<NodeId> = values.collect();
     templates.sort_unstable();
     templates.dedup();
-    let kernels = lowered.program.routines.iter().map(|routine| routine.kernels.len()).sum();
-    CodeStatistics { templates: templates.len(), kernels, code_bytes }
+    templates.len()
 }
 
 fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: Vec<DelaySite>) -> Structure {
     let plan = &sorted.simulation;
-    let patterns = |code: &PlanCode| -> (Pattern, Pattern) { (code.state_pattern.clone(), code.rate_pattern.clone()) };
-    let (state_pattern, rate_pattern) = patterns(&lowered.simulation);
+    let patterns =
+        |code: &PlanRoutines| -> (Pattern, Pattern) { (code.state_pattern.clone(), code.rate_pattern.clone()) };
+    let (state_pattern, rate_pattern) = patterns(&lowered.routines.simulation);
     Structure {
         unknowns: plan.unknowns.len(),
         differential: plan.unknowns.iter().map(|u| u.differential).collect(),
         state_pattern,
         rate_pattern,
-        roots: lowered.events.rooted.len() + delays.iter().filter(|site| site.varying).count(),
+        roots: lowered.routines.events.rooted.len() + delays.iter().filter(|site| site.varying).count(),
         outputs: row.len(),
         initial: InitialStructure {
             unknowns: sorted.initial.unknowns.len(),
-            pattern: lowered.initial.state_pattern.clone(),
+            pattern: lowered.routines.initial.state_pattern.clone(),
         },
         delays,
     }
@@ -281,21 +308,28 @@ fn parameters(sorted: &SortedSystem, layout: &Layout) -> Parameters {
     }
     let places = layout.parameters.clone().zip(&layout.parameter_vars).zip(&layout.given);
     let unbound = places.filter_map(|((index, v), given)| given.filter(|_| !bound[v.index()]).map(|g| (index, g)));
-    Parameters { kinds: layout.parameter_vars.iter().map(kind).collect(), unbound: unbound.collect() }
+    Parameters {
+        kinds: layout.parameter_vars.iter().map(kind).collect(),
+        unbound: unbound.collect(),
+        ..Parameters::default()
+    }
 }
 
-fn checks(sorted: &SortedSystem, files: &Files) -> Vec<CheckInfo> {
+fn checks(sorted: &SortedSystem, files: &Files) -> Vec<Check> {
     let mut first_value = sorted.checks.len();
     let info = |(check, values): (&hyd_equations::Check, Vec<_>)| {
         let message = sorted.system.flat.messages.get(check.message as usize);
         let span = span_of(sorted, check.condition.equation);
         let first = first_value;
         first_value += values.len();
-        CheckInfo {
+        let piece = |part: &MessagePart| match part {
+            MessagePart::Text(text) => MessagePiece::Text(text.clone()),
+            MessagePart::Value(format, kind) => MessagePiece::Value(format.clone(), kind.clone()),
+        };
+        Check {
             message: message.map_or_else(|| "".into(), |m| m.text.clone()),
-            parts: message.map_or_else(Vec::new, |m| m.parts.clone()),
-            values: values.len(),
-            first_value: first,
+            pieces: message.map_or_else(Vec::new, |m| m.parts.iter().map(piece).collect()),
+            values: (first as u32, values.len() as u32),
             error: message.is_none_or(|m| m.error),
             terminate: check.terminate,
             file: files.name(span.file).clone(),
@@ -305,24 +339,7 @@ fn checks(sorted: &SortedSystem, files: &Files) -> Vec<CheckInfo> {
     sorted.checks.iter().zip(lower::message_values(sorted)).map(info).collect()
 }
 
-impl CheckInfo {
-    /// The message with the values that it shows; `out` holds the results of the routine `checks`.
-    pub fn text(&self, out: &[f64]) -> String {
-        if self.parts.is_empty() {
-            return self.message.to_string();
-        }
-        let mut values = out[self.first_value..].iter();
-        let piece = |part: &MessagePart| match part {
-            MessagePart::Text(text) => text.to_string(),
-            MessagePart::Value(format, kind) => {
-                values.next().map_or_else(String::new, |&value| format.text(value, kind))
-            }
-        };
-        self.parts.iter().map(piece).collect()
-    }
-}
-
-fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {
+fn transfer(sorted: &SortedSystem, lowered: &Lowered, names: &TargetNames<'_>) -> InitialTransfer {
     let (layout, places) = (&lowered.layout, &lowered.initial_places);
     let guess = |target: Target| match target {
         Target::Var(v) => layout.start(v),
@@ -347,8 +364,8 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered) -> InitialTransfer {
     let unknowns = &sorted.simulation.unknowns;
     let checked = |r: &Redundant| Checked {
         equation: sorted.system.equations[r.left.equation].block,
-        text: equation_text(&sorted.system, r.left.equation),
-        start_of: r.start_of,
+        text: equation_text(&sorted.system, r.left.equation).into(),
+        start_of: r.start_of.map(|v| names.variable(v, Wrap::Value)),
     };
     InitialTransfer {
         homotopy: uses_homotopy(sorted),
@@ -369,24 +386,14 @@ fn uses_homotopy(sorted: &SortedSystem) -> bool {
     values.into_iter().any(|value| contains_homotopy(arena, value))
 }
 
-fn trace(sorted: &SortedSystem, plan: &Plan) -> PlanTrace {
-    let mut targets: Vec<Option<Target>> = plan.assignments.iter().map(|a| Some(a.target)).collect();
+fn rows(sorted: &SortedSystem, plan: &Plan, names: &TargetNames<'_>) -> RowNames {
+    let mut targets: Vec<Option<Name>> = plan.assignments.iter().map(|a| names.of(a.target)).collect();
     targets.resize(plan.assignments.len() + plan.residuals.len(), None);
     for block in &plan.blocks {
         for (&residual, &unknown) in block.residuals.iter().zip(&block.unknowns) {
-            targets[plan.assignments.len() + residual as usize] = plan.unknowns.get(unknown as usize).map(|u| u.target);
+            let unknown = plan.unknowns.get(unknown as usize);
+            targets[plan.assignments.len() + residual as usize] = unknown.and_then(|u| names.of(u.target));
         }
     }
-    PlanTrace { equations: row_equations(sorted, plan), targets }
-}
-
-/// True if the parameter of this type may take the value.
-pub(crate) fn fits(kind: &ValueKind, value: f64) -> bool {
-    value.is_finite()
-        && match kind {
-            ValueKind::Real => true,
-            ValueKind::Integer => value.fract() == 0.0,
-            ValueKind::Boolean => value == 0.0 || value == 1.0,
-            ValueKind::Enumeration(literals) => value.fract() == 0.0 && value >= 1.0 && value <= literals.len() as f64,
-        }
+    RowNames { equations: row_equations(sorted, plan), targets }
 }

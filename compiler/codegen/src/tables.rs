@@ -8,6 +8,7 @@ use std::sync::Arc;
 use hyd_equations::{Assignment, Block, EventRelation, Plan, Resolution, Role, SortedSystem, rate_unit};
 use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
+use hyd_payload::{Limit, OutputRow};
 use hyd_source::{Files, Span};
 use hyd_symbolic::{Arena, Node, SlotId, print};
 use hyd_system::{
@@ -19,49 +20,30 @@ use crate::layout::{Layout, Place, resolve};
 use crate::lower::Lowered;
 use crate::program::Area;
 
-/// Order of the row of outputs.
-#[derive(Clone, Debug, Default)]
-pub struct OutputRow {
-    /// Assigned variables come first, then the unknowns.
-    pub assigned: u32,
-    /// Number of unknowns.
-    pub unknowns: u32,
-    /// Unknowns whose rates follow.
-    pub states: Vec<u32>,
-    /// Number of discrete variables at the end.
-    pub discrete: u32,
+/// The row of outputs of a system.
+pub fn output_row(sorted: &SortedSystem, layout: &Layout) -> OutputRow {
+    let plan = &sorted.simulation;
+    OutputRow {
+        assigned: plan.assignments.len() as u32,
+        unknowns: plan.unknowns.len() as u32,
+        states: (0u32..).zip(&plan.unknowns).filter(|(_, u)| u.differential).map(|(k, _)| k).collect(),
+        discrete: layout.discrete.len() as u32,
+    }
 }
 
-impl OutputRow {
-    /// The row of a system.
-    pub fn new(sorted: &SortedSystem, layout: &Layout) -> Self {
-        let plan = &sorted.simulation;
-        Self {
-            assigned: plan.assignments.len() as u32,
-            unknowns: plan.unknowns.len() as u32,
-            states: (0u32..).zip(&plan.unknowns).filter(|(_, u)| u.differential).map(|(k, _)| k).collect(),
-            discrete: layout.discrete.len() as u32,
+/// Position in the row of what stands at a place.
+fn position(row: &OutputRow, layout: &Layout, place: Place) -> Option<u32> {
+    match place.area {
+        Area::Work => Some(place.index),
+        Area::Unknown => Some(row.assigned + place.index),
+        Area::Rate => {
+            let k = row.states.binary_search(&place.index).ok()?;
+            Some(row.assigned + row.unknowns + k as u32)
         }
-    }
-
-    /// Length of the row.
-    pub fn len(&self) -> usize {
-        (self.assigned + self.unknowns + self.discrete) as usize + self.states.len()
-    }
-
-    fn position(&self, layout: &Layout, place: Place) -> Option<u32> {
-        match place.area {
-            Area::Work => Some(place.index),
-            Area::Unknown => Some(self.assigned + place.index),
-            Area::Rate => {
-                let k = self.states.binary_search(&place.index).ok()?;
-                Some(self.assigned + self.unknowns + k as u32)
-            }
-            Area::Data if layout.discrete.contains(&place.index) => {
-                Some(self.len() as u32 - self.discrete + (place.index - layout.discrete.start))
-            }
-            _ => None,
+        Area::Data if layout.discrete.contains(&place.index) => {
+            Some(row.len() as u32 - row.discrete + (place.index - layout.discrete.start))
         }
+        _ => None,
     }
 }
 
@@ -78,11 +60,11 @@ pub struct Describe<'a> {
 }
 
 impl Describe<'_> {
-    /// All tables.
+    /// All tables, and the bounds of what does not change.
     ///
     /// # Errors
     /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
-    pub fn tables(&self) -> Result<Tables, String> {
+    pub fn tables(&self) -> Result<(Tables, Vec<Limit>), String> {
         let flat = self.flat();
         let mut delayed: Vec<VarId> = flat.delays.iter().flat_map(|d| [d.source, d.value, d.time]).collect();
         delayed.sort_unstable();
@@ -114,7 +96,7 @@ impl Describe<'_> {
         };
         let unknowns = self.sorted.simulation.unknowns.iter().map(|u| unknown(u.target)).collect::<Option<Vec<_>>>();
         let initial = &self.sorted.initial;
-        Ok(Tables {
+        let tables = Tables {
             model: flat.name.clone(),
             variables,
             unknowns: unknowns.ok_or("an unknown has no name")?,
@@ -124,7 +106,25 @@ impl Describe<'_> {
             roots: self.roots().into_iter().chain(crate::delay::roots(self.sorted, self.files)).collect(),
             initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
             initial_rows: self.rows(initial),
-        })
+        };
+        Ok((tables, self.limits(&shown)))
+    }
+
+    /// `min` and `max` of parameters and constants; `shown`: index into `Tables::variables` of each block.
+    fn limits(&self, shown: &[Option<u32>]) -> Vec<Limit> {
+        let mut limits = Vec::new();
+        for (block, shown) in self.flat().variables.iter().zip(shown) {
+            let Some(variable) = *shown else { continue };
+            if block.variability > Variability::Parameter || block.kind == ValueKind::Boolean {
+                continue;
+            }
+            let of = |element: u32| {
+                let (min, max) = (block.min.get(element as usize), block.max.get(element as usize));
+                Limit { variable, element, min, max }
+            };
+            limits.extend((0..block.count).map(of).filter(|limit| limit.min.is_finite() || limit.max.is_finite()));
+        }
+        limits
     }
 
     /// First element of the blocks of all unknowns.
@@ -209,7 +209,7 @@ impl Describe<'_> {
             (_, Some(Place { area: Area::Data, index })) if layout.parameters.contains(&index) => {
                 Some(ValuePlace::Parameter(index - layout.parameters.start))
             }
-            (_, Some(place)) => self.row.position(layout, place).map(ValuePlace::Output),
+            (_, Some(place)) => position(self.row, layout, place).map(ValuePlace::Output),
             _ => None,
         };
         let place = place.ok_or_else(|| format!("`{}` is never computed", self.flat().var_name(v)))?;
@@ -237,7 +237,7 @@ impl Describe<'_> {
             let wanted = role != Role::Candidate && (named[v.index()] || own && role == Role::State);
             let (target, negated) = resolve(self.sorted, Operand::new(Target::Der(v)));
             let place = self.lowered.places.get(target).filter(|_| wanted)?;
-            let output = self.row.position(&self.lowered.layout, place)?;
+            let output = position(self.row, &self.lowered.layout, place)?;
             Some(Source { place: ValuePlace::Output(output), negated })
         };
         let sources: Vec<Option<Source>> = (0..block.count).map(|k| source(VarId(block.first.0 + k))).collect();
@@ -277,7 +277,7 @@ impl Describe<'_> {
     }
 
     fn roots(&self) -> Vec<RootInfo> {
-        let rooted = &self.lowered.events.rooted;
+        let rooted = &self.lowered.routines.events.rooted;
         if rooted.is_empty() {
             return Vec::new();
         }

@@ -2,6 +2,8 @@
 //! derivatives equal to central differences.
 #![allow(clippy::unwrap_used)]
 
+use std::sync::Arc;
+
 use hyd_codegen::memory::Memory;
 use hyd_codegen::native::{self, NativeCode};
 use hyd_codegen::program::{Address, Area, HOMOTOPY, Kernel, Program, Routine, RoutineId, Store};
@@ -202,7 +204,7 @@ fn run(values: &[NodeId], arena: &Arena, point: [f64; 3], interpret: bool) -> Ve
         let vm = Vm::new(&program).unwrap();
         vm.call(RoutineId(0), &mut memory, &mut vm.registers());
     } else {
-        let code = NativeCode::map(native::compile(&program).unwrap()).unwrap();
+        let code = NativeCode::map(Arc::new(native::compile(&program).unwrap())).unwrap();
         code.call(RoutineId(0), &mut memory);
     }
     out.iter().map(|v| if v.is_nan() { f64::NAN.to_bits() } else { v.to_bits() }).collect()

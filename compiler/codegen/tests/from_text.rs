@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use hyd_codegen::{CompiledSystem, Jacobians, Options, generate};
+use hyd_codegen::{Backend, CompiledSystem, Jacobians, Options, generate};
 use hyd_equations::differentiate;
 use hyd_instance::{ClassTable, SourceText, Sources, instantiate};
 use hyd_system::{DaeSystem, EventPhase, Pattern, Place};
@@ -36,8 +36,8 @@ fn compile(text: &str, options: &Options) -> CompiledSystem {
 }
 
 fn forms() -> [Options; 3] {
-    let form = |straight_nodes, interpret| Options { straight_nodes, interpret };
-    [form(4000, false), form(0, false), form(0, true)]
+    let form = |straight_nodes, backend| Options { straight_nodes, backend };
+    [form(4000, Backend::Native), form(0, Backend::Native), form(0, Backend::Vm)]
 }
 
 /// Solves `a x = b` by elimination with row exchanges.

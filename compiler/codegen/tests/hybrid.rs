@@ -3,7 +3,7 @@
 
 mod support;
 
-use hyd_codegen::{CompiledSystem, Options};
+use hyd_codegen::{Backend, CompiledSystem, Options};
 use hyd_equations::{Resolution, Role};
 use hyd_flat::{Operand, Target};
 use hyd_symbolic::{Function, Node, Relation};
@@ -11,8 +11,8 @@ use hyd_system::{DaeSystem, EventChange, EventPhase, ParameterError, Place, Sett
 use support::Maker;
 
 fn forms() -> [Options; 3] {
-    let form = |straight_nodes, interpret| Options { straight_nodes, interpret };
-    [form(4000, false), form(0, false), form(0, true)]
+    let form = |straight_nodes, backend| Options { straight_nodes, backend };
+    [form(4000, Backend::Native), form(0, Backend::Native), form(0, Backend::Vm)]
 }
 
 /// 0.1 + 0.7 rounds so that minus 0.7 it is below 0.1: the comparison `time - 0.7 >= 0.1` is false at its own instant.

@@ -1,6 +1,8 @@
 //! Random programs give the same bits natively and interpreted, and the interpreter the same as symbolic evaluation.
 #![allow(clippy::unwrap_used)]
 
+use std::sync::Arc;
+
 use hyd_codegen::memory::Memory;
 use hyd_codegen::native::{self, NativeCode};
 use hyd_codegen::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store, TABLE_SIGN};
@@ -178,7 +180,7 @@ proptest! {
     #[test]
     fn native_code_and_interpreter_agree_to_the_last_bit(recipe in recipe()) {
         let program = program(&recipe);
-        let code = NativeCode::map(native::compile(&program).unwrap()).unwrap();
+        let code = NativeCode::map(Arc::new(native::compile(&program).unwrap())).unwrap();
         let vm = Vm::new(&program).unwrap();
         let (mut one, mut two) = (Areas::new(&recipe.values), Areas::new(&recipe.values));
         code.call(RoutineId(0), &mut one.memory());
@@ -222,7 +224,7 @@ fn a_long_kernel_is_cut_and_still_right() {
     program.routines.push(Routine { name: "sums", kernels: vec![Kernel { count: 1, slots, stores }] });
     let payload = native::compile(&program).unwrap();
     assert!(payload.entries(RoutineId(0)).len() > 1, "one function of 18000 nodes");
-    let code = NativeCode::map(payload).unwrap();
+    let code = NativeCode::map(Arc::new(payload)).unwrap();
     let mut areas = Areas::new(&[-2.0; 4 * SIZE as usize]);
     code.call(RoutineId(0), &mut areas.memory());
     // 2*(1 + sum of 0..n-1) with n = 1000, ..., 6000.

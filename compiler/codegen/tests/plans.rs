@@ -3,7 +3,7 @@
 
 mod support;
 
-use hyd_codegen::{CompiledSystem, Options};
+use hyd_codegen::{Backend, CompiledSystem, Options};
 use hyd_equations::Role;
 use hyd_flat::VarId;
 use hyd_symbolic::Function;
@@ -84,8 +84,8 @@ fn residual(n: usize, t: f64, y: &[f64], yp: &[f64], (c, feed): (f64, f64)) -> V
 }
 
 fn forms() -> [Options; 4] {
-    let form = |straight_nodes, interpret| Options { straight_nodes, interpret };
-    [form(4000, false), form(0, false), form(4000, true), form(0, true)]
+    let form = |straight_nodes, backend| Options { straight_nodes, backend };
+    [form(4000, Backend::Native), form(0, Backend::Native), form(4000, Backend::Vm), form(0, Backend::Vm)]
 }
 
 fn point(n: usize) -> (Vec<f64>, Vec<f64>) {

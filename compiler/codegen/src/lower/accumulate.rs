@@ -8,65 +8,13 @@
 //! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
 
 use hyd_equations::{PlanJacobian, SortedSystem};
+use hyd_payload::accumulation::{Accumulation, MINUS, PartialRows, Term};
 use hyd_system::Pattern;
 
 use super::batch::Item;
 use super::rows::{Column, Rows};
 use crate::layout::{Place, PlanPlaces};
 use crate::program::Area;
-
-/// Sign bit of `Term::a`: the product is subtracted.
-const MINUS: u32 = 1 << 31;
-
-/// `s[to] += s[a]*s[b]`
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Term {
-    to: u32,
-    a: u32,
-    b: u32,
-}
-
-/// The list of multiply-adds with the places of its results.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Accumulation {
-    terms: Vec<Term>,
-    /// First position that accumulates.
-    first: usize,
-    /// Entries of dF/dy.
-    state: usize,
-    /// Entries of dF/dy'.
-    rate: usize,
-    /// Length of the scratch array.
-    pub length: usize,
-}
-
-impl Accumulation {
-    /// Composes the partials that stand in `scratch` and copies the results out.
-    pub fn run(&self, scratch: &mut [f64], state_values: &mut [f64], rate_values: &mut [f64]) {
-        scratch[0] = 1.0;
-        scratch[self.first..].fill(0.0);
-        for term in &self.terms {
-            let factor = scratch[(term.a & !MINUS) as usize];
-            let factor = if term.a & MINUS == 0 { factor } else { -factor };
-            scratch[term.to as usize] += factor * scratch[term.b as usize];
-        }
-        state_values.copy_from_slice(&scratch[self.state..self.rate]);
-        rate_values.copy_from_slice(&scratch[self.rate..self.length]);
-    }
-}
-
-/// The row that the number at a scratch position belongs to.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct PartialRows {
-    rows: Vec<u32>,
-}
-
-impl PartialRows {
-    /// Row of a partial derivative, by its position in the scratch array.
-    pub fn row(&self, position: u32) -> Option<u32> {
-        self.rows.get(position as usize).copied()
-    }
-}
 
 /// Plans the composition: the items that compute the partials (into `Area::Out`), and the list.
 pub fn plan<'s>(

@@ -11,28 +11,31 @@ pub mod plan;
 pub mod rows;
 mod straight;
 
+use std::sync::Arc;
+
 use hyd_equations::{Assignment, OperandRange, PlanJacobian, SortedSystem, Trigger};
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
+use hyd_payload::{Backend, EventRoutines, Routines};
 use hyd_symbolic::{Arena, NodeId, SlotId};
 
 use crate::layout::{Layout, Place, PlanPlaces};
 use crate::program::{Area, Program, RoutineId};
 use batch::Item;
-use plan::{PlanCode, PlanLowering, push};
+use plan::{PlainPlan, PlanLowering, push};
 
 /// Limits and choices.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Options {
     /// Plans with at most this many expression nodes become straight-line code; 0 makes loops of all.
     pub straight_nodes: usize,
-    /// Interpret instead of running native code.
-    pub interpret: bool,
+    /// What runs the code.
+    pub backend: Backend,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { straight_nodes: 4000, interpret: false }
+        Self { straight_nodes: 4000, backend: Backend::Native }
     }
 }
 
@@ -49,44 +52,19 @@ pub struct Jacobians<'a> {
 #[derive(Clone, Debug)]
 pub struct Lowered {
     /// The program.
-    pub program: Program,
+    pub program: Arc<Program>,
     /// The data area.
     pub layout: Layout,
     /// Places in the simulation.
     pub places: PlanPlaces,
     /// Places in the initial system.
     pub initial_places: PlanPlaces,
-    /// Parameters and start values.
-    pub bind: RoutineId,
-    /// The simulation; its further rows are the root functions.
-    pub simulation: PlanCode,
-    /// The initial system; its further rows are the truths of all relations, then both sides of each redundant condition.
-    pub initial: PlanCode,
-    /// Routines of events.
-    pub events: EventCode,
-}
-
-/// Routines that run at events, after `assign` of the simulation.
-#[derive(Clone, Debug)]
-pub struct EventCode {
-    /// Truth of every relation to `Out`.
-    pub truths: RoutineId,
-    /// Instants of the relations in `timed` to `Out`.
-    pub instants: RoutineId,
-    /// Relations that change at known instants.
-    pub timed: Vec<u32>,
-    /// Relations behind the root functions.
-    pub rooted: Vec<u32>,
-    /// Discrete equations, each stored at once.
-    pub discrete: RoutineId,
-    /// New values of states to `Out`.
-    pub reinits: RoutineId,
-    /// Which unknown each of them is for.
-    pub reinit_unknowns: Vec<u32>,
-    /// Conditions of assertions and terminations to `Out`.
-    pub checks: RoutineId,
-    /// Coefficients that decide the choice of states to `Out`.
-    pub pivots: RoutineId,
+    /// What the routines do.
+    pub routines: Routines,
+    /// The simulation as loops, whatever code is made of it.
+    pub plain: PlainPlan,
+    /// The initial system likewise.
+    pub initial_plain: PlainPlan,
 }
 
 /// The values that the message of each assertion or termination shows; they follow the conditions in `checks`.
@@ -124,7 +102,7 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
         extra: rooted.iter().map(root).collect(),
         options,
     };
-    let simulation = lowering.lower(&mut program, ["assign", "residual", "jacobian", "roots"])?;
+    let (simulation, plain) = lowering.lower(&mut program, ["assign", "residual", "jacobian", "roots"])?;
     let lowering = PlanLowering {
         places: &initial_places,
         plan: &sorted.initial,
@@ -133,9 +111,10 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
         ..lowering
     };
     let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
-    let initial = lowering.lower(&mut program, names)?;
+    let (initial, initial_plain) = lowering.lower(&mut program, names)?;
     let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
-    Ok(Lowered { program, layout, places, initial_places, bind, simulation, initial, events })
+    let routines = Routines { bind, simulation, initial, events };
+    Ok(Lowered { program: Arc::new(program), layout, places, initial_places, routines, plain, initial_plain })
 }
 
 /// Left and right side of the initial conditions that are only checked.
@@ -213,7 +192,7 @@ impl EventLowering<'_> {
         program: &mut Program,
         truths: &[(NodeId, OperandRange)],
         rooted: Vec<u32>,
-    ) -> Result<EventCode, String> {
+    ) -> Result<EventRoutines, String> {
         let timed = relations(self.sorted, |trigger| matches!(trigger, Trigger::Time(_)));
         let instants: Vec<_> = timed
             .iter()
@@ -226,7 +205,7 @@ impl EventLowering<'_> {
         let pivots: Vec<_> = self.sorted.pivots.iter().map(|p| (p.value, p.operands)).collect();
         let mut checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
         checks.extend(message_values(self.sorted).into_iter().flatten());
-        Ok(EventCode {
+        Ok(EventRoutines {
             truths: self.rows(program, "truths", truths)?,
             instants: self.rows(program, "instants", &instants)?,
             timed,

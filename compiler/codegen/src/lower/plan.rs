@@ -5,36 +5,18 @@
 
 use hyd_equations::{OperandRange, Plan, PlanJacobian, SortedSystem};
 use hyd_index::IndexVec;
+use hyd_payload::{JacobianForm, PlanRoutines};
 use hyd_symbolic::{Arena, NodeId, size};
 use hyd_system::Pattern;
 use rustc_hash::FxHashMap;
 
 use super::Options;
-use super::accumulate::{self, Accumulation, PartialRows};
+use super::accumulate;
 use super::batch::{self, Item};
 use super::rows::Rows;
 use super::straight::Composer;
 use crate::layout::{Layout, Place, PlanPlaces};
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
-
-/// The routines of a plan.
-#[derive(Clone, Debug)]
-pub struct PlanCode {
-    /// Computes all assigned variables into the work area.
-    pub assign: RoutineId,
-    /// Residuals to `Out`.
-    pub residual: RoutineId,
-    /// Jacobian.
-    pub jacobian: JacobianCode,
-    /// Further rows to `Out`.
-    pub extra: RoutineId,
-    /// Pattern of dF/dy (or dG/dz).
-    pub state_pattern: Pattern,
-    /// Pattern of dF/dy'.
-    pub rate_pattern: Pattern,
-    /// The plan as loops, whatever code is made of it.
-    pub plain: PlainPlan,
-}
 
 /// The kernels of a plan one row at a time, not composed: what its tangents are made from.
 #[derive(Clone, Debug, Default)]
@@ -45,15 +27,6 @@ pub struct PlainPlan {
     pub residual: Vec<Kernel>,
     /// Further rows to `Out`.
     pub extra: Vec<Kernel>,
-}
-
-/// How Jacobian values come about.
-#[derive(Clone, Debug)]
-pub enum JacobianCode {
-    /// The routine writes the entries: dF/dy to `Out`, dF/dy' to `Out2`.
-    Entries(RoutineId),
-    /// The routine writes partials to a scratch array that stands in `Out`; the list composes them.
-    Partials(RoutineId, Accumulation, PartialRows),
 }
 
 /// Names of the routines of one plan, for listings: assign, residual, jacobian, extra.
@@ -82,7 +55,7 @@ impl PlanLowering<'_> {
     ///
     /// # Errors
     /// A sentence, when an operand has no place or a pattern does not fit.
-    pub fn lower(&self, program: &mut Program, names: Names) -> Result<PlanCode, String> {
+    pub fn lower(&self, program: &mut Program, names: Names) -> Result<(PlanRoutines, PlainPlan), String> {
         let rows = Rows { plan: self.plan };
         let n = self.plan.unknowns.len();
         let state_pattern = Pattern::from_pairs(n, n, &self.jacobian.state_pattern);
@@ -107,18 +80,18 @@ impl PlanLowering<'_> {
         }
         let [assign, residual, extra] = <[Vec<Kernel>; 3]>::try_from(routines.raw).unwrap_or_default();
         let jacobian = match jacobian_kernel {
-            Some(kernel) => JacobianCode::Entries(push(program, names[2], vec![kernel])),
+            Some(kernel) => JacobianForm::Entries(push(program, names[2], vec![kernel])),
             None => self.partials(program, &rows, patterns, plain.assign.clone(), names[2])?,
         };
-        Ok(PlanCode {
+        let routines = PlanRoutines {
             assign: push(program, names[0], assign),
             residual: push(program, names[1], residual),
             extra: push(program, names[3], extra),
             jacobian,
             state_pattern,
             rate_pattern,
-            plain,
-        })
+        };
+        Ok((routines, plain))
     }
 
     fn plain(&self, program: &mut Program, rows: &Rows<'_>) -> Result<PlainPlan, String> {
@@ -210,10 +183,10 @@ impl PlanLowering<'_> {
         patterns: (&Pattern, &Pattern),
         mut kernels: Vec<Kernel>,
         name: &'static str,
-    ) -> Result<JacobianCode, String> {
+    ) -> Result<JacobianForm, String> {
         let (items, accumulation, owners) = accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns)?;
         kernels.extend(self.kernels(program, &items)?);
-        Ok(JacobianCode::Partials(push(program, name, kernels), accumulation, owners))
+        Ok(JacobianForm::Partials(push(program, name, kernels), accumulation, owners))
     }
 
     fn kernels(&self, program: &mut Program, items: &[Item<'_>]) -> Result<Vec<Kernel>, String> {

@@ -10,7 +10,7 @@ use cranelift_frontend::FunctionBuilder;
 use hyd_symbolic::{Arena, BodyId, Function, MACHINE_LIMITS, Node, NodeId, Relation};
 use rustc_hash::FxHashMap;
 
-use super::functions;
+use hyd_payload::function_position;
 
 /// A computed node in the forms asked for so far.
 #[derive(Clone, Copy, Default)]
@@ -252,7 +252,7 @@ impl<'a> Values<'a> {
     }
 
     fn call(&self, fb: &mut FunctionBuilder<'_>, function: Function, arguments: &[Value]) -> Value {
-        let offset = functions::position(function) as i32 * self.calls.pointer_bytes;
+        let offset = function_position(function) as i32 * self.calls.pointer_bytes;
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
         let address = fb.ins().load(types::I64, flags, self.calls.table, offset);
         let signature = if arguments.len() == 1 { self.calls.unary } else { self.calls.binary };

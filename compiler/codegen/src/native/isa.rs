@@ -1,12 +1,12 @@
-//! The machine that code is made for: host architecture, instruction set extensions and code generator settings.
+//! The machine that code is made for: architecture, instruction set extensions and code generator settings.
 //!
-//! Everything that depends on the target is decided here, so that a fixed baseline for shipped code replaces the
-//! detected features in one place.
+//! Extensions are those of the fixed baseline of [`hyd_payload::target`], whatever else this machine has.
 
 use std::sync::Arc;
 
-use cranelift_codegen::isa::{CallConv, OwnedTargetIsa, TargetIsa};
+use cranelift_codegen::isa::{CallConv, OwnedTargetIsa, TargetIsa, lookup_by_name};
 use cranelift_codegen::settings::{self, Configurable};
+use hyd_payload::target;
 
 /// A target with the decisions derived from it.
 pub struct Target {
@@ -16,14 +16,27 @@ pub struct Target {
     pub convention: CallConv,
     /// `floor`, `ceil` and `trunc` are single instructions; otherwise they are called through the table.
     pub rounds_inline: bool,
+    /// The extensions that code may use.
+    pub features: u32,
 }
 
-/// The machine this process runs on, with all features it has.
+/// The kind of machine this process runs on.
 ///
 /// # Errors
 /// A sentence, when the architecture is not supported.
 pub fn host() -> Result<Target, String> {
-    let builder = cranelift_native::builder().map_err(|e| format!("no code generator for this machine: {e}"))?;
+    let target = target::Target::host().ok_or("there is no code generator for this machine")?;
+    // The operating system matters for the calling convention alone, which is given with every function.
+    let (name, extensions, convention): (_, &[&str], _) = match target {
+        target::Target::X86SystemV => ("x86_64-unknown-linux", &X86_SETTINGS, CallConv::SystemV),
+        target::Target::X86Windows => ("x86_64-pc-windows", &X86_SETTINGS, CallConv::WindowsFastcall),
+        target::Target::Arm => ("aarch64-unknown-linux", &[], CallConv::SystemV),
+        target::Target::ArmApple => ("aarch64-apple-darwin", &[], CallConv::AppleAarch64),
+    };
+    let mut builder = lookup_by_name(name).map_err(|e| format!("no code generator for this machine: {e}"))?;
+    for setting in extensions {
+        builder.enable(setting).map_err(|e| format!("code generator setting `{setting}`: {e}"))?;
+    }
     let mut flags = settings::builder();
     let verify = if cfg!(debug_assertions) { "true" } else { "false" };
     let choices = [("opt_level", "speed"), ("is_pic", "true"), ("enable_verifier", verify)];
@@ -31,13 +44,9 @@ pub fn host() -> Result<Target, String> {
         flags.set(name, value).map_err(|e| format!("code generator setting `{name}`: {e}"))?;
     }
     let isa: OwnedTargetIsa = builder.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
-    // That of `extern "C"` in this process.
-    let convention = if cfg!(all(target_arch = "aarch64", target_vendor = "apple")) {
-        CallConv::AppleAarch64
-    } else if cfg!(all(target_arch = "x86_64", windows)) {
-        CallConv::WindowsFastcall
-    } else {
-        CallConv::SystemV
-    };
-    Ok(Target { convention, rounds_inline: isa.has_round(), isa })
+    Ok(Target { convention, rounds_inline: isa.has_round(), isa, features: target.features() })
 }
+
+/// The code generator's names for [`target::X86_BASELINE`].
+const X86_SETTINGS: [&str; target::X86_BASELINE.len()] =
+    ["has_sse3", "has_ssse3", "has_sse41", "has_sse42", "has_popcnt"];

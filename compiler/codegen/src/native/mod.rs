@@ -1,16 +1,14 @@
 //! Program to machine code without relocations, by Cranelift.
 //!
 //! Each routine becomes one function or several (cut between kernels, and within a long straight-line kernel between
-//! stores), all of them `fn(*const Context)`.  The bytes of all functions stand one after the other in a [`Payload`] that
+//! stores), all of them `fn(*const Context)`.  The bytes of all functions stand one after the other in a [`Code`] that
 //! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
-//! left in the code is an error.  Mapping and calling is the matter of [`mapping`].
+//! left in the code is an error.  Mapping and calling is the matter of [`NativeCode`].
 
 mod body;
 mod expression;
-mod functions;
 mod isa;
 mod kernel;
-pub mod mapping;
 mod split;
 
 use cranelift_codegen::Context as CodeContext;
@@ -23,55 +21,15 @@ use hyd_index::IndexVec;
 use hyd_symbolic::{BodyId, Node, NodeId, post_order};
 
 use crate::memory::Extents;
-use crate::program::{AREAS, Kernel, Program, RoutineId};
+use crate::program::{AREAS, Kernel, Program};
 use expression::Calls;
 use isa::Target;
 use kernel::Frame;
 
-pub use mapping::NativeCode;
+pub use hyd_payload::{Code, NativeCode};
 
 /// Functions start at multiples of this (a cache line; constants behind the code need 16).
 const FUNCTION_ALIGNMENT: usize = 64;
-
-/// Machine code of a program.  Only [`compile`] makes one, so that mapping it is safe.
-#[derive(Clone, Debug)]
-pub struct Payload {
-    /// Code and its constants, independent of where they are mapped (64-byte aligned).
-    bytes: Vec<u8>,
-    /// Start of each routine's functions in `bytes`, to be called in order.
-    entries: IndexVec<RoutineId, Vec<u32>>,
-    /// Start of each body in `bytes`, 0 for those that nothing calls.
-    bodies: Vec<u32>,
-    tables: Vec<u32>,
-    extents: Extents,
-}
-
-impl Payload {
-    /// The machine code with its constants.
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// Positions in the code of the functions of a routine, to be called in order.
-    pub fn entries(&self, routine: RoutineId) -> &[u32] {
-        &self.entries[routine]
-    }
-
-    /// Positions in the code of the bodies of functions.
-    pub fn bodies(&self) -> &[u32] {
-        &self.bodies
-    }
-
-    /// The slot tables.
-    pub fn tables(&self) -> &[u32] {
-        &self.tables
-    }
-
-    /// The memory that each routine needs.
-    pub fn extents(&self) -> &Extents {
-        &self.extents
-    }
-}
 
 /// True if code can be made for the machine this process runs on.
 pub fn is_supported() -> bool {
@@ -82,7 +40,7 @@ pub fn is_supported() -> bool {
 ///
 /// # Errors
 /// A sentence: an unsupported machine, an inconsistent program, or a relocation that remains.
-pub fn compile(program: &Program) -> Result<Payload, String> {
+pub fn compile(program: &Program) -> Result<Code, String> {
     let extents = Extents::of(program)?;
     let mut compiler = Compiler::new(program)?;
     let mut entries = IndexVec::new();
@@ -98,7 +56,12 @@ pub fn compile(program: &Program) -> Result<Payload, String> {
         let name = &program.arena.body(id).name;
         bodies[id.0 as usize] = compiler.body(id).map_err(|e| format!("function `{name}`: {e}"))?;
     }
-    Ok(Payload { bytes: compiler.bytes, entries, bodies, tables: program.tables.clone(), extents })
+    let features = compiler.target.features;
+    // SAFETY: these are functions of that type, made for this machine; `finish` refuses relocations; `Extents::of` is what they
+    // touch, because they were made from this program.
+    #[allow(unsafe_code)]
+    let code = unsafe { Code::new(compiler.bytes, (entries, bodies), program.tables.clone(), extents, features) };
+    Ok(code)
 }
 
 /// The bodies that the program calls.

@@ -4,14 +4,16 @@
 //! position per instance; derivatives that are numbers are no code but preset coefficients.  Time is one more thing that
 //! is read.  The primal routines run before, so assigned variables stand in the work area.
 
+use std::sync::Arc;
+
 use hyd_symbolic::{Arena, NodeId, contains_time, gradient, partial_time};
 use rustc_hash::FxHashMap;
 
 use super::rows::{MINUS, Rows, Spaces, Term};
-use crate::engine::Engine;
 use crate::lower::Lowered;
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store, TIME};
-use crate::vm;
+use hyd_payload::vm;
+use hyd_payload::{Backend, Engine};
 
 /// What the tangents of one routine need.
 #[derive(Debug)]
@@ -55,13 +57,13 @@ impl TangentCode {
     ///
     /// # Errors
     /// A sentence, when no code can be made.
-    pub(crate) fn new(lowered: &Lowered, interpret: bool) -> Result<Self, String> {
+    pub(crate) fn new(lowered: &Lowered, backend: Backend) -> Result<Self, String> {
         let base = &lowered.program;
         let of = |routine: RoutineId| base.routines[routine].kernels.as_slice();
-        let events = &lowered.events;
-        let (plain, start) = (&lowered.simulation.plain, &lowered.initial.plain);
+        let events = &lowered.routines.events;
+        let (plain, start) = (&lowered.plain, &lowered.initial_plain);
         let sources: [(&[Kernel], bool); PARTS] = [
-            (of(lowered.bind), false),
+            (of(lowered.routines.bind), false),
             (&start.assign, true),
             (&start.residual, true),
             (&plain.assign, false),
@@ -72,23 +74,23 @@ impl TangentCode {
             (of(events.reinits), false),
         ];
         let results = [
-            lowered.initial.state_pattern.rows,
-            lowered.simulation.state_pattern.rows,
+            lowered.routines.initial.state_pattern.rows,
+            lowered.routines.simulation.state_pattern.rows,
             events.rooted.len(),
             events.timed.len(),
             events.reinit_unknowns.len(),
         ];
         let spaces = Spaces::new([
             lowered.layout.data,
-            lowered.simulation.state_pattern.rows as u32,
+            lowered.routines.simulation.state_pattern.rows as u32,
             assigned(&plain.assign),
             results.into_iter().max().unwrap_or(0) as u32,
-            lowered.initial.state_pattern.rows as u32,
+            lowered.routines.initial.state_pattern.rows as u32,
             assigned(&start.assign),
         ]);
         let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
         let stages = sources.map(|(kernels, initial)| stage(&mut program, kernels, spaces, initial));
-        let engine = Engine::new(&program, interpret)?;
+        let engine = crate::model::engine(Arc::new(program), backend)?;
         Ok(Self { engine, spaces, stages })
     }
 

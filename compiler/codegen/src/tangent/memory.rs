@@ -8,11 +8,11 @@ use hyd_system::{Along, Direction, DirectionError, Place as ValuePlace, Tables};
 use super::code::{PARTS, Part, TangentCode};
 use super::rows::{CHUNK, Rows};
 use super::sweep::{Sweep, SweepCode};
-use crate::delay::Signed;
 use crate::layout::Place;
 use crate::model::Shared;
 use crate::program::{Area, TIME};
-use crate::vm::Registers;
+use hyd_payload::Signed;
+use hyd_payload::vm::Registers;
 
 /// Tangents of one instance for chosen directions.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl TangentMemory {
         let width = directions.len();
         let discrete = shared.lowered.layout.discrete.len() * width;
         let (rows, active) = active_rows(shared, &code, &seeds);
-        let sweep = SweepCode::new(&shared.lowered, &active, shared.interpret).map(Arc::new);
+        let sweep = SweepCode::new(&shared.lowered, &active, shared.backend).map(Arc::new);
         let sweep = Sweep {
             values: vec![0.0; sweep.as_ref().map_or(0, |code| code.length())],
             registers: sweep.as_ref().map_or_else(Registers::default, |code| code.engine.registers()),
@@ -189,7 +189,7 @@ fn seed(shared: &Shared, direction: Direction) -> Result<Option<u32>, DirectionE
             _ => Err(DirectionError::NotSettable),
         },
         Direction::Start(variable, element) => {
-            let place = start_place(shared, &shared.tables, variable, element);
+            let place = start_place(shared, &shared.loaded.model.tables, variable, element);
             place.map(Some).ok_or(DirectionError::NoStart)
         }
     }
@@ -222,7 +222,7 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     let bind = rows(Part::Bind).active(&mut active);
     let initial_assign = rows(Part::InitialAssign).active(&mut active);
     let initial_residual = rows(Part::InitialResidual).filtered(&active);
-    for &(_, to) in &shared.initial.values {
+    for &(_, to) in &shared.loaded.model.initial.values {
         active[to as usize] = true;
     }
     let data: Vec<bool> = active[..layout.data as usize].to_vec();
@@ -246,7 +246,7 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     };
     let for_delays = {
         let mut marked = vec![false; active.len()];
-        for (place, _) in shared.delays.iter().flat_map(|site| [site.source, site.time]) {
+        for (place, _) in shared.loaded.model.delays.iter().flat_map(|site| [site.source, site.time]) {
             marked[(spaces.start(place.area, false) + place.index) as usize] = true;
         }
         assign.needed(&mut marked)

@@ -4,15 +4,18 @@
 //! computed once; what remains is a list of products with the derivatives of the data by the directions, which stay the
 //! same between events.  Only the data that the chosen directions reach have code.
 
+use std::sync::Arc;
+
 use hyd_symbolic::{Arena, Function, Node, NodeId, gradient, post_order};
 
 use super::code::Part;
 use super::memory::TangentMemory;
-use crate::engine::Engine;
 use crate::lower::Lowered;
-use crate::lower::plan::JacobianCode;
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
-use crate::system::{CompiledSystem, Point};
+use crate::system::CompiledSystem;
+use hyd_payload::JacobianForm;
+use hyd_payload::Point;
+use hyd_payload::{Backend, Engine};
 
 /// The routine, and what it stores behind dF/dy.
 #[derive(Debug)]
@@ -37,12 +40,13 @@ pub(super) struct Product {
 
 impl SweepCode {
     /// Code for the data marked in `active`; none where the Jacobian is no straight-line code or no code can be made.
-    pub(super) fn new(lowered: &Lowered, active: &[bool], interpret: bool) -> Option<Self> {
+    pub(super) fn new(lowered: &Lowered, active: &[bool], backend: Backend) -> Option<Self> {
         let base = &lowered.program;
-        let JacobianCode::Entries(jacobian) = lowered.simulation.jacobian else { return None };
-        let ([jacobian], [residual]) =
-            (base.routines[jacobian].kernels.as_slice(), base.routines[lowered.simulation.residual].kernels.as_slice())
-        else {
+        let JacobianForm::Entries(jacobian) = lowered.routines.simulation.jacobian else { return None };
+        let ([jacobian], [residual]) = (
+            base.routines[jacobian].kernels.as_slice(),
+            base.routines[lowered.routines.simulation.residual].kernels.as_slice(),
+        ) else {
             return None;
         };
         // Both come from one composition, the slots of the residual being the first ones of the Jacobian.
@@ -50,7 +54,7 @@ impl SweepCode {
             return None;
         }
         let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
-        let state_entries = lowered.simulation.state_pattern.entries();
+        let state_entries = lowered.routines.simulation.state_pattern.entries();
         let (mut kernel, mut entries) = (jacobian.clone(), Vec::new());
         for store in &residual.stores {
             let Address::Fixed { area: Area::Out, index: row, .. } = store.to else { return None };
@@ -76,7 +80,7 @@ impl SweepCode {
         let arguments = Kernel { count: 1, slots: kernel.slots.clone(), stores: stores.collect() };
         let routine = program.routines.push(Routine { name: "sweep", kernels: vec![kernel] });
         let branches = program.routines.push(Routine { name: "branches", kernels: vec![arguments] });
-        let engine = Engine::new(&program, interpret).ok()?;
+        let engine = crate::model::engine(Arc::new(program), backend).ok()?;
         Some(Self { engine, routine, state_entries, branches, branch_count, entries })
     }
 
@@ -122,7 +126,7 @@ fn branch_arguments(arena: &mut Arena, stores: &[Store]) -> Vec<NodeId> {
 pub(super) struct Sweep {
     pub(super) code: Option<std::sync::Arc<SweepCode>>,
     pub(super) values: Vec<f64>,
-    pub(super) registers: crate::vm::Registers,
+    pub(super) registers: hyd_payload::vm::Registers,
     pub(super) products: Vec<Product>,
     /// Derivatives of data have changed since the products were listed.
     pub(super) outdated: bool,
@@ -132,15 +136,8 @@ impl CompiledSystem {
     /// Arguments of the branches among the Jacobians.
     pub(super) fn branch_arguments(&mut self, tangents: &mut TangentMemory, point: Point<'_>, out: &mut [f64]) {
         let Some(code) = tangents.sweep.code.clone() else { return };
-        let mut memory = crate::memory::Memory {
-            data: &mut self.memory.data,
-            unknown: point.unknown,
-            rate: point.rate,
-            work: &mut self.memory.work,
-            out,
-            out2: &mut [],
-        };
-        code.engine.run(code.branches, &mut memory, &mut tangents.sweep.registers);
+        let target = (&code.engine, code.branches, &mut tangents.sweep.registers);
+        self.instance.run_on(target, point, out, &mut []);
     }
 
     /// Jacobians, and the tangent of the residual with time and unknowns held.
@@ -152,7 +149,7 @@ impl CompiledSystem {
         out: &mut [f64],
     ) {
         let Some(code) = tangents.sweep.code.clone() else {
-            self.run_jacobian(false, point, state, rate);
+            self.instance.run_jacobian(false, point, state, rate);
             self.assign_partials(tangents, point);
             self.partials(tangents, Part::Residual, point);
             tangents.chain(Part::Assign, |rows| &rows.held_assign, false);
@@ -165,15 +162,7 @@ impl CompiledSystem {
             code.products(&tangents.blocks, width, &mut tangents.sweep.products);
         }
         let Sweep { values, registers, products, .. } = &mut tangents.sweep;
-        let mut memory = crate::memory::Memory {
-            data: &mut self.memory.data,
-            unknown: point.unknown,
-            rate: point.rate,
-            work: &mut self.memory.work,
-            out: values,
-            out2: rate,
-        };
-        code.engine.run(code.routine, &mut memory, registers);
+        self.instance.run_on((&code.engine, code.routine, registers), point, values, rate);
         state.copy_from_slice(&values[..state.len()]);
         out.fill(0.0);
         for product in products.iter() {

@@ -7,36 +7,30 @@ use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
 
 use super::code::{Part, TangentCode};
 use super::memory::TangentMemory;
-use crate::events::same_instant;
-use crate::memory::Memory;
 use crate::program::Area;
-use crate::system::{CompiledSystem, Point};
+use crate::system::CompiledSystem;
+use hyd_payload::Point;
+use hyd_payload::same_instant;
 
 /// Rounds after which discrete equations that feed back through assigned variables are taken as they are.
 const ROUNDS: usize = 16;
 
 impl CompiledSystem {
     fn take_tangents(&mut self) -> Box<TangentMemory> {
-        self.memory.tangents.take().expect("invariant: directions are set before tangents are asked for")
+        self.tangents.take().expect("invariant: directions are set before tangents are asked for")
     }
 
     /// Coefficients of a stage at the values in memory.
     pub(super) fn partials(&mut self, tangents: &mut TangentMemory, part: Part, point: Point<'_>) {
         let code = tangents.code.clone();
-        let mut memory = Memory {
-            data: &mut self.memory.data,
-            unknown: point.unknown,
-            rate: point.rate,
-            work: &mut self.memory.work,
-            out: &mut tangents.coefficients[part as usize],
-            out2: &mut [],
-        };
-        code.engine.run(code.stage(part).partials, &mut memory, &mut tangents.registers);
+        let routine = code.stage(part).partials;
+        let TangentMemory { coefficients, registers, .. } = tangents;
+        self.instance.run_on((&code.engine, routine, registers), point, &mut coefficients[part as usize], &mut []);
     }
 
     /// Assigned variables and their partial derivatives.
     pub(super) fn assign_partials(&mut self, tangents: &mut TangentMemory, point: Point<'_>) {
-        self.run(self.shared.lowered.simulation.assign, point, &mut [], &mut []);
+        self.instance.run(self.shared.lowered.routines.simulation.assign, point, &mut [], &mut []);
         self.partials(tangents, Part::Assign, point);
     }
 
@@ -65,11 +59,11 @@ impl CompiledSystem {
     /// Tangents of `reinit` into `dy` where it fired.
     fn reinit_tangents(&mut self, tangents: &mut TangentMemory, point: Point<'_>, dy: &mut [f64]) {
         let shared = self.shared.clone();
-        let unknowns = &shared.lowered.events.reinit_unknowns;
+        let unknowns = &shared.lowered.routines.events.reinit_unknowns;
         if unknowns.is_empty() {
             return;
         }
-        self.run_own(shared.lowered.events.reinits, point);
+        self.instance.run_own(shared.lowered.routines.events.reinits, point);
         self.partials(tangents, Part::Reinits, point);
         tangents.chain(Part::Reinits, |rows| &rows.reinits, false);
         let width = tangents.width;
@@ -79,7 +73,7 @@ impl CompiledSystem {
             let result = &tangents.blocks[out + k * width..out + (k + 1) * width];
             let kept = unknown * width..(unknown + 1) * width;
             // As with the values: a `reinit` that did not fire returns the state itself.
-            let fired = self.memory.out[k].to_bits() != point.unknown[unknown].to_bits();
+            let fired = self.instance.results()[k].to_bits() != point.unknown[unknown].to_bits();
             let own = tangents.code.spaces.start(Area::Unknown, false) as usize * width + kept.start;
             if fired || *result != tangents.blocks[own..own + width] {
                 dy[kept].copy_from_slice(result);
@@ -91,20 +85,20 @@ impl CompiledSystem {
 impl Tangents for CompiledSystem {
     fn set_directions(&mut self, directions: &[Direction]) -> Result<(), (usize, DirectionError)> {
         // Run after run with the same directions uses the same memory.
-        if self.memory.tangents.as_ref().is_some_and(|tangents| tangents.directions == directions) {
+        if self.tangents.as_ref().is_some_and(|tangents| tangents.directions == directions) {
             return Ok(());
         }
         let shared = self.shared.clone();
-        let make = || TangentCode::new(&shared.lowered, shared.interpret).map(Arc::new);
+        let make = || TangentCode::new(&shared.lowered, shared.backend).map(Arc::new);
         let code = shared.tangents.get_or_init(make).clone();
         let code = code.map_err(|reason| (0, DirectionError::Unsupported(reason)))?;
-        self.memory.tangents = Some(Box::new(TangentMemory::new(&shared, code, directions)?));
+        self.tangents = Some(Box::new(TangentMemory::new(&shared, code, directions)?));
         Ok(())
     }
 
     fn bind_tangent(&mut self, t0: f64) {
         let mut tangents = self.take_tangents();
-        self.set_time(t0, true);
+        self.instance.set_time(t0, true);
         tangents.blocks.fill(0.0);
         tangents.sweep.outdated = true;
         for k in 0..tangents.seeds.len() {
@@ -121,14 +115,14 @@ impl Tangents for CompiledSystem {
                 tangents.copy(start, layout.pre.start + k as u32);
             }
         }
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]) {
         let mut tangents = self.take_tangents();
-        self.set_time(t0, true);
+        self.instance.set_time(t0, true);
         let point = Point { unknown: z, rate: &[] };
-        self.run(self.shared.lowered.initial.assign, point, &mut [], &mut []);
+        self.instance.run(self.shared.lowered.routines.initial.assign, point, &mut [], &mut []);
         self.partials(&mut tangents, Part::InitialAssign, point);
         self.partials(&mut tangents, Part::InitialResidual, point);
         let first = tangents.code.spaces.start(Area::Unknown, true) as usize * tangents.width;
@@ -136,21 +130,21 @@ impl Tangents for CompiledSystem {
         tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
         tangents.chain(Part::InitialResidual, |rows| &rows.initial_residual, false);
         tangents.get(tangents.code.spaces.start(Area::Out, true), out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn initial_store_tangent(&mut self, t0: f64, z: &[f64], dz: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
         let mut tangents = self.take_tangents();
         tangents.sweep.outdated = true;
-        self.set_time(t0, true);
+        self.instance.set_time(t0, true);
         let point = Point { unknown: z, rate: &[] };
-        self.run(self.shared.lowered.initial.assign, point, &mut [], &mut []);
+        self.instance.run(self.shared.lowered.routines.initial.assign, point, &mut [], &mut []);
         self.partials(&mut tangents, Part::InitialAssign, point);
         tangents.put(tangents.code.spaces.start(Area::Unknown, true), dz);
         tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
         let shared = self.shared.clone();
         let width = tangents.width;
-        let places = [(&shared.initial.states, dy), (&shared.initial.rates, dyp)];
+        let places = [(&shared.loaded.model.initial.states, dy), (&shared.loaded.model.initial.rates, dyp)];
         for (list, out) in places {
             for (place, out) in list.iter().zip(out.chunks_exact_mut(width)) {
                 match place {
@@ -159,21 +153,21 @@ impl Tangents for CompiledSystem {
                 }
             }
         }
-        for &(from, to) in &shared.initial.values {
+        for &(from, to) in &shared.loaded.model.initial.values {
             tangents.copy(tangents.block(from, true), to);
         }
         // At the start the delayed values are the sources.
         let mut source = vec![0.0; width];
-        for (site, to) in shared.delays.iter().zip(shared.lowered.layout.delayed.clone()) {
+        for (site, to) in shared.loaded.model.delays.iter().zip(shared.lowered.layout.delayed.clone()) {
             tangents.signed(site.initial_source, true, &mut source);
             tangents.put(to, &source);
         }
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
         self.partials(&mut tangents, Part::Residual, point);
@@ -181,7 +175,7 @@ impl Tangents for CompiledSystem {
         tangents.chain(Part::Assign, |rows| &rows.for_residual, false);
         tangents.chain(Part::Residual, |rows| &rows.residual, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false), out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn jacobian_tangent(
@@ -193,26 +187,26 @@ impl Tangents for CompiledSystem {
         out: &mut [f64],
     ) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         self.sweep(&mut tangents, Point { unknown: y, rate: yp }, jacobians, out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn branches(&mut self) -> usize {
-        let sweep = self.memory.tangents.as_ref().and_then(|tangents| tangents.sweep.code.as_ref());
+        let sweep = self.tangents.as_ref().and_then(|tangents| tangents.sweep.code.as_ref());
         sweep.map_or(0, |code| code.branch_count)
     }
 
     fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         self.branch_arguments(&mut tangents, Point { unknown: y, rate: yp }, out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
         self.partials(&mut tangents, Part::Roots, point);
@@ -220,33 +214,35 @@ impl Tangents for CompiledSystem {
         tangents.chain(Part::Assign, |rows| &rows.for_roots, false);
         tangents.chain(Part::Roots, |rows| &rows.roots, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false), out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn instant_tangent(&mut self, t: f64, out: &mut [f64]) -> bool {
         let shared = self.shared.clone();
-        let events = &shared.lowered.events;
+        let events = &shared.lowered.routines.events;
         if events.timed.is_empty() {
             return false;
         }
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         let nothing = Point { unknown: &[], rate: &[] };
-        self.run_own(events.instants, nothing);
-        let Some(k) = self.memory.out[..events.timed.len()].iter().position(|&instant| same_instant(instant, t)) else {
+        self.instance.run_own(events.instants, nothing);
+        let Some(k) =
+            self.instance.results()[..events.timed.len()].iter().position(|&instant| same_instant(instant, t))
+        else {
             return false;
         };
         let mut tangents = self.take_tangents();
         self.partials(&mut tangents, Part::Instants, nothing);
         tangents.chain(Part::Instants, |rows| &rows.instants, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false) + k as u32, out);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
         true
     }
 
     fn before_event_pass(&mut self, phase: EventPhase, t: f64, y: &[f64], yp: &[f64], along: Along<'_>) {
         let mut tangents = self.take_tangents();
         tangents.sweep.outdated = true;
-        self.set_time(t, phase == EventPhase::Initial);
+        self.instance.set_time(t, phase == EventPhase::Initial);
         let shared = self.shared.clone();
         let layout = &shared.lowered.layout;
         if phase != EventPhase::Initial {
@@ -265,7 +261,7 @@ impl Tangents for CompiledSystem {
                 }
             }
         }
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn after_event_pass(
@@ -278,18 +274,18 @@ impl Tangents for CompiledSystem {
         dy: &mut [f64],
     ) -> bool {
         let layout = &self.shared.lowered.layout;
-        if layout.discrete.is_empty() && self.shared.lowered.events.reinit_unknowns.is_empty() {
+        if layout.discrete.is_empty() && self.shared.lowered.routines.events.reinit_unknowns.is_empty() {
             return false;
         }
         let mut tangents = self.take_tangents();
         tangents.sweep.outdated = true;
-        self.set_time(t, phase == EventPhase::Initial);
+        self.instance.set_time(t, phase == EventPhase::Initial);
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
         tangents.load(along);
         let changed = self.settle_tangents(&mut tangents, point);
         self.reinit_tangents(&mut tangents, point, dy);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
         changed
     }
 
@@ -301,7 +297,7 @@ impl Tangents for CompiledSystem {
         let width = tangents.width;
         tangents.put(layout.delayed.start, values);
         tangents.put(layout.delayed_rates.start, rates);
-        for (k, _) in shared.delays.iter().enumerate().filter(|(_, site)| site.varying) {
+        for (k, _) in shared.loaded.model.delays.iter().enumerate().filter(|(_, site)| site.varying) {
             // As with the values: `value + rate * time` stands there.
             let first = (layout.delayed.start as usize + k) * width;
             let block = &mut tangents.blocks[first..first + width];
@@ -309,7 +305,7 @@ impl Tangents for CompiledSystem {
                 *value += rate * times[k];
             }
         }
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn delay_points_tangent(
@@ -322,17 +318,17 @@ impl Tangents for CompiledSystem {
         times: &mut [f64],
     ) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
         tangents.load(along);
         tangents.chain(Part::Assign, |rows| &rows.for_delays, false);
         let width = tangents.width;
-        for (k, site) in self.shared.delays.iter().enumerate() {
+        for (k, site) in self.shared.loaded.model.delays.iter().enumerate() {
             let block = k * width..(k + 1) * width;
             tangents.signed(site.source, false, &mut sources[block.clone()]);
             tangents.signed(site.time, false, &mut times[block]);
         }
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn select_outputs(&mut self, wanted: Option<&[u32]>) {
@@ -344,12 +340,12 @@ impl Tangents for CompiledSystem {
 
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         let mut tangents = self.take_tangents();
-        self.set_time(t, false);
+        self.instance.set_time(t, false);
         self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
         tangents.load(along);
         tangents.chain(Part::Assign, |rows| &rows.for_outputs, false);
         let width = tangents.width;
-        let row = &self.shared.row;
+        let row = &self.shared.loaded.model.row;
         let (assigned, rest) = out.split_at_mut(row.assigned as usize * width);
         tangents.get(tangents.code.spaces.start(Area::Work, false), assigned);
         let (unknowns, rest) = rest.split_at_mut(along.y.len());
@@ -359,11 +355,11 @@ impl Tangents for CompiledSystem {
             out.copy_from_slice(&along.yp[state as usize * width..(state as usize + 1) * width]);
         }
         tangents.get(self.shared.lowered.layout.discrete.start, discrete);
-        self.memory.tangents = Some(tangents);
+        self.tangents = Some(tangents);
     }
 
     fn parameters_tangent(&mut self, out: &mut [f64]) {
-        if let Some(tangents) = &self.memory.tangents {
+        if let Some(tangents) = &self.tangents {
             tangents.get(self.shared.lowered.layout.parameters.start, out);
         }
     }

@@ -31,6 +31,22 @@ pub enum Area {
     Out2 = 5,
 }
 
+/// A position in an area.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, PartialOrd, Ord)]
+pub struct Place {
+    /// Area.
+    pub area: Area,
+    /// Position.
+    pub index: u32,
+}
+
+impl Place {
+    /// A position in the data area.
+    pub fn data(index: u32) -> Self {
+        Self { area: Area::Data, index }
+    }
+}
+
 /// Number of areas.
 pub const AREAS: usize = 6;
 

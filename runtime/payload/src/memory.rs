@@ -61,7 +61,7 @@ impl Memory<'_> {
 /// What the routines of a program need of each area.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Extents {
-    needed: IndexVec<RoutineId, [u32; AREAS]>,
+    pub(crate) needed: IndexVec<RoutineId, [u32; AREAS]>,
 }
 
 impl Extents {

@@ -6,9 +6,9 @@
 
 use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
 
-use crate::lower::EventCode;
 use crate::program::Area;
-use crate::system::{CompiledSystem, Point};
+use crate::routines::EventRoutines;
+use crate::system::{Instance, Point};
 
 /// Two instants closer than this many units in the last place are the same.
 const SAME_INSTANT: f64 = 8.0 * f64::EPSILON;
@@ -21,19 +21,19 @@ fn tolerance(a: f64, b: f64) -> f64 {
 }
 
 /// True if two instants differ by no more than rounding.
-pub(crate) fn same_instant(a: f64, b: f64) -> bool {
+pub fn same_instant(a: f64, b: f64) -> bool {
     (a - b).abs() <= tolerance(a, b)
 }
 
-impl CompiledSystem {
+impl Instance {
     /// The first instant of a time event that lies after `t` by more than rounding.
     pub(crate) fn following_instant(&mut self, t: f64) -> f64 {
-        if self.shared.lowered.events.timed.is_empty() {
+        if self.loaded.model.routines.events.timed.is_empty() {
             return f64::INFINITY;
         }
         self.set_time(t, false);
-        self.run_own(self.shared.lowered.events.instants, Point { unknown: &[], rate: &[] });
-        let instants = &self.memory.out[..self.shared.lowered.events.timed.len()];
+        self.run_own(self.loaded.model.routines.events.instants, Point::NOWHERE);
+        let instants = &self.memory.out[..self.loaded.model.routines.events.timed.len()];
         let after = |instant: &f64| *instant > t + tolerance(t, *instant);
         instants.iter().copied().filter(after).fold(f64::INFINITY, f64::min)
     }
@@ -60,7 +60,7 @@ impl CompiledSystem {
         {
             return Err(contradiction);
         }
-        let layout = &self.shared.lowered.layout;
+        let layout = &self.loaded.model.area;
         let discrete = &self.memory.data[layout.discrete.start as usize..layout.discrete.end as usize];
         if discrete.iter().chain(y.iter()).all(|value| value.is_finite()) {
             Ok(EventChange { changed, reinitialised, terminated })
@@ -76,8 +76,8 @@ impl CompiledSystem {
 
     /// `pre(v)` of discrete and of continuous variables.
     fn save_pre(&mut self, phase: EventPhase, point: Point<'_>) {
-        let shared = self.shared.clone();
-        let layout = &shared.lowered.layout;
+        let loaded = self.loaded.clone();
+        let layout = &loaded.model.area;
         // During the start `pre` of discrete variables are their start values, as `bind` left them (Modelica 3.6, 8.6).
         if phase != EventPhase::Initial {
             let discrete = layout.discrete.start as usize..layout.discrete.end as usize;
@@ -86,15 +86,12 @@ impl CompiledSystem {
         if layout.pre_continuous.is_empty() {
             return;
         }
-        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
-        for &(v, index) in &layout.pre_continuous {
-            let value = match shared.lowered.places.get(hyd_flat::Target::Var(v)) {
-                Some(place) => match place.area {
-                    Area::Unknown => point.unknown[place.index as usize],
-                    Area::Work => self.memory.work[place.index as usize],
-                    _ => self.memory.data[place.index as usize],
-                },
-                None => continue,
+        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+        for &(place, index) in &layout.pre_continuous {
+            let value = match place.area {
+                Area::Unknown => point.unknown[place.index as usize],
+                Area::Work => self.memory.work[place.index as usize],
+                _ => self.memory.data[place.index as usize],
             };
             self.memory.data[index as usize] = value;
         }
@@ -102,7 +99,7 @@ impl CompiledSystem {
 
     /// Keeps discrete variables and relations for comparison.
     fn remember(&mut self) {
-        let layout = &self.shared.lowered.layout;
+        let layout = &self.loaded.model.area;
         let (discrete, held) = (layout.discrete.clone(), layout.held.clone());
         let positions = discrete.chain(held);
         for (kept, index) in self.memory.before.iter_mut().zip(positions) {
@@ -111,7 +108,7 @@ impl CompiledSystem {
     }
 
     fn differs(&self) -> bool {
-        let layout = &self.shared.lowered.layout;
+        let layout = &self.loaded.model.area;
         let mut positions = layout.discrete.clone().chain(layout.held.clone()).zip(&self.memory.before);
         positions.any(|(index, kept)| self.memory.data[index as usize] != *kept)
     }
@@ -120,12 +117,12 @@ impl CompiledSystem {
     ///
     /// Relations stay as they are within a pass, so that a discrete variable may move the threshold that fired it.
     fn settle(&mut self, t: f64, point: Point<'_>) {
-        let shared = self.shared.clone();
-        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+        let loaded = self.loaded.clone();
+        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         let mut changed = self.update_relations(t, point);
         for _ in 0..ROUNDS {
             if changed {
-                self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
+                self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
             }
             changed = self.update_discrete(point);
             if !changed {
@@ -136,8 +133,8 @@ impl CompiledSystem {
 
     /// New truths; true if one changed.
     fn update_relations(&mut self, t: f64, point: Point<'_>) -> bool {
-        let shared = self.shared.clone();
-        let (layout, events) = (&shared.lowered.layout, &shared.lowered.events);
+        let loaded = self.loaded.clone();
+        let (layout, events) = (&loaded.model.area, &loaded.model.routines.events);
         let count = layout.held.len();
         if count == 0 {
             return false;
@@ -158,13 +155,13 @@ impl CompiledSystem {
 
     /// Relations behind root functions follow the sign that the solver located, so that rounding cannot make them differ.
     ///
-    /// `space` as in [`CompiledSystem::truths_after_instants`].
-    fn truths_by_roots(&mut self, point: Point<'_>, events: &EventCode, space: &mut [f64]) {
+    /// `space` as in [`Instance::truths_after_instants`].
+    fn truths_by_roots(&mut self, point: Point<'_>, events: &EventRoutines, space: &mut [f64]) {
         if events.rooted.is_empty() {
             return;
         }
         let (truths, roots) = space.split_at_mut(space.len() / 3);
-        self.run(self.shared.lowered.simulation.extra, point, roots, &mut []);
+        self.run(self.loaded.model.routines.simulation.extra, point, roots, &mut []);
         for (&relation, &root) in events.rooted.iter().zip(roots.iter()) {
             // At zero the comparison itself decides between `<` and `<=`.
             if root != 0.0 && !root.is_nan() {
@@ -176,7 +173,7 @@ impl CompiledSystem {
     /// Relations whose instant is now take the truth they have from now on, however the comparison rounds.
     ///
     /// `space` holds three thirds: the truths, and space for instants and for later truths.
-    fn truths_after_instants(&mut self, t: f64, point: Point<'_>, events: &EventCode, space: &mut [f64]) {
+    fn truths_after_instants(&mut self, t: f64, point: Point<'_>, events: &EventRoutines, space: &mut [f64]) {
         if events.timed.is_empty() {
             return;
         }
@@ -205,26 +202,26 @@ impl CompiledSystem {
 
     /// Evaluates the discrete equations in order; true if a variable changed.
     fn update_discrete(&mut self, point: Point<'_>) -> bool {
-        let shared = self.shared.clone();
-        let range = &shared.lowered.layout.discrete;
+        let loaded = self.loaded.clone();
+        let range = &loaded.model.area.discrete;
         let range = range.start as usize..range.end as usize;
         if range.is_empty() {
             return false;
         }
         self.memory.last.copy_from_slice(&self.memory.data[range.clone()]);
-        self.run(shared.lowered.events.discrete, point, &mut [], &mut []);
+        self.run(loaded.model.routines.events.discrete, point, &mut [], &mut []);
         self.memory.data[range] != self.memory.last[..]
     }
 
     /// Runs `reinit`; true if a state changed.
     fn reinitialise(&mut self, y: &mut [f64], yp: &[f64]) -> bool {
-        let shared = self.shared.clone();
-        let unknowns = &shared.lowered.events.reinit_unknowns;
+        let loaded = self.loaded.clone();
+        let unknowns = &loaded.model.routines.events.reinit_unknowns;
         if unknowns.is_empty() {
             return false;
         }
-        self.run(shared.lowered.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
-        self.run_own(shared.lowered.events.reinits, Point { unknown: y, rate: yp });
+        self.run(loaded.model.routines.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
+        self.run_own(loaded.model.routines.events.reinits, Point { unknown: y, rate: yp });
         let mut changed = false;
         // A state may have several, of which those that did not fire return what it was before all of them.
         let before: Vec<f64> = unknowns.iter().map(|&unknown| y[unknown as usize]).collect();
@@ -238,27 +235,27 @@ impl CompiledSystem {
     }
 
     fn termination(&mut self, point: Point<'_>) -> Option<String> {
-        let shared = self.shared.clone();
-        if !shared.checks.iter().any(|check| check.terminate) {
+        let loaded = self.loaded.clone();
+        if !loaded.model.checks.iter().any(|check| check.terminate) {
             return None;
         }
-        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
-        self.run_own(shared.lowered.events.checks, point);
+        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+        self.run_own(loaded.model.routines.events.checks, point);
         let mut fired =
-            shared.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
+            loaded.model.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
         fired.next().map(|(check, _)| check.text(&self.memory.out))
     }
 
     /// Appends the assertions that do not hold.
     pub(crate) fn failed_assertions(&mut self, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
-        let shared = self.shared.clone();
-        if shared.checks.iter().all(|check| check.terminate) {
+        let loaded = self.loaded.clone();
+        if loaded.model.checks.iter().all(|check| check.terminate) {
             return;
         }
         let point = Point { unknown: y, rate: yp };
-        self.run(shared.lowered.simulation.assign, point, &mut [], &mut []);
-        self.run_own(shared.lowered.events.checks, point);
-        for (check, &holds) in shared.checks.iter().zip(&self.memory.out) {
+        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+        self.run_own(loaded.model.routines.events.checks, point);
+        for (check, &holds) in loaded.model.checks.iter().zip(&self.memory.out) {
             if !check.terminate && holds == 0.0 {
                 let (message, file) = (check.text(&self.memory.out), check.file.clone());
                 out.push(AssertionReport { message, error: check.error, file, line: check.line });

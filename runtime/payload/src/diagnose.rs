@@ -4,38 +4,38 @@
 
 use hyd_system::EvalFailure;
 
-use crate::lower::plan::{JacobianCode, PlanCode};
 use crate::memory::Memory;
-use crate::model::{PlanTrace, Shared};
+use crate::model::Loaded;
+use crate::names::RowNames;
 use crate::program::{Area, RoutineId};
-use crate::system::{CompiledSystem, Point};
+use crate::routines::{JacobianForm, PlanRoutines};
+use crate::system::{Instance, Point};
 use crate::vm::Fault;
-use hyd_flat::Target;
 
-impl CompiledSystem {
+impl Instance {
     /// The first evaluation of a plan that is not finite.
     pub(crate) fn find_failure(&mut self, initial: bool, point: Point<'_>) -> Option<EvalFailure> {
-        let shared = self.shared.clone();
+        let loaded = self.loaded.clone();
         let (code, trace) = if initial {
-            (&shared.lowered.initial, &shared.origins.plans[1])
+            (&loaded.model.routines.initial, &loaded.model.rows[1])
         } else {
-            (&shared.lowered.simulation, &shared.origins.plans[0])
+            (&loaded.model.routines.simulation, &loaded.model.rows[0])
         };
         let rows = trace.equations.len();
         if let Some(fault) = self.fault(code.assign, point, 0, 0) {
-            return Some(failure(&shared, trace, Some(fault.index as usize), fault.reason));
+            return Some(failure(&loaded, trace, Some(fault.index as usize), fault.reason));
         }
         if let Some(fault) = self.fault(code.residual, point, rows, 0) {
             let row = row_of_value(code, trace, &fault);
-            return Some(failure(&shared, trace, Some(row), fault.reason));
+            return Some(failure(&loaded, trace, Some(row), fault.reason));
         }
         let (routine, sizes) = match &code.jacobian {
-            JacobianCode::Entries(r) => (*r, [code.state_pattern.entries(), code.rate_pattern.entries()]),
-            JacobianCode::Partials(r, accumulation, _) => (*r, [accumulation.length, 0]),
+            JacobianForm::Entries(r) => (*r, [code.state_pattern.entries(), code.rate_pattern.entries()]),
+            JacobianForm::Partials(r, accumulation, _) => (*r, [accumulation.length, 0]),
         };
         let fault = self.fault(routine, point, sizes[0], sizes[1])?;
         let row = row_of_entry(code, trace, &fault);
-        Some(failure(&shared, trace, row, format!("in its derivative: {}", fault.reason)))
+        Some(failure(&loaded, trace, row, format!("in its derivative: {}", fault.reason)))
     }
 
     /// A failure of the initial system, in general words if it cannot be located.
@@ -50,25 +50,24 @@ impl CompiledSystem {
 
     /// The first parameter or start value that is not finite.
     pub(crate) fn bind_failure(&mut self) -> Option<EvalFailure> {
-        let shared = self.shared.clone();
+        let loaded = self.loaded.clone();
         if self.memory.data.iter().all(|value| value.is_finite()) {
             return None;
         }
-        let fault = self.fault(shared.lowered.bind, Point { unknown: &[], rate: &[] }, 0, 0);
+        let fault = self.fault(loaded.model.routines.bind, Point::NOWHERE, 0, 0);
         let (index, reason) = match fault {
             Some(fault) => (Some(fault.index), fault.reason),
             None => (None, "not a number".into()),
         };
-        let layout = &shared.lowered.layout;
-        let target = index.and_then(|index| {
-            let parameter =
-                index.checked_sub(layout.parameters.start).and_then(|k| layout.parameter_vars.get(k as usize));
-            match parameter {
-                Some(&v) => Some(Target::Var(v)),
-                None => layout.starts().find(|&(_, place)| place == index).map(|(v, _)| Target::Start(v)),
+        let layout = &loaded.model.area;
+        let name = index.and_then(|index| {
+            let parameter = index.checked_sub(layout.parameters.start);
+            match parameter.and_then(|k| layout.parameter_names.get(k as usize)) {
+                Some(&name) => Some(name),
+                None => layout.starts.iter().find(|&&(place, _)| place == index).map(|&(_, name)| name),
             }
         });
-        Some(EvalFailure { equation: None, variable: target.map(|target| shared.origins.target_name(target)), reason })
+        Some(EvalFailure { equation: None, variable: name.map(|name| loaded.model.names.text(name)), reason })
     }
 
     fn fault(&mut self, routine: RoutineId, point: Point<'_>, out: usize, out2: usize) -> Option<Fault> {
@@ -81,21 +80,21 @@ impl CompiledSystem {
             out: &mut out,
             out2: &mut out2,
         };
-        self.shared.engine.first_fault(&self.shared.lowered.program, routine, &mut memory)
+        self.loaded.engine.first_fault(routine, &mut memory)
     }
 }
 
-fn failure(shared: &Shared, trace: &PlanTrace, row: Option<usize>, reason: String) -> EvalFailure {
+fn failure(loaded: &Loaded, trace: &RowNames, row: Option<usize>, reason: String) -> EvalFailure {
     let target = row.and_then(|row| trace.targets.get(row).copied().flatten());
     EvalFailure {
         equation: row.and_then(|row| trace.equations.get(row).copied()),
-        variable: target.map(|target| shared.origins.target_name(target)),
+        variable: target.map(|target| loaded.model.names.text(target)),
         reason,
     }
 }
 
 /// The row of a fault in the residual routine.
-fn row_of_value(code: &PlanCode, trace: &PlanTrace, fault: &Fault) -> usize {
+fn row_of_value(code: &PlanRoutines, trace: &RowNames, fault: &Fault) -> usize {
     let assignments = trace.equations.len() - code.state_pattern.rows;
     match fault.area {
         Area::Work => fault.index as usize,
@@ -104,14 +103,14 @@ fn row_of_value(code: &PlanCode, trace: &PlanTrace, fault: &Fault) -> usize {
 }
 
 /// The row of a fault in the Jacobian routine.
-fn row_of_entry(code: &PlanCode, trace: &PlanTrace, fault: &Fault) -> Option<usize> {
+fn row_of_entry(code: &PlanRoutines, trace: &RowNames, fault: &Fault) -> Option<usize> {
     let assignments = trace.equations.len() - code.state_pattern.rows;
     let index = fault.index as usize;
     let entry = |rows: &[u32]| rows.get(index).map(|&row| assignments + row as usize);
     match (&code.jacobian, fault.area) {
         (_, Area::Work) => Some(index),
-        (JacobianCode::Partials(_, _, owners), _) => owners.row(fault.index).map(|row| row as usize),
-        (JacobianCode::Entries(_), Area::Out) => entry(&code.state_pattern.row_indices),
-        (JacobianCode::Entries(_), _) => entry(&code.rate_pattern.row_indices),
+        (JacobianForm::Partials(_, _, owners), _) => owners.row(fault.index).map(|row| row as usize),
+        (JacobianForm::Entries(_), Area::Out) => entry(&code.state_pattern.row_indices),
+        (JacobianForm::Entries(_), _) => entry(&code.rate_pattern.row_indices),
     }
 }

@@ -7,12 +7,6 @@
 //! *How to find a good submatrix*).  Switching late and then going all the way keeps the choice from flipping to and fro.
 //! Nothing is evaluated here but numbers: the entries come from the model's code.
 
-use hyd_equations::{Selection, SortedSystem};
-use hyd_flat::{Operand, Target};
-
-use crate::layout::{Place, PlanPlaces, resolve};
-use crate::program::Area;
-
 /// The choice is changed when an exchange would enlarge the determinant by this factor.
 const WORTH_A_CHANGE: f64 = 2.5;
 /// Exchanges then go on down to this factor.
@@ -21,9 +15,20 @@ const GOOD: f64 = 1.05;
 const MOST_EXCHANGES: usize = 100;
 
 /// A set of candidates with its numbers.
-#[derive(Clone, Debug)]
-pub(crate) struct CandidateSet {
-    selection: Selection,
+#[derive(Clone, PartialEq, Debug)]
+pub struct CandidateSet {
+    /// Rows and columns of the Jacobian.
+    pub size: (u32, u32),
+    /// Row and column of each entry.
+    pub entries: Vec<(u32, u32)>,
+    /// Pivots that hold for the whole run.
+    pub pivots: Vec<(u32, u32)>,
+    /// Rows left after these.
+    pub open: Vec<u32>,
+    /// Column of each candidate, and the factor of that column when pivots are compared.
+    pub candidates: Vec<(u32, f64)>,
+    /// Number of the first choice.
+    pub first: u32,
     /// Position of each candidate among the unknowns.
     pub unknowns: Vec<u32>,
 }
@@ -39,29 +44,10 @@ pub(crate) struct Choice {
 }
 
 impl CandidateSet {
-    /// The sets of a system.
-    ///
-    /// # Errors
-    /// A sentence, when a candidate is no unknown (a fault of an earlier stage).
-    pub fn all(sorted: &SortedSystem, places: &PlanPlaces) -> Result<Vec<Self>, String> {
-        let unknown = |v| {
-            let (target, _) = resolve(sorted, Operand::new(Target::Var(v)));
-            match places.get(target) {
-                Some(Place { area: Area::Unknown, index }) => Ok(index),
-                _ => Err(format!("`{}` may be a state but is no unknown", sorted.system.flat.var_name(v))),
-            }
-        };
-        let set = |selection: &Selection| {
-            let unknowns = selection.candidates.iter().map(|candidate| unknown(candidate.variable));
-            Ok(Self { selection: selection.clone(), unknowns: unknowns.collect::<Result<_, String>>()? })
-        };
-        sorted.selections.iter().map(set).collect()
-    }
-
     /// A choice to begin with: the first candidates are dependent.
-    pub fn first_choice(&self) -> Choice {
-        let (rows, columns) = self.selection.size;
-        let (open, count) = (self.selection.open.len() as u32, self.selection.candidates.len() as u32);
+    pub(crate) fn first_choice(&self) -> Choice {
+        let (rows, columns) = self.size;
+        let (open, count) = (self.open.len() as u32, self.candidates.len() as u32);
         Choice {
             dependent: (0..open).collect(),
             states: (open..count).collect(),
@@ -69,19 +55,19 @@ impl CandidateSet {
         }
     }
 
-    /// Number of entries of the Jacobian.
-    pub fn entries(&self) -> usize {
-        self.selection.entries.len()
+    /// Number of choices, 0 or 1 each.
+    fn choices(&self) -> usize {
+        (self.candidates.len() - self.open.len()) * self.candidates.len()
     }
 
     /// Judges the choice by the entries of the Jacobian; true if it was changed.
-    pub fn judge(&self, entries: &[f64], choice: &mut Choice) -> bool {
+    pub(crate) fn judge(&self, entries: &[f64], choice: &mut Choice) -> bool {
         if entries.iter().any(|value| !value.is_finite()) {
             return false;
         }
-        let columns = self.selection.size.1 as usize;
+        let columns = self.size.1 as usize;
         choice.matrix.fill(0.0);
-        for (&(row, column), value) in self.selection.entries.iter().zip(entries) {
+        for (&(row, column), value) in self.entries.iter().zip(entries) {
             choice.matrix[row as usize * columns + column as usize] += value;
         }
         self.eliminate_fixed(&mut choice.matrix);
@@ -105,9 +91,9 @@ impl CandidateSet {
     }
 
     /// Writes the choices into their place in the data area.
-    pub fn write(&self, choice: &Choice, chosen: &mut [f64]) {
-        let count = self.selection.candidates.len();
-        let own = &mut chosen[self.selection.first as usize..][..self.selection.choices()];
+    pub(crate) fn write(&self, choice: &Choice, chosen: &mut [f64]) {
+        let count = self.candidates.len();
+        let own = &mut chosen[self.first as usize..][..self.choices()];
         own.fill(0.0);
         for (row, &state) in choice.states.iter().enumerate() {
             own[row * count + state as usize] = 1.0;
@@ -115,7 +101,7 @@ impl CandidateSet {
     }
 
     /// Marks the unknowns of the set that are states.
-    pub fn mark(&self, choice: &Choice, states: &mut [bool]) {
+    pub(crate) fn mark(&self, choice: &Choice, states: &mut [bool]) {
         for &unknown in &self.unknowns {
             states[unknown as usize] = false;
         }
@@ -125,9 +111,9 @@ impl CandidateSet {
     }
 
     fn eliminate_fixed(&self, matrix: &mut [f64]) {
-        let (rows, columns) = (self.selection.size.0 as usize, self.selection.size.1 as usize);
+        let (rows, columns) = (self.size.0 as usize, self.size.1 as usize);
         let mut done = vec![false; rows];
-        for &(pivot_row, column) in &self.selection.pivots {
+        for &(pivot_row, column) in &self.pivots {
             let (pivot_row, column) = (pivot_row as usize, column as usize);
             done[pivot_row] = true;
             let head = matrix[pivot_row * columns + column];
@@ -144,13 +130,13 @@ impl CandidateSet {
     }
 
     fn open_part(&self, matrix: &[f64]) -> Open {
-        let columns = self.selection.size.1 as usize;
-        let mut values = Vec::with_capacity(self.selection.open.len() * self.selection.candidates.len());
-        for &row in &self.selection.open {
+        let columns = self.size.1 as usize;
+        let mut values = Vec::with_capacity(self.open.len() * self.candidates.len());
+        for &row in &self.open {
             let own = &matrix[row as usize * columns..][..columns];
-            values.extend(self.selection.candidates.iter().map(|c| own[c.column as usize] * c.weight));
+            values.extend(self.candidates.iter().map(|c| own[c.0 as usize] * c.1));
         }
-        Open { rows: self.selection.open.len(), columns: self.selection.candidates.len(), values }
+        Open { rows: self.open.len(), columns: self.candidates.len(), values }
     }
 }
 
@@ -252,23 +238,20 @@ impl Open {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hyd_equations::Candidate;
-    use hyd_flat::VarId;
     use proptest::prelude::*;
 
     /// A full matrix: the first rows and columns are pivots for the whole run, the rest is open.
     fn set(pivots: u32, open: u32, candidates: u32) -> CandidateSet {
         let (rows, columns) = (pivots + open, pivots + candidates);
-        let candidate = |k: u32| Candidate { column: pivots + k, variable: VarId(k), weight: 1.0 };
-        let selection = Selection {
+        CandidateSet {
             size: (rows, columns),
             entries: (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))).collect(),
             pivots: (0..pivots).map(|k| (k, k)).collect(),
             open: (pivots..rows).collect(),
-            candidates: (0..candidates).map(candidate).collect(),
+            candidates: (0..candidates).map(|k| (pivots + k, 1.0)).collect(),
             first: 0,
-        };
-        CandidateSet { selection, unknowns: (0..candidates).collect() }
+            unknowns: (0..candidates).collect(),
+        }
     }
 
     /// By expansion along the first row.

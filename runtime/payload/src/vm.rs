@@ -169,7 +169,7 @@ impl Tape {
 }
 
 /// Area, position and sign of an address in one instance.
-pub(crate) fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bool) {
+pub fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bool) {
     match *address {
         Address::Fixed { area, index, negated } => (area, index, negated),
         Address::Affine { area, base, stride, negated } => {

@@ -1,0 +1,44 @@
+//! A compiled model as plain data: what the compiler makes, what executables carry, what the solver runs.
+//!
+//! A [`Model`] holds a program twice, as machine code without relocations ([`Code`]) and as expressions over addresses
+//! ([`program::Program`]), beside places, names and tables.  [`Loaded`] maps the code, or interprets the program where that is
+//! refused; an [`Instance`] of it solves as [`hyd_system::DaeSystem`].  [`format`] turns a model into bytes and back and refuses
+//! what is damaged or foreign; [`executable`] appends the bytes to a launcher and finds them again.  So simulation in the process
+//! of the compiler and executables run the same bytes.  Knows no text of models, no code generator and no solver.
+
+pub mod accumulation;
+mod codec;
+mod codec_program;
+mod codec_tables;
+mod delay;
+mod diagnose;
+mod engine;
+mod events;
+pub mod executable;
+pub mod format;
+mod functions;
+mod mapping;
+pub mod memory;
+mod model;
+mod names;
+pub mod program;
+mod routines;
+mod selection;
+mod system;
+pub mod target;
+pub mod vm;
+
+pub use codec::Damage;
+pub use delay::{Signed, SitePlaces};
+pub use engine::{Backend, Engine};
+pub use events::same_instant;
+pub use functions::position as function_position;
+pub use mapping::{Code, NativeCode};
+pub use model::{
+    Check, Checked, Experiment, Identity, InitialTransfer, Limit, Loaded, MessagePiece, Model, OutputRow, Parameters,
+};
+pub use names::{Name, Names, RowNames, Wrap};
+pub use program::Place;
+pub use routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines};
+pub use selection::CandidateSet;
+pub use system::{Instance, Point};

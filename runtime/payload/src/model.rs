@@ -1,0 +1,241 @@
+//! A compiled model: code, places and tables, shared by all its instances.
+
+use std::sync::Arc;
+
+use hyd_system::{Structure, Tables, TextFormat, ValueKind};
+
+use crate::delay::SitePlaces;
+use crate::engine::{Backend, Engine};
+use crate::mapping::Code;
+use crate::names::{Name, Names, RowNames};
+use crate::program::{Place, Program};
+use crate::routines::{DataArea, Given, Routines};
+use crate::selection::CandidateSet;
+use crate::system::Instance;
+
+/// Everything that is needed to run a model; plain data.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Where it comes from.
+    pub identity: Identity,
+    /// When and how it runs if nobody says otherwise.
+    pub experiment: Experiment,
+    /// Machine code of the program, none where it is only interpreted.
+    pub code: Option<Arc<Code>>,
+    /// What the code was made from: for the interpreter, and to find what went wrong.
+    pub program: Arc<Program>,
+    /// What the routines do.
+    pub routines: Routines,
+    /// The data area.
+    pub area: DataArea,
+    /// Sizes and patterns.
+    pub structure: Structure,
+    /// Names, units, places in the text.
+    pub tables: Arc<Tables>,
+    /// Order of the row of outputs.
+    pub row: OutputRow,
+    /// Nominal values of the unknowns.
+    pub nominals: Vec<f64>,
+    /// Nominal values of the unknowns of the initial system.
+    pub initial_nominals: Vec<f64>,
+    /// Parameters as they can be set.
+    pub parameters: Parameters,
+    /// Assertions and terminations.
+    pub checks: Vec<Check>,
+    /// What the solution of the initial system becomes.
+    pub initial: InitialTransfer,
+    /// Names for messages.
+    pub names: Names,
+    /// Rows of the simulation and of the initial system.
+    pub rows: [RowNames; 2],
+    /// Candidates for states.
+    pub candidates: Vec<CandidateSet>,
+    /// Delay sites.
+    pub delays: Vec<SitePlaces>,
+}
+
+/// Where a model comes from.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Identity {
+    /// Version of the compiler.
+    pub compiler: Arc<str>,
+    /// A number that is another one, all but surely, when a text of the model is.
+    pub sources: u64,
+    /// What the model says of itself.
+    pub description: Arc<str>,
+    /// Different expressions among its equations.
+    pub templates: u32,
+}
+
+/// When a model runs if nobody says otherwise.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Experiment {
+    /// Start time in s.
+    pub start: Option<f64>,
+    /// Stop time in s.
+    pub stop: Option<f64>,
+    /// Relative tolerance.
+    pub tolerance: Option<f64>,
+    /// Output interval in s.
+    pub interval: Option<f64>,
+}
+
+/// Order of the row of outputs: assigned variables, unknowns, rates of states, discrete variables.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct OutputRow {
+    /// Assigned variables come first, then the unknowns.
+    pub assigned: u32,
+    /// Number of unknowns.
+    pub unknowns: u32,
+    /// Unknowns whose rates follow.
+    pub states: Vec<u32>,
+    /// Number of discrete variables at the end.
+    pub discrete: u32,
+}
+
+impl OutputRow {
+    /// Length of the row.
+    pub fn len(&self) -> usize {
+        (self.assigned + self.unknowns + self.discrete) as usize + self.states.len()
+    }
+
+    /// Unknowns and rates in a row; rates of algebraic unknowns are 0.
+    pub fn point(&self, row: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (assigned, n) = (self.assigned as usize, self.unknowns as usize);
+        let y = row[assigned..assigned + n].to_vec();
+        let mut yp = vec![0.0; n];
+        for (&state, &rate) in self.states.iter().zip(&row[assigned + n..]) {
+            yp[state as usize] = rate;
+        }
+        (y, yp)
+    }
+
+    /// True without outputs.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Parameters as they can be set.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Parameters {
+    /// Type of each.
+    pub kinds: Vec<ValueKind>,
+    /// Those that no binding computes although they can be set: position in the data area.
+    pub unbound: Vec<(u32, Given)>,
+    /// Values that every instance begins with, by position among the parameters.
+    pub preset: Vec<(u32, f64)>,
+    /// Bounds of parameters and constants.
+    pub limits: Vec<Limit>,
+}
+
+/// Bounds of a scalar.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Limit {
+    /// Index into `Tables::variables`.
+    pub variable: u32,
+    /// Element.
+    pub element: u32,
+    /// `min`, minus infinity if there is none.
+    pub min: f64,
+    /// `max`, infinity if there is none.
+    pub max: f64,
+}
+
+/// An assertion or termination.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Check {
+    /// The message if it shows no values.
+    pub message: Arc<str>,
+    /// Pieces of the message if it shows values.
+    pub pieces: Vec<MessagePiece>,
+    /// Where the values that it shows begin in the results of `checks`, and their number.
+    pub values: (u32, u32),
+    /// Level error; else level warning.
+    pub error: bool,
+    /// `terminate`; else `assert`.
+    pub terminate: bool,
+    /// File name.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+}
+
+/// A piece of a message.
+#[derive(Clone, PartialEq, Debug)]
+pub enum MessagePiece {
+    /// Fixed text.
+    Text(Arc<str>),
+    /// A value of the run, written in this way.
+    Value(TextFormat, ValueKind),
+}
+
+impl Check {
+    /// The message with the values that it shows; `out` holds the results of the routine `checks`.
+    pub(crate) fn text(&self, out: &[f64]) -> String {
+        if self.pieces.is_empty() {
+            return self.message.to_string();
+        }
+        let mut values = out[self.values.0 as usize..].iter();
+        let piece = |piece: &MessagePiece| match piece {
+            MessagePiece::Text(text) => text.to_string(),
+            MessagePiece::Value(format, kind) => {
+                values.next().map_or_else(String::new, |&value| format.text(value, kind))
+            }
+        };
+        self.pieces.iter().map(piece).collect()
+    }
+}
+
+/// What the solution of the initial system becomes.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct InitialTransfer {
+    /// Start value of each unknown of the initial system, none for derivatives (0).
+    pub guess: Vec<Option<u32>>,
+    /// Where each unknown `y` is found.
+    pub states: Vec<Option<Place>>,
+    /// Where each rate is found; algebraic unknowns have none.
+    pub rates: Vec<Option<Place>>,
+    /// Parameters and discrete variables that the initial system determines: from, to.
+    pub values: Vec<(Place, u32)>,
+    /// Conditions that follow from others, checked at the start.
+    pub checked: Vec<Checked>,
+    /// `homotopy` occurs in the initial system.
+    pub homotopy: bool,
+}
+
+/// An initial condition whose sides must agree.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Checked {
+    /// Index into `Tables::equations`.
+    pub equation: u32,
+    /// The equation as it is written.
+    pub text: Arc<str>,
+    /// The variable whose fixed start value this is.
+    pub start_of: Option<Name>,
+}
+
+/// A model ready to run.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The model.
+    pub model: Model,
+    /// What runs its program.
+    pub engine: Engine,
+}
+
+impl Loaded {
+    /// Maps the code of a model, or prepares its program for interpretation.
+    ///
+    /// # Errors
+    /// A sentence, when the program is inconsistent or its code does not suit this machine.
+    pub fn new(model: Model, backend: Backend) -> Result<Self, String> {
+        let engine = Engine::new(model.code.clone(), model.program.clone(), backend)?;
+        Ok(Self { model, engine })
+    }
+
+    /// An instance with its own memory.
+    pub fn instantiate(self: &Arc<Self>) -> Instance {
+        Instance::new(self.clone())
+    }
+}

@@ -1,0 +1,113 @@
+//! Which routine does what, and where the data of a model stand: the calling convention of a model.
+
+use std::ops::Range;
+
+use hyd_system::Pattern;
+
+use crate::accumulation::{Accumulation, PartialRows};
+use crate::names::Name;
+use crate::program::{Place, RoutineId};
+
+/// Routines of a model.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Routines {
+    /// Parameters and start values.
+    pub bind: RoutineId,
+    /// The simulation; its further rows are the root functions.
+    pub simulation: PlanRoutines,
+    /// The initial system; its further rows are the truths of all relations, then both sides of each condition that is checked.
+    pub initial: PlanRoutines,
+    /// Routines of events.
+    pub events: EventRoutines,
+}
+
+/// The routines of a plan.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PlanRoutines {
+    /// Computes all assigned variables into the work area.
+    pub assign: RoutineId,
+    /// Residuals to `Out`.
+    pub residual: RoutineId,
+    /// Jacobian.
+    pub jacobian: JacobianForm,
+    /// Further rows to `Out`.
+    pub extra: RoutineId,
+    /// Pattern of dF/dy (or dG/dz).
+    pub state_pattern: Pattern,
+    /// Pattern of dF/dy'.
+    pub rate_pattern: Pattern,
+}
+
+/// How Jacobian values come about.
+#[derive(Clone, PartialEq, Debug)]
+pub enum JacobianForm {
+    /// The routine writes the entries: dF/dy to `Out`, dF/dy' to `Out2`.
+    Entries(RoutineId),
+    /// The routine writes partials to a scratch array that stands in `Out`; the list composes them.
+    Partials(RoutineId, Accumulation, PartialRows),
+}
+
+/// Routines that run at events, after `assign` of the simulation.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EventRoutines {
+    /// Truth of every relation to `Out`.
+    pub truths: RoutineId,
+    /// Instants of the relations in `timed` to `Out`.
+    pub instants: RoutineId,
+    /// Relations that change at known instants.
+    pub timed: Vec<u32>,
+    /// Relations behind the root functions.
+    pub rooted: Vec<u32>,
+    /// Discrete equations, each stored at once.
+    pub discrete: RoutineId,
+    /// New values of states to `Out`.
+    pub reinits: RoutineId,
+    /// Which unknown each of them is for.
+    pub reinit_unknowns: Vec<u32>,
+    /// Conditions of assertions and terminations to `Out`.
+    pub checks: RoutineId,
+    /// Coefficients that decide the choice of states to `Out`.
+    pub pivots: RoutineId,
+}
+
+/// What can be set from outside: the places of flag and value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Given {
+    /// 1 when the value was given.
+    pub flag: u32,
+    /// The given value.
+    pub value: u32,
+}
+
+/// The data area.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct DataArea {
+    /// Its length.
+    pub length: u32,
+    /// Values of parameters and of everything that is computed with them.
+    pub parameters: Range<u32>,
+    /// Flag and value per parameter, none if it cannot be set.
+    pub given: Vec<Option<Given>>,
+    /// What each parameter is called.
+    pub parameter_names: Vec<Name>,
+    /// Discrete variables.
+    pub discrete: Range<u32>,
+    /// Their start values.
+    pub discrete_starts: Vec<Option<u32>>,
+    /// Their values before the event, in the same order.
+    pub pre: Range<u32>,
+    /// Continuous variables whose value before the event is asked for: where they stand and where that goes.
+    pub pre_continuous: Vec<(Place, u32)>,
+    /// Truth of the relations.
+    pub held: Range<u32>,
+    /// Which candidates are states, 1 or 0.
+    pub chosen: Range<u32>,
+    /// Delayed values per site.
+    pub delayed: Range<u32>,
+    /// Delayed rates per site.
+    pub delayed_rates: Range<u32>,
+    /// Positions with a value other than zero before anything is computed (constants, default start values).
+    pub preset: Vec<(u32, f64)>,
+    /// Places of start values, and what they are called.
+    pub starts: Vec<(u32, Name)>,
+}
