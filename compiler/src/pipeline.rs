@@ -51,6 +51,8 @@ pub enum Stage {
     Sorted,
     /// Partial derivatives and pattern.
     Jacobian,
+    /// C of residual, Jacobian and events.
+    C,
 }
 
 /// Time spent in one stage.
@@ -103,6 +105,7 @@ impl Compilation {
             Stage::System => self.system.as_ref().map(hyd_equations::print_system),
             Stage::Reduced => self.reduced.as_ref().map(hyd_equations::print_system),
             Stage::Sorted => self.sorted.as_ref().map(|sorted| hyd_equations::print_sorted(sorted)),
+            Stage::C => self.model.as_ref().map(|model| model.c_text()),
             Stage::Jacobian => {
                 let (sorted, jacobian) = (self.sorted.as_ref()?, self.jacobian.as_ref()?);
                 Some(hyd_equations::print_jacobian(&sorted.system, &sorted.simulation, jacobian))
