@@ -206,7 +206,7 @@ fn description(variable: &VariableInfo) -> String {
     text
 }
 
-fn header(out: &mut Vec<u8>, kind: u32, rows: usize, columns: usize, name: &str) {
+pub(crate) fn header(out: &mut Vec<u8>, kind: u32, rows: usize, columns: usize, name: &str) {
     let numbers = [kind, rows as u32, columns as u32, 0, name.len() as u32 + 1];
     numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
     out.extend_from_slice(name.as_bytes());
@@ -214,7 +214,7 @@ fn header(out: &mut Vec<u8>, kind: u32, rows: usize, columns: usize, name: &str)
 }
 
 /// Texts as a matrix of characters, one per row, or one per column if `transposed`.
-fn text_matrix(out: &mut Vec<u8>, name: &str, texts: &[&str], transposed: bool) {
+pub(crate) fn text_matrix(out: &mut Vec<u8>, name: &str, texts: &[&str], transposed: bool) {
     let width = texts.iter().map(|text| text.len()).max().unwrap_or(0).max(1);
     let at = |text: &str, k: usize| text.as_bytes().get(k).copied();
     if transposed {
