@@ -56,7 +56,14 @@ impl Variation {
             if !(from > 0.0 && to > 0.0) {
                 return Err(VariationError(format!("`{text}`: equal ratios need positive ends")));
             }
-            return Ok(Variation::Values(spaced(from.ln(), to.ln(), count).map(f64::exp).collect()));
+            let ratio = |power: f64| (from.ln() + (to.ln() - from.ln()) * power).exp();
+            let mut values: Vec<f64> = spaced(0.0, 1.0, count).map(ratio).collect();
+            // The ends are what was asked for, to the last bit.
+            values[0] = from;
+            if count > 1 {
+                values[count - 1] = to;
+            }
+            return Ok(Variation::Values(values));
         }
         if text.matches(':').count() == 1 {
             let ends = numbers(text, ':')?;
@@ -163,6 +170,7 @@ mod tests {
         assert_eq!(values("7"), [7.0]);
         assert_eq!(values("1, 2,5e-1"), [1.0, 2.0, 0.5]);
         let log = values("log:1e-3:1:4");
+        assert_eq!((log[0], log[3]), (1e-3, 1.0));
         for (value, expected) in log.iter().zip([1e-3, 1e-2, 1e-1, 1.0]) {
             assert!((value / expected - 1.0).abs() < 1e-14, "{log:?}");
         }
