@@ -5,6 +5,8 @@ mod authoring;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use hyd_run::arguments::{assignment, names};
+pub use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
 pub use authoring::{Doc, Fmt, New};
 
@@ -29,8 +31,10 @@ impl Arguments {
         match &self.verb {
             Verb::Check(verb) => verb.model.message_format,
             Verb::Simulate(verb) => verb.model.message_format,
+            Verb::Build(verb) => verb.model.message_format,
+            Verb::Linearize(verb) => verb.model.message_format,
             Verb::Equations(verb) => verb.model.message_format,
-            Verb::Sweep(verb) => verb.message_format,
+            Verb::Sweep(verb) => verb.sweep.message_format,
             Verb::Fmt(verb) => verb.message_format,
             Verb::Plot(_)
             | Verb::Compare(_)
@@ -50,6 +54,10 @@ pub enum Verb {
     Check(Check),
     /// Simulate a model
     Simulate(Box<Simulate>),
+    /// Make an executable of a model that runs without hyd
+    Build(Build),
+    /// Give the linear model at a point of a run, with its eigenvalues
+    Linearize(Linearize),
     /// Print a stage of the translation
     Equations(Equations),
     /// Draw results, several runs overlaid
@@ -99,15 +107,6 @@ pub struct LibraryArguments {
     pub library: Vec<PathBuf>,
 }
 
-/// How messages are written.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MessageFormat {
-    /// For people.
-    Text,
-    /// One JSON object per line.
-    Json,
-}
-
 /// `hyd check`
 #[derive(Args, Debug)]
 pub struct Check {
@@ -155,6 +154,8 @@ pub enum StageName {
     Sorted,
     /// Partial derivatives and their pattern.
     Jacobian,
+    /// C of residual, Jacobian and events.
+    C,
 }
 
 /// `hyd simulate`
@@ -162,61 +163,56 @@ pub enum StageName {
 pub struct Simulate {
     #[command(flatten)]
     pub model: ModelArguments,
-    /// Stop time in s [default: the model's experiment annotation, else 1 s after the start]
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub stop: Option<f64>,
-    /// Relative tolerance [default: the model's experiment annotation, else 1e-6]
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
-    pub tolerance: Option<f64>,
-    /// Number of equal output intervals [default: the model's experiment annotation, else 500]
-    #[arg(long, value_name = "N", conflicts_with = "every_step", allow_negative_numbers = true)]
-    pub intervals: Option<usize>,
-    /// Output at every step of the solver
-    #[arg(long)]
-    pub every_step: bool,
-    /// Method of integration
-    #[arg(long, value_name = "METHOD", default_value = "auto")]
-    pub solver: Solver,
+    #[command(flatten)]
+    pub run: RunArguments,
     /// Adds derivatives d(x)/d(P) of all recorded variables; P is a parameter, or a variable for its start value
     #[arg(long, value_name = "P,...", value_parser = names)]
     pub sensitivity: Option<Names>,
-    /// Writes results in the format of the name
-    #[arg(long, value_name = "F.csv|.mat|.parquet")]
-    pub result: Option<PathBuf>,
-    /// Variables that are written, drawn and listed: those whose full name matches
-    #[arg(long, value_name = "REGEX")]
-    pub variables: Option<String>,
     /// Draws the results
     #[arg(long, value_name = "F.svg|F.png")]
     pub plot: Option<PathBuf>,
-    /// Prints the summary as JSON
+}
+
+/// `hyd build`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Parameters that are set here are the executable's defaults; those that decide sizes or structure can be set \
+                        nowhere else."
+)]
+pub struct Build {
+    #[command(flatten)]
+    pub model: ModelArguments,
+    /// The executable
+    #[arg(long, short, value_name = "EXE")]
+    pub output: PathBuf,
+    /// Prints what was made as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// Full names of variables, in the order of the command line.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Names(pub Vec<String>);
-
-/// Methods of integration.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Solver {
-    /// Chosen during the run: BDF, esdirk where lightly damped oscillations limit it.
-    Auto,
-    /// Backward differentiation formulas of order 1 to 5.
-    Bdf,
-    /// An L-stable one-step method of order 4.
-    Esdirk,
-}
-
-impl Solver {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Solver::Auto => "auto",
-            Solver::Bdf => "bdf",
-            Solver::Esdirk => "esdirk",
-        }
-    }
+/// `hyd linearize`
+#[derive(Args, Debug)]
+pub struct Linearize {
+    #[command(flatten)]
+    pub model: ModelArguments,
+    /// Time of the point in s: the run goes there from its start
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub at: f64,
+    /// A parameter that is an input of the linear model (repeatable)
+    #[arg(long, value_name = "NAME")]
+    pub input: Vec<String>,
+    /// A variable that is an output of the linear model (repeatable)
+    #[arg(long, value_name = "NAME")]
+    pub output: Vec<String>,
+    /// Relative tolerance of the run [default: the model's experiment annotation, else 1e-6]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Writes the matrices, the point and the names
+    #[arg(long, value_name = "F.json|F.mat")]
+    pub result: Option<PathBuf>,
+    /// Prints the linear model as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `hyd plot`
@@ -261,65 +257,13 @@ pub struct Sweep {
     /// The folder whose parts `merge` joins
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
-    /// Varies a parameter (repeatable; the first changes slowest)
-    #[arg(long = "vary", value_name = "NAME=VALUES", value_parser = assignment)]
-    pub vary: Vec<(String, String)>,
-    /// Number of draws from distributions
-    #[arg(long, value_name = "N")]
-    pub samples: Option<usize>,
-    /// How draws fill their space: lhs (Latin hypercube) or random [default: lhs]
-    #[arg(long, value_name = "METHOD")]
-    pub method: Option<DrawMethod>,
-    /// Seed of the draws [default: 0]
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Folder of the results
-    #[arg(long, value_name = "DIR")]
-    pub result: Option<PathBuf>,
-    /// Keeps all rows of every run, not only the last
-    #[arg(long)]
-    pub rows: bool,
-    /// Runs only share I of N, I from 0
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<String>,
-    /// Number of threads [default: one per core]
-    #[arg(long, value_name = "N")]
-    pub threads: Option<std::num::NonZeroUsize>,
-    /// Variables that are kept: those whose full name matches
-    #[arg(long, value_name = "REGEX")]
-    pub variables: Option<String>,
-    /// Stop time in s
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub stop: Option<f64>,
-    /// Relative tolerance
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
-    pub tolerance: Option<f64>,
-    /// Number of equal output intervals per run
-    #[arg(long, value_name = "N")]
-    pub intervals: Option<usize>,
+    #[command(flatten)]
+    pub sweep: SweepArguments,
     /// The class to take [default: the last complete model of the file]
     #[arg(long, value_name = "CLASS")]
     pub model: Option<String>,
-    /// Sets a parameter that does not vary, by its full name (repeatable)
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
-    /// How messages are written to standard error
-    #[arg(long, value_name = "FORMAT", default_value = "text")]
-    pub message_format: MessageFormat,
-    /// Prints the summary as JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// How draws are made.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum DrawMethod {
-    /// Latin hypercube.
-    Lhs,
-    /// Independent draws.
-    Random,
 }
 
 /// `hyd compare`
@@ -356,34 +300,6 @@ pub struct Explain {
     pub code: Option<String>,
 }
 
-fn assignment(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
-            Ok((name.trim().to_string(), value.trim().to_string()))
-        }
-        _ => Err("expected NAME=VALUE".to_string()),
-    }
-}
-
-/// Names between commas; commas inside brackets belong to subscripts.
-fn names(text: &str) -> Result<Names, String> {
-    let mut depth = 0;
-    let mut list = vec![String::new()];
-    for c in text.chars() {
-        match c {
-            '[' => depth += 1,
-            ']' => depth -= 1,
-            _ => {}
-        }
-        match list.last_mut() {
-            Some(last) if c != ',' || depth > 0 => last.push(c),
-            _ => list.push(String::new()),
-        }
-    }
-    let list: Vec<String> = list.iter().map(|name| name.trim().to_string()).collect();
-    if list.iter().any(String::is_empty) { Err("expected names between commas".into()) } else { Ok(Names(list)) }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -393,21 +309,6 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn assignments_have_two_sides() {
-        assert_eq!(assignment("a[2].b = {1, 2}"), Ok(("a[2].b".into(), "{1, 2}".into())));
-        for wrong in ["a", "=1", "a=", " = "] {
-            assert_eq!(assignment(wrong), Err("expected NAME=VALUE".to_string()));
-        }
-    }
-
-    #[test]
-    fn commas_in_subscripts_separate_nothing() {
-        let list = |text: &str| names(text).map(|names| names.0);
-        assert_eq!(list("g, a[1,2].k"), Ok(vec!["g".to_string(), "a[1,2].k".to_string()]));
-        assert!(list("a,,b").is_err() && list("").is_err());
     }
 }
 

@@ -8,8 +8,8 @@ use hyd_results::{Deviation, Table, deviations};
 use serde_json::json;
 
 use crate::arguments::Compare;
-use crate::selection::Selection;
 use crate::{Failure, output};
+use hyd_run::Selection;
 
 /// Variables that are listed when nobody asks for all.
 const FEW: usize = 20;

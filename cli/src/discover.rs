@@ -16,7 +16,7 @@ use crate::discovery_memory::{FitsFile, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
 use crate::picture::write_picture;
-use crate::study::{Opened, open};
+use crate::study::{Opened, failure, open};
 use crate::{Failure, output};
 
 /// Runs the verb.
@@ -50,10 +50,10 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     }
     let seed = arguments.study.seed;
     let search = Search { setup, workshop: &workshop, candidates, seed, progress: &progress, memory: &memory };
-    let findings = search.run()?;
+    let findings = search.run().map_err(failure)?;
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
-    let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in)?;
+    let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in).map_err(failure)?;
     let json = format!("{:#}\n", report.json);
     let save = |name: &str, text: &str| {
         let path = arguments.report.join(name);
@@ -82,7 +82,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
 fn all_candidates(opened: &Opened) -> Result<Vec<Candidate>, Failure> {
     let setup = &opened.setup;
     let (classes, ..) = annotated_classes(&mut *opened.sources(), "effect");
-    let mut effects = effects(&classes)?;
+    let mut effects = effects(&classes).map_err(failure)?;
     let without = &setup.study.without;
     effects.retain(|effect| {
         !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
@@ -104,7 +104,7 @@ fn fingerprint(opened: &Opened, workshop: &Workshop<'_>, candidates: &[Candidate
     let effects: Vec<String> = candidates.iter().map(|own| format!("{:?}", own.effect)).collect();
     let numbers = setup.data.shots.iter().flat_map(|shot| shot.traces.iter().flatten().flat_map(|trace| &trace.values));
     let numbers: Vec<u8> = numbers.flat_map(|value| value.to_le_bytes()).collect();
-    let files = workshop.files(&[])?;
+    let files = workshop.files(&[]).map_err(failure)?;
     let texts = effects.iter().chain(files.iter().map(|(_, text)| text)).map(|text| text.as_bytes());
     Ok(hash([settings.as_bytes(), &numbers].into_iter().chain(texts)))
 }

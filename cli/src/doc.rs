@@ -17,9 +17,9 @@ use hyd_system::DaeSystem;
 use crate::arguments::{Doc, MessageFormat};
 use crate::fmt::collect;
 use crate::library::{LibraryPath, built_in_texts};
-use crate::selection::Selection;
-use crate::text_file::read_text;
 use crate::{Failure, clock, interrupt, output, translate};
+use hyd_run::Selection;
+use hyd_run::read_text;
 
 /// Curves of a picture when the example does not say which.
 const FEW: usize = 6;

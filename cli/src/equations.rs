@@ -16,6 +16,7 @@ pub(crate) fn equations(arguments: &Equations) -> Result<(), Failure> {
         Some(StageName::Reduced) => (Stage::Reduced, Goal::Check),
         Some(StageName::Sorted) | None => (Stage::Sorted, Goal::Check),
         Some(StageName::Jacobian) => (Stage::Jacobian, Goal::Check),
+        Some(StageName::C) => (Stage::C, Goal::Run),
     };
     let compilation = translate(&arguments.model, goal)?;
     let unfinished = || Failure::Fault("the translation did not come to this stage".to_string());

@@ -13,7 +13,7 @@ use hyd_discovery::unknowns::Meaning;
 use serde_json::{Value, json};
 
 use crate::arguments::Fit;
-use crate::study::open;
+use crate::study::{failure, open};
 use crate::{Failure, output};
 
 /// What came out.
@@ -35,26 +35,26 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let opened = open(&arguments.study)?;
     let setup = &opened.setup;
     let make = || opened.sources();
-    let model = opened.workshop(&make).translate(&[])?;
-    let machine = setup.machine(&model)?;
-    let problem = setup.problem(&machine, &[])?;
+    let model = opened.workshop(&make).translate(&[]).map_err(failure)?;
+    let machine = setup.machine(&model).map_err(failure)?;
+    let problem = setup.problem(&machine, &[]).map_err(failure)?;
     let wanted = wanted(&arguments.profile, &problem)?;
     let begin = Instant::now();
     let tau = setup.study.shots.time_tolerance;
     let whole = Weighing::whole(&setup.train, tau);
     let start = vec![0.0; problem.unknowns.len()];
-    let (mut found, mut record) = schedule::fit(&problem, &start, &setup.train, tau)?;
+    let (mut found, mut record) = schedule::fit(&problem, &start, &setup.train, tau).map_err(failure)?;
     let expected = problem.expected(&whole);
     if found.misfit / expected > schedule::GOOD {
         found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
     }
-    let (found, all) = profiles(&problem, found, &whole, &wanted)?;
+    let (found, all) = profiles(&problem, found, &whole, &wanted).map_err(failure)?;
     let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
     let profiles = names.zip(all).collect();
-    let train = gap(&problem, &found.xi, &setup.train, false)?;
+    let train = gap(&problem, &found.xi, &setup.train, false).map_err(failure)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,
-        false => Some(gap(&problem, &found.xi, &setup.held_out, true)?),
+        false => Some(gap(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
     };
     let (ratio, seconds) = (found.misfit / expected, begin.elapsed().as_secs_f64());
     let outcome = Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds };

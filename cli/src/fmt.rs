@@ -13,9 +13,9 @@ use hyd_compiler::{Code, Diagnostic, Files};
 use hyd_results::WholeFile;
 
 use crate::arguments::Fmt;
-use crate::text_file::{decode, read_text, read_to_limit};
 use crate::translate::report;
 use crate::{Failure, output};
+use hyd_run::{decode, read_text, read_to_limit};
 
 /// Runs the verb.
 pub(crate) fn fmt(arguments: &Fmt) -> Result<(), Failure> {

@@ -1,13 +1,13 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
-//! One file per verb (`check`, `simulate`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`, `explain`,
-//! `fmt`, `new`, `doc`); `translate` takes a model file to the compiler with
+//! One file per verb (`check`, `simulate`, `build`, `linearize`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`,
+//! `explain`, `fmt`, `new`, `doc`); `translate` takes a model file to the compiler with
 //! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
 //! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
 
 mod arguments;
+mod build;
 mod check;
-pub mod clock;
 mod compare;
 mod discover;
 mod discovery_memory;
@@ -18,21 +18,16 @@ mod equations;
 mod explain;
 mod fit;
 mod fmt;
-mod interrupt;
 mod library;
+mod linearize;
 mod new;
-mod output;
 mod parameters;
 mod picture;
 mod plot;
-mod progress;
 mod run_failure;
-mod run_summary;
-mod selection;
 mod simulate;
 mod study;
 mod sweep;
-mod text_file;
 mod translate;
 
 use std::ffi::OsString;
@@ -41,37 +36,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 pub use arguments::{Arguments, Verb};
+pub(crate) use hyd_run::output;
+pub use hyd_run::{Failure, TextError, clock, read_text};
 pub use library::LibraryPath;
-pub use text_file::{TextError, read_text};
-
-/// How a command ended short of success; what there is to say has been printed or is carried along.
-#[derive(Debug)]
-pub enum Failure {
-    /// The model or the data is at fault, and the messages are out.
-    Reported,
-    /// The model or the data is at fault: a sentence to print.
-    Fault(String),
-    /// Wrong usage: a sentence to print.
-    Usage(String),
-    /// The solver gave up or was stopped: a sentence to print.
-    Solver(String),
-    /// The solver gave up, and the messages are out.
-    SolverReported,
-    /// The reader of our output has gone; nothing is left to do.
-    OutputClosed,
-}
-
-impl Failure {
-    /// The exit code.
-    pub fn code(&self) -> u8 {
-        match self {
-            Failure::OutputClosed => 0,
-            Failure::Reported | Failure::Fault(_) => 1,
-            Failure::Usage(_) => 2,
-            Failure::Solver(_) | Failure::SolverReported => 3,
-        }
-    }
-}
 
 /// Runs the command with its arguments, the first being the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -86,6 +53,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let result = match &arguments.verb {
         Verb::Check(verb) => check::check(verb),
         Verb::Simulate(verb) => simulate::simulate(verb),
+        Verb::Build(verb) => build::build(verb),
+        Verb::Linearize(verb) => linearize::linearize(verb),
         Verb::Equations(verb) => equations::equations(verb),
         Verb::Plot(verb) => plot::plot(verb),
         Verb::Sweep(verb) => sweep::sweep(verb),
@@ -98,8 +67,5 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::New(verb) => new::new(verb),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
-    if let Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) = &failure {
-        output::sentence("error", message, arguments.message_format());
-    }
-    ExitCode::from(failure.code())
+    failure.report(arguments.message_format())
 }

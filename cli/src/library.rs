@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{SourceText, Sources};
 
-use crate::text_file::{TextError, read_text};
+use hyd_run::{TextError, read_text};
 
 mod head;
 

@@ -13,9 +13,9 @@ use hyd_results::Table;
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments, Plot};
 use crate::picture::{picture_format, write_picture};
-use crate::selection::{MOST_CURVES, Selection};
 use crate::translate::translate;
 use crate::{Failure, output};
+use hyd_run::{MOST_CURVES, Selection};
 
 /// Panels that are drawn when nobody says which variables.
 const FEW: usize = 12;

@@ -1,267 +1,64 @@
 //! `hyd simulate FILE`: translate, run, write results, draw, say what happened.
-//!
-//! Times and tolerance come from the command line, else from the model's `experiment` annotation, else 1 s and 1e-6.  A result
-//! file is whole or absent: a run that fails leaves what it computed as `F.partial.csv`, one that Ctrl-C stops as `F.csv`.
 
-use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use hyd_compiler::{Compilation, Goal};
-use hyd_flat::Experiment;
-use hyd_frames::RunStream;
-use hyd_results::{Format, ResultFile};
-use hyd_runtime::{Options, Simulator, SolveError, Summary};
-use hyd_system::{DaeSystem, Structure, VariableInfo};
+use hyd_compiler::Goal;
+use hyd_report::{Curve, Figure};
+use hyd_run::{Facts, Recorder, check_usage, finish, options, tell};
 
-use crate::arguments::{Simulate, Solver};
+use crate::arguments::Simulate;
 use crate::picture::{picture_format, write_picture};
-use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
-use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::translate::{self, translate};
-use crate::{Failure, clock, interrupt, output, parameters, run_failure};
-
-mod recorder;
-
-/// Jumps that are told one by one.
-const MOST_JUMPS: usize = 5;
-/// Warnings that are told one by one.
-const MOST_WARNINGS: usize = 20;
-
-use recorder::Recorder;
+use crate::{Failure, clock, output, parameters, run_failure};
 
 /// Runs the verb.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
-    let selection = check_usage(arguments)?;
+    check_usage(&arguments.run, Some(&arguments.model.file))?;
+    if let Some(path) = &arguments.plot {
+        picture_format(path)?;
+    }
     let begin = clock::cpu_seconds();
     let compilation = translate(&arguments.model, Goal::Run).inspect_err(|_| {
-        if arguments.json {
+        if arguments.run.json {
             let _ = output::print("{\"status\":\"rejected\"}\n");
         }
     })?;
     let model = compilation.model.clone();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
+    let model = model.on(arguments.run.backend.backend()).map_err(Failure::Fault)?;
     let mut system = model.instantiate();
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
-    let translate_s = clock::cpu_seconds() - begin;
-
-    let experiment = compilation.flat.as_ref().map(|flat| flat.experiment.clone()).unwrap_or_default();
-    let options = options(arguments, &experiment)?;
-    let shown = shown(arguments, &selection, &system)?;
-    let mut recorder = Recorder::new(shown, arguments.plot.is_some(), (options.start, options.stop));
-    recorder.file = result_file(arguments.result.as_deref(), &selection)?;
-
-    interrupt::listen();
-    let mut simulator = Simulator::new(system.structure());
-    let begin = clock::cpu_seconds();
-    let outcome = simulator.run(&mut system, &options, &mut recorder, &interrupt::requested);
-    let simulate_s = clock::cpu_seconds() - begin;
-    recorder.end();
-
-    let status = status(&outcome);
-    let result = match (recorder.file.take(), &arguments.result) {
-        (Some(file), Some(path)) => close(file, path, status)?,
-        _ => None,
-    };
-    let picture = arguments.plot.as_ref().filter(|_| recorder.rows > 0);
-    if let Some(path) = picture {
-        write_picture(path, &recorder.figure())?;
-    }
-    let (structure, code) = (system.structure(), model.statistics());
-    let warnings = warnings(arguments, &simulator, structure);
-    let summary = RunSummary {
-        status,
-        message: message(&outcome),
+    let code = model.statistics();
+    let facts = Facts {
         model: compilation.model_name.as_deref().unwrap_or_default().to_string(),
-        start: options.start,
-        stop: options.stop,
-        time: time_reached(&outcome, &options),
-        tolerance: options.tolerance,
-        solver: arguments.solver.name(),
-        methods: simulator.phases().iter().map(MethodUse::from).collect(),
-        states: structure.differential.iter().filter(|&&state| state).count(),
-        unknowns: structure.unknowns,
         templates: code.templates,
         code_bytes: code.code_bytes,
-        translate_s,
-        simulate_s,
-        counters: Counters::from(simulator.statistics()),
-        warnings,
-        jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
-        result: result.map(|path| path.display().to_string()),
-        plot: picture.map(|path| path.display().to_string()),
-        final_values: FinalValues(recorder.last_values()),
+        translate_s: clock::cpu_seconds() - begin,
+        warnings: model.fallback().map(|reason| format!("the code is interpreted: {reason}")).into_iter().collect(),
     };
-    finish(arguments, &compilation, &summary, outcome)
+    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
+    let options = options(&arguments.run, &model.payload().experiment, sensitivity)?;
+    let drawn = arguments.plot.is_some();
+    let mut outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, drawn)?;
+    if let Some(path) = arguments.plot.as_ref().filter(|_| outcome.recorder.rows > 0) {
+        write_picture(path, &figure(&mut outcome.recorder))?;
+        outcome.summary.plot = Some(path.display().to_string());
+    }
+    let format = arguments.model.message_format;
+    let printed = tell(&outcome.summary, arguments.run.json, format);
+    let Err(error) = outcome.result else { return printed };
+    Err(finish(&outcome.summary, error, &|error, kept| {
+        let diagnostic = run_failure::diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
+        translate::report(&compilation.files, &[diagnostic], format);
+    }))
 }
 
-/// What the user should know of a run that did not fail for it.
-fn warnings(arguments: &Simulate, simulator: &Simulator, structure: &Structure) -> Vec<String> {
-    let mut list: Vec<String> = simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text).collect();
-    if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
-        list.push(format!("{more} more like these"));
-    }
-    if matches!(arguments.solver, Solver::Bdf) && !structure.delays.is_empty() {
-        let reason = "the model has delays, and kinks of the recorded past shorten the steps of `--solver bdf`";
-        list.push(format!("{reason}; `auto` takes the one-step method"));
-    }
-    list
-}
-
-/// What can be refused before any work; gives the choice of variables.
-fn check_usage(arguments: &Simulate) -> Result<Selection, Failure> {
-    if let Some(path) = &arguments.result {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        if matches!(extension.as_str(), "hyd" | "mo" | "toml") || same_file(path, &arguments.model.file) {
-            let path = path.display();
-            return Err(Failure::Usage(format!(
-                "--result `{path}` would replace a source text; results end in .csv, .mat or .parquet"
-            )));
-        }
-    }
-    if let Some(path) = &arguments.plot {
-        picture_format(path)?;
-    }
-    Selection::new(arguments.variables.as_deref())
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
-}
-
-fn options(arguments: &Simulate, experiment: &Experiment) -> Result<Options, Failure> {
-    let start = experiment.start.unwrap_or(0.0);
-    let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
-    let mut options = Options::new(start, stop);
-    options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
-    if let Some(interval) = experiment.interval.filter(|interval| *interval > 0.0) {
-        options.intervals = ((stop - start) / interval).round().clamp(1.0, 1e9) as usize;
-    }
-    options.intervals = arguments.intervals.unwrap_or(options.intervals);
-    options.every_step = arguments.every_step;
-    options.solver = match arguments.solver {
-        Solver::Auto => hyd_runtime::Solver::Auto,
-        Solver::Bdf => hyd_runtime::Solver::Bdf,
-        Solver::Esdirk => hyd_runtime::Solver::Esdirk,
-    };
-    options.sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
-    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
-    Ok(options)
-}
-
-fn shown(arguments: &Simulate, selection: &Selection, system: &dyn DaeSystem) -> Result<Vec<Shown>, Failure> {
-    let shown = selection.shown(system.tables());
-    if let Some(pattern) = arguments.variables.as_deref().filter(|_| shown.is_empty()) {
-        return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
-    }
-    if arguments.plot.is_some() && shown.len() > MOST_CURVES {
-        let count = shown.len();
-        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
-    }
-    Ok(shown)
-}
-
-/// Opens the file of `--result` in the format of its name.
-fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<ResultFile>, Failure> {
-    let Some(path) = path else { return Ok(None) };
-    let selection = selection.clone();
-    let all = Format::of(path) == Format::Mat;
-    let keep = move |variable: &VariableInfo, name: &str| match all {
-        true => selection.keeps_everything(variable, name),
-        false => selection.keeps(variable, name),
-    };
-    let opened = match is_parquet(path) {
-        true => ResultFile::with(path, |file| Ok(Box::new(RunStream::new(file, keep)))),
-        false => ResultFile::create(path, keep),
-    };
-    opened.map(Some).map_err(|error| unwritable(path, &error))
-}
-
-fn is_parquet(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
-}
-
-/// Gives the file its name; says which, or `None` if there is nothing worth keeping.
-fn close(file: ResultFile, path: &Path, status: Status) -> Result<Option<PathBuf>, Failure> {
-    let closed = if status == Status::Failed { file.partial() } else { file.complete() };
-    closed.map_err(|error| unwritable(path, &error))
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
-}
-
-fn status(outcome: &Result<Summary, SolveError>) -> Status {
-    match outcome {
-        Ok(Summary { terminated: Some(_), .. }) => Status::Terminated,
-        Ok(_) => Status::Done,
-        Err(SolveError::Interrupted { .. }) => Status::Interrupted,
-        Err(_) => Status::Failed,
-    }
-}
-
-fn message(outcome: &Result<Summary, SolveError>) -> Option<String> {
-    match outcome {
-        Ok(summary) => summary.terminated.clone(),
-        Err(error) => Some(error.to_string()),
-    }
-}
-
-fn time_reached(outcome: &Result<Summary, SolveError>, options: &Options) -> f64 {
-    match outcome {
-        Ok(summary) => summary.time,
-        Err(error) => error.time().unwrap_or(options.start),
-    }
-}
-
-fn warning_text(warning: &hyd_runtime::Warning) -> String {
-    let report = &warning.report;
-    let further = match warning.points {
-        0 | 1 => String::new(),
-        points => format!(", and until t = {} s, {points} points", warning.until),
-    };
-    format!("at t = {} s: {} ({}:{}){further}", warning.time, report.message, report.file, report.line)
-}
-
-/// Prints the summary and the reason of an early end.
-fn finish(
-    arguments: &Simulate,
-    compilation: &Compilation,
-    summary: &RunSummary,
-    outcome: Result<Summary, SolveError>,
-) -> Result<(), Failure> {
-    for warning in &summary.warnings {
-        output::sentence("warning", warning, arguments.model.message_format);
-    }
-    for jump in summary.jumps.iter().take(MOST_JUMPS) {
-        output::sentence("note", jump, arguments.model.message_format);
-    }
-    if let Some(more @ 1..) = summary.jumps.len().checked_sub(MOST_JUMPS) {
-        output::sentence("note", &format!("{more} more jumps to other solutions"), arguments.model.message_format);
-    }
-    let printed = if arguments.json {
-        output::print(&summary.json())
-    } else if outcome.is_ok() || summary.status == Status::Interrupted {
-        output::print(&summary.text())
-    } else {
-        Ok(())
-    };
-    let Err(error) = outcome else { return printed };
-    let kept = match (&summary.result, summary.status) {
-        (Some(path), Status::Failed) => Some(format!("results up to there are in {path}")),
-        _ => None,
-    };
-    match error {
-        SolveError::Option(_) => return Err(Failure::Usage(error.to_string())),
-        SolveError::Interrupted { .. } => return Err(Failure::Solver(error.to_string())),
-        SolveError::Sink { .. } => return Err(Failure::Fault(error.to_string())),
-        _ => {}
-    }
-    let diagnostic = run_failure::diagnostic(&error, &compilation.files, compilation.flat.as_deref(), kept);
-    translate::report(&compilation.files, &[diagnostic], arguments.model.message_format);
-    Err(match error {
-        SolveError::Assertion { .. } => Failure::Reported,
-        _ => Failure::SolverReported,
-    })
+/// The picture of the shown variables.
+fn figure(recorder: &mut Recorder) -> Figure {
+    let (times, title): (Arc<[f64]>, String) = (recorder.times().into(), recorder.model().to_string());
+    let curves = recorder.take_curves().map(|(shown, values)| {
+        let curve = Curve { name: shown.column.name.clone(), run: 0, times: times.clone(), values };
+        (shown.unit.clone(), curve)
+    });
+    Figure { title: Some(title), ..Figure::by_unit(Vec::new(), curves) }
 }

@@ -9,8 +9,8 @@ use hyd_discovery::{Bench, Fault, Setup, Study};
 use crate::Failure;
 use crate::arguments::StudyArguments;
 use crate::library::LibraryPath;
-use crate::text_file::read_text;
 use crate::translate::library_path;
+use hyd_run::read_text;
 
 /// A study and a set, opened.
 pub(crate) struct Opened {
@@ -25,10 +25,9 @@ pub(crate) struct Opened {
     libraries: Vec<PathBuf>,
 }
 
-impl From<Fault> for Failure {
-    fn from(fault: Fault) -> Self {
-        if fault.solver { Failure::Solver(fault.sentence) } else { Failure::Fault(fault.sentence) }
-    }
+/// A fault of a study as the end of a command.
+pub(crate) fn failure(fault: Fault) -> Failure {
+    if fault.solver { Failure::Solver(fault.sentence) } else { Failure::Fault(fault.sentence) }
 }
 
 /// Opens the files of a study.
@@ -38,13 +37,13 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let study = study.map_err(|fault| Failure::Fault(format!("`{}`: {fault}", arguments.study.display())))?;
     let folder = arguments.bench.parent().unwrap_or(Path::new("")).to_path_buf();
     let mut read = |name: &str| read_text(&folder.join(name)).map_err(|error| Fault::new(error.to_string()));
-    let bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read)?;
-    let class = study.class(bench.base_model.as_deref())?.to_string();
+    let bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read).map_err(failure)?;
+    let class = study.class(bench.base_model.as_deref()).map_err(failure)?.to_string();
     let model_file = arguments.study.parent().unwrap_or(Path::new("")).join(&study.file);
     let model_text = text(&model_file)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
-    let setup = Setup::new(study, bench, threads)?;
+    let setup = Setup::new(study, bench, threads).map_err(failure)?;
     Ok(Opened { setup, model_file, model_text, class, libraries: arguments.libraries.library.clone() })
 }
 

@@ -7,8 +7,8 @@ use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, compile}
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
 use crate::library::LibraryPath;
-use crate::text_file::read_text;
 use crate::{Failure, clock, output, parameters};
+use hyd_run::read_text;
 
 /// Environment variable with further library folders, separated as in `PATH`.
 const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";

@@ -226,6 +226,7 @@ fn output_rows(
     let mut parameters = vec![0.0; system.parameters().len() * width];
     let t = vec![0.0; width];
     if let Some(tangents) = system.tangents() {
+        tangents.select_outputs(None);
         tangents.outputs_tangent(point.t, point.y, point.yp, Along { t: &t, y: &dy, yp: &dyp }, &mut row);
         tangents.parameters_tangent(&mut parameters);
     }

@@ -55,7 +55,27 @@ def check_parquet(path, table):
         assert isinstance(json.loads(metadata[key]), dict)
 
 
+def check_linear(model, time):
+    """The linear model by scipy, and its eigenvalues by numpy's own solver."""
+    paths = [WORK / f"linear.{kind}" for kind in ("json", "mat")]
+    for path in paths:
+        command = [HYD, "linearize", MODELS / model, "--at", str(time), "--result", path]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    linear, mat = json.loads(paths[0].read_text()), scipy.io.loadmat(paths[1])
+    for name in ("A", "eigenvalues"):
+        assert np.array_equal(mat[name], np.array(linear[name])), name
+    assert [name.strip() for name in mat["xName"]] == linear["states"]
+    ours = np.array([complex(re, im) for re, im in linear["eigenvalues"]])
+    theirs = list(np.linalg.eigvals(mat["A"]))
+    for value in ours:
+        k = int(np.argmin(np.abs(np.array(theirs) - value)))
+        assert abs(theirs.pop(k) - value) <= 1e-8 * max(abs(value), np.abs(ours).max() * 1e-6), f"{model}: {value}"
+    print(f"{model}: {len(ours)} eigenvalues at {time} s agree with numpy")
+
+
 def main():
+    check_linear("single_acting_drive/drive.hyd", 0.004)
+    check_linear("servo_drive/drive.hyd", 0.05)
     for model in CASES:
         files = {kind: WORK / f"{pathlib.Path(model).stem}.{kind}" for kind in ("csv", "mat", "parquet")}
         for path in files.values():

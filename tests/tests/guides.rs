@@ -34,13 +34,22 @@ fn words(line: &str) -> Vec<String> {
 
 fn run(folder: &Path, line: &str) -> Outcome {
     let words = words(line);
-    assert_eq!(words[0], "hyd", "`{line}` is no command of the program");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+    let program = match words[0].strip_prefix("./") {
+        Some(own) => folder.join(own),
+        None => PathBuf::from(env!("CARGO_BIN_EXE_hyd-under-test")),
+    };
+    assert!(words[0] == "hyd" || words[0].starts_with("./"), "`{line}` is no command of the program");
+    let mut command = Command::new(program);
+    command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
     let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
     let output = command.output().unwrap_or_else(|error| panic!("`{line}`: {error}"));
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    for pair in words.windows(2).filter(|pair| ["--plot", "--result", "--output", "--html"].contains(&pair[0].as_str()))
-    {
+    // The outputs of a linear model are variables.
+    let files: &[&str] = match words.get(1).map(String::as_str) {
+        Some("linearize") => &["--result"],
+        _ => &["--plot", "--result", "--output", "--html"],
+    };
+    for pair in words.windows(2).filter(|pair| files.contains(&pair[0].as_str())) {
         let size = fs::metadata(folder.join(&pair[1])).map_or(0, |data| data.len());
         assert!(size > 1000, "`{line}` leaves {size} bytes in {}\n{text}", pair[1]);
     }
@@ -146,6 +155,12 @@ fn command_lines_are_split() {
         words("hyd plot a.csv  --variables \"^(a|b) c$\""),
         ["hyd", "plot", "a.csv", "--variables", "^(a|b) c$"]
     );
+}
+
+#[test]
+fn executables() {
+    let folder = type_through("executables");
+    fs::remove_dir_all(folder).expect("removed");
 }
 
 #[test]

@@ -332,8 +332,8 @@ impl Tangents for CompiledSystem {
     }
 
     fn select_outputs(&mut self, wanted: Option<&[u32]>) {
-        let assigned = self.shared.row.assigned;
-        if let Some(tangents) = &mut self.memory.tangents {
+        let assigned = self.shared.loaded.model.row.assigned;
+        if let Some(tangents) = &mut self.tangents {
             tangents.select_outputs(wanted, assigned);
         }
     }

@@ -5,10 +5,10 @@
 use std::io::{self, IsTerminal, Write};
 
 use crate::Failure;
-use crate::arguments::MessageFormat;
+use crate::MessageFormat;
 
 /// Writes results to standard output.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
+pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Ok(()) => Ok(()),
@@ -18,12 +18,12 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Writes a message to standard error; if that fails, there is nobody to tell.
-pub(crate) fn message(text: &str) {
+pub fn message(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Writes one sentence to standard error, as text or as a JSON object like those of diagnostics.
-pub(crate) fn sentence(severity: &str, text: &str, format: MessageFormat) {
+pub fn sentence(severity: &str, text: &str, format: MessageFormat) {
     let text = text.trim_end();
     message(&match format {
         MessageFormat::Text => format!("{severity}: {text}\n"),
@@ -35,6 +35,6 @@ pub(crate) fn sentence(severity: &str, text: &str, format: MessageFormat) {
 }
 
 /// True if messages may be coloured: a terminal reads them and `NO_COLOR` is not set (see no-color.org).
-pub(crate) fn colored() -> bool {
+pub fn colored() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

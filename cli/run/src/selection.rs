@@ -14,44 +14,44 @@ const FEW: usize = 12;
 /// Elements that stand for an array then.
 const FEW_ELEMENTS: usize = 3;
 /// Curves that one picture holds.
-pub(crate) const MOST_CURVES: usize = 100;
+pub const MOST_CURVES: usize = 100;
 
 /// A choice of variables by name.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Selection {
+pub struct Selection {
     pattern: Option<Regex>,
 }
 
 impl Selection {
     /// From the argument of `--variables`.
-    pub(crate) fn new(pattern: Option<&str>) -> Result<Self, Failure> {
+    pub fn new(pattern: Option<&str>) -> Result<Self, Failure> {
         let pattern = pattern.map(Regex::new).transpose();
         let pattern = pattern.map_err(|error| Failure::Usage(format!("--variables: {error}")))?;
         Ok(Self { pattern })
     }
 
     /// True if `--variables` was given.
-    pub(crate) fn is_explicit(&self) -> bool {
+    pub fn is_explicit(&self) -> bool {
         self.pattern.is_some()
     }
 
     /// True if the name matches, or if there is nothing to match.
-    pub(crate) fn matches(&self, name: &str) -> bool {
+    pub fn matches(&self, name: &str) -> bool {
         self.pattern.as_ref().is_none_or(|pattern| pattern.is_match(name))
     }
 
     /// Does the variable become a column of a file?  A pattern may also ask for parameters.
-    pub(crate) fn keeps(&self, variable: &VariableInfo, name: &str) -> bool {
+    pub fn keeps(&self, variable: &VariableInfo, name: &str) -> bool {
         if self.is_explicit() { self.matches(name) } else { is_variable(variable, name) }
     }
 
     /// The same for formats that store parameters and aliases once.
-    pub(crate) fn keeps_everything(&self, variable: &VariableInfo, name: &str) -> bool {
+    pub fn keeps_everything(&self, variable: &VariableInfo, name: &str) -> bool {
         if self.is_explicit() { self.matches(name) } else { !variable.protected }
     }
 
     /// What pictures and summaries show, with units.
-    pub(crate) fn shown(&self, tables: &Tables) -> Vec<Shown> {
+    pub fn shown(&self, tables: &Tables) -> Vec<Shown> {
         if self.is_explicit() {
             return tables.variables.iter().flat_map(|v| self.matching(v)).collect();
         }
@@ -71,11 +71,11 @@ impl Selection {
 
 /// A variable to be shown.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Shown {
+pub struct Shown {
     /// Name and source of its values.
-    pub(crate) column: Column,
+    pub column: Column,
     /// Its unit, `""` if unknown; truth values have `0/1`.
-    pub(crate) unit: String,
+    pub unit: String,
 }
 
 fn shown(variable: &VariableInfo, element: usize) -> Shown {

@@ -78,7 +78,7 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
 }
 
 /// All bytes of a source, which is named in messages; pipes and devices do not tell their length.
-pub(crate) fn read_to_limit(path: &Path, source: impl Read) -> Result<Vec<u8>, TextError> {
+pub fn read_to_limit(path: &Path, source: impl Read) -> Result<Vec<u8>, TextError> {
     let mut bytes = Vec::new();
     let failed = |error| TextError::Io { path: path.to_path_buf(), error };
     source.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(failed)?;
@@ -89,7 +89,7 @@ pub(crate) fn read_to_limit(path: &Path, source: impl Read) -> Result<Vec<u8>, T
 }
 
 /// Bytes as text, without a byte-order mark.
-pub(crate) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
+pub fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
     let mut text = String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();

@@ -3,7 +3,6 @@
 use std::io;
 use std::sync::Arc;
 
-use hyd_report::{Curve, Figure};
 use hyd_results::{ResultFile, RowKind, Sink};
 use hyd_system::Tables;
 
@@ -11,11 +10,11 @@ use crate::progress::Progress;
 use crate::selection::Shown;
 
 /// Takes the rows of one run.
-pub(super) struct Recorder {
+pub struct Recorder {
     /// Where all chosen variables go, if a file was asked for.
-    pub(super) file: Option<ResultFile>,
+    pub file: Option<ResultFile>,
     /// Number of rows so far.
-    pub(super) rows: usize,
+    pub rows: usize,
     shown: Vec<Shown>,
     keep: bool,
     times: Vec<f64>,
@@ -29,7 +28,7 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// `keep`: all values of the shown variables are needed, not only the last; `span`: start and stop (s).
-    pub(super) fn new(shown: Vec<Shown>, keep: bool, span: (f64, f64)) -> Self {
+    pub fn new(shown: Vec<Shown>, keep: bool, span: (f64, f64)) -> Self {
         Self {
             file: None,
             rows: 0,
@@ -46,12 +45,12 @@ impl Recorder {
     }
 
     /// The run is over: wipes the progress.
-    pub(super) fn end(&mut self) {
+    pub fn end(&mut self) {
         self.progress = None;
     }
 
     /// Names, last values and units of the shown variables.
-    pub(super) fn last_values(&self) -> Vec<(String, f64, String)> {
+    pub fn last_values(&self) -> Vec<(String, f64, String)> {
         if self.rows == 0 {
             return Vec::new();
         }
@@ -59,15 +58,19 @@ impl Recorder {
         shown.map(|(shown, value)| (shown.column.name.clone(), *value, shown.unit.clone())).collect()
     }
 
-    /// The picture of the shown variables.
-    pub(super) fn figure(&mut self) -> Figure {
-        let times: Arc<[f64]> = self.times.as_slice().into();
-        let values = std::mem::take(&mut self.values);
-        let curves = self.shown.iter().zip(values).map(|(shown, values)| {
-            let curve = Curve { name: shown.column.name.clone(), run: 0, times: times.clone(), values };
-            (shown.unit.clone(), curve)
-        });
-        Figure { title: Some(self.model.clone()), ..Figure::by_unit(Vec::new(), curves) }
+    /// Times of all rows; none if only last values were kept.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The shown variables with their values; the values are handed over.
+    pub fn take_curves(&mut self) -> impl Iterator<Item = (&Shown, Vec<f64>)> {
+        self.shown.iter().zip(std::mem::take(&mut self.values))
+    }
+
+    /// Name of the model.
+    pub fn model(&self) -> &str {
+        &self.model
     }
 }
 

@@ -10,7 +10,7 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 const KILLED: i32 = 130;
 
 /// From now on Ctrl-C sets the flag.  Where no handler can be installed, Ctrl-C ends the process as usual.
-pub(crate) fn listen() {
+pub fn listen() {
     let _ = ctrlc::set_handler(|| {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(KILLED);
@@ -19,6 +19,6 @@ pub(crate) fn listen() {
 }
 
 /// True after Ctrl-C.
-pub(crate) fn requested() -> bool {
+pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

@@ -7,7 +7,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// Counters of the solver.
 #[derive(serde::Serialize, Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Counters {
+pub struct Counters {
     steps: u64,
     steps_by_order: [u64; 5],
     one_step_steps: u64,
@@ -41,7 +41,7 @@ impl From<&Statistics> for Counters {
 
 /// A method from a time on, and why.
 #[derive(serde::Serialize, Clone, PartialEq, Debug)]
-pub(crate) struct MethodUse {
+pub struct MethodUse {
     from: f64,
     method: &'static str,
     reason: String,
@@ -56,7 +56,7 @@ impl From<&MethodPhase> for MethodUse {
 /// How a run ended.
 #[derive(serde::Serialize, Clone, Copy, PartialEq, Eq, Debug)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Status {
+pub enum Status {
     /// At the stop time.
     Done,
     /// By `terminate` in the model.
@@ -69,7 +69,7 @@ pub(crate) enum Status {
 
 /// Names, values and units of a few variables at the end.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub(crate) struct FinalValues(pub(crate) Vec<(String, f64, String)>);
+pub struct FinalValues(pub Vec<(String, f64, String)>);
 
 impl Serialize for FinalValues {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -86,43 +86,61 @@ const MOST_CHANGES: usize = 4;
 
 /// The summary of a run; the fields are those of the JSON object.  Times in s, `translate_s` and `simulate_s` CPU seconds.
 #[derive(serde::Serialize, Clone, PartialEq, Debug)]
-pub(crate) struct RunSummary {
-    pub(crate) status: Status,
+pub struct RunSummary {
+    /// How the run ended.
+    pub status: Status,
     /// Why the run ended, unless at its stop time.
-    pub(crate) message: Option<String>,
-    pub(crate) model: String,
-    pub(crate) start: f64,
-    pub(crate) stop: f64,
+    pub message: Option<String>,
+    /// Name of the model.
+    pub model: String,
+    /// Start time.
+    pub start: f64,
+    /// Stop time asked for.
+    pub stop: f64,
     /// Time reached.
-    pub(crate) time: f64,
-    pub(crate) tolerance: f64,
-    pub(crate) solver: &'static str,
-    pub(crate) methods: Vec<MethodUse>,
-    pub(crate) states: usize,
-    pub(crate) unknowns: usize,
-    pub(crate) templates: usize,
-    pub(crate) code_bytes: usize,
-    pub(crate) translate_s: f64,
-    pub(crate) simulate_s: f64,
-    pub(crate) counters: Counters,
-    pub(crate) warnings: Vec<String>,
+    pub time: f64,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Method asked for.
+    pub solver: &'static str,
+    /// Methods used from when on.
+    pub methods: Vec<MethodUse>,
+    /// Number of states.
+    pub states: usize,
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Different expressions, 0 where that is not known.
+    pub templates: usize,
+    /// Bytes of machine code, 0 when interpreted.
+    pub code_bytes: usize,
+    /// Until the system was ready.
+    pub translate_s: f64,
+    /// For the run.
+    pub simulate_s: f64,
+    /// Counters of the solver.
+    pub counters: Counters,
+    /// What the user should know.
+    pub warnings: Vec<String>,
     /// Where loops of equations went over to another of their solutions.
-    pub(crate) jumps: Vec<String>,
-    pub(crate) result: Option<String>,
-    pub(crate) plot: Option<String>,
+    pub jumps: Vec<String>,
+    /// File of results.
+    pub result: Option<String>,
+    /// Picture.
+    pub plot: Option<String>,
+    /// A few variables at the end.
     #[serde(rename = "final")]
-    pub(crate) final_values: FinalValues,
+    pub final_values: FinalValues,
 }
 
 impl RunSummary {
     /// One line of JSON.
-    pub(crate) fn json(&self) -> String {
+    pub fn json(&self) -> String {
         let text = serde_json::to_string(self);
         text.expect("invariant: plain data with text keys has a JSON form") + "\n"
     }
 
     /// A few lines for people.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = self.write_text(&mut text);
@@ -204,7 +222,7 @@ fn duration(seconds: f64) -> String {
 }
 
 /// A number with seven significant digits, shortest of the usual forms.
-fn significant(value: f64) -> String {
+pub fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{}", value + 0.0);
     }

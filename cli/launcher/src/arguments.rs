@@ -1,0 +1,54 @@
+//! The command line of executables as data.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use hyd_run::arguments::assignment;
+use hyd_run::{MessageFormat, RunArguments, SweepArguments};
+
+/// `EXE ...`
+#[derive(Parser, Debug)]
+#[command(disable_version_flag = true)]
+pub struct Run {
+    /// Sets a parameter by its full name (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+    /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` goes over it
+    #[arg(long, value_name = "FILE.toml")]
+    pub parameters: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArguments,
+    /// How messages are written to standard error
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub message_format: MessageFormat,
+    /// Prints which model this is, and what made it
+    #[arg(long)]
+    pub version: bool,
+}
+
+/// `EXE sweep ...`
+#[derive(Parser, Debug)]
+#[command(disable_version_flag = true)]
+pub struct Sweep {
+    /// A plan, or `merge`
+    #[arg(value_name = "PLAN.toml|merge")]
+    pub plan: Option<PathBuf>,
+    /// The folder whose parts `merge` joins
+    #[arg(value_name = "DIR")]
+    pub folder: Option<PathBuf>,
+    #[command(flatten)]
+    pub sweep: SweepArguments,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Run::command().debug_assert();
+        Sweep::command().debug_assert();
+    }
+}

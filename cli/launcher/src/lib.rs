@@ -1,0 +1,208 @@
+//! What every executable of `hyd build` is: finds the model at the end of its own file, checks it, runs it.
+//!
+//! The program is made once, with the workspace; an executable is a copy of it with a payload behind.  It needs no other file, no
+//! compiler and no environment.  Exit codes are those of `hyd`: 0 done, 1 the model or the data is at fault, 2 wrong usage, 3 the
+//! solver gave up or was stopped.
+
+mod arguments;
+mod habits;
+mod help;
+mod parameter_file;
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::{CommandFactory, FromArgMatches};
+use hyd_payload::{Backend, Loaded, Model, executable, format};
+use hyd_run::{Facts, Failure, MessageFormat, Subject, clock, output, parameters};
+use hyd_runtime::SolveError;
+use hyd_system::DaeSystem;
+
+use arguments::{Run, Sweep};
+
+/// By this `hyd build` knows which payloads the program reads.
+#[used]
+static MARK: [u8; executable::LAUNCHER_MARK.len()] = {
+    let mut mark = [0; executable::LAUNCHER_MARK.len()];
+    mark.copy_from_slice(executable::LAUNCHER_MARK);
+    mark
+};
+
+/// Runs the program with its arguments, the first being its name.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let begin = clock::cpu_seconds();
+    let mut arguments: Vec<OsString> = arguments.into_iter().collect();
+    let name = program_name(arguments.first());
+    let bytes = match own_payload() {
+        Ok(bytes) => bytes,
+        Err(reason) => return Failure::Fault(reason).report(MessageFormat::Text),
+    };
+    let backend = habits::backend(&arguments);
+    let model = bytes.and_then(|bytes| format::read(&bytes, backend == Backend::Native));
+    let model = match model {
+        Ok(model) => model,
+        Err(format::FormatError::Foreign) => {
+            let text =
+                "this is the launcher of hyd and holds no model; `hyd build FILE -o EXE` makes an executable of it";
+            return Failure::Fault(text.to_string()).report(MessageFormat::Text);
+        }
+        Err(error) => return Failure::Fault(format!("`{name}` cannot run: {error}")).report(MessageFormat::Text),
+    };
+    let loaded = match Loaded::new(model, backend) {
+        Ok(loaded) => Arc::new(loaded),
+        Err(reason) => return Failure::Fault(format!("`{name}` cannot run: {reason}")).report(MessageFormat::Text),
+    };
+    if arguments.get(1).is_some_and(|verb| verb == "sweep") {
+        arguments.remove(1);
+        return sweep(&arguments, &name, &loaded);
+    }
+    single(&arguments, &name, &loaded, begin)
+}
+
+fn program_name(first: Option<&OsString>) -> String {
+    let stem = first.and_then(|path| Path::new(path).file_name());
+    stem.map_or_else(|| "model".to_string(), |stem| stem.to_string_lossy().into_owned())
+}
+
+fn own_payload() -> Result<Result<Vec<u8>, format::FormatError>, String> {
+    let path = std::env::current_exe().map_err(|error| format!("this program cannot find its own file: {error}"))?;
+    let bytes = std::fs::File::open(&path).and_then(|mut program| executable::payload(&mut program));
+    bytes.map_err(|error| format!("`{}` cannot be read: {error}", path.display()))
+}
+
+/// Reads the command line; prints help and messages itself.
+fn parse<T: CommandFactory + FromArgMatches>(
+    arguments: &[OsString],
+    name: &str,
+    about: String,
+    after: String,
+) -> Result<T, ExitCode> {
+    let command = T::command().bin_name(name.to_string()).about(about).after_help(after);
+    let parsed = command.try_get_matches_from(arguments).and_then(|matches| T::from_arg_matches(&matches));
+    parsed.map_err(|error| {
+        // `--help` and `--version` come this way, too; a closed output is no reason to complain.
+        let _ = error.print();
+        ExitCode::from(if error.use_stderr() { 2 } else { 0 })
+    })
+}
+
+fn single(arguments: &[OsString], name: &str, loaded: &Arc<Loaded>, begin: f64) -> ExitCode {
+    let arguments = match habits::rewrite(arguments) {
+        Ok(arguments) => arguments,
+        Err(reason) => return Failure::Usage(reason).report(MessageFormat::Text),
+    };
+    let (about, after) = (help::about(&loaded.model), help::parameters(loaded));
+    let arguments = match parse::<Run>(&arguments, name, about, after) {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
+    match simulate(&arguments, loaded, begin) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(arguments.message_format),
+    }
+}
+
+fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Failure> {
+    if arguments.version {
+        return output::print(&help::version(&loaded.model));
+    }
+    hyd_run::check_usage(&arguments.run, None)?;
+    let mut set = match &arguments.parameters {
+        Some(path) => parameter_file::read(path)?,
+        None => Vec::new(),
+    };
+    set.extend(arguments.set.iter().cloned());
+    let options = hyd_run::options(&arguments.run, &loaded.model.experiment, Vec::new())?;
+    let mut system = loaded.instantiate();
+    set_parameters(&mut system, loaded, &set, options.start)?;
+    let facts = Facts {
+        model: loaded.model.tables.model.to_string(),
+        templates: loaded.model.identity.templates as usize,
+        code_bytes: loaded.engine.code_bytes,
+        translate_s: clock::cpu_seconds() - begin,
+        warnings: fallback(loaded).into_iter().collect(),
+    };
+    let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, false)?;
+    let format = arguments.message_format;
+    let printed = hyd_run::tell(&outcome.summary, arguments.run.json, format);
+    let Err(error) = outcome.result else { return printed };
+    Err(hyd_run::finish(&outcome.summary, error, &|error: &SolveError, kept| {
+        output::sentence("error", &error.to_string(), format);
+        if let Some(kept) = kept {
+            output::sentence("note", &kept, format);
+        }
+    }))
+}
+
+fn fallback(loaded: &Loaded) -> Option<String> {
+    loaded.engine.fallback.as_ref().map(|reason| format!("the code is interpreted: {reason}"))
+}
+
+/// Sets parameters and refuses values outside of their limits.
+fn set_parameters(
+    system: &mut hyd_payload::Instance,
+    loaded: &Loaded,
+    set: &[(String, String)],
+    start: f64,
+) -> Result<(), Failure> {
+    parameters::apply(system, set, &[]).map_err(Failure::Fault)?;
+    if set.is_empty() {
+        return Ok(());
+    }
+    // Where values make no sense the run will say so.
+    if system.bind(start).is_err() {
+        return Ok(());
+    }
+    match parameters::outside(&loaded.model.parameters.limits, system) {
+        Some(reason) => Err(Failure::Fault(reason)),
+        None => Ok(()),
+    }
+}
+
+fn sweep(arguments: &[OsString], name: &str, loaded: &Arc<Loaded>) -> ExitCode {
+    let about = format!("Runs {} many times with varied parameters, on all cores", loaded.model.tables.model);
+    let arguments = match parse::<Sweep>(arguments, &format!("{name} sweep"), about, String::new()) {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
+    match many(&arguments, name, loaded) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(arguments.sweep.message_format),
+    }
+}
+
+fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failure> {
+    if arguments.plan.as_ref().is_some_and(|plan| plan.as_os_str() == "merge") {
+        let folder = arguments.folder.as_ref();
+        return hyd_run::join(folder.ok_or_else(|| Failure::Usage(format!("{name} sweep merge DIR: which folder?")))?);
+    }
+    let mut plan = match &arguments.plan {
+        Some(path) => hyd_run::read_plan(path)?,
+        None => hyd_run::Plan::default(),
+    };
+    check_class(&plan, &loaded.model)?;
+    hyd_run::override_plan(&mut plan, &arguments.sweep);
+    let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
+    let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
+    let make = || {
+        let mut system = loaded.instantiate();
+        parameters::apply(&mut system, &set, &[])?;
+        Ok(Box::new(system) as Box<dyn DaeSystem>)
+    };
+    let model = &loaded.model;
+    let subject = Subject { sources: model.identity.sources, experiment: model.experiment, make: &make };
+    prepared.run(&subject, &format!("{name} sweep merge"))
+}
+
+/// A plan for another class is not for this executable.
+fn check_class(plan: &hyd_run::Plan, model: &Model) -> Result<(), Failure> {
+    match &plan.class {
+        Some(class) if **class != *model.tables.model => {
+            let own = &model.tables.model;
+            Err(Failure::Fault(format!("the plan is for `{class}`, and this is an executable of `{own}`")))
+        }
+        _ => Ok(()),
+    }
+}

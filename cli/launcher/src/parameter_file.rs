@@ -1,0 +1,65 @@
+//! Parameters from a TOML file: `"valve.m" = 0.02`, `valve.m = 0.02`, or a table `[valve]` with `m = 0.02`.
+
+use std::path::Path;
+
+use hyd_run::{Failure, read_text};
+use toml::{Table, Value};
+
+/// Names with their values as text, as `--set` takes them.
+///
+/// # Errors
+/// The file cannot be read, is no TOML, or holds what is no value of a parameter.
+pub fn read(path: &Path) -> Result<Vec<(String, String)>, Failure> {
+    let text = read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
+    parse(&text).map_err(|reason| Failure::Fault(format!("`{}`: {reason}", path.display())))
+}
+
+fn parse(text: &str) -> Result<Vec<(String, String)>, String> {
+    let table: Table = text.parse().map_err(|error: toml::de::Error| error.to_string().trim_end().to_string())?;
+    let mut list = Vec::new();
+    collect(&table, "", &mut list)?;
+    Ok(list)
+}
+
+fn collect(table: &Table, prefix: &str, list: &mut Vec<(String, String)>) -> Result<(), String> {
+    for (key, value) in table {
+        let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Table(inner) => collect(inner, &name, list)?,
+            _ => list.push((
+                name.clone(),
+                value_text(value).ok_or_else(|| format!("`{name}` has no value of a parameter"))?,
+            )),
+        }
+    }
+    Ok(())
+}
+
+fn value_text(value: &Value) -> Option<String> {
+    match value {
+        Value::Float(number) => Some(format!("{number:?}")),
+        Value::Integer(number) => Some(number.to_string()),
+        Value::Boolean(truth) => Some(truth.to_string()),
+        Value::String(text) => Some(text.clone()),
+        Value::Array(list) => {
+            let texts = list.iter().map(value_text).collect::<Option<Vec<String>>>()?;
+            Some(format!("{{{}}}", texts.join(", ")))
+        }
+        Value::Datetime(_) | Value::Table(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_written_in_three_ways() {
+        let text = "\"a.b\" = 1.5\nc.d = [1, 2]\nmode = \"on\"\n[e.f]\ng = true\nh = 1e-3\n";
+        let wanted = [("a.b", "1.5"), ("c.d", "{1, 2}"), ("e.f.g", "true"), ("e.f.h", "0.001"), ("mode", "on")];
+        let mut list = parse(text).unwrap_or_default();
+        list.sort();
+        assert_eq!(list, wanted.map(|(name, value)| (name.to_string(), value.to_string())));
+        assert!(parse("a = 1979-05-27").is_err() && parse("a = ").is_err());
+    }
+}

@@ -1,0 +1,205 @@
+//! Options of runs and sweeps as data: their defaults and help.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// How messages are written.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MessageFormat {
+    /// For people.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+/// Full names of variables, in the order of the command line.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Names(pub Vec<String>);
+
+/// Methods of integration.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Solver {
+    /// Chosen during the run: BDF, esdirk where lightly damped oscillations limit it.
+    Auto,
+    /// Backward differentiation formulas of order 1 to 5.
+    Bdf,
+    /// An L-stable one-step method of order 4.
+    Esdirk,
+}
+
+impl Solver {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Solver::Auto => "auto",
+            Solver::Bdf => "bdf",
+            Solver::Esdirk => "esdirk",
+        }
+    }
+}
+
+/// Options of one run.
+#[derive(Args, Clone, Debug)]
+pub struct RunArguments {
+    /// Stop time in s [default: the model's experiment annotation, else 1 s after the start]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub stop: Option<f64>,
+    /// Relative tolerance [default: the model's experiment annotation, else 1e-6]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Number of equal output intervals [default: the model's experiment annotation, else 500]
+    #[arg(long, value_name = "N", conflicts_with = "every_step", allow_negative_numbers = true)]
+    pub intervals: Option<usize>,
+    /// Output at every step of the solver
+    #[arg(long)]
+    pub every_step: bool,
+    /// Method of integration
+    #[arg(long, value_name = "METHOD", default_value = "auto")]
+    pub solver: Solver,
+    /// Writes results in the format of the name
+    #[arg(long, value_name = "F.csv|.mat|.parquet")]
+    pub result: Option<PathBuf>,
+    /// Variables that are written, drawn and listed: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// What runs the code: native, or vm, the interpreter
+    #[arg(long, value_name = "BACKEND", default_value = "native")]
+    pub backend: BackendName,
+    /// Prints the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What runs the code.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BackendName {
+    /// Machine code; interpreted where the system refuses executable memory.
+    Native,
+    /// The interpreter.
+    Vm,
+}
+
+impl BackendName {
+    /// What it stands for.
+    pub fn backend(self) -> hyd_payload::Backend {
+        match self {
+            BackendName::Native => hyd_payload::Backend::Native,
+            BackendName::Vm => hyd_payload::Backend::Vm,
+        }
+    }
+}
+
+/// Options of many runs.
+#[derive(Args, Clone, Debug)]
+pub struct SweepArguments {
+    /// Varies a parameter (repeatable; the first changes slowest)
+    #[arg(long = "vary", value_name = "NAME=VALUES", value_parser = assignment)]
+    pub vary: Vec<(String, String)>,
+    /// Number of draws from distributions
+    #[arg(long, value_name = "N")]
+    pub samples: Option<usize>,
+    /// How draws fill their space: lhs (Latin hypercube) or random [default: lhs]
+    #[arg(long, value_name = "METHOD")]
+    pub method: Option<DrawMethod>,
+    /// Seed of the draws [default: 0]
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR")]
+    pub result: Option<PathBuf>,
+    /// Keeps all rows of every run, not only the last
+    #[arg(long)]
+    pub rows: bool,
+    /// Runs only share I of N, I from 0
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+    /// Number of threads [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<std::num::NonZeroUsize>,
+    /// Variables that are kept: those whose full name matches
+    #[arg(long, value_name = "REGEX")]
+    pub variables: Option<String>,
+    /// Stop time in s
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub stop: Option<f64>,
+    /// Relative tolerance
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Number of equal output intervals per run
+    #[arg(long, value_name = "N")]
+    pub intervals: Option<usize>,
+    /// Sets a parameter that does not vary, by its full name (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+    /// How messages are written to standard error
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub message_format: MessageFormat,
+    /// Prints the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How draws are made.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DrawMethod {
+    /// Latin hypercube.
+    Lhs,
+    /// Independent draws.
+    Random,
+}
+
+/// `NAME=VALUE`.
+///
+/// # Errors
+/// A sentence.
+pub fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_string(), value.trim().to_string()))
+        }
+        _ => Err("expected NAME=VALUE".to_string()),
+    }
+}
+
+/// Names between commas; commas inside brackets belong to subscripts.
+///
+/// # Errors
+/// A sentence.
+pub fn names(text: &str) -> Result<Names, String> {
+    let mut depth = 0;
+    let mut list = vec![String::new()];
+    for c in text.chars() {
+        match c {
+            '[' => depth += 1,
+            ']' => depth -= 1,
+            _ => {}
+        }
+        match list.last_mut() {
+            Some(last) if c != ',' || depth > 0 => last.push(c),
+            _ => list.push(String::new()),
+        }
+    }
+    let list: Vec<String> = list.iter().map(|name| name.trim().to_string()).collect();
+    if list.iter().any(String::is_empty) { Err("expected names between commas".into()) } else { Ok(Names(list)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn assignments_have_two_sides() {
+        assert_eq!(assignment("a[2].b = {1, 2}"), Ok(("a[2].b".into(), "{1, 2}".into())));
+        for wrong in ["a", "=1", "a=", " = "] {
+            assert_eq!(assignment(wrong), Err("expected NAME=VALUE".to_string()));
+        }
+    }
+
+    #[test]
+    fn commas_in_subscripts_separate_nothing() {
+        let list = |text: &str| names(text).map(|names| names.0);
+        assert_eq!(list("g, a[1,2].k"), Ok(vec!["g".to_string(), "a[1,2].k".to_string()]));
+        assert!(list("a,,b").is_err() && list("").is_err());
+    }
+}

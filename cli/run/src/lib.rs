@@ -1,0 +1,64 @@
+//! What `hyd` and the executables that it builds share: options of a run, choice of variables, parameters by name, files, sweeps,
+//! summaries, exit codes, progress, Ctrl-C.
+//!
+//! A system comes from the caller; whether the compiler made it in this process or a launcher found it in its own file makes no
+//! difference here.  No mathematics and no text of models.
+
+pub mod arguments;
+pub mod clock;
+pub mod interrupt;
+pub mod output;
+pub mod parameters;
+mod progress;
+mod recorder;
+mod run_summary;
+pub mod selection;
+mod simulate;
+mod sweep;
+mod text_file;
+
+pub use arguments::{BackendName, DrawMethod, MessageFormat, Names, RunArguments, Solver, SweepArguments};
+pub use hyd_ensemble::Plan;
+pub use recorder::Recorder;
+pub use run_summary::{FinalValues, MethodUse, RunSummary, Status, significant};
+pub use selection::{MOST_CURVES, Selection, Shown};
+pub use simulate::{Facts, Outcome, check_usage, finish, options, simulate, tell};
+pub use sweep::{Prepared, Subject, join, override_plan, prepare, read_plan};
+pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};
+
+/// How a command ended short of success; what there is to say has been printed or is carried along.
+#[derive(Debug)]
+pub enum Failure {
+    /// The model or the data is at fault, and the messages are out.
+    Reported,
+    /// The model or the data is at fault: a sentence to print.
+    Fault(String),
+    /// Wrong usage: a sentence to print.
+    Usage(String),
+    /// The solver gave up or was stopped: a sentence to print.
+    Solver(String),
+    /// The solver gave up, and the messages are out.
+    SolverReported,
+    /// The reader of our output has gone; nothing is left to do.
+    OutputClosed,
+}
+
+impl Failure {
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::OutputClosed => 0,
+            Failure::Reported | Failure::Fault(_) => 1,
+            Failure::Usage(_) => 2,
+            Failure::Solver(_) | Failure::SolverReported => 3,
+        }
+    }
+
+    /// Prints the sentence, if there is one, and gives the exit code.
+    pub fn report(&self, format: MessageFormat) -> std::process::ExitCode {
+        if let Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) = self {
+            output::sentence("error", message, format);
+        }
+        std::process::ExitCode::from(self.code())
+    }
+}

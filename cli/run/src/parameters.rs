@@ -1,0 +1,224 @@
+//! Parameters by name: `NAME=VALUE` found in the tables of a system, refused with a reason, applied.
+
+use hyd_payload::Limit;
+use hyd_source::did_you_mean;
+use hyd_system::{DaeSystem, NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
+
+/// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Elements {
+    /// An element, or the only one.
+    One(usize),
+    /// All of an array.
+    All,
+}
+
+/// Sets the run-time parameters of a system, but for those in `used`, which the compiler took.
+///
+/// # Errors
+/// A sentence: no such parameter, not settable, not a value of its type.
+pub fn apply(system: &mut dyn DaeSystem, set: &[(String, String)], used: &[String]) -> Result<(), String> {
+    let tables = system.tables().clone();
+    for (name, text) in set.iter().filter(|(name, _)| !used.contains(name)) {
+        for (index, value) in change(&tables, name, text)? {
+            system.set_parameter(index, value).map_err(|_| format!("`{name}` cannot be set to `{text}`"))?;
+        }
+    }
+    Ok(())
+}
+
+/// What [`apply`] sets: positions in `DaeSystem::parameters` with their values.
+///
+/// # Errors
+/// As [`apply`].
+pub fn changes(tables: &Tables, set: &[(String, String)], used: &[String]) -> Result<Vec<(u32, f64)>, String> {
+    let mut list = Vec::new();
+    for (name, text) in set.iter().filter(|(name, _)| !used.contains(name)) {
+        list.extend(change(tables, name, text)?.into_iter().map(|(index, value)| (index as u32, value)));
+    }
+    Ok(list)
+}
+
+fn change(tables: &Tables, name: &str, text: &str) -> Result<Vec<(usize, f64)>, String> {
+    let (info, elements) = find(tables, name)?;
+    refuse(info, name, "set")?;
+    places(info, elements, text).map_err(|why| format!("`{name}={text}`: {why}"))
+}
+
+/// The first parameter or constant whose value is outside its limits, as a sentence; the system has been bound.
+pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
+    let tables = system.tables();
+    limits.iter().find_map(|limit| {
+        let variable = tables.variables.get(limit.variable as usize)?;
+        let source = variable.sources.get(limit.element as usize)?;
+        let value = match source.place {
+            Place::Parameter(k) => *system.parameters().get(k as usize)?,
+            Place::Constant(value) => value,
+            Place::Output(_) => return None,
+        };
+        let value = if source.negated { -value } else { value };
+        let (words, attribute, bound) = match value {
+            value if value < limit.min => ("below", "min", limit.min),
+            value if value > limit.max => ("above", "max", limit.max),
+            _ => return None,
+        };
+        let name = variable.name.element(limit.element as usize);
+        Some(format!("`{name}` is {value}, {words} its `{attribute}` {bound}"))
+    })
+}
+
+/// The variable of this name.
+fn find<'a>(tables: &'a Tables, name: &str) -> Result<(&'a VariableInfo, Elements), String> {
+    let found = tables.variables.iter().find_map(|info| Some((info, elements(&info.name, name)?)));
+    found.ok_or_else(|| {
+        let settable = tables.variables.iter().filter(|info| info.settable == Settable::Yes && info.name.count() > 0);
+        let names: Vec<String> = settable.map(|info| info.name.element(0)).collect();
+        let hint = did_you_mean(name, names.iter().map(String::as_str)).or_else(|| {
+            // Perhaps only the component before the name is missing.
+            let inside = names.iter().find(|full| full.rsplit('.').next() == Some(name));
+            inside.map(|full| format!("did you mean `{full}`?"))
+        });
+        let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
+        format!("the model has no parameter `{name}`{hint}")
+    })
+}
+
+/// Why a variable cannot be `set` or `varied`.
+fn refuse(info: &VariableInfo, name: &str, what: &str) -> Result<(), String> {
+    let reason = match info.settable {
+        Settable::Yes => return Ok(()),
+        Settable::Structural => "it decides sizes or structure, so every value is a model of its own",
+        Settable::No if info.variability == Variability::Constant => "it is a constant",
+        Settable::No if info.variability == Variability::Parameter => {
+            "it is final, or its value follows from other parameters by declaration"
+        }
+        Settable::No => "it is a variable, not a parameter",
+    };
+    Err(format!("`{name}` cannot be {what}: {reason}"))
+}
+
+/// Where a varied parameter stands in `DaeSystem::parameters`, with its sign; an array stands in several places.
+///
+/// # Errors
+/// A sentence.
+pub fn varied(tables: &Tables, name: &str) -> Result<Vec<(usize, f64)>, String> {
+    let (info, elements) = find(tables, name)?;
+    refuse(info, name, "varied")?;
+    let range = match elements {
+        Elements::One(k) => k..k + 1,
+        Elements::All => 0..info.sources.len(),
+    };
+    let place = |source: &Source| match source.place {
+        Place::Parameter(k) => Ok((k as usize, if source.negated { -1.0 } else { 1.0 })),
+        _ => Err(format!("`{name}` cannot be varied: its value is not kept as run-time data")),
+    };
+    info.sources.get(range).unwrap_or_default().iter().map(place).collect()
+}
+
+/// Positions in `DaeSystem::parameters` with their new values.
+fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(usize, f64)>, String> {
+    let range = match elements {
+        Elements::One(k) => k..k + 1,
+        Elements::All => 0..info.sources.len(),
+    };
+    let values = values(&info.kind, text, range.len())?;
+    let mut places = Vec::new();
+    let sources = info.sources.get(range).unwrap_or_default();
+    for (source, value) in sources.iter().zip(values) {
+        match source.place {
+            Place::Parameter(k) => places.push((k as usize, if source.negated { -value } else { value })),
+            _ => return Err("its value is not kept as run-time data".to_string()),
+        }
+    }
+    Ok(places)
+}
+
+/// Which elements of a pattern a name means.
+pub fn elements(pattern: &NamePattern, name: &str) -> Option<Elements> {
+    let bare: String = pattern.parts.iter().map(|(text, _)| &**text).collect();
+    if pattern.derivative || !name.starts_with(&*pattern.parts.first()?.0) {
+        None
+    } else if pattern.parts.iter().all(|(_, dims)| dims.is_empty()) {
+        (bare == name).then_some(Elements::One(0))
+    } else if bare == name {
+        Some(Elements::All)
+    } else {
+        let spaceless: String = name.chars().filter(|c| !c.is_whitespace()).collect();
+        (0..pattern.count()).find(|&k| pattern.element(k) == spaceless).map(Elements::One)
+    }
+}
+
+/// `count` numbers from a text: one value for all, or a list in braces, nested as the array is.
+///
+/// # Errors
+/// Why it is no value of this type.
+pub fn values(kind: &ValueKind, text: &str, count: usize) -> Result<Vec<f64>, String> {
+    if !text.starts_with('{') {
+        return value(kind, text).map(|value| vec![value; count]);
+    }
+    let inner: String = text.chars().filter(|c| !matches!(c, '{' | '}')).collect();
+    let list = inner.split(',').map(|item| value(kind, item.trim())).collect::<Result<Vec<f64>, String>>()?;
+    if list.len() == count { Ok(list) } else { Err(format!("it has {count} elements, not {}", list.len())) }
+}
+
+fn value(kind: &ValueKind, text: &str) -> Result<f64, String> {
+    match kind {
+        ValueKind::Real => {
+            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| "it is a Real and needs a finite number".to_string())
+        }
+        ValueKind::Integer => {
+            let number = text.parse::<i32>().map_err(|_| "it is an Integer and needs a whole number".to_string());
+            number.map(f64::from)
+        }
+        ValueKind::Boolean => match text {
+            "true" => Ok(1.0),
+            "false" => Ok(0.0),
+            _ => Err("it is a Boolean: `true` or `false`".to_string()),
+        },
+        ValueKind::Enumeration(literals) => {
+            let last = text.rsplit('.').next().unwrap_or(text);
+            let position = literals.iter().position(|literal| **literal == *last);
+            position.map(|k| (k + 1) as f64).ok_or_else(|| format!("it is one of {}", literals.join(", ")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn array() -> NamePattern {
+        NamePattern { parts: vec![("a".into(), vec![4]), (".b".into(), vec![2, 3])], derivative: false }
+    }
+
+    #[test]
+    fn names_mean_elements_or_whole_arrays() {
+        assert_eq!(elements(&array(), "a[2].b[1, 3]"), Some(Elements::One(8)));
+        assert_eq!(elements(&array(), "a.b"), Some(Elements::All));
+        assert_eq!(elements(&array(), "a[5].b[1,1]"), None);
+        assert_eq!(elements(&NamePattern::scalar("m"), "m"), Some(Elements::One(0)));
+        assert_eq!(elements(&NamePattern::scalar("m"), "mm"), None);
+    }
+
+    #[test]
+    fn values_fit_their_type() {
+        let modes = ValueKind::Enumeration(["off".into(), "on".into()].into());
+        assert_eq!(values(&ValueKind::Real, "1.5e-3", 1), Ok(vec![1.5e-3]));
+        assert_eq!(values(&ValueKind::Real, "{{1, 2}, {3, 4}}", 4), Ok(vec![1.0, 2.0, 3.0, 4.0]));
+        assert_eq!(values(&ValueKind::Real, "7", 3), Ok(vec![7.0; 3]));
+        assert_eq!(values(&ValueKind::Boolean, "true", 1), Ok(vec![1.0]));
+        assert_eq!(values(&modes, "Pkg.Mode.on", 1), Ok(vec![2.0]));
+        let refused: [(&ValueKind, &str, usize, &str); 6] = [
+            (&ValueKind::Real, "abc", 1, "it is a Real and needs a finite number"),
+            (&ValueKind::Real, "inf", 1, "it is a Real and needs a finite number"),
+            (&ValueKind::Integer, "1.5", 1, "it is an Integer and needs a whole number"),
+            (&ValueKind::Boolean, "1", 1, "it is a Boolean: `true` or `false`"),
+            (&modes, "auto", 1, "it is one of off, on"),
+            (&ValueKind::Real, "{1, 2}", 3, "it has 3 elements, not 2"),
+        ];
+        for (kind, text, count, reason) in refused {
+            assert_eq!(values(kind, text, count), Err(reason.to_string()));
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! One run of a system: options, result file, summary, messages.
+//!
+//! Times and tolerance come from the command line, else from the model's `experiment` annotation, else 1 s and 1e-6.  A result
+//! file is whole or absent: a run that fails leaves what it computed as `F.partial.csv`, one that Ctrl-C stops as `F.csv`.
+
+use std::path::{Path, PathBuf};
+
+use hyd_frames::RunStream;
+use hyd_payload::Experiment;
+use hyd_results::{Format, ResultFile};
+use hyd_runtime::{Options, Simulator, SolveError, Summary};
+use hyd_system::{DaeSystem, Structure, VariableInfo};
+
+use crate::arguments::{MessageFormat, RunArguments, Solver};
+use crate::recorder::Recorder;
+use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
+use crate::selection::{MOST_CURVES, Selection, Shown};
+use crate::{Failure, clock, interrupt, output};
+
+/// Jumps that are told one by one.
+const MOST_JUMPS: usize = 5;
+/// Warnings that are told one by one.
+const MOST_WARNINGS: usize = 20;
+
+/// What the summary says of a model besides its run.
+#[derive(Clone, Debug, Default)]
+pub struct Facts {
+    /// Name of the model.
+    pub model: String,
+    /// Different expressions.
+    pub templates: usize,
+    /// Bytes of machine code, 0 when interpreted.
+    pub code_bytes: usize,
+    /// CPU seconds until the system was ready.
+    pub translate_s: f64,
+    /// What the user should know of the code.
+    pub warnings: Vec<String>,
+}
+
+/// How a run ended.
+pub struct Outcome {
+    /// What is said of it.
+    pub summary: RunSummary,
+    /// What the solver says.
+    pub result: Result<Summary, SolveError>,
+    /// The values of the shown variables.
+    pub recorder: Recorder,
+}
+
+/// Runs a system.  `drawn`: all values of the shown variables are needed, not only the last.
+///
+/// # Errors
+/// Wrong usage, or a result file that cannot be written; that the solver gave up stands in the outcome.
+pub fn simulate(
+    system: &mut dyn DaeSystem,
+    arguments: &RunArguments,
+    options: &Options,
+    facts: Facts,
+    drawn: bool,
+) -> Result<Outcome, Failure> {
+    let selection = Selection::new(arguments.variables.as_deref())?;
+    let shown = shown(arguments, &selection, system, drawn)?;
+    let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop));
+    recorder.file = result_file(arguments.result.as_deref(), &selection)?;
+    interrupt::listen();
+    let mut simulator = Simulator::new(system.structure());
+    let begin = clock::cpu_seconds();
+    let outcome = simulator.run(system, options, &mut recorder, &interrupt::requested);
+    let simulate_s = clock::cpu_seconds() - begin;
+    recorder.end();
+
+    let status = status(&outcome);
+    let result = match (recorder.file.take(), &arguments.result) {
+        (Some(file), Some(path)) => close(file, path, status)?,
+        _ => None,
+    };
+    let structure = system.structure();
+    let warnings = [facts.warnings.clone(), warnings(arguments, &simulator, structure)].concat();
+    let summary = RunSummary {
+        status,
+        message: message(&outcome),
+        model: facts.model,
+        start: options.start,
+        stop: options.stop,
+        time: time_reached(&outcome, options),
+        tolerance: options.tolerance,
+        solver: arguments.solver.name(),
+        methods: simulator.phases().iter().map(MethodUse::from).collect(),
+        states: structure.differential.iter().filter(|&&state| state).count(),
+        unknowns: structure.unknowns,
+        templates: facts.templates,
+        code_bytes: facts.code_bytes,
+        translate_s: facts.translate_s,
+        simulate_s,
+        counters: Counters::from(simulator.statistics()),
+        warnings,
+        jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
+        result: result.map(|path| path.display().to_string()),
+        plot: None,
+        final_values: FinalValues(recorder.last_values()),
+    };
+    Ok(Outcome { summary, result: outcome, recorder })
+}
+
+/// What the user should know of a run that did not fail for it.
+fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structure) -> Vec<String> {
+    let mut list: Vec<String> = simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text).collect();
+    if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
+        list.push(format!("{more} more like these"));
+    }
+    if matches!(arguments.solver, Solver::Bdf) && !structure.delays.is_empty() {
+        let reason = "the model has delays, and kinks of the recorded past shorten the steps of `--solver bdf`";
+        list.push(format!("{reason}; `auto` takes the one-step method"));
+    }
+    list
+}
+
+/// What can be refused before any work.  `model`: the model's text, if there is one.
+///
+/// # Errors
+/// Wrong usage.
+pub fn check_usage(arguments: &RunArguments, model: Option<&Path>) -> Result<(), Failure> {
+    if let Some(path) = &arguments.result {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let replaces = model.is_some_and(|model| same_file(path, model));
+        if matches!(extension.as_str(), "hyd" | "mo" | "toml") || replaces {
+            let path = path.display();
+            return Err(Failure::Usage(format!(
+                "--result `{path}` would replace a source text; results end in .csv, .mat or .parquet"
+            )));
+        }
+    }
+    Selection::new(arguments.variables.as_deref()).map(|_| ())
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// Times, tolerance and output of a run.
+///
+/// # Errors
+/// Wrong usage.
+pub fn options(
+    arguments: &RunArguments,
+    experiment: &Experiment,
+    sensitivity: Vec<String>,
+) -> Result<Options, Failure> {
+    let start = experiment.start.unwrap_or(0.0);
+    let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
+    let mut options = Options::new(start, stop);
+    options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
+    if let Some(interval) = experiment.interval.filter(|interval| *interval > 0.0) {
+        options.intervals = ((stop - start) / interval).round().clamp(1.0, 1e9) as usize;
+    }
+    options.intervals = arguments.intervals.unwrap_or(options.intervals);
+    options.every_step = arguments.every_step;
+    options.solver = match arguments.solver {
+        Solver::Auto => hyd_runtime::Solver::Auto,
+        Solver::Bdf => hyd_runtime::Solver::Bdf,
+        Solver::Esdirk => hyd_runtime::Solver::Esdirk,
+    };
+    options.sensitivity = sensitivity;
+    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(options)
+}
+
+fn shown(
+    arguments: &RunArguments,
+    selection: &Selection,
+    system: &dyn DaeSystem,
+    drawn: bool,
+) -> Result<Vec<Shown>, Failure> {
+    let shown = selection.shown(system.tables());
+    if let Some(pattern) = arguments.variables.as_deref().filter(|_| shown.is_empty()) {
+        return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
+    }
+    if drawn && shown.len() > MOST_CURVES {
+        let count = shown.len();
+        return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
+    }
+    Ok(shown)
+}
+
+/// Opens the file of `--result` in the format of its name.
+fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<ResultFile>, Failure> {
+    let Some(path) = path else { return Ok(None) };
+    let selection = selection.clone();
+    let all = Format::of(path) == Format::Mat;
+    let keep = move |variable: &VariableInfo, name: &str| match all {
+        true => selection.keeps_everything(variable, name),
+        false => selection.keeps(variable, name),
+    };
+    let opened = match is_parquet(path) {
+        true => ResultFile::with(path, |file| Ok(Box::new(RunStream::new(file, keep)))),
+        false => ResultFile::create(path, keep),
+    };
+    opened.map(Some).map_err(|error| unwritable(path, &error))
+}
+
+fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
+}
+
+/// Gives the file its name; says which, or `None` if there is nothing worth keeping.
+fn close(file: ResultFile, path: &Path, status: Status) -> Result<Option<PathBuf>, Failure> {
+    let closed = if status == Status::Failed { file.partial() } else { file.complete() };
+    closed.map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
+}
+
+fn status(outcome: &Result<Summary, SolveError>) -> Status {
+    match outcome {
+        Ok(Summary { terminated: Some(_), .. }) => Status::Terminated,
+        Ok(_) => Status::Done,
+        Err(SolveError::Interrupted { .. }) => Status::Interrupted,
+        Err(_) => Status::Failed,
+    }
+}
+
+fn message(outcome: &Result<Summary, SolveError>) -> Option<String> {
+    match outcome {
+        Ok(summary) => summary.terminated.clone(),
+        Err(error) => Some(error.to_string()),
+    }
+}
+
+fn time_reached(outcome: &Result<Summary, SolveError>, options: &Options) -> f64 {
+    match outcome {
+        Ok(summary) => summary.time,
+        Err(error) => error.time().unwrap_or(options.start),
+    }
+}
+
+fn warning_text(warning: &hyd_runtime::Warning) -> String {
+    let report = &warning.report;
+    let further = match warning.points {
+        0 | 1 => String::new(),
+        points => format!(", and until t = {} s, {points} points", warning.until),
+    };
+    format!("at t = {} s: {} ({}:{}){further}", warning.time, report.message, report.file, report.line)
+}
+
+/// Prints warnings, notes and the summary.
+///
+/// # Errors
+/// When standard output cannot be written.
+pub fn tell(summary: &RunSummary, json: bool, format: MessageFormat) -> Result<(), Failure> {
+    for warning in &summary.warnings {
+        output::sentence("warning", warning, format);
+    }
+    for jump in summary.jumps.iter().take(MOST_JUMPS) {
+        output::sentence("note", jump, format);
+    }
+    if let Some(more @ 1..) = summary.jumps.len().checked_sub(MOST_JUMPS) {
+        output::sentence("note", &format!("{more} more jumps to other solutions"), format);
+    }
+    if json {
+        output::print(&summary.json())
+    } else if summary.status != Status::Failed {
+        output::print(&summary.text())
+    } else {
+        Ok(())
+    }
+}
+
+/// The failure of a run; `explain` prints why the solver gave up, and gets where results up to there are.
+pub fn finish(summary: &RunSummary, error: SolveError, explain: &dyn Fn(&SolveError, Option<String>)) -> Failure {
+    let kept = match (&summary.result, summary.status) {
+        (Some(path), Status::Failed) => Some(format!("results up to there are in {path}")),
+        _ => None,
+    };
+    match error {
+        SolveError::Option(_) => return Failure::Usage(error.to_string()),
+        SolveError::Interrupted { .. } => return Failure::Solver(error.to_string()),
+        SolveError::Sink { .. } => return Failure::Fault(error.to_string()),
+        _ => {}
+    }
+    explain(&error, kept);
+    match error {
+        SolveError::Assertion { .. } => Failure::Reported,
+        _ => Failure::SolverReported,
+    }
+}

@@ -1,0 +1,235 @@
+//! Many runs of one system: the plan of options and file, work on all cores, resumable, summary; joining the parts of shards.
+//!
+//! The command line and a plan file say the same things; options override the plan.  The folder remembers which sweep it
+//! holds (plan and texts of the model), completes it when called again, and refuses another one.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use hyd_ensemble::{Folder, Job, Kept, Members, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
+use hyd_payload::Experiment;
+use hyd_results::is_variable;
+use hyd_runtime::Options;
+use hyd_system::{DaeSystem, VariableInfo};
+use serde_json::json;
+
+use crate::arguments::{DrawMethod, SweepArguments};
+use crate::selection::Selection;
+use crate::{Failure, interrupt, output, parameters};
+
+/// Members per chunk: few enough that little is lost by a kill, many enough that files are not tiny.
+const CHUNK: usize = 32;
+
+/// What is run many times.
+pub struct Subject<'a> {
+    /// A number that is another one, all but surely, when a text of the model is.
+    pub sources: u64,
+    /// When the model runs if nobody says otherwise.
+    pub experiment: Experiment,
+    /// Makes a system, ready but for the varied parameters.
+    pub make: &'a (dyn Fn() -> Result<Box<dyn DaeSystem>, String> + Sync),
+}
+
+/// A sweep that makes sense as far as can be told without a model.
+pub struct Prepared<'a> {
+    arguments: &'a SweepArguments,
+    plan: Plan,
+    members: Members,
+    shard: Shard,
+    root: &'a Path,
+    selection: Selection,
+}
+
+/// Reads a plan.
+///
+/// # Errors
+/// A sentence.
+pub fn read_plan(path: &Path) -> Result<Plan, Failure> {
+    let text = crate::read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
+    Plan::parse(&text).map_err(|error| Failure::Fault(format!("`{}`: {error}", path.display())))
+}
+
+/// Puts the options over a plan.
+pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
+    plan.set.extend(arguments.set.iter().cloned());
+    plan.samples = arguments.samples.or(plan.samples);
+    plan.seed = arguments.seed.unwrap_or(plan.seed);
+    plan.stop = arguments.stop.or(plan.stop);
+    plan.tolerance = arguments.tolerance.or(plan.tolerance);
+    plan.intervals = arguments.intervals.or(plan.intervals);
+    plan.variables = arguments.variables.clone().or(plan.variables.take());
+    plan.rows |= arguments.rows;
+    plan.method = match arguments.method {
+        Some(DrawMethod::Lhs) => Method::Lhs,
+        Some(DrawMethod::Random) => Method::Random,
+        None => plan.method,
+    };
+    let vary = arguments.vary.iter().cloned();
+    plan.vary.extend(vary.map(|(parameter, values)| hyd_ensemble::Vary { parameter, values }));
+}
+
+/// Checks what can be checked without a model.
+///
+/// # Errors
+/// Wrong usage.
+pub fn prepare(arguments: &SweepArguments, plan: Plan) -> Result<Prepared<'_>, Failure> {
+    let members = plan.members().map_err(|error: PlanError| Failure::Usage(error.to_string()))?;
+    let shard = match arguments.shard.as_deref().map(Shard::parse) {
+        None => Shard::WHOLE,
+        Some(Some(shard)) => shard,
+        Some(None) => return Err(Failure::Usage("--shard: expected I/N with I from 0 to N-1".to_string())),
+    };
+    let root = arguments.result.as_deref();
+    let root = root.ok_or_else(|| Failure::Usage("--result DIR is needed: the folder of the results".to_string()))?;
+    let selection = Selection::new(plan.variables.as_deref())?;
+    Ok(Prepared { arguments, plan, members, shard, root, selection })
+}
+
+impl Prepared<'_> {
+    /// What is to be done.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Runs the share and says what came out.  `command`: what joins shards.
+    ///
+    /// # Errors
+    /// A parameter that cannot be varied, a folder of another sweep, results that cannot be written, Ctrl-C.
+    pub fn run(&self, subject: &Subject<'_>, command: &str) -> Result<(), Failure> {
+        let (folder, report) = self.work(subject)?;
+        self.finish(&folder, report, command)
+    }
+
+    fn work(&self, subject: &Subject<'_>) -> Result<(Folder, Report), Failure> {
+        let plan = &self.plan;
+        let system = (subject.make)().map_err(Failure::Fault)?;
+        let names: Vec<String> = plan.vary.iter().map(|vary| vary.parameter.clone()).collect();
+        let places = names.iter().map(|name| parameters::varied(system.tables(), name));
+        let places = places.collect::<Result<Vec<_>, String>>().map_err(Failure::Fault)?;
+        let keep = |variable: &VariableInfo, name: &str| match self.selection.is_explicit() {
+            true => self.selection.matches(name),
+            false => is_variable(variable, name),
+        };
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+        let options = options(plan, &subject.experiment)?;
+        // Only now, so that a command that is refused leaves no folder behind.
+        let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
+        let folder = Folder::open(self.root, &identity, self.members.count(), CHUNK);
+        let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
+        let job = Job {
+            members: &self.members,
+            names,
+            places,
+            // The same call has just succeeded with the same values.
+            system: &|| (subject.make)().expect("invariant: systems are made of the same values every time"),
+            options,
+            keep: &keep,
+            kept: if plan.rows { Kept::Rows } else { Kept::Final },
+            folder: &folder,
+            shard: self.shard,
+            threads: self.arguments.threads.map_or(cores, std::num::NonZeroUsize::get),
+        };
+        interrupt::listen();
+        let line = Line::new();
+        let report = run(&job, &|done, all| line.show(done, all), &interrupt::requested);
+        line.wipe();
+        let report = report.map_err(|error| Failure::Fault(format!("results cannot be written: {error}")))?;
+        Ok((folder, report))
+    }
+
+    fn finish(&self, folder: &Folder, report: Report, command: &str) -> Result<(), Failure> {
+        let mut files: Vec<String> = Vec::new();
+        let mut whole = false;
+        if !report.interrupted {
+            match merge(folder) {
+                Ok(written) => {
+                    whole = true;
+                    files = written.iter().map(|path| path.display().to_string()).collect();
+                }
+                Err(MergeError::Missing(..)) if self.shard != Shard::WHOLE => {}
+                Err(error) => return Err(Failure::Fault(error.to_string())),
+            }
+        }
+        let Report { members, before, now, failed, interrupted } = report;
+        let text = if self.arguments.json {
+            let status = if interrupted { "interrupted" } else { "done" };
+            let object = json!({"status": status, "members": members, "before": before, "now": now, "failed": failed,
+                "complete": whole, "files": files});
+            format!("{object}\n")
+        } else {
+            let earlier = if before > 0 { format!(", {before} of them before") } else { String::new() };
+            let mut text = format!("{} of {members} runs done{earlier}; {failed} failed\n", before + now);
+            files.iter().for_each(|file| text.push_str(&format!("  results in {file}\n")));
+            if !whole && !interrupted {
+                text.push_str(&format!("  other shards are missing; `{command}` joins them when they are there\n"));
+            }
+            text
+        };
+        output::print(&text)?;
+        if interrupted {
+            return Err(Failure::Solver("interrupted; the same command goes on where it was stopped".to_string()));
+        }
+        Ok(())
+    }
+}
+
+fn options(plan: &Plan, experiment: &Experiment) -> Result<Options, Failure> {
+    let start = experiment.start.unwrap_or(0.0);
+    let mut options = Options::new(start, plan.stop.or(experiment.stop).unwrap_or(start + 1.0));
+    options.tolerance = plan.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
+    // Without rows only the end counts.
+    options.intervals = plan.intervals.unwrap_or(if plan.rows { options.intervals } else { 1 });
+    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(options)
+}
+
+/// Joins the parts of shards and says where the results are.
+///
+/// # Errors
+/// A folder that holds no sweep, missing parts, files that cannot be written.
+pub fn join(root: &Path) -> Result<(), Failure> {
+    let folder = Folder::existing(root).map_err(|error| Failure::Fault(error.to_string()))?;
+    let files = merge(&folder).map_err(|error| Failure::Fault(error.to_string()))?;
+    let mut text = format!("{} runs joined\n", folder.members());
+    files.iter().for_each(|file| text.push_str(&format!("  results in {}\n", file.display())));
+    output::print(&text)
+}
+
+/// The line of progress: members done and time left, on a terminal only.
+struct Line {
+    state: Mutex<(Instant, usize)>,
+    begin: Instant,
+    active: bool,
+}
+
+impl Line {
+    const PERIOD: Duration = Duration::from_millis(200);
+
+    fn new() -> Self {
+        let now = Instant::now();
+        Self { state: Mutex::new((now, usize::MAX)), begin: now, active: io::stderr().is_terminal() }
+    }
+
+    fn show(&self, done: usize, all: usize) {
+        let Ok(mut state) = self.state.lock() else { return };
+        // What was done before this call takes no time now.
+        let first = if state.1 == usize::MAX { done.saturating_sub(1) } else { state.1 };
+        state.1 = first;
+        if !self.active || state.0.elapsed() < Self::PERIOD {
+            return;
+        }
+        state.0 = Instant::now();
+        let rate = (done - first) as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
+        let left = (all - done) as f64 / rate.max(1e-9);
+        // A terminal that cannot be written to shows no progress; the runs go on.
+        let _ = write!(io::stderr(), "\r\u{1b}[K{done} of {all} runs, {left:.0} s left");
+    }
+
+    fn wipe(&self) {
+        if self.active {
+            let _ = write!(io::stderr(), "\r\u{1b}[K");
+        }
+    }
+}

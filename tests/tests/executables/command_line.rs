@@ -1,0 +1,151 @@
+//! The command line of executables: help, parameters, files, habits of other tools, sweeps, refusals.
+
+use std::fs;
+
+use hyd_results::Table;
+
+use crate::scratch::{Scratch, messages, printed};
+
+/// Decay with a known solution, sizes that are fixed at translation, limits.
+const DECAY: &str = "model Decay \"Exponential decay\"
+  parameter Real k(unit = \"1/s\", min = 0) = 1 \"Rate\";
+  parameter Real x0 = 1 \"Start\";
+  final parameter Real half = log(2)/k;
+  parameter Boolean on = true;
+  parameter Integer n = 2;
+  parameter Real a[n] = fill(0, n);
+  Real x(start = x0, fixed = true);
+equation
+  der(x) = if on then -k*x + sum(a) else 0;
+  annotation(experiment(StopTime = 2, Tolerance = 1e-10));
+end Decay;
+";
+
+fn built() -> Scratch {
+    let scratch = Scratch::new();
+    fs::write(scratch.file("decay.hyd"), DECAY).unwrap();
+    let output = scratch.hyd(&["build", "decay.hyd", "-o", "decay"]);
+    assert!(output.status.success(), "{}", messages(&output));
+    fs::remove_file(scratch.file("decay.hyd")).unwrap();
+    scratch
+}
+
+fn last(scratch: &Scratch, file: &str) -> (f64, f64) {
+    let table = Table::read(&scratch.file(file)).unwrap();
+    (*table.times.last().unwrap(), *table.column("x").unwrap().last().unwrap())
+}
+
+#[test]
+fn options_and_habits_set_what_they_say() {
+    let scratch = built();
+    fs::write(scratch.file("p.toml"), "k = 2.0\nx0 = 3\na = [1, 1]\n").unwrap();
+    // x' = -k x + s from x0: x = s/k + (x0 - s/k) exp(-k t).
+    let x = |k: f64, x0: f64, s: f64, t: f64| s / k + (x0 - s / k) * (-k * t).exp();
+    let cases: [(&[&str], f64, f64); 7] = [
+        (&["--result", "r.csv"], 2.0, x(1.0, 1.0, 0.0, 2.0)),
+        (&["--result", "r.csv", "--set", "k=0.5", "--stop", "1"], 1.0, x(0.5, 1.0, 0.0, 1.0)),
+        (&["--result", "r.csv", "--parameters", "p.toml"], 2.0, x(2.0, 3.0, 2.0, 2.0)),
+        (&["--result", "r.csv", "--parameters", "p.toml", "--set", "x0=5"], 2.0, x(2.0, 5.0, 2.0, 2.0)),
+        (&["-r=r.csv", "-override", "k=3,x0=2,stopTime=0.5"], 0.5, x(3.0, 2.0, 0.0, 0.5)),
+        (&["-r", "r.csv", "-stopTime=1", "-tolerance=1e-11", "-override=a[1]=4"], 1.0, x(1.0, 1.0, 4.0, 1.0)),
+        (&["--result", "r.csv", "--set", "on=false"], 2.0, 1.0),
+    ];
+    for (arguments, time, value) in cases {
+        let output = scratch.bare("decay", arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", messages(&output));
+        let (end, found) = last(&scratch, "r.csv");
+        assert_eq!(end, time);
+        assert!((found - value).abs() < 1e-8 * value.abs(), "{arguments:?}: {found} instead of {value}");
+    }
+}
+
+#[test]
+fn help_lists_parameters_with_units_values_and_limits() {
+    let scratch = built();
+    let help = printed(&scratch.bare("decay", &["--help"]));
+    assert!(help.starts_with("Simulates the model Decay: Exponential decay\n"), "{help}");
+    let list = &help[help.find("Parameters (").unwrap()..];
+    let wanted = "Parameters (--set NAME=VALUE):
+  k     1 1/s  >= 0  Rate
+  x0    1            Start
+  on    true
+  a[2]  0
+
+Fixed when the executable was built, because they decide sizes or structure:
+  n
+";
+    assert!(list.starts_with(wanted), "{list}");
+    let version = printed(&scratch.bare("decay", &["--version"]));
+    assert!(version.starts_with("Decay (texts ") && version.ends_with(&format!("hyd {}\n", env!("CARGO_PKG_VERSION"))));
+    let json = printed(&scratch.bare("decay", &["--json"]));
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((json["status"].as_str(), json["model"].as_str()), (Some("done"), Some("Decay")));
+}
+
+#[test]
+fn what_cannot_be_set_is_refused_with_the_reason() {
+    let scratch = built();
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["--set", "n=3"], 1, "error: `n` cannot be set: it decides sizes or structure"),
+        (&["--set", "half=3"], 1, "error: `half` cannot be set: it is final"),
+        (&["--set", "x=3"], 1, "error: `x` cannot be set: it is a variable"),
+        (&["--set", "kk=3"], 1, "error: the model has no parameter `kk`; did you mean `k`?"),
+        (&["--set", "k=-1"], 1, "error: `k` is -1, below its `min` 0"),
+        (&["--set", "k=abc"], 1, "error: `k=abc`: it is a Real and needs a finite number"),
+        (&["--stop", "-1"], 2, "error: "),
+        (&["-startTime=1"], 2, "error: `-startTime` is not known here"),
+    ];
+    for (arguments, code, message) in cases {
+        let output = scratch.bare("decay", arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", messages(&output));
+        assert!(messages(&output).starts_with(message), "{arguments:?}: {}", messages(&output));
+    }
+}
+
+#[test]
+fn values_set_at_the_build_are_the_defaults() {
+    let scratch = Scratch::new();
+    fs::write(scratch.file("decay.hyd"), DECAY).unwrap();
+    let output = scratch.hyd(&["build", "decay.hyd", "-o", "decay", "--set", "n=3", "--set", "k=2"]);
+    assert!(output.status.success(), "{}", messages(&output));
+    for (arguments, value) in [(&[][..], 2.0), (&["--set", "k=1"], 1.0)] {
+        let output = scratch.bare("decay", &[&["--result", "r.csv"], arguments].concat());
+        assert!(output.status.success(), "{}", messages(&output));
+        let (_, found) = last(&scratch, "r.csv");
+        assert!((found - f64::exp(-2.0 * value)).abs() < 1e-8, "{found}");
+    }
+    assert!(printed(&scratch.bare("decay", &["--help"])).contains("a[3]"));
+}
+
+/// Shards run by the executable are parts of the sweep that `hyd` runs, to the byte.
+#[test]
+fn shards_of_an_executable_are_those_of_hyd() {
+    let scratch = built();
+    fs::write(scratch.file("decay.hyd"), DECAY).unwrap();
+    let plan =
+        "model = \"decay.hyd\"\nsamples = 70\nseed = 3\n[[vary]]\nparameter = \"k\"\nvalues = \"uniform(0.5, 2)\"\n";
+    fs::write(scratch.file("plan.toml"), plan).unwrap();
+    let output = scratch.hyd(&["sweep", "plan.toml", "--result", "own"]);
+    assert!(output.status.success(), "{}", messages(&output));
+    fs::remove_file(scratch.file("decay.hyd")).unwrap();
+    for shard in ["0/2", "1/2"] {
+        let output = scratch.bare("decay", &["sweep", "plan.toml", "--shard", shard, "--result", "exe"]);
+        assert!(output.status.success(), "{}", messages(&output));
+    }
+    let read = |folder: &str| fs::read(scratch.file(folder).join("members.parquet")).unwrap();
+    assert!(read("own") == read("exe"));
+    let output = scratch.bare("decay", &["sweep", "--vary", "n=1,2", "--result", "no"]);
+    assert!(messages(&output).contains("`n` cannot be varied: it decides sizes or structure"), "{}", messages(&output));
+}
+
+#[test]
+fn a_failed_run_names_equation_and_place() {
+    let scratch = Scratch::new();
+    let text = "model M\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -1/sqrt(x);\n  annotation(experiment(StopTime = 2));\nend M;\n";
+    fs::write(scratch.file("m.hyd"), text).unwrap();
+    assert!(scratch.hyd(&["build", "m.hyd", "-o", "m"]).status.success());
+    let output = scratch.bare("m", &["--result", "r.csv"]);
+    assert_eq!(output.status.code(), Some(3));
+    let said = messages(&output);
+    assert!(said.contains("m.hyd:4") && said.contains("results up to there are in r.partial.csv"), "{said}");
+}

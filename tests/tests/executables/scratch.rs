@@ -1,0 +1,56 @@
+//! A folder for one test, and programs run from it with an empty environment.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A folder of its own, removed at the end.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    pub fn new() -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("hyd-exe-{}-{number}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Scratch(path)
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// `hyd` with its launcher.
+    pub fn hyd(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+        command.env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
+        command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
+        self.output(command.args(arguments))
+    }
+
+    /// A program of this folder, without any environment.
+    pub fn bare(&self, program: &str, arguments: &[&str]) -> Output {
+        self.output(Command::new(self.file(program)).env_clear().env("PATH", "").args(arguments))
+    }
+
+    fn output(&self, command: &mut Command) -> Output {
+        command.current_dir(&self.0).stdin(Stdio::null()).output().unwrap()
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Standard error as text.
+pub fn messages(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Standard output as text.
+pub fn printed(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
