@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, CompiledModel, Goal};
+use hyd_compiler::{Compilation, CompiledModel, Goal, Options, compile};
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::simulate;
 use hyd_system::{DaeSystem, Tables};
@@ -130,7 +130,57 @@ fn models_of_the_repository_have_the_same_values_in_c() {
         "models/single_acting_drive/rlclocked.hyd",
         "models/single_acting_drive/peak_and_hold/peakholddrive.hyd",
         "models/servo_drive/drive.hyd",
+        "models/hydraulic_line/line.hyd",
     ] {
         check(&file.replace('/', "-"), &compile_file(file, &[], Goal::Run));
     }
+}
+
+/// Loops, functions with loops, branches and tables, names that C reserves.
+#[test]
+fn everything_the_language_has_is_written() {
+    let text = "package P
+  function mean \"By a loop\"
+    input Real a[:];
+    output Real m;
+  algorithm
+    m := 0;
+    for i in 1:size(a, 1) loop
+      if a[i] > 10 then break; end if;
+      m := m + a[i];
+    end for;
+    m := m/size(a, 1);
+  end mean;
+  function steps
+    input Real x;
+    output Real n;
+  algorithm
+    n := 0;
+    while n*n < x loop
+      n := n + 1;
+    end while;
+  end steps;
+  model M
+    parameter Real double = 2, long[3] = {1, 2, 3};
+    Real x[50](each start = 0.5, each fixed = true), exp(start = 1, fixed = true), t1, s;
+    Boolean high(start = false, fixed = true);
+    Integer count(start = 0, fixed = true);
+  equation
+    for i in 1:50 loop
+      der(x[i]) = (if i > 1 then x[max(i - 1, 1)] else sin(time)) - double*x[i] + long[mod(i, 3) + 1]*tanh(x[i]);
+    end for;
+    t1 = mean(x) + steps(4 + x[1]);
+    der(exp) = -exp + max(x[3], min(x[4], 0.2)) - abs(x[5])^1.5 + (if high and not x[7] > 0.3 or time > 0.5 then 1 else 0);
+    s = div(t1, 0.3) + mod(t1, 0.7) + rem(-t1, 0.4) + sign(x[2]) + floor(exp) + atan2(x[1], exp);
+    high = x[6] > 0.45;
+    when sample(0.1, 0.1) then
+      count = pre(count) + 1;
+    end when;
+    assert(s < 1e6, \"too high\");
+    annotation(experiment(StopTime = 1));
+  end M;
+end P;
+";
+    let options = Options { model: None, set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
+    check("all", &compile(&mut hyd::LibraryPath::new(), "p.hyd", text, &options));
 }
