@@ -11,15 +11,14 @@ use hyd_compiler::{Goal, Options, compile};
 use hyd_doc::{Example, Library, Page, Source};
 use hyd_report::{Curve, Figure};
 use hyd_results::{Trajectory, write_whole};
+use hyd_run::{Selection, interrupt, read_text};
 use hyd_runtime::Simulator;
 use hyd_system::DaeSystem;
 
 use crate::arguments::{Doc, MessageFormat};
 use crate::fmt::collect;
 use crate::library::{LibraryPath, built_in_texts};
-use crate::{Failure, clock, interrupt, output, translate};
-use hyd_run::Selection;
-use hyd_run::read_text;
+use crate::{Failure, clock, output, translate};
 
 /// Curves of a picture when the example does not say which.
 const FEW: usize = 6;
