@@ -19,7 +19,7 @@ use mutate::Source;
 use targets::{TARGETS, Target};
 
 /// Seconds for one case.
-const PATIENCE: u64 = 10;
+const PATIENCE: u64 = 60;
 /// Findings of one run after which it ends.
 const MOST_FINDINGS: usize = 20;
 /// Tries to cut a finding down.

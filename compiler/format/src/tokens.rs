@@ -89,7 +89,9 @@ fn token(rest: &str, first: char) -> Option<(Kind, usize)> {
         }
         '0'..='9' => (Kind::Number, number(bytes)),
         '!'..='~' => {
-            let long = LONG_SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol));
+            // Comments are taken out first: in `.//` and `./*` the dot stands alone.
+            let comment = bytes.get(1) == Some(&b'/') && matches!(bytes.get(2), Some(b'/' | b'*'));
+            let long = LONG_SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol) && !comment);
             (Kind::Symbol, long.map_or(1, |symbol| symbol.len()))
         }
         _ => return None,
@@ -139,6 +141,15 @@ mod tests {
         assert_eq!(texts("a:=b.*2.*c<=1e-3"), ["a", ":=", "b", ".*", "2.", "*", "c", "<=", "1e-3"]);
         assert_eq!(texts("1:n 3.5E+2 4e x"), ["1", ":", "n", "3.5E+2", "4", "e", "x"]);
         assert_eq!(texts(r#"'a b' "say \"so\"" 'it\'s'"#), ["'a b'", r#""say \"so\"""#, r"'it\'s'"]);
+    }
+
+    #[test]
+    fn a_comment_behind_a_dot_is_a_comment() {
+        assert_eq!(
+            texts("a ./b; .// c\n.D d; ./* e */ F f"),
+            ["a", "./", "b", ";", ".", "// c", ".", "D", "d", ";", ".", "/* e */", "F", "f"]
+        );
+        assert_eq!(texts("a*/* b */c-//d\ne"), ["a", "*", "/* b */", "c", "-", "//d", "e"]);
     }
 
     #[test]
