@@ -173,6 +173,18 @@ fn crates_depend_along_the_arrows() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The README's first command is `cargo run`, which takes the one default member that says what runs.
+#[test]
+fn cargo_run_knows_its_program() {
+    let workspace = read(&root().join("Cargo.toml"));
+    let members = workspace.lines().find_map(|line| line.strip_prefix("default-members = [")).expect("default members");
+    let members: Vec<&str> =
+        members.trim_end_matches(']').split(',').map(|name| name.trim().trim_matches('"')).collect();
+    let says = |member: &&&str| read(&root().join(member).join("Cargo.toml")).contains("\ndefault-run = \"hyd\"\n");
+    assert!(members.len() > 1 && members.iter().filter(says).count() == 1, "{members:?}");
+    assert!(read(&root().join("README.md")).contains("    cargo run --release -- simulate "));
+}
+
 #[test]
 fn every_file_opens_with_a_header() {
     let missing: Vec<String> =
