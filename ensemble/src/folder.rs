@@ -54,20 +54,27 @@ impl fmt::Display for FolderError {
 
 impl std::error::Error for FolderError {}
 
+/// Members per chunk: few enough that little is lost by a kill and no core waits long for another's last chunk, enough that a
+/// large sweep does not leave thousands of small files.  A function of the sweep alone, so that shards on other machines agree.
+fn chunk_size(members: usize) -> usize {
+    (members / 100).clamp(1, 32)
+}
+
 impl Folder {
     /// Opens a folder for a sweep, new or begun before; `identity` must be the same text then.
-    pub fn open(root: &Path, identity: &str, members: usize, chunk: usize) -> Result<Self, FolderError> {
+    pub fn open(root: &Path, identity: &str, members: usize) -> Result<Self, FolderError> {
         let failed = |path: &Path| {
             let path = path.to_path_buf();
             move |error| FolderError::Io(path, error)
         };
         let parts = root.join("parts");
         fs::create_dir_all(&parts).map_err(failed(&parts))?;
-        let card = Card { identity: identity.to_string(), members, chunk };
+        let mut card = Card { identity: identity.to_string(), members, chunk: chunk_size(members) };
         let place = root.join("sweep.json");
         match fs::read_to_string(&place) {
             Ok(text) => match serde_json::from_str::<Card>(&text) {
-                Ok(known) if known == card => {}
+                // A sweep keeps the chunks it was begun with.
+                Ok(known) if known.identity == card.identity && known.members == card.members => card = known,
                 _ => return Err(FolderError::Other(root.to_path_buf())),
             },
             Err(error) if error.kind() == io::ErrorKind::NotFound => {

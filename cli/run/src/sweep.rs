@@ -19,9 +19,6 @@ use crate::arguments::{DrawMethod, SweepArguments};
 use crate::selection::Selection;
 use crate::{Failure, interrupt, output, parameters};
 
-/// Members per chunk: few enough that little is lost by a kill, many enough that files are not tiny.
-const CHUNK: usize = 32;
-
 /// What is run many times.
 pub struct Subject<'a> {
     /// A number that is another one, all but surely, when a text of the model is.
@@ -116,7 +113,7 @@ impl Prepared<'_> {
         let options = options(plan, &subject.experiment)?;
         // Only now, so that a command that is refused leaves no folder behind.
         let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
-        let folder = Folder::open(self.root, &identity, self.members.count(), CHUNK);
+        let folder = Folder::open(self.root, &identity, self.members.count());
         let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
         let job = Job {
             members: &self.members,
