@@ -198,10 +198,10 @@ pub struct Linearize {
     /// Time of the point in s: the run goes there from its start
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub at: f64,
-    /// A parameter that is an input of the linear model (repeatable)
+    /// A parameter that is an input of the linear model (repeatable) [default: the inputs of the model]
     #[arg(long, value_name = "NAME")]
     pub input: Vec<String>,
-    /// A variable that is an output of the linear model (repeatable)
+    /// A variable that is an output of the linear model (repeatable) [default: the outputs of the model]
     #[arg(long, value_name = "NAME")]
     pub output: Vec<String>,
     /// Relative tolerance of the run [default: the model's experiment annotation, else 1e-6]
@@ -219,7 +219,7 @@ pub struct Linearize {
 #[derive(Args, Debug)]
 pub struct Plot {
     /// Result files; several are overlaid
-    #[arg(value_name = "F.csv|F.mat", required = true)]
+    #[arg(value_name = "F.csv|.mat|.parquet", required = true)]
     pub files: Vec<PathBuf>,
     /// Variables to draw: those whose full name matches
     #[arg(long, value_name = "REGEX")]

@@ -8,7 +8,7 @@ use hyd_results::{Deviation, Table, deviations};
 use serde_json::json;
 
 use crate::arguments::Compare;
-use crate::{Failure, output};
+use crate::{Failure, output, result_table};
 use hyd_run::Selection;
 
 /// Variables that are listed when nobody asks for all.
@@ -25,7 +25,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         return Err(Failure::Usage("--time-tolerance: expected a time in s that is not negative".to_string()));
     }
     let selection = Selection::new(arguments.variables.as_deref())?;
-    let (a, b) = (crate::plot::read(&arguments.first)?, crate::plot::read(&arguments.second)?);
+    let (a, b) = (result_table::read(&arguments.first)?, result_table::read(&arguments.second)?);
     let (from, to) = common_time(&a, &b, arguments)?;
     let window = arguments.time_tolerance.unwrap_or(WINDOW * (to - from));
     let mut found = deviations(&a, &b, window);
@@ -58,7 +58,8 @@ fn common_time(a: &Table, b: &Table, arguments: &Compare) -> Result<(f64, f64), 
 /// Variables that only one of the results has.
 fn missing(a: &Table, b: &Table, selection: &Selection) -> (Vec<String>, Vec<String>) {
     let only = |x: &Table, y: &Table| {
-        let known: std::collections::BTreeSet<&String> = y.names.iter().collect();
+        let constants = y.constants.iter().map(|(name, _)| name);
+        let known: std::collections::BTreeSet<&String> = y.names.iter().chain(constants).collect();
         x.names.iter().filter(|name| !known.contains(name) && selection.matches(name)).cloned().collect()
     };
     (only(a, b), only(b, a))

@@ -24,6 +24,7 @@ mod new;
 mod parameters;
 mod picture;
 mod plot;
+mod result_table;
 mod run_failure;
 mod simulate;
 mod study;

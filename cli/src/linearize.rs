@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use hyd_compiler::Goal;
+use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
 use hyd_run::parameters::varied;
 use hyd_run::significant;
@@ -24,8 +25,10 @@ pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let mut system = model.instantiate();
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
-    let inputs = inputs(system.tables(), &arguments.input)?;
-    let outputs = outputs(system.tables(), &arguments.output)?;
+    let input_names = named_or(&arguments.input, compilation.flat.as_deref(), |flat| &flat.inputs);
+    let output_names = named_or(&arguments.output, compilation.flat.as_deref(), |flat| &flat.outputs);
+    let inputs = inputs(system.tables(), &input_names)?;
+    let outputs = outputs(system.tables(), &output_names)?;
 
     let experiment = &model.payload().experiment;
     let start = experiment.start.unwrap_or(0.0);
@@ -61,7 +64,7 @@ pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
         model: tables.model.to_string(),
         time: arguments.at,
         states: linear.states.iter().map(|&k| tables.unknown_name(k as usize)).collect(),
-        inputs: arguments.input.clone(),
+        inputs: input_names,
         outputs: outputs.iter().map(|(name, _)| name.clone()).collect(),
         x: linear.states.iter().map(|&k| y[k as usize]).collect(),
         u: inputs.iter().map(|&(place, sign)| sign * system.parameters()[place as usize]).collect(),
@@ -91,6 +94,13 @@ impl Format {
             ))),
         }
     }
+}
+
+/// The names the user gave, or those of the model's own inputs or outputs.
+fn named_or(names: &[String], flat: Option<&FlatModel>, ends: fn(&FlatModel) -> &[BlockId]) -> Vec<String> {
+    let Some(flat) = flat.filter(|_| names.is_empty()) else { return names.to_vec() };
+    let blocks = ends(flat).iter().map(|&block| &flat.variables[block].name);
+    blocks.flat_map(|name| (0..name.count()).map(|k| name.element(k))).collect()
 }
 
 /// Positions of inputs among the parameters, with their signs.

@@ -4,7 +4,7 @@
 //! `p [Pa]`.  Variables without unit get a panel each.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use hyd_compiler::{Compilation, Goal};
@@ -14,7 +14,7 @@ use hyd_results::Table;
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments, Plot};
 use crate::picture::{picture_format, write_picture};
 use crate::translate::translate;
-use crate::{Failure, output};
+use crate::{Failure, output, result_table};
 use hyd_run::{MOST_CURVES, Selection};
 
 /// Panels that are drawn when nobody says which variables.
@@ -25,23 +25,13 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("svg"));
     picture_format(&path)?;
     let selection = Selection::new(arguments.variables.as_deref())?;
-    let tables = arguments.files.iter().map(|file| read(file)).collect::<Result<Vec<Table>, Failure>>()?;
+    let tables =
+        arguments.files.iter().map(|file| result_table::read(file)).collect::<Result<Vec<Table>, Failure>>()?;
     let units = units(arguments)?;
     let curves = curves(&tables, &selection, &units)?;
     let figure = Figure { title: arguments.title.clone(), ..Figure::by_unit(labels(&arguments.files), curves) };
     write_picture(&path, &figure)?;
     output::print(&format!("picture in {}\n", path.display()))
-}
-
-/// A result file, or a sentence why not.
-pub(crate) fn read(file: &Path) -> Result<Table, Failure> {
-    if file.is_dir() {
-        return Err(Failure::Fault(format!("`{}` is a folder, not a file", file.display())));
-    }
-    if !file.exists() {
-        return Err(Failure::Fault(format!("there is no file `{}`", file.display())));
-    }
-    Table::read(file).map_err(|error| Failure::Fault(format!("`{}`: {error}", file.display())))
 }
 
 /// Labels of the runs: file names without extension, or whole paths where these are alike.

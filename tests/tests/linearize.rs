@@ -64,6 +64,42 @@ end M;
     near(&found["eigenvalues"], &[vec![-0.15, imaginary], vec![-0.15, -imaginary]], 1e-12);
 }
 
+/// The same with the ends of the model itself: what it declares as `input` and `output` is taken, arrays element by element.
+#[test]
+fn inputs_and_outputs_of_the_model_are_taken_by_themselves() {
+    let text = "connector In = input Real;
+block Gain
+  In u;
+  output Real y;
+equation
+  y = 2*u;
+end Gain;
+model M
+  parameter Real m = 2, c = 0.6, k = 50;
+  In F(start = 1);
+  input Real push[2];
+  output Real a, place[2];
+  Gain gain;
+  Real x(start = 0.1, fixed = true), v(start = 0, fixed = true);
+equation
+  connect(F, gain.u);
+  der(x) = v;
+  m*a = gain.y + push[1] - 3*push[2] - k*x - c*v;
+  der(v) = a;
+  place = {x, 10*v};
+end M;
+";
+    let found = linearize("ends", text, &["--at", "0.3"]).unwrap();
+    assert_eq!(found["inputs"], serde_json::json!(["F", "push[1]", "push[2]"]));
+    assert_eq!(found["outputs"], serde_json::json!(["a", "place[1]", "place[2]"]));
+    near(&found["A"], &[vec![0.0, 1.0], vec![-25.0, -0.3]], 1e-13);
+    near(&found["B"], &[vec![0.0; 3], vec![1.0, 0.5, -1.5]], 1e-13);
+    near(&found["C"], &[vec![-25.0, -0.3], vec![1.0, 0.0], vec![0.0, 10.0]], 1e-13);
+    near(&found["D"], &[vec![1.0, 0.5, -1.5], vec![0.0; 3], vec![0.0; 3]], 1e-13);
+    let some = linearize("ends-some", text, &["--at", "0", "--input", "k", "--output", "x"]).unwrap();
+    assert_eq!((&some["inputs"], &some["outputs"]), (&serde_json::json!(["k"]), &serde_json::json!(["x"])));
+}
+
 /// x' = u - x^2 from 1 with u = 0 has x = 1/(1 + t): at t = 1 the slope is -2 x = -1.
 #[test]
 fn a_point_of_a_nonlinear_run() {

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hyd_frames::RunStream;
+use hyd_frames::{RunStream, is_parquet};
 use hyd_payload::Experiment;
 use hyd_results::{Format, ResultFile};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
@@ -199,10 +199,6 @@ fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<Resu
         false => ResultFile::create(path, keep),
     };
     opened.map(Some).map_err(|error| unwritable(path, &error))
-}
-
-fn is_parquet(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
 /// Gives the file its name; says which, or `None` if there is nothing worth keeping.

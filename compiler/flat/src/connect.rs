@@ -277,7 +277,9 @@ impl Flattener<'_, '_> {
         let instance = &self.tree.instances[inst];
         let flow = flow || instance.flow;
         if instance.primitive.is_some() {
-            if instance.variability > Variability::Parameter && self.blocks.contains_key(&inst) {
+            // A parameter is no part of what is connected, but an input of the model that became one is.
+            let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
+            if varies && self.blocks.contains_key(&inst) {
                 result.push(Leaf { path, inst, flow });
             }
             return;
@@ -381,8 +383,8 @@ impl Flattener<'_, '_> {
         let arena = &mut self.model.templates.arena;
         let (x, y) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
         let discrete = {
-            let (block, _) = self.model.locate(a);
-            self.model.variables[block].variability == hyd_system::Variability::Discrete
+            let variability = |v| self.model.variables[self.model.locate(v).0].variability;
+            [a, b].into_iter().any(|v| variability(v) == hyd_system::Variability::Discrete)
         };
         let section = if discrete { Section::Discrete } else { Section::Continuous };
         self.add_connection(section, x, y, &[Operand::new(Target::Var(a)), Operand::new(Target::Var(b))], span, groups);

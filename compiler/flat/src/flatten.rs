@@ -101,7 +101,9 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     };
     flattener.read_experiment();
     flattener.prepare_injections(terms);
+    flattener.settle_inputs_of_the_model();
     flattener.declare(root);
+    flattener.note_ends();
     let variables: Vec<InstId> = flattener.variable_instances();
     for &inst in &variables {
         flattener.attributes(inst);

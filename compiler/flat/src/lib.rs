@@ -32,6 +32,7 @@ mod inject;
 mod jump;
 mod lower;
 pub mod model;
+mod model_ends;
 mod operator;
 mod print;
 mod range;

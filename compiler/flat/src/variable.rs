@@ -7,7 +7,7 @@ use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, Known, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Origin, Reported};
-use hyd_syntax::tree::Variability as Declared;
+use hyd_syntax::tree::{Direction, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use std::sync::Arc;
 
@@ -317,7 +317,7 @@ impl Flattener<'_, '_> {
             return;
         }
         if binding.is_none() && variability == Variability::Parameter {
-            self.warn_without_value(inst);
+            self.value_without_binding(inst);
         }
         if let Some(applied) = binding {
             if variability <= Variability::Parameter && !self.known_value(inst, &applied, "value") {
@@ -347,12 +347,19 @@ impl Flattener<'_, '_> {
         false
     }
 
-    /// A parameter that nothing gives a value, not even the command line, is likely forgotten.
-    fn warn_without_value(&mut self, inst: InstId) {
+    /// A parameter without a binding takes its start value (Modelica 3.6, section 8.6.1); one that nothing gives a value, not even
+    /// the command line, is likely forgotten.
+    fn value_without_binding(&mut self, inst: InstId) {
         let name = self.path(inst);
         let set = |path: &str| path.split('[').next().is_some_and(|bare| *bare == *name);
-        let computed = self.model.variables[self.blocks[&inst]].fixed == PerElement::All(false);
-        if self.attribute(inst, "start").is_some() || computed || self.tree.overrides.iter().any(|o| set(&o.path)) {
+        if self.model.variables[self.blocks[&inst]].fixed == PerElement::All(false) {
+            return;
+        }
+        if let Some(start) = self.attribute(inst, "start") {
+            self.applied_equation(inst, &start, Section::Binding, Kind::Var, false);
+            return;
+        }
+        if self.tree.overrides.iter().any(|o| set(&o.path)) {
             return;
         }
         let span = self.tree.instances[inst].span;
@@ -361,7 +368,10 @@ impl Flattener<'_, '_> {
             ValueKind::Enumeration(_) => "the first literal",
             ValueKind::Real | ValueKind::Integer => "0",
         };
-        let message = format!("the parameter `{name}` has no value; {taken} is taken");
+        let message = match self.tree.instances[inst].direction {
+            Some(Direction::Input) => format!("nothing gives the input `{name}` a value; {taken} is taken"),
+            _ => format!("the parameter `{name}` has no value; {taken} is taken"),
+        };
         self.report(Diagnostic::warning(Code::NoValue, message).at(span, "declared here"));
     }
 

@@ -13,6 +13,11 @@ pub use reader::Frame;
 pub use run_stream::RunStream;
 pub use writer::FrameWriter;
 
+/// Whether the name of a file says that it is one of Parquet.
+pub fn is_parquet(path: &std::path::Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
+}
+
 /// The system's error where there is one behind it, so that a full disk is called one.
 fn into_io(error: parquet::errors::ParquetError) -> std::io::Error {
     match error {

@@ -4,6 +4,9 @@
 //! window of time, so that a jump that comes a little earlier or later is no deviation; this is done both ways.  The window
 //! makes a tube around each curve (as `csv-compare` of the Modelica Association does), here with flat sides.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
+
 use crate::{Side, Table, interpolate};
 
 /// How far one variable lies apart in two results.
@@ -27,25 +30,62 @@ impl Deviation {
 }
 
 /// Deviations of all variables that both results have, in the order of `a`; `window` (s) is the half width of the window.
-/// Only the time that both cover is looked at.  A value that is not finite in one result only is infinitely far away.
+/// Only the time that both cover is looked at.  A value that is not finite in one result only is infinitely far away.  What one
+/// result holds as a constant is held against the values of the other.
 pub fn deviations(a: &Table, b: &Table, window: f64) -> Vec<Deviation> {
     let (a_to_b, b_to_a) = (windows(&a.times, &b.times, window), windows(&b.times, &a.times, window));
-    let mut all = Vec::new();
-    for (name, of_a) in a.names.iter().zip(&a.columns) {
-        let Some(of_b) = b.column(name) else { continue };
-        let first = farthest((&a.times, of_a), (&b.times, of_b), &a_to_b, window);
-        let second = farthest((&b.times, of_b), (&a.times, of_a), &b_to_a, window);
-        let (largest, time) = if second.0 > first.0 { second } else { first };
-        all.push(Deviation { name: name.clone(), largest, time, scale: range(of_a).max(range(of_b)) });
-    }
     let start = a.times.first().copied().unwrap_or(0.0);
-    for (name, value) in &a.constants {
-        if let Some((_, other)) = b.constants.iter().find(|(n, _)| n == name) {
-            let largest = distance(*value, *other, *other);
-            all.push(Deviation { name: name.clone(), largest, time: start, scale: value.abs().max(other.abs()) });
-        }
+    let known = series(b);
+    let mut all = Vec::new();
+    for (name, of_a) in named(a) {
+        let Some(&of_b) = known.get(name) else { continue };
+        let (largest, time) = match (of_a, of_b) {
+            (Series::Constant(value), Series::Constant(other)) => (distance(value, other, other), start),
+            _ => {
+                let (of_a, of_b) = (of_a.over(a), of_b.over(b));
+                let first = farthest((&a.times, &of_a), (&b.times, &of_b), &a_to_b, window);
+                let second = farthest((&b.times, &of_b), (&a.times, &of_a), &b_to_a, window);
+                if second.0 > first.0 { second } else { first }
+            }
+        };
+        all.push(Deviation { name: name.to_string(), largest, time, scale: of_a.range().max(of_b.range()) });
     }
     all
+}
+
+/// Values of a variable in one result.
+#[derive(Clone, Copy)]
+enum Series<'a> {
+    Column(&'a [f64]),
+    Constant(f64),
+}
+
+impl<'a> Series<'a> {
+    /// A value for every time of the result.
+    fn over(self, table: &Table) -> Cow<'a, [f64]> {
+        match self {
+            Series::Column(values) => values.into(),
+            Series::Constant(value) => vec![value; table.times.len()].into(),
+        }
+    }
+
+    fn range(self) -> f64 {
+        match self {
+            Series::Column(values) => range(values),
+            Series::Constant(value) => range(&[value]),
+        }
+    }
+}
+
+/// The variables of a result, columns first, each with its values.
+fn named(table: &Table) -> impl Iterator<Item = (&str, Series<'_>)> {
+    let columns = table.names.iter().zip(&table.columns);
+    let columns = columns.map(|(name, values)| (name.as_str(), Series::Column(values)));
+    columns.chain(table.constants.iter().map(|(name, value)| (name.as_str(), Series::Constant(*value))))
+}
+
+fn series(table: &Table) -> HashMap<&str, Series<'_>> {
+    named(table).collect()
 }
 
 /// For each time of `of` the rows of `within` that lie in its window, as a half-open range; `None` outside the common time.
@@ -145,6 +185,17 @@ mod tests {
         let b = table("time,x\n0,0\n1,1.5\n2,0\n");
         let found = &deviations(&a, &b, 0.0)[0];
         assert_eq!((found.largest, found.time, found.scale), (0.5, 1.0, 1.5));
+    }
+
+    #[test]
+    fn a_constant_of_one_result_is_held_against_the_values_of_the_other() {
+        let a = table("time,x,y\n0,2,1\n1,2,1.5\n2,2,1\n");
+        let mut b = table("time,z\n0,0\n2,0\n");
+        b.constants = vec![("x".to_string(), 2.0), ("y".to_string(), 1.0)];
+        for found in [deviations(&a, &b, 0.0), deviations(&b, &a, 0.0)] {
+            let told: Vec<_> = found.iter().map(|d| (d.name.as_str(), d.largest, d.time, d.scale)).collect();
+            assert_eq!(told, [("x", 0.0, 0.0, 2.0), ("y", 0.5, 1.0, 1.0)]);
+        }
     }
 
     #[test]

@@ -96,13 +96,21 @@ fn a_run_that_fails_keeps_what_it_computed_under_another_name() {
 #[test]
 fn formats_hold_the_same_values_and_compare_says_so() {
     let folder = decay();
-    for name in ["r.csv", "r.mat"] {
+    for name in ["r.csv", "r.mat", "r.parquet"] {
         let outcome = run(folder.path(), &["simulate", "decay.hyd", "--result", name]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     }
     let other = shifted(&folder);
-    let same = run(folder.path(), &["compare", "r.csv", "r.mat", "--tolerance", "0"]);
-    assert_eq!((same.code, same.stderr.as_str()), (Some(0), ""), "{}", same.stdout);
+    for (a, b) in [("r.csv", "r.mat"), ("r.mat", "r.parquet"), ("r.parquet", "r.csv")] {
+        let same = run(folder.path(), &["compare", a, b, "--tolerance", "0"]);
+        assert_eq!((same.code, same.stderr.as_str()), (Some(0), ""), "{}", same.stdout);
+        // `y` does not change: a constant in MAT, a column elsewhere.
+        assert!(same.stdout.starts_with("variable"), "{}", same.stdout);
+        assert!(!same.stdout.contains("only in") && same.stdout.contains("2 variables compared"), "{}", same.stdout);
+    }
+    folder.write("text.parquet", "no Parquet file");
+    let broken = run(folder.path(), &["compare", "text.parquet", "r.csv"]);
+    assert!(broken.code == Some(1) && broken.stderr.contains("`text.parquet`: "), "{}", broken.stderr);
     let different = run(folder.path(), &["compare", "r.mat", &other, "--json"]);
     assert_eq!(different.code, Some(1), "{}", different.stderr);
     let found: serde_json::Value = serde_json::from_str(&different.stdout).unwrap();
