@@ -10,7 +10,7 @@ use hyd_compiler::{Goal, Stage};
 use hyd_tests::models::{compile_file, messages, model_files, text_of};
 
 /// Complete models that need a neighbour on their open connectors.
-const OPEN: [&str; 13] = [
+const OPEN: [&str; 14] = [
     "em",
     "empaper",
     "hy",
@@ -20,6 +20,7 @@ const OPEN: [&str; 13] = [
     "lcpaper",
     "qo",
     "qz",
+    "ra",
     "ro",
     "so",
     "su",

@@ -70,14 +70,15 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// Public connectors of the model itself, which only a model around it could connect; its inputs are parameters here.
+    /// Public connectors and inputs of the model itself, which only a model around it could connect.
     fn ends_of_the_model(&self) -> Vec<Arc<str>> {
         let instances = &self.tree.instances;
         let children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
         let open = children.filter(|c| {
             let given = c.primitive.as_ref().is_some_and(|p| p.binding.is_some());
-            let end = c.kind == ClassKind::Connector && c.direction != Some(Direction::Output);
-            !c.protected && !c.absent && !given && end && c.direction != Some(Direction::Input)
+            let end = c.kind == ClassKind::Connector && c.direction.is_none();
+            let input = c.direction == Some(Direction::Input) && self.is_component;
+            !c.protected && !c.absent && !given && (end || input)
         });
         open.map(|c| c.name.clone()).collect()
     }

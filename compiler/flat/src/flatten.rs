@@ -52,6 +52,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) looked_at: FxHashSet<InstId>,
     /// Units that functions declare.
     pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
+    /// It has physical connectors on its outside, so that it needs a model around it.
+    pub(crate) is_component: bool,
     numbers: FxHashMap<u64, ConstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
@@ -96,6 +98,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         discrete_equations: Vec::new(),
         looked_at: FxHashSet::default(),
         function_units: FxHashMap::default(),
+        is_component: false,
         numbers: FxHashMap::default(),
         paths: FxHashMap::default(),
     };

@@ -376,13 +376,13 @@ pub struct FlatModel {
     pub injectable: Vec<u32>,
     /// Values that are set for a run where declarations say otherwise; they stay data, but nothing is divided by one that is zero.
     pub given: Vec<(VarId, f64)>,
-    /// Public inputs of the model itself, which nothing outside gives a value: parameters here.
+    /// Public inputs of the model itself: parameters, if it has no physical connectors outside.
     pub inputs: Vec<BlockId>,
     /// Public outputs of the model itself.
     pub outputs: Vec<BlockId>,
     /// Components that bring too many or too few equations, where the model has too many or too few.
     pub imbalances: Vec<Imbalance>,
-    /// Connectors of the model itself, where it lacks nothing but what they would bring.
+    /// Connectors and inputs of the model itself, where it lacks nothing but what they would bring.
     pub open_ends: Vec<Arc<str>>,
     /// Inputs of components that are neither connected nor given a value in their declaration; known where numbers differ.
     pub open_inputs: Vec<BlockId>,
