@@ -1,33 +1,38 @@
 //! What is called with a case, and what must hold; a target panics when it does not.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hyd::LibraryPath;
 use hyd_compiler::{Diagnostic, Goal, Options, compile};
 use hyd_discovery::{Bench, Fault, Study};
+use hyd_frames::Frame;
 use hyd_results::{Table, Trajectory};
 use hyd_runtime::Simulator;
 use hyd_source::Files;
 use hyd_system::DaeSystem;
 
+use crate::texts::{frames, models, payloads, studies, tables};
+
 /// A target.
 pub(crate) struct Target {
     pub(crate) name: &'static str,
-    /// Calls it; what it says, as hashes.
+    /// Calls it; what it tells, as hashes.
     pub(crate) call: fn(&[u8]) -> Vec<u64>,
     /// What cases are made from.
     pub(crate) texts: fn() -> Vec<Vec<u8>>,
 }
 
 /// All targets.
-pub(crate) const TARGETS: [Target; 6] = [
+pub(crate) const TARGETS: [Target; 8] = [
     Target { name: "front", call: front, texts: models },
     Target { name: "format", call: format, texts: models },
     Target { name: "doc", call: doc, texts: models },
     Target { name: "run", call: run, texts: models },
     Target { name: "results", call: results, texts: tables },
+    Target { name: "frame", call: frame, texts: frames },
+    Target { name: "payload", call: payload, texts: payloads },
     Target { name: "study", call: study, texts: studies },
 ];
 
@@ -115,6 +120,24 @@ fn results(case: &[u8]) -> Vec<u64> {
     [csv, mat].map(|read| read.map_or_else(|error| feature(&error.to_string()), |names| names as u64)).to_vec()
 }
 
+/// A Parquet file, which the library behind can only read from a file.
+fn frame(case: &[u8]) -> Vec<u64> {
+    let path = std::env::temp_dir().join(format!("hyd-fuzz-{}.parquet", std::process::id()));
+    if std::fs::write(&path, case).is_err() {
+        return Vec::new();
+    }
+    let told = Frame::read(&path).map(|frame| frame.columns.len());
+    let _ = std::fs::remove_file(&path);
+    vec![told.map_or_else(|error| feature(&error.to_string()), |columns| columns as u64)]
+}
+
+/// A model in bytes whose length and check sum are right, so that what stands inside is read.
+fn payload(case: &[u8]) -> Vec<u64> {
+    let mut bytes = case.to_vec();
+    hyd_payload::format::seal(&mut bytes);
+    vec![hyd_payload::format::read(&bytes, false).map_or_else(|error| feature(&error.to_string()), |_| 1)]
+}
+
 /// A study, or after the first line of dashes a set.
 fn study(case: &[u8]) -> Vec<u64> {
     let text = String::from_utf8_lossy(case);
@@ -128,44 +151,4 @@ fn study(case: &[u8]) -> Vec<u64> {
         Err(fault) => vec![feature(&fault.to_string())],
         Ok(bench) => vec![hash(hyd_discovery::Setup::new(study, bench, 1).map_err(|fault| fault.to_string()).is_ok())],
     }
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Contents of the files below some folders whose names end so; large ones are left out.
-fn files(folders: &[&str], ends: &[&str]) -> Vec<Vec<u8>> {
-    let mut open: Vec<PathBuf> = folders.iter().map(|folder| root().join(folder)).collect();
-    let mut found = Vec::new();
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                open.push(path);
-            } else if ends.iter().any(|end| path.to_string_lossy().ends_with(end)) {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    let read = found.iter().filter_map(|path| std::fs::read(path).ok());
-    read.filter(|content| content.len() < 20_000).collect()
-}
-
-fn models() -> Vec<Vec<u8>> {
-    files(&["tests/language", "tests/numerics", "tests/cases", "tests/stdlib", "models", "stdlib"], &[".hyd"])
-}
-
-fn tables() -> Vec<Vec<u8>> {
-    let mut texts = files(&["tests"], &[".csv", ".mat"]);
-    texts.push(b"time,x,\"a[1,2].b\"\n0,1,2\n0.5,1e-3,nan\n1,,\n".to_vec());
-    texts
-}
-
-fn studies() -> Vec<Vec<u8>> {
-    let studies = files(&["models", "cli/src/new"], &["bench.toml", "bench.toml.txt"]);
-    let sets = files(&["tests/data/bench", "cli/src/new"], &[".json", "set.json.txt"]);
-    let joined = studies.iter().flat_map(|study| sets.iter().map(|set| [study, b"\n-----\n".as_slice(), set].concat()));
-    joined.collect()
 }

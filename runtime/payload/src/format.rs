@@ -82,11 +82,16 @@ pub fn write(model: &Model) -> Vec<u8> {
     model.code.as_ref().map_or(0, |code| code.features()).put(&mut out);
     out.resize(HEADER, 0);
     put_model(model, &mut out);
-    let length = (out.len() - HEADER) as u64;
-    out[HEADER - 16..HEADER - 8].copy_from_slice(&length.to_le_bytes());
-    let hash = hash(&out);
-    out[HEADER - 8..HEADER].copy_from_slice(&hash.to_le_bytes());
+    seal(&mut out);
     out
+}
+
+/// Puts length and check sum of a payload right; nothing is done where there is not even a header.
+pub fn seal(bytes: &mut [u8]) {
+    let Some(length) = bytes.len().checked_sub(HEADER) else { return };
+    bytes[HEADER - 16..HEADER - 8].copy_from_slice(&(length as u64).to_le_bytes());
+    let hash = hash(bytes);
+    bytes[HEADER - 8..HEADER].copy_from_slice(&hash.to_le_bytes());
 }
 
 /// The model in bytes.  `natively`: its code is to run, so it must suit this processor.
