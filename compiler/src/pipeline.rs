@@ -74,9 +74,9 @@ pub struct Compilation {
     pub model_name: Option<Arc<str>>,
     /// Flat model.
     pub flat: Option<Arc<FlatModel>>,
-    /// Equation system after alias elimination.
+    /// Equation system after alias elimination; kept where no code is made.
     pub system: Option<EquationSystem>,
-    /// The same after index reduction.
+    /// The same after index reduction; kept where no code is made.
     pub reduced: Option<EquationSystem>,
     /// Sorted system.
     pub sorted: Option<Arc<SortedSystem>>,
@@ -173,9 +173,6 @@ pub fn compile_with(
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.diagnostics.extend(units.diagnostics);
     sort(&mut result, &flat, options, terms);
-    if options.goal == Goal::Run && !result.has_errors() {
-        generate(&mut result, options);
-    }
     result
 }
 
@@ -229,38 +226,43 @@ fn given(flat: &FlatModel, set: &[(String, String)]) -> Vec<(VarId, f64)> {
     set.iter().filter_map(|(name, text)| Some((scalar(name)?, text.trim().parse().ok()?))).collect()
 }
 
-/// Flat model to sorted system with its derivatives.
+/// Flat model to sorted system with its derivatives, and to code if that is wanted.
 fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, terms: &[Injection]) {
+    // Where code is made, stages in between are handed on: copies of a million equations are dear.
+    let copy = |system: &EquationSystem| (options.goal < Goal::Run).then(|| system.clone());
     let system = result.stage(options.clock, "eliminate aliases", |_| hyd_equations::build_system(flat.clone()));
+    result.system = copy(&system);
     let Outcome { value, diagnostics } =
-        result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system.clone()));
-    result.system = Some(system);
+        result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system));
     result.diagnostics.extend(diagnostics);
     let Some(reduced) = value else { return };
     result.diagnostics.extend(refusals(&reduced, terms));
     let fixed = reduced.reduction.fixed_at_zero.iter().map(|&v| reduced.flat.var_name(v));
     result.set_at_translation.extend(fixed.filter(|name| options.set.iter().any(|(set, _)| set == name)));
-    let Outcome { value, diagnostics } =
-        result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced.clone()));
-    result.reduced = Some(reduced);
+    result.reduced = copy(&reduced);
+    let Outcome { value, diagnostics } = result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced));
     result.diagnostics.extend(diagnostics);
     let Some(mut sorted) = value else { return };
     result.diagnostics.extend(check_limits(&sorted, &options.set));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
         hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)
     });
+    if options.goal == Goal::Run {
+        generate(result, &mut sorted, &jacobian, options);
+    }
     result.jacobian = Some(jacobian);
     result.sorted = Some(Arc::new(sorted));
 }
 
 /// Sorted system to code.
-fn generate(result: &mut Compilation, options: &Options) {
-    let (Some(sorted), Some(jacobian)) = (result.sorted.clone(), result.jacobian.clone()) else { return };
+fn generate(result: &mut Compilation, sorted: &mut SortedSystem, jacobian: &PlanJacobian, options: &Options) {
+    if result.has_errors() {
+        return;
+    }
     let made = result.stage(options.clock, "generate code", |result| {
-        let mut sorted = (*sorted).clone();
         let initial = hyd_equations::differentiate(&mut sorted.system, &sorted.initial);
-        let jacobians = Jacobians { simulation: &jacobian, initial: &initial };
-        hyd_codegen::generate(&sorted, jacobians, &result.files, &hyd_codegen::Options::default())
+        let jacobians = Jacobians { simulation: jacobian, initial: &initial };
+        hyd_codegen::generate(sorted, jacobians, &result.files, &hyd_codegen::Options::default())
     });
     match made {
         Ok(model) => result.model = Some(Arc::new(model)),

@@ -146,8 +146,7 @@ impl Layout {
             other => other,
         });
         let discrete = discrete_vars(sorted).into_iter().map(Target::Start);
-        let wanted: Vec<Target> = targets.chain(operands).chain(unknowns).chain(discrete).collect();
-        for target in wanted {
+        for target in targets.chain(operands).chain(unknowns).chain(discrete) {
             let Target::Start(v) = target else { continue };
             if self.of.starts[v].is_none() {
                 let index = self.take(1).start;

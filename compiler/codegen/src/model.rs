@@ -389,8 +389,8 @@ fn uses_homotopy(sorted: &SortedSystem) -> bool {
 fn rows(sorted: &SortedSystem, plan: &Plan, names: &TargetNames<'_>) -> RowNames {
     let mut targets: Vec<Option<Name>> = plan.assignments.iter().map(|a| names.of(a.target)).collect();
     targets.resize(plan.assignments.len() + plan.residuals.len(), None);
-    for block in &plan.blocks {
-        for (&residual, &unknown) in block.residuals.iter().zip(&block.unknowns) {
+    for block in plan.blocks.iter() {
+        for (&residual, &unknown) in block.residuals.iter().zip(block.unknowns) {
             let unknown = plan.unknowns.get(unknown as usize);
             targets[plan.assignments.len() + residual as usize] = unknown.and_then(|u| names.of(u.target));
         }

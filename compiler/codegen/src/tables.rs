@@ -155,19 +155,19 @@ impl Describe<'_> {
     /// The blocks of the simulation that hold more than one equation.
     fn loops(&self, place: &dyn Fn(Target) -> Option<(u32, u32)>) -> Vec<LoopInfo> {
         let plan = &self.sorted.simulation;
-        let describe = |block: &Block| {
+        let describe = |block: Block<'_>| {
             let assigned = block.assignments.iter().map(|&k| &plan.assignments[k as usize]);
             let residuals = block.residuals.iter().map(|&k| &plan.residuals[k as usize]);
             let targets = block.unknowns.iter().map(|&k| plan.unknowns[k as usize].target);
             let targets = targets.chain(assigned.clone().map(|a| a.target));
             let equations = residuals.map(|r| r.equation).chain(assigned.map(|a| a.equation));
             LoopInfo {
-                unknowns: block.unknowns.clone(),
+                unknowns: block.unknowns.to_vec(),
                 variables: targets.filter_map(place).collect(),
                 equations: equations.map(|e| self.sorted.system.equations[e].block).collect(),
             }
         };
-        let several = |block: &&Block| block.assignments.len() + block.residuals.len() > 1;
+        let several = |block: &Block<'_>| block.assignments.len() + block.residuals.len() > 1;
         plan.blocks.iter().filter(several).map(describe).collect()
     }
 

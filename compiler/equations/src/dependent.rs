@@ -34,10 +34,10 @@ pub(crate) fn judge_blocks(
     bindings: &[Assignment],
     plan: &Plan,
 ) -> Result<Vec<Diagnostic>, Box<Diagnostic>> {
-    let mut judge = Judge { algebra, known, partials: FxHashMap::default() };
+    let mut judge = Judge { algebra, known, slopes: FxHashMap::default() };
     let mut warnings = Vec::new();
     let mut points: Option<[StartPoint; 2]> = None;
-    for block in &plan.blocks {
+    for block in plan.blocks.iter() {
         let size = block.assignments.len() + block.residuals.len();
         // What is solved for alone has a slope.
         if size > MOST_UNKNOWNS || size == 1 && block.residuals.is_empty() {
@@ -61,7 +61,15 @@ pub(crate) fn judge_blocks(
 struct Judge<'a> {
     algebra: &'a mut Algebra,
     known: &'a Known,
-    partials: FxHashMap<(TemplateId, SlotId), NodeId>,
+    slopes: FxHashMap<(TemplateId, SlotId), Slope>,
+}
+
+/// A partial derivative.
+struct Slope {
+    value: NodeId,
+    /// Slots in it.
+    reads: Vec<SlotId>,
+    clocked: bool,
 }
 
 /// A block with slopes that only parameters decide.
@@ -79,7 +87,7 @@ struct Dependence {
 }
 
 impl Judge<'_> {
-    fn linear(&mut self, system: &mut EquationSystem, plan: &Plan, block: &Block) -> Option<Linear> {
+    fn linear(&mut self, system: &mut EquationSystem, plan: &Plan, block: Block<'_>) -> Option<Linear> {
         let assigned = block.assignments.iter().map(|&a| plan.assignments[a as usize].equation);
         let residuals = block.residuals.iter().map(|&r| plan.residuals[r as usize].equation);
         let equations: Vec<EqId> = assigned.chain(residuals).collect();
@@ -92,20 +100,22 @@ impl Judge<'_> {
         let mut entries = Vec::new();
         for (row, &eq) in equations.iter().enumerate() {
             let equation = system.equations[eq];
-            let facts = self.algebra.facts(&mut system.flat.templates, equation.template).clone();
+            let templates = &mut system.flat.templates;
+            let facts = self.algebra.facts(templates, equation.template);
             for &slot in &facts.slots {
-                let operand = system.operands_of(equation.operands)[slot.index()];
+                let range = equation.operands;
+                let operands = &system.operands[range.first as usize..(range.first + range.len) as usize];
+                let operand = operands[slot.index()];
                 let Some(column) = targets.iter().position(|&target| target == operand.target()) else { continue };
-                let arena = &mut system.flat.templates.arena;
-                let slope = self.partials.entry((equation.template, slot));
-                let slope = *slope.or_insert_with(|| partial(arena, facts.residual, slot));
-                let operands = system.operands_of(equation.operands);
-                let reads = slots(&system.flat.templates.arena, &[slope]);
-                let fixed = reads.iter().all(|slot| self.known.is_known(operands[slot.index()]));
-                if !fixed || is_clocked(&system.flat.templates, slope) {
+                let slope = self.slopes.entry((equation.template, slot)).or_insert_with(|| {
+                    let value = partial(&mut templates.arena, facts.residual, slot);
+                    Slope { value, reads: slots(&templates.arena, &[value]), clocked: is_clocked(templates, value) }
+                });
+                let fixed = slope.reads.iter().all(|slot| self.known.is_known(operands[slot.index()]));
+                if !fixed || slope.clocked {
                     return None;
                 }
-                entries.push((row, column, slope, operand.negated()));
+                entries.push((row, column, slope.value, operand.negated()));
             }
         }
         Some(Linear { equations, targets, entries })
@@ -116,6 +126,15 @@ impl Linear {
     /// `None` if the matrix is regular or not finite.
     fn dependence(&self, system: &EquationSystem, point: &StartPoint) -> Option<Dependence> {
         let n = self.equations.len();
+        if n == 1 {
+            let values = self.entries.iter().map(|&(_, _, slope, negated)| {
+                let value = point.evaluate(system, slope, system.equations[self.equations[0]].operands);
+                if negated { -value } else { value }
+            });
+            // What is not finite says nothing.
+            let vanishes = values.sum::<f64>() == 0.0;
+            return vanishes.then(|| Dependence { rows: vec![0], columns: vec![0] });
+        }
         let mut matrix = vec![vec![0.0; n]; n];
         for &(row, column, slope, negated) in &self.entries {
             let value = point.evaluate(system, slope, system.equations[self.equations[row]].operands);

@@ -60,7 +60,7 @@ pub(crate) fn dependent_conditions(
         if before.iter().any(|&other| other != k && singular.contains(&other)) {
             continue;
         }
-        let blocks: Vec<&Block> = before.iter().map(|&k| &plan.blocks[k]).collect();
+        let blocks: Vec<Block<'_>> = before.iter().map(|&k| plan.blocks.get(k)).collect();
         let matrix = Matrix::new(system, &mut slopes, plan, &blocks);
         let rows = points.iter().filter_map(|point| matrix.dependent(system, point)).flatten();
         let last = rows.filter_map(|row| position.get(&matrix.equations[row])).max();
@@ -82,7 +82,7 @@ fn blocks_before(system: &EquationSystem, plan: &Plan, owners: &FxHashMap<Target
     let (mut next, mut size) = (0, 0);
     while let Some(&k) = found.get(next) {
         next += 1;
-        let equations = equations_of(plan, &plan.blocks[k]);
+        let equations = equations_of(plan, plan.blocks.get(k));
         size += equations.len();
         if size > MOST_EQUATIONS {
             return vec![block];
@@ -97,7 +97,7 @@ fn blocks_before(system: &EquationSystem, plan: &Plan, owners: &FxHashMap<Target
     found
 }
 
-fn equations_of(plan: &Plan, block: &Block) -> Vec<EqId> {
+fn equations_of(plan: &Plan, block: Block<'_>) -> Vec<EqId> {
     let assigned = block.assignments.iter().map(|&a| plan.assignments[a as usize].equation);
     assigned.chain(block.residuals.iter().map(|&r| plan.residuals[r as usize].equation)).collect()
 }
@@ -117,9 +117,9 @@ struct Matrix {
 }
 
 impl Matrix {
-    fn new(system: &mut EquationSystem, slopes: &mut Slopes<'_>, plan: &Plan, blocks: &[&Block]) -> Self {
-        let equations: Vec<EqId> = blocks.iter().flat_map(|block| equations_of(plan, block)).collect();
-        let targets = blocks.iter().flat_map(|block| block_targets(plan, block));
+    fn new(system: &mut EquationSystem, slopes: &mut Slopes<'_>, plan: &Plan, blocks: &[Block<'_>]) -> Self {
+        let equations: Vec<EqId> = blocks.iter().flat_map(|&block| equations_of(plan, block)).collect();
+        let targets = blocks.iter().flat_map(|&block| block_targets(plan, block));
         let column: FxHashMap<Target, usize> = targets.enumerate().map(|(k, target)| (target, k)).collect();
         let mut entries = Vec::new();
         for (row, &eq) in equations.iter().enumerate() {

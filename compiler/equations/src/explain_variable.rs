@@ -275,7 +275,7 @@ impl Report<'_> {
         self.place(&origin);
     }
 
-    fn block(&mut self, plan: &Plan, number: usize, block: &Block) {
+    fn block(&mut self, plan: &Plan, number: usize, block: Block<'_>) {
         let size = block.assignments.len() + block.residuals.len();
         let total = plan.blocks.len();
         if size == 1 && block.residuals.is_empty() {
@@ -305,6 +305,6 @@ impl Report<'_> {
     }
 }
 
-fn block_of(plan: &Plan, target: Target) -> Option<(usize, &Block)> {
-    plan.blocks.iter().enumerate().find(|(_, block)| block_targets(plan, block).any(|own| own == target))
+fn block_of(plan: &Plan, target: Target) -> Option<(usize, Block<'_>)> {
+    plan.blocks.iter().enumerate().find(|&(_, block)| block_targets(plan, block).any(|own| own == target))
 }

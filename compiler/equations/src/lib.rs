@@ -64,8 +64,8 @@ pub use relations::extract_relations;
 pub use roles::assign_roles;
 pub use sort::sort_system;
 pub use sorted::{
-    Assignment, Block, Check, EqId, EventRelation, OperandRange, Plan, Redundant, Residual, SortedSystem, Trigger,
-    Unknown,
+    Assignment, Block, Blocks, Check, EqId, EventRelation, OperandRange, Plan, Redundant, Residual, SortedSystem,
+    Trigger, Unknown,
 };
 pub use system::{Candidate, Equation, EquationSystem, Reduction, Resolution, Role, Selection};
 pub use verify::verify;

@@ -11,7 +11,7 @@ use crate::sorted::{Block, OperandRange, Plan};
 use crate::system::EquationSystem;
 
 /// True if no equation of the block multiplies or otherwise bends the block's own unknowns.
-pub(crate) fn is_linear(system: &EquationSystem, plan: &Plan, block: &Block) -> bool {
+pub(crate) fn is_linear(system: &EquationSystem, plan: &Plan, block: Block<'_>) -> bool {
     let own: Vec<Target> = block_targets(plan, block).collect();
     let mut arena = system.flat.templates.arena.clone();
     let expressions = block.assignments.iter().map(|&a| {
@@ -34,7 +34,7 @@ pub(crate) fn is_linear(system: &EquationSystem, plan: &Plan, block: &Block) -> 
 }
 
 /// What a block determines: targets of its assignments, then its unknowns (a state's derivative for a rate).
-pub(crate) fn block_targets<'a>(plan: &'a Plan, block: &'a Block) -> impl Iterator<Item = Target> + use<'a> {
+pub(crate) fn block_targets<'a>(plan: &'a Plan, block: Block<'a>) -> impl Iterator<Item = Target> + use<'a> {
     let unknown = |&u: &u32| match (plan.unknowns[u as usize].differential, plan.unknowns[u as usize].target) {
         (true, Target::Var(v)) => Target::Der(v),
         (_, target) => target,

@@ -28,15 +28,15 @@ pub fn matrix(sorted: &SortedSystem) -> Matrix {
     let plan = &sorted.simulation;
     let mut matrix = Matrix::default();
     let mut operands: Vec<OperandRange> = Vec::new();
-    for block in &plan.blocks {
-        for &a in &block.assignments {
+    for block in plan.blocks.iter() {
+        for &a in block.assignments {
             let a = &plan.assignments[a as usize];
             matrix.equations.push(a.equation);
             matrix.unknowns.push(a.target);
             matrix.explicit.push(true);
             operands.push(a.operands);
         }
-        for (&r, &u) in block.residuals.iter().zip(&block.unknowns) {
+        for (&r, &u) in block.residuals.iter().zip(block.unknowns) {
             let (residual, unknown) = (&plan.residuals[r as usize], &plan.unknowns[u as usize]);
             matrix.equations.push(residual.equation);
             matrix.unknowns.push(match (unknown.differential, unknown.target) {

@@ -13,7 +13,7 @@ use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::incidence::{Pattern, Unknowns, pattern};
-use crate::sorted::{Assignment, Block, EqId, Plan, Residual, Unknown};
+use crate::sorted::{Assignment, EqId, Plan, Residual, Unknown};
 use crate::start_point::StartPoint;
 use crate::support::Supports;
 use crate::system::EquationSystem;
@@ -117,13 +117,14 @@ pub(crate) fn build_plan(
     };
     for block in blocks.blocks() {
         let (rows, columns) = blocks.block(block);
-        builder.plan.blocks.push(Block { assignments: Vec::new(), unknowns: Vec::new(), residuals: Vec::new() });
+        let before = builder.lengths();
         if let ([row], [column]) = (rows, columns) {
             builder.single(*row, *column);
         } else {
             let plan = tearing.tear(rows, columns);
             builder.torn(&plan);
         }
+        builder.end_block(before);
     }
     Ok(finish(builder.plan))
 }
@@ -321,9 +322,7 @@ impl Builder<'_> {
         let value = value.expect("invariant: only entries that can be solved are assigned");
         let target = self.unknowns.targets[column];
         self.level[column] = Some(level);
-        let position = self.plan.assignments.len() as u32;
         self.plan.assignments.push(Assignment { target, value, operands, equation: eq, level });
-        self.block().assignments.push(position);
     }
 
     /// An unknown with the residual of the equation matched to it, in the form `slot - value` where there is one.
@@ -346,30 +345,30 @@ impl Builder<'_> {
             Target::Der(v) if differential => Target::Var(v),
             target => target,
         };
-        let position = self.plan.unknowns.len() as u32;
         self.plan.unknowns.push(Unknown { target, differential });
-        self.block().unknowns.push(position);
     }
 
     fn add_residual(&mut self, residual: Residual) {
-        let position = self.plan.residuals.len() as u32;
         self.plan.residuals.push(residual);
-        self.block().residuals.push(position);
     }
 
-    fn block(&mut self) -> &mut Block {
-        self.plan.blocks.last_mut().expect("invariant: a block is pushed before its parts")
+    /// Numbers of assignments, unknowns and residuals so far.
+    fn lengths(&self) -> [u32; 3] {
+        let plan = &self.plan;
+        [plan.assignments.len(), plan.unknowns.len(), plan.residuals.len()].map(|length| length as u32)
+    }
+
+    /// What has been added since then is a block.
+    fn end_block(&mut self, before: [u32; 3]) {
+        let after = self.lengths();
+        self.plan.blocks.push([0, 1, 2].map(|k| before[k]..after[k]));
     }
 }
 
 /// Puts the assignments into the order of their levels and renumbers them in the blocks.
 fn finish(mut plan: Plan) -> Plan {
     let position = order_by_level(&mut plan.assignments);
-    for block in &mut plan.blocks {
-        for entry in &mut block.assignments {
-            *entry = position[*entry as usize];
-        }
-    }
+    plan.blocks.move_assignments(&position);
     plan
 }
 

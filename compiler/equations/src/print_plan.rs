@@ -82,7 +82,7 @@ fn print_blocks(text: &mut String, title: &str, system: &EquationSystem, plan: &
         &format!("{title} blocks"),
         &loops_together(system, plan),
         |&k| block_key(system, plan, k),
-        |&k| format!("{}: {}", k + 1, block(system, plan, &plan.blocks[k])),
+        |&k| format!("{}: {}", k + 1, block(system, plan, plan.blocks.get(k))),
     );
 }
 
@@ -109,9 +109,9 @@ fn loops_together(system: &EquationSystem, plan: &Plan) -> Vec<usize> {
 
 /// Blocks of one equation of the same expression are neighbours of one kind; others stand alone.
 fn block_key(system: &EquationSystem, plan: &Plan, k: usize) -> BlockKey {
-    let block = &plan.blocks[k];
+    let block = plan.blocks.get(k);
     let array = |target: Target| variable_of(target).map(|v| system.flat.locate(v).0);
-    match (block.assignments.as_slice(), block.residuals.as_slice()) {
+    match (block.assignments, block.residuals) {
         (&[a], []) => (plan.assignments[a as usize].value.0, array(plan.assignments[a as usize].target), usize::MAX),
         ([], &[r]) => (
             plan.residuals[r as usize].value.0,
@@ -122,7 +122,7 @@ fn block_key(system: &EquationSystem, plan: &Plan, k: usize) -> BlockKey {
     }
 }
 
-fn block(system: &EquationSystem, plan: &Plan, block: &Block) -> String {
+fn block(system: &EquationSystem, plan: &Plan, block: Block<'_>) -> String {
     let mut lines: Vec<String> =
         block.assignments.iter().map(|&a| assignment(system, &plan.assignments[a as usize])).collect();
     if !block.residuals.is_empty() {

@@ -9,6 +9,7 @@ use hyd_flat::{Target, VarId};
 use hyd_index::typed_index;
 use hyd_symbolic::NodeId;
 
+use crate::jacobian::Lists;
 use crate::system::{EquationSystem, Selection};
 
 typed_index!(
@@ -62,14 +63,58 @@ pub struct Unknown {
 }
 
 /// A block of the block lower triangular form, for explanation and printing.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Block {
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Block<'a> {
     /// Positions in `Plan::assignments`, in order.
-    pub assignments: Vec<u32>,
+    pub assignments: &'a [u32],
     /// Positions in `Plan::unknowns` that belong to the block (tearing variables, or the state of a rate equation).
-    pub unknowns: Vec<u32>,
+    pub unknowns: &'a [u32],
     /// Positions in `Plan::residuals`.
-    pub residuals: Vec<u32>,
+    pub residuals: &'a [u32],
+}
+
+/// The blocks in the order in which they are solved; stored in a few lists, because large systems have as many blocks as equations.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Blocks {
+    assignments: Lists<u32>,
+    unknowns: Lists<u32>,
+    residuals: Lists<u32>,
+}
+
+impl Blocks {
+    /// Appends a block of these assignments, unknowns and residuals.
+    pub fn push<I: IntoIterator<Item = u32>>(&mut self, [assignments, unknowns, residuals]: [I; 3]) {
+        self.assignments.push_row(assignments);
+        self.unknowns.push_row(unknowns);
+        self.residuals.push_row(residuals);
+    }
+
+    /// Number of blocks.
+    pub fn len(&self) -> usize {
+        self.assignments.len()
+    }
+
+    /// True without blocks.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// A block by its number.
+    pub fn get(&self, k: usize) -> Block<'_> {
+        Block { assignments: self.assignments.row(k), unknowns: self.unknowns.row(k), residuals: self.residuals.row(k) }
+    }
+
+    /// All blocks in order.
+    pub fn iter(&self) -> impl Iterator<Item = Block<'_>> {
+        (0..self.len()).map(|k| self.get(k))
+    }
+
+    /// Gives assignments new positions: that at `k` goes to `position[k]`.
+    pub(crate) fn move_assignments(&mut self, position: &[u32]) {
+        for entry in &mut self.assignments.items {
+            *entry = position[*entry as usize];
+        }
+    }
 }
 
 /// What to compute for one purpose (simulation or initialisation).
@@ -85,7 +130,7 @@ pub struct Plan {
     /// As many residuals as unknowns.
     pub residuals: Vec<Residual>,
     /// The blocks in order.
-    pub blocks: Vec<Block>,
+    pub blocks: Blocks,
 }
 
 /// How the change of a relation is found.

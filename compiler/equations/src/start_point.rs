@@ -3,11 +3,14 @@
 //! Bindings are evaluated in order, then start attributes.  What has no start value gets a made-up number near 1, the same
 //! in every translation, so that an expression that depends on it is neither zero nor singular by accident.
 
+use std::cell::RefCell;
+
 use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::Diagnostic;
-use hyd_symbolic::{NodeId, SlotId, eval};
+use hyd_symbolic::{Evaluator, NodeId, SlotId};
 use hyd_system::{Settable, ValueKind};
+use rustc_hash::FxHashMap;
 
 use crate::algebra::Algebra;
 use crate::bindings::{assignment, sort_bindings};
@@ -21,6 +24,8 @@ pub(crate) struct StartPoint {
     time: f64,
     /// Makes other numbers up.
     seed: u32,
+    /// Expressions that were evaluated before: thousands of equations share one.
+    prepared: RefCell<FxHashMap<NodeId, Evaluator>>,
 }
 
 impl StartPoint {
@@ -43,8 +48,13 @@ impl StartPoint {
     pub fn of_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
         let count = system.roles.len();
         let time = system.flat.experiment.start.unwrap_or(0.0);
-        let mut point =
-            Self { value: IndexVec::filled(None, count), start: IndexVec::filled(None, count), time, seed: 0 };
+        let mut point = Self {
+            value: IndexVec::filled(None, count),
+            start: IndexVec::filled(None, count),
+            time,
+            seed: 0,
+            prepared: RefCell::default(),
+        };
         for a in bindings {
             point.execute(system, a);
         }
@@ -109,7 +119,9 @@ impl StartPoint {
     pub fn evaluate(&self, system: &EquationSystem, root: NodeId, operands: OperandRange) -> f64 {
         let operands = system.operands_of(operands);
         let read = |slot: SlotId| self.read(system, operands[slot.index()]);
-        eval(&system.flat.templates.arena, root, read, self.time, true)
+        let mut prepared = self.prepared.borrow_mut();
+        let evaluator = prepared.entry(root).or_insert_with(|| Evaluator::new(&system.flat.templates.arena, &[root]));
+        evaluator.evaluate(read, self.time, true)[0]
     }
 
     fn read(&self, system: &EquationSystem, operand: Operand) -> f64 {

@@ -86,10 +86,10 @@ fn check_plan(name: &str, plan: &Plan) -> Result<(), String> {
         return Err(format!("{name}: {} unknowns, {} residuals", plan.unknowns.len(), plan.residuals.len()));
     }
     let (mut assignments, mut unknowns, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
-    for block in &plan.blocks {
-        assignments.extend(&block.assignments);
-        unknowns.extend(&block.unknowns);
-        residuals.extend(&block.residuals);
+    for block in plan.blocks.iter() {
+        assignments.extend(block.assignments);
+        unknowns.extend(block.unknowns);
+        residuals.extend(block.residuals);
         if block.unknowns.len() != block.residuals.len() {
             return Err(format!("{name}: a block is not square"));
         }

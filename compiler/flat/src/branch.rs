@@ -69,7 +69,7 @@ impl Flattener<'_, '_> {
 
     /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the branch not taken
     /// may have subscripts out of range; none for other conditions.
-    fn loop_condition(&mut self, condition: &Expr, cx: &Context) -> Result<Option<bool>, Fail> {
+    fn loop_condition(&mut self, condition: &Expr, cx: &mut Context) -> Result<Option<bool>, Fail> {
         let (mut loops, mut others) = (false, false);
         crate::walk::any_ref(condition, &mut |reference| {
             let name = &reference.parts[0].name.name;
@@ -85,7 +85,7 @@ impl Flattener<'_, '_> {
         }
         let (env, complete) = cx.env();
         if !complete {
-            return Err(Fail::NeedsExpansion);
+            return self.truth_over_loops(condition, cx).map(Some);
         }
         match self.tree.evaluate(condition, cx.scope, &env)? {
             Value::Boolean(truth) => Ok(Some(truth)),

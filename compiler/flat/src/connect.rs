@@ -112,7 +112,7 @@ impl Flattener<'_, '_> {
             match self.enter_all(&mut cx, loops) {
                 Ok(()) => cx.counts,
                 Err(Fail::Reported | Fail::Opaque) => return,
-                Err(Fail::NeedsExpansion) => {
+                Err(Fail::NeedsExpansion | Fail::Split(..)) => {
                     self.connect_expanded(span, a, b, scope, loops, Vec::new());
                     return;
                 }

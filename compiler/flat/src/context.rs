@@ -5,7 +5,7 @@ use hyd_source::{Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
 
-use crate::index::{Affine, CounterId};
+use crate::index::{Affine, CounterId, Cut, Window};
 use crate::lower::Typed;
 use crate::model::VarId;
 use crate::when::WhenCondition;
@@ -17,6 +17,8 @@ pub enum Fail {
     Reported,
     /// A subscript is not affine in the counters: lower again with fixed counters.
     NeedsExpansion,
+    /// It is affine, or a condition decided, on parts of the values of a counter: lower again for each part.
+    Split(CounterId, Cut),
     /// A function cannot be run symbolically: it must be compiled.
     Opaque,
 }
@@ -53,6 +55,10 @@ pub struct Context {
     pub counts: Vec<usize>,
     /// Fixed values of the counters, when the loops are run through.
     pub fixed: Option<Vec<i64>>,
+    /// Parts of the values that counters run through; the others run through all.
+    pub windows: Vec<Window>,
+    /// How often counters may be cut into parts.
+    pub cuts_left: u32,
     /// Subscripts (from 0) of the arrays of components around the scope.
     pub implicit: Vec<(InstId, Vec<Affine>)>,
     /// Local names, innermost last.
@@ -91,6 +97,8 @@ impl Context {
             scope,
             counts: Vec::new(),
             fixed: None,
+            windows: Vec::new(),
+            cuts_left: 0,
             implicit: Vec::new(),
             names: Vec::new(),
             no_event: false,
@@ -111,10 +119,37 @@ impl Context {
     /// Adds a counter with `count` values and returns it as a subscript from 0.
     pub fn counter(&mut self, count: usize) -> Affine {
         let id = CounterId(self.counts.len() as u32);
-        self.counts.push(count);
-        match &self.fixed {
-            Some(values) if (id.0 as usize) < values.len() => Affine::constant(values[id.0 as usize]),
-            _ => Affine::counter(id),
+        let fixed = self.fixed.as_ref().and_then(|values| values.get(id.0 as usize));
+        match (fixed, self.windows.iter().find(|window| window.counter == id)) {
+            (Some(&value), _) => {
+                self.counts.push(count);
+                Affine::constant(value)
+            }
+            (None, Some(window)) => {
+                self.counts.push(window.count);
+                window.values()
+            }
+            (None, None) => {
+                self.counts.push(count);
+                Affine::counter(id)
+            }
+        }
+    }
+
+    /// The values that a counter runs through here.
+    pub fn window(&self, counter: CounterId) -> Window {
+        let known = self.windows.iter().find(|window| window.counter == counter).copied();
+        known.unwrap_or(Window { counter, first: 0, stride: 1, count: self.counts[counter.0 as usize] })
+    }
+
+    /// The failure that has a counter cut into parts, where that is possible.
+    pub fn cut(&self, counter: CounterId, cut: Cut) -> Fail {
+        let fixed = self.fixed.as_ref().map_or(0, Vec::len);
+        let whole = self.counts.get(counter.0 as usize).copied().unwrap_or(0);
+        if self.cuts_left > 0 && counter.0 as usize >= fixed && cut.divides(whole) {
+            Fail::Split(counter, cut)
+        } else {
+            Fail::NeedsExpansion
         }
     }
 

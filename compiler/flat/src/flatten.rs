@@ -14,7 +14,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
-use crate::index::{Affine, SlotKey, Slots};
+use crate::index::{Affine, CounterId, Cut, SlotKey, Slots, Window};
 use crate::inject::{Injection, Pending};
 use crate::jump::JumpKey;
 use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
@@ -149,7 +149,8 @@ impl Flattener<'_, '_> {
         list.into_iter().map(|(_, inst)| inst).collect()
     }
 
-    /// Runs `body` with symbolic counters; where that fails for a subscript, once for every value of the counters.
+    /// Runs `body` with symbolic counters; where that fails for a subscript or condition, once for every part of the values of a
+    /// counter or for every value.
     pub(crate) fn with_loops(
         &mut self,
         start: Context,
@@ -165,6 +166,16 @@ impl Flattener<'_, '_> {
                 self.tree.table.diagnostics.truncate(mark);
                 self.take_back(&made);
                 self.expand(&start, Vec::new(), body);
+            }
+            Err(Fail::Split(counter, cut)) => {
+                self.tree.table.diagnostics.truncate(mark);
+                self.take_back(&made);
+                for next in parts(&start, &cx, counter, cut) {
+                    self.with_loops(next, body);
+                    if self.tree.table.diagnostics.len() > mark {
+                        return;
+                    }
+                }
             }
         }
     }
@@ -185,15 +196,26 @@ impl Flattener<'_, '_> {
             Err(Fail::NeedsExpansion) => {
                 self.tree.table.diagnostics.truncate(errors);
                 self.take_back(&made);
-                let Some(&count) = cx.counts.get(fixed.len()) else {
+                if fixed.len() == cx.counts.len() {
                     let span = self.tree.instances[start.scope.inst].span;
                     let _ = self.error(Code::NotStructural, span, "a subscript here cannot be computed before the run");
                     return;
-                };
-                for k in 0..count as i64 {
+                }
+                let window = cx.window(CounterId(fixed.len() as u32));
+                for k in 0..window.count as i64 {
                     let mut next = fixed.clone();
-                    next.push(k);
+                    next.push(window.first + window.stride * k);
                     self.expand(start, next, body);
+                    if self.tree.table.diagnostics.len() > errors {
+                        return;
+                    }
+                }
+            }
+            Err(Fail::Split(counter, cut)) => {
+                self.tree.table.diagnostics.truncate(errors);
+                self.take_back(&made);
+                for next in parts(start, &cx, counter, cut) {
+                    self.expand(&next, fixed.clone(), body);
                     if self.tree.table.diagnostics.len() > errors {
                         return;
                     }
@@ -348,6 +370,17 @@ impl Flattener<'_, '_> {
             }
         }
     }
+}
+
+/// The surroundings `start` for each part of the values of a counter that `cx` was found to need.
+fn parts(start: &Context, cx: &Context, counter: CounterId, cut: Cut) -> Vec<Context> {
+    let with = |part: Window| {
+        let mut next = Context { cuts_left: start.cuts_left.saturating_sub(1), ..start.clone() };
+        next.windows.retain(|window| window.counter != counter);
+        next.windows.push(part);
+        next
+    };
+    cx.window(counter).parts(cut).into_iter().map(with).collect()
 }
 
 /// `affine * size`

@@ -109,7 +109,7 @@ impl<'t, 's> Flattener<'t, 's> {
                 Ok(Some(Typed::real(self.model.templates.arena.slot(slot))))
             }
             // The elements need the counters one after the other: the usual way finds that out and says so.
-            Ok(None) | Err(Fail::NeedsExpansion | Fail::Opaque) => {
+            Ok(None) | Err(Fail::NeedsExpansion | Fail::Split(..) | Fail::Opaque) => {
                 self.tree.table.diagnostics.truncate(mark);
                 Ok(None)
             }
@@ -129,6 +129,8 @@ impl<'t, 's> Flattener<'t, 's> {
         let around = cx.loop_counts();
         let rows: usize = around.iter().product();
         let (full, rest) = (total / PIECE, total % PIECE);
+        // The elements of a fold belong together.
+        let cx = &Context { cuts_left: 0, ..cx.clone() };
         let mut inner = cx.clone();
         let piece = inner.counter(full);
         let Some(start) = Affine::constant(0).add_scaled(&piece, PIECE as i64) else { return Ok(None) };

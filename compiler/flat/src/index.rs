@@ -1,7 +1,8 @@
 //! Subscripts as affine functions of loop counters.
 //!
 //! An equation inside loops (written `for` loops, arrays of components around it, elements of an array equation) is lowered
-//! once with symbolic counters; where a subscript is not affine in them the loops are run through instead.
+//! once with symbolic counters.  Where a subscript is affine, or a condition decided, on parts of the values of a counter only
+//! (`if k > 1`, `div(k, 2)`), it is lowered once for each part; else the loops are run through.
 
 use hyd_symbolic::SlotId;
 
@@ -65,6 +66,68 @@ impl Affine {
             high = high.saturating_add(reach.max(0));
         }
         (low, high)
+    }
+}
+
+/// How the values of a counter are taken apart.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cut {
+    /// Those below this position and the others.
+    At(usize),
+    /// Every so manieth, from each of the first.
+    Modulo(usize),
+}
+
+impl Cut {
+    /// True if each part of `count` values holds fewer of them, and not so few that running through them were as good.
+    pub fn divides(self, count: usize) -> bool {
+        match self {
+            Cut::At(position) => 0 < position && position < count,
+            Cut::Modulo(parts) => 1 < parts && parts <= 16 && 2 * parts <= count,
+        }
+    }
+}
+
+/// Part of the values of a counter: `first + stride*k` for `k` below `count`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Window {
+    /// The counter.
+    pub counter: CounterId,
+    /// First value.
+    pub first: i64,
+    /// Distance of the values.
+    pub stride: i64,
+    /// How many, at least 1.
+    pub count: usize,
+}
+
+impl Window {
+    /// The values, affine in the counter that now counts them.
+    pub fn values(self) -> Affine {
+        match self.count {
+            1 => Affine::constant(self.first),
+            _ => Affine { constant: self.first, terms: vec![(self.counter, self.stride)] },
+        }
+    }
+
+    /// The parts, in the order of their first values; none is empty.
+    pub fn parts(self, cut: Cut) -> Vec<Window> {
+        match cut {
+            Cut::At(position) => {
+                let rest =
+                    Window { first: self.first + self.stride * position as i64, count: self.count - position, ..self };
+                vec![Window { count: position, ..self }, rest]
+            }
+            Cut::Modulo(parts) => {
+                let part = |k: usize| Window {
+                    first: self.first + self.stride * k as i64,
+                    stride: self.stride * parts as i64,
+                    count: (self.count - k).div_ceil(parts),
+                    ..self
+                };
+                (0..parts).map(part).collect()
+            }
+        }
     }
 }
 
@@ -134,6 +197,20 @@ impl Slots {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_hold_each_value_once() {
+        let counter = CounterId(0);
+        let whole = Window { counter, first: 3, stride: 2, count: 7 };
+        let values = |window: &Window| (0..window.count as i64).map(|k| window.first + window.stride * k).collect();
+        for cut in [Cut::At(1), Cut::At(6), Cut::Modulo(2), Cut::Modulo(3)] {
+            assert!(cut.divides(whole.count));
+            let mut found: Vec<i64> = whole.parts(cut).iter().flat_map(|part| -> Vec<i64> { values(part) }).collect();
+            found.sort_unstable();
+            assert_eq!(found, values(&whole), "{cut:?}");
+        }
+        assert!(!Cut::At(0).divides(7) && !Cut::At(7).divides(7) && !Cut::Modulo(4).divides(7));
+    }
 
     #[test]
     fn affine_arithmetic_and_bounds() {

@@ -34,6 +34,7 @@ mod lower;
 pub mod model;
 mod model_ends;
 mod operator;
+mod piecewise;
 mod print;
 mod range;
 mod record;

@@ -353,6 +353,11 @@ impl Flattener<'_, '_> {
                     return self.affine(only, cx);
                 }
             }
+            ExprKind::Call(function, arguments) => {
+                if let Some(quotient) = self.affine_quotient(function, arguments, cx)? {
+                    return Ok(quotient);
+                }
+            }
             _ => {}
         }
         let (env, complete) = cx.env();

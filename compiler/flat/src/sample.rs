@@ -21,7 +21,9 @@ impl Flattener<'_, '_> {
         let [start, interval] = list else {
             return Err(self.error(Code::BadArguments, span, "`sample` takes the first instant and the interval"));
         };
-        let key = (cx.scope.inst, span, cx.fixed.clone().unwrap_or_default());
+        let mut turn = cx.fixed.clone().unwrap_or_default();
+        turn.extend(cx.windows.iter().flat_map(|window| [window.first, window.stride]));
+        let key = (cx.scope.inst, span, turn);
         let due = match self.samples.get(&key) {
             Some(&known) => known,
             None => {

@@ -23,6 +23,9 @@ pub(crate) struct Loops<'e> {
     pub(crate) iterators: Vec<&'e Iterator>,
 }
 
+/// How often the values of the counters around an equation are cut into parts, one after the other.
+const MOST_CUTS: u32 = 6;
+
 impl Flattener<'_, '_> {
     /// All equation sections of one class of an instance.
     pub(crate) fn class_sections(&mut self, scope: Scope, def: &Arc<ClassDef>) {
@@ -127,7 +130,7 @@ impl Flattener<'_, '_> {
             return;
         }
         let origin = self.origin(scope, equation);
-        let start = self.context_of(scope);
+        let start = Context { cuts_left: MOST_CUTS, ..self.context_of(scope) };
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
             if cx.counts.contains(&0) {

@@ -172,7 +172,7 @@ fn get_model(input: &mut Input<'_>, features: u32) -> Result<Model, crate::Damag
         experiment: Stored::get(input)?,
         code: if bool::get(input)? { Some(Arc::new(get_code(input, features)?)) } else { None },
         program: Arc::new(Stored::get(input)?),
-        routines: Stored::get(input)?,
+        routines: Arc::new(Stored::get(input)?),
         area: Stored::get(input)?,
         structure: Stored::get(input)?,
         tables: Arc::new(Stored::get(input)?),

@@ -25,7 +25,7 @@ pub struct Model {
     /// What the code was made from: for the interpreter, and to find what went wrong.
     pub program: Arc<Program>,
     /// What the routines do.
-    pub routines: Routines,
+    pub routines: Arc<Routines>,
     /// The data area.
     pub area: DataArea,
     /// Sizes and patterns.

@@ -9,22 +9,24 @@
 
 use hyd_equations::{PlanJacobian, SortedSystem};
 use hyd_payload::accumulation::{Accumulation, MINUS, PartialRows, Term};
+use hyd_symbolic::Arena;
 use hyd_system::Pattern;
 
-use super::batch::Item;
+use super::batch::{Batch, Item};
 use super::rows::{Column, Rows};
 use crate::layout::{Place, PlanPlaces};
 use crate::program::Area;
 
-/// Plans the composition: the items that compute the partials (into `Area::Out`), and the list.
-pub fn plan<'s>(
-    sorted: &'s SortedSystem,
+/// Plans the composition: items that compute the partials (into `Area::Out`) go into the batch; the list.
+pub fn plan(
+    sorted: &SortedSystem,
     places: &PlanPlaces,
     rows: &Rows<'_>,
     jacobian: &PlanJacobian,
     patterns: (&Pattern, &Pattern),
-) -> Result<(Vec<Item<'s>>, Accumulation, PartialRows), String> {
-    let (items, positions, owners) = partial_items(sorted, rows, jacobian);
+    (arena, batch): (&Arena, &mut Batch<'_>),
+) -> Result<(Accumulation, PartialRows), String> {
+    let (positions, owners) = add_partials(sorted, rows, jacobian, arena, batch)?;
     let assignments = rows.plan.assignments.len();
     let first = owners.rows.len();
     let mut starts = Vec::with_capacity(assignments + 1);
@@ -73,7 +75,7 @@ pub fn plan<'s>(
             }
         }
     }
-    Ok((items, Accumulation { terms, first, state, rate, length }, owners))
+    Ok((Accumulation { terms, first, state, rate, length }, owners))
 }
 
 /// Scratch positions of the partials: form by form, within a form derivative by derivative, so that loops ascend evenly.
@@ -89,11 +91,13 @@ impl Positions {
     }
 }
 
-fn partial_items<'s>(
-    sorted: &'s SortedSystem,
+fn add_partials(
+    sorted: &SortedSystem,
     rows: &Rows<'_>,
     jacobian: &PlanJacobian,
-) -> (Vec<Item<'s>>, Positions, PartialRows) {
+    arena: &Arena,
+    batch: &mut Batch<'_>,
+) -> Result<(Positions, PartialRows), String> {
     let forms = jacobian.forms.len();
     let mut members = vec![0u32; forms];
     for &form in &jacobian.form_of_row {
@@ -107,7 +111,7 @@ fn partial_items<'s>(
     }
     let mut owners = PartialRows { rows: vec![0; end as usize] };
     let mut seen = vec![0u32; forms];
-    let mut items = Vec::new();
+    let (mut to, mut values) = (Vec::new(), Vec::new());
     let mut of_row = Vec::with_capacity(rows.count());
     for row in 0..rows.count() {
         let form = jacobian.form_of_row[row] as usize;
@@ -119,11 +123,13 @@ fn partial_items<'s>(
             continue;
         }
         let place = |j: usize| Place { area: Area::Out, index: first + step * j as u32 };
-        let to: Vec<Place> = (0..partials.len()).map(place).collect();
+        to.clear();
+        to.extend((0..partials.len()).map(place));
         to.iter().for_each(|place| owners.rows[place.index as usize] = row as u32);
-        let values = partials.iter().map(|&(_, node)| node).collect();
+        values.clear();
+        values.extend(partials.iter().map(|&(_, node)| node));
         let (_, operands) = rows.expression(sorted, row);
-        items.push(Item { level: 0, values, operands, extra: Vec::new(), to });
+        batch.add(arena, Item { level: 0, values: &values, operands, extra: &[], to: &to })?;
     }
-    (items, Positions { of_row }, owners)
+    Ok((Positions { of_row }, owners))
 }

@@ -14,115 +14,164 @@ use crate::layout::Place;
 use crate::program::{Address, Area, Kernel, Store, TABLE_SIGN};
 
 /// Expressions over the same operands, computed together, and where each value goes.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Item<'a> {
     /// Position in the order of dependence.
     pub level: u32,
     /// The expressions.
-    pub values: Vec<NodeId>,
+    pub values: &'a [NodeId],
     /// What their slots read.
     pub operands: &'a [Operand],
     /// Further places, read by the slots behind the operands.
-    pub extra: Vec<Place>,
+    pub extra: &'a [Place],
     /// Where the values go.
-    pub to: Vec<Place>,
+    pub to: &'a [Place],
 }
 
 /// What slots read: place and sign.
 pub type Locate<'a> = dyn Fn(Operand) -> Result<(Place, bool), String> + 'a;
 
+/// Items on the way to kernels.  Nothing is allocated per item: systems have millions of them.
+pub struct Batch<'l> {
+    locate: &'l Locate<'l>,
+    forms: Vec<Form>,
+    known: FxHashMap<Box<[NodeId]>, usize>,
+    /// Groups of each form and level.
+    by_level: FxHashMap<(usize, u32), Vec<usize>>,
+    groups: Vec<Group>,
+    /// Work space: areas of what the item reads and where its values go.
+    areas: Vec<Area>,
+}
+
+/// A list of expressions with the slots that occur in them.
+struct Form {
+    values: Box<[NodeId]>,
+    used: Vec<usize>,
+}
+
 /// The instances of one kernel.
 struct Group {
-    values: Vec<NodeId>,
-    used: Vec<usize>,
-    slots: usize,
-    instances: Vec<Instance>,
+    form: usize,
+    level: u32,
+    /// Areas of the used slots, then of the results.
+    areas: Vec<Area>,
+    /// Positions of what the used slots read, signs in the highest bit, instance by instance.
+    reads: Vec<u32>,
+    /// Positions of the results, instance by instance.
+    to: Vec<u32>,
 }
 
-/// Places of one instance: what the used slots read, and where the values go.
-struct Instance {
-    reads: Vec<(Place, bool)>,
-    to: Vec<Place>,
-}
-
-/// Kernels for all items; slot tables are appended to `tables`.
-///
-/// # Errors
-/// What `locate` says of an operand without a place.
-pub fn kernels(
-    arena: &Arena,
-    items: &[Item<'_>],
-    locate: &Locate<'_>,
-    tables: &mut Vec<u32>,
-) -> Result<Vec<Kernel>, String> {
-    let mut groups: Vec<Group> = Vec::new();
-    let mut known: FxHashMap<(u32, Vec<NodeId>, Vec<Area>), usize> = FxHashMap::default();
-    let mut used_slots: FxHashMap<Vec<NodeId>, Vec<usize>> = FxHashMap::default();
-    let mut levels: Vec<(u32, usize)> = Vec::new();
-    for item in items {
-        let used = used_slots
-            .entry(item.values.clone())
-            .or_insert_with(|| slots(arena, &item.values).iter().map(|slot| slot.index()).collect());
-        let instance = instance(item, used, locate)?;
-        let reads = instance.reads.iter().map(|(place, _)| place.area);
-        let areas: Vec<Area> = reads.chain(instance.to.iter().map(|place| place.area)).collect();
-        let group = *known.entry((item.level, item.values.clone(), areas)).or_insert_with(|| {
-            let slots = used.iter().max().map_or(0, |&last| last + 1);
-            levels.push((item.level, groups.len()));
-            groups.push(Group { values: item.values.clone(), used: used.clone(), slots, instances: Vec::new() });
-            groups.len() - 1
-        });
-        groups[group].instances.push(instance);
+impl<'l> Batch<'l> {
+    /// No items yet.
+    pub fn new(locate: &'l Locate<'l>) -> Self {
+        Self {
+            locate,
+            forms: Vec::new(),
+            known: FxHashMap::default(),
+            by_level: FxHashMap::default(),
+            groups: Vec::new(),
+            areas: Vec::new(),
+        }
     }
-    levels.sort_unstable();
-    Ok(levels.into_iter().map(|(_, group)| groups[group].kernel(tables)).collect())
+
+    /// Adds an item.
+    ///
+    /// # Errors
+    /// What `locate` says of an operand without a place.
+    pub fn add(&mut self, arena: &Arena, item: Item<'_>) -> Result<(), String> {
+        let form = self.form(arena, item.values);
+        self.areas.clear();
+        for &slot in &self.forms[form].used {
+            self.areas.push(read(self.locate, &item, slot)?.0.area);
+        }
+        self.areas.extend(item.to.iter().map(|place| place.area));
+        let same = self.by_level.entry((form, item.level)).or_default();
+        let known = same.iter().copied().find(|&group| self.groups[group].areas == self.areas);
+        let group = known.unwrap_or_else(|| {
+            same.push(self.groups.len());
+            let areas = self.areas.clone();
+            self.groups.push(Group { form, level: item.level, areas, reads: Vec::new(), to: Vec::new() });
+            self.groups.len() - 1
+        });
+        let group = &mut self.groups[group];
+        for &slot in &self.forms[form].used {
+            let (place, negated) = read(self.locate, &item, slot)?;
+            group.reads.push(place.index | if negated { TABLE_SIGN } else { 0 });
+        }
+        group.to.extend(item.to.iter().map(|place| place.index));
+        Ok(())
+    }
+
+    fn form(&mut self, arena: &Arena, values: &[NodeId]) -> usize {
+        if let Some(&known) = self.known.get(values) {
+            return known;
+        }
+        let used = slots(arena, values).iter().map(|slot| slot.index()).collect();
+        self.forms.push(Form { values: values.into(), used });
+        self.known.insert(values.into(), self.forms.len() - 1);
+        self.forms.len() - 1
+    }
+
+    /// The kernels of all items; slot tables are appended to `tables`.
+    pub fn kernels(self, tables: &mut Vec<u32>) -> Vec<Kernel> {
+        let mut levels: Vec<(u32, usize)> = self.groups.iter().map(|group| group.level).zip(0..).collect();
+        levels.sort_unstable();
+        levels.into_iter().map(|(_, group)| self.groups[group].kernel(&self.forms, tables)).collect()
+    }
 }
 
-fn instance(item: &Item<'_>, used: &[usize], locate: &Locate<'_>) -> Result<Instance, String> {
-    let read = |&slot: &usize| match item.operands.get(slot) {
+fn read(locate: &Locate<'_>, item: &Item<'_>, slot: usize) -> Result<(Place, bool), String> {
+    match item.operands.get(slot) {
         Some(&operand) => locate(operand),
         None => {
             let extra = item.extra.get(slot - item.operands.len());
             extra.map(|&place| (place, false)).ok_or_else(|| "a slot has no operand".to_string())
         }
-    };
-    let reads = used.iter().map(read).collect::<Result<_, _>>()?;
-    Ok(Instance { reads, to: item.to.clone() })
-}
-
-impl Group {
-    fn kernel(&mut self, tables: &mut Vec<u32>) -> Kernel {
-        // Instances do not depend on each other; ascending results make affine addresses likely.
-        self.instances.sort_by_key(|instance| instance.to.first().map_or(0, |place| place.index));
-        let unused = Address::Fixed { area: Area::Data, index: 0, negated: false };
-        let mut addresses = vec![unused; self.slots];
-        for (k, &slot) in self.used.iter().enumerate() {
-            let places: Vec<(Place, bool)> = self.instances.iter().map(|instance| instance.reads[k]).collect();
-            addresses[slot] = address(&places, tables);
-        }
-        let mut stores = Vec::with_capacity(self.values.len());
-        for (k, &value) in self.values.iter().enumerate() {
-            let places: Vec<(Place, bool)> = self.instances.iter().map(|instance| (instance.to[k], false)).collect();
-            stores.push(Store { value, to: address(&places, tables) });
-        }
-        Kernel { count: self.instances.len() as u32, slots: addresses, stores }
     }
 }
 
-/// The shortest description of the places of one slot over all instances (all in one area, at least one).
-fn address(places: &[(Place, bool)], tables: &mut Vec<u32>) -> Address {
-    let (first, negated) = places[0];
-    let (area, base) = (first.area, first.index);
-    let stride = places.get(1).map_or(0, |(second, _)| i64::from(second.index) - i64::from(base));
-    let one_sign = places.iter().all(|&(_, sign)| sign == negated);
-    let even = (0i64..).zip(places).all(|(k, (place, _))| i64::from(place.index) == i64::from(base) + stride * k);
+impl Group {
+    fn kernel(&self, forms: &[Form], tables: &mut Vec<u32>) -> Kernel {
+        let Form { values, used } = &forms[self.form];
+        let count = self.to.len() / values.len();
+        // Instances do not depend on each other; ascending results make affine addresses likely.
+        let result = |instance: u32| self.to[instance as usize * values.len()];
+        let mut order: Vec<u32> = (0..count as u32).collect();
+        if !order.is_sorted_by_key(|&k| result(k)) {
+            order.sort_by_key(|&k| result(k));
+        }
+        let mut places: Vec<u32> = Vec::with_capacity(count);
+        let mut column = |list: &[u32], width: usize, k: usize, area: Area| {
+            places.clear();
+            places.extend(order.iter().map(|&instance| list[instance as usize * width + k]));
+            address(area, &places, tables)
+        };
+        let unused = Address::Fixed { area: Area::Data, index: 0, negated: false };
+        let mut slots = vec![unused; used.iter().max().map_or(0, |&last| last + 1)];
+        for (k, &slot) in used.iter().enumerate() {
+            slots[slot] = column(&self.reads, used.len(), k, self.areas[k]);
+        }
+        let to = |k: usize| self.areas[used.len() + k];
+        let stores = values.iter().enumerate();
+        let stores = stores.map(|(k, &value)| Store { value, to: column(&self.to, values.len(), k, to(k)) }).collect();
+        Kernel { count: count as u32, slots, stores }
+    }
+}
+
+/// The shortest description of the places of one slot over all instances (positions in one area with signs, at least one).
+fn address(area: Area, places: &[u32], tables: &mut Vec<u32>) -> Address {
+    let index = |place: u32| i64::from(place & !TABLE_SIGN);
+    let (base, negated) = (places[0] & !TABLE_SIGN, places[0] & TABLE_SIGN != 0);
+    let stride = places.get(1).map_or(0, |&second| index(second) - i64::from(base));
+    let one_sign = places.iter().all(|&place| (place & TABLE_SIGN != 0) == negated);
+    let even = (0i64..).zip(places).all(|(k, &place)| index(place) == i64::from(base) + stride * k);
     match i32::try_from(stride) {
         Ok(0) if even && one_sign => Address::Fixed { area, index: base, negated },
         Ok(stride) if even && one_sign => Address::Affine { area, base, stride, negated },
         _ => {
             let start = tables.len() as u32;
-            let signed = places.iter().any(|&(_, sign)| sign);
-            tables.extend(places.iter().map(|&(place, sign)| place.index | if sign { TABLE_SIGN } else { 0 }));
+            let signed = places.iter().any(|&place| place & TABLE_SIGN != 0);
+            tables.extend_from_slice(places);
             Address::Table { area, start, signed }
         }
     }
@@ -135,11 +184,11 @@ mod tests {
     #[test]
     fn addresses_are_as_short_as_the_places_allow() {
         let mut tables = Vec::new();
-        let places = |list: &[(u32, bool)]| -> Vec<(Place, bool)> {
-            list.iter().map(|&(index, sign)| (Place { area: Area::Work, index }, sign)).collect()
-        };
         let area = Area::Work;
-        let of = |list: &[(u32, bool)], tables: &mut Vec<u32>| address(&places(list), tables);
+        let of = |list: &[(u32, bool)], tables: &mut Vec<u32>| {
+            let places: Vec<u32> = list.iter().map(|&(k, sign)| k | if sign { TABLE_SIGN } else { 0 }).collect();
+            address(area, &places, tables)
+        };
         let fixed = Address::Fixed { area, index: 7, negated: true };
         assert_eq!(of(&[(7, true), (7, true)], &mut tables), fixed);
         let falling = Address::Affine { area, base: 9, stride: -2, negated: false };

@@ -21,7 +21,7 @@ use hyd_symbolic::{Arena, NodeId, SlotId};
 
 use crate::layout::{Layout, Place, PlanPlaces};
 use crate::program::{Area, Program, RoutineId};
-use batch::Item;
+use batch::{Batch, Item};
 use plan::{PlainPlan, PlanLowering, push};
 
 /// Limits and choices.
@@ -60,7 +60,7 @@ pub struct Lowered {
     /// Places in the initial system.
     pub initial_places: PlanPlaces,
     /// What the routines do.
-    pub routines: Routines,
+    pub routines: Arc<Routines>,
     /// The simulation as loops, whatever code is made of it.
     pub plain: PlainPlan,
     /// The initial system likewise.
@@ -113,7 +113,7 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
     let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
     let (initial, initial_plain) = lowering.lower(&mut program, names)?;
     let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
-    let routines = Routines { bind, simulation, initial, events };
+    let routines = Arc::new(Routines { bind, simulation, initial, events });
     Ok(Lowered { program: Arc::new(program), layout, places, initial_places, routines, plain, initial_plain })
 }
 
@@ -126,16 +126,18 @@ fn relations(sorted: &SortedSystem, wanted: impl Fn(&Trigger) -> bool) -> Vec<u3
     (0u32..).zip(&sorted.relations).filter(|(_, relation)| wanted(&relation.trigger)).map(|(k, _)| k).collect()
 }
 
-/// Items of one level that write to `Out` in order.
-pub(crate) fn row_items<'s>(sorted: &'s SortedSystem, list: &[(NodeId, OperandRange)]) -> Vec<Item<'s>> {
-    let item = |(k, &(value, operands)): (usize, &(NodeId, OperandRange))| Item {
-        level: 0,
-        values: vec![value],
-        operands: sorted.system.operands_of(operands),
-        extra: Vec::new(),
-        to: vec![Place { area: Area::Out, index: k as u32 }],
-    };
-    list.iter().enumerate().map(item).collect()
+/// Adds rows of one level that write to `Out` in order.
+pub(crate) fn add_rows(
+    batch: &mut Batch<'_>,
+    arena: &Arena,
+    sorted: &SortedSystem,
+    rows: impl IntoIterator<Item = (NodeId, OperandRange)>,
+) -> Result<(), String> {
+    for (index, (value, operands)) in (0u32..).zip(rows) {
+        let (operands, to) = (sorted.system.operands_of(operands), [Place { area: Area::Out, index }]);
+        batch.add(arena, Item { level: 0, values: &[value], operands, extra: &[], to: &to })?;
+    }
+    Ok(())
 }
 
 /// Bindings, then start values.
@@ -144,21 +146,22 @@ fn bind(program: &mut Program, sorted: &SortedSystem, layout: &Layout) -> Result
     let locate = |operand| layout.locate(sorted, &places, operand);
     let mut kernels = Vec::new();
     for list in [&sorted.bindings, &sorted.starts] {
-        let mut items = Vec::with_capacity(list.len());
+        let mut batch = Batch::new(&locate);
         for assignment in list {
-            items.push(bound_item(&mut program.arena, sorted, layout, assignment)?);
+            add_bound(&mut batch, &mut program.arena, sorted, layout, assignment)?;
         }
-        kernels.extend(batch::kernels(&program.arena, &items, &locate, &mut program.tables)?);
+        kernels.extend(batch.kernels(&mut program.tables));
     }
     Ok(push(program, "bind", kernels))
 }
 
-fn bound_item<'s>(
+fn add_bound(
+    batch: &mut Batch<'_>,
     arena: &mut Arena,
-    sorted: &'s SortedSystem,
+    sorted: &SortedSystem,
     layout: &Layout,
     assignment: &Assignment,
-) -> Result<Item<'s>, String> {
+) -> Result<(), String> {
     let operands = sorted.system.operands_of(assignment.operands);
     let place = match assignment.target {
         Target::Var(v) => layout.value(v),
@@ -170,14 +173,13 @@ fn bound_item<'s>(
         Target::Var(_) => to.index.checked_sub(layout.parameters.start).and_then(|k| layout.given[k as usize]),
         _ => None,
     };
-    let (mut value, mut extra) = (assignment.value, Vec::new());
-    if let Some(given) = given {
-        let first = operands.len();
-        let (flag, set) = (arena.slot(SlotId::new(first)), arena.slot(SlotId::new(first + 1)));
-        value = arena.select(flag, set, value);
-        extra.extend([given.flag, given.value].map(|index| Place { area: Area::Data, index }));
-    }
-    Ok(Item { level: assignment.level, values: vec![value], operands, extra, to: vec![to] })
+    let plain = Item { level: assignment.level, values: &[assignment.value], operands, extra: &[], to: &[to] };
+    let Some(given) = given else { return batch.add(arena, plain) };
+    let first = operands.len();
+    let (flag, set) = (arena.slot(SlotId::new(first)), arena.slot(SlotId::new(first + 1)));
+    let value = arena.select(flag, set, assignment.value);
+    let extra = [given.flag, given.value].map(|index| Place { area: Area::Data, index });
+    batch.add(arena, Item { values: &[value], extra: &extra, ..plain })
 }
 
 struct EventLowering<'a> {
@@ -224,24 +226,25 @@ impl EventLowering<'_> {
         name: &'static str,
         list: &[(NodeId, OperandRange)],
     ) -> Result<RoutineId, String> {
-        self.routine(program, name, &row_items(self.sorted, list))
-    }
-
-    fn routine(&self, program: &mut Program, name: &'static str, items: &[Item<'_>]) -> Result<RoutineId, String> {
         let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
-        let kernels = batch::kernels(&program.arena, items, &locate, &mut program.tables)?;
+        let mut batch = Batch::new(&locate);
+        add_rows(&mut batch, &program.arena, self.sorted, list.iter().copied())?;
+        let kernels = batch.kernels(&mut program.tables);
         Ok(push(program, name, kernels))
     }
 
     fn discrete(&self, program: &mut Program) -> Result<RoutineId, String> {
-        let mut items = Vec::with_capacity(self.sorted.discrete.len());
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        let mut batch = Batch::new(&locate);
         for a in &self.sorted.discrete {
             let Target::Var(v) = a.target else { return Err("a discrete equation has no variable".into()) };
             let to = self.layout.value(v).ok_or("a discrete variable has no place")?;
             let operands = self.sorted.system.operands_of(a.operands);
-            items.push(Item { level: a.level, values: vec![a.value], operands, extra: Vec::new(), to: vec![to] });
+            let item = Item { level: a.level, values: &[a.value], operands, extra: &[], to: &[to] };
+            batch.add(&program.arena, item)?;
         }
-        self.routine(program, "discrete", &items)
+        let kernels = batch.kernels(&mut program.tables);
+        Ok(push(program, "discrete", kernels))
     }
 
     fn reinit_unknowns(&self) -> Result<Vec<u32>, String> {

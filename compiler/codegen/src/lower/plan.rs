@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::Options;
 use super::accumulate;
-use super::batch::{self, Item};
+use super::batch::{Batch, Item};
 use super::rows::Rows;
 use super::straight::Composer;
 use crate::layout::{Layout, Place, PlanPlaces};
@@ -95,11 +95,11 @@ impl PlanLowering<'_> {
     }
 
     fn plain(&self, program: &mut Program, rows: &Rows<'_>) -> Result<PlainPlan, String> {
-        let residuals: Vec<_> = self.plan.residuals.iter().map(|r| (r.value, r.operands)).collect();
+        let residuals = self.plan.residuals.iter().map(|r| (r.value, r.operands));
         Ok(PlainPlan {
             assign: self.assign_kernels(program, rows)?,
-            residual: self.row_kernels(program, &residuals)?,
-            extra: self.row_kernels(program, &self.extra)?,
+            residual: self.row_kernels(program, residuals)?,
+            extra: self.row_kernels(program, self.extra.iter().copied())?,
         })
     }
 
@@ -161,19 +161,25 @@ impl PlanLowering<'_> {
     }
 
     fn assign_kernels(&self, program: &mut Program, rows: &Rows<'_>) -> Result<Vec<Kernel>, String> {
-        let item = |(k, a): (usize, &hyd_equations::Assignment)| Item {
-            level: a.level,
-            values: vec![a.value],
-            operands: self.sorted.system.operands_of(a.operands),
-            extra: Vec::new(),
-            to: vec![Place { area: Area::Work, index: k as u32 }],
-        };
-        let items: Vec<Item<'_>> = rows.plan.assignments.iter().enumerate().map(item).collect();
-        self.kernels(program, &items)
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        let mut batch = Batch::new(&locate);
+        for (index, a) in (0u32..).zip(&rows.plan.assignments) {
+            let (operands, to) = (self.sorted.system.operands_of(a.operands), [Place { area: Area::Work, index }]);
+            let item = Item { level: a.level, values: &[a.value], operands, extra: &[], to: &to };
+            batch.add(&program.arena, item)?;
+        }
+        Ok(batch.kernels(&mut program.tables))
     }
 
-    fn row_kernels(&self, program: &mut Program, list: &[(NodeId, OperandRange)]) -> Result<Vec<Kernel>, String> {
-        self.kernels(program, &super::row_items(self.sorted, list))
+    fn row_kernels(
+        &self,
+        program: &mut Program,
+        rows: impl IntoIterator<Item = (NodeId, OperandRange)>,
+    ) -> Result<Vec<Kernel>, String> {
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        let mut batch = Batch::new(&locate);
+        super::add_rows(&mut batch, &program.arena, self.sorted, rows)?;
+        Ok(batch.kernels(&mut program.tables))
     }
 
     fn partials(
@@ -184,14 +190,12 @@ impl PlanLowering<'_> {
         mut kernels: Vec<Kernel>,
         name: &'static str,
     ) -> Result<JacobianForm, String> {
-        let (items, accumulation, owners) = accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns)?;
-        kernels.extend(self.kernels(program, &items)?);
-        Ok(JacobianForm::Partials(push(program, name, kernels), accumulation, owners))
-    }
-
-    fn kernels(&self, program: &mut Program, items: &[Item<'_>]) -> Result<Vec<Kernel>, String> {
         let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
-        batch::kernels(&program.arena, items, &locate, &mut program.tables)
+        let mut batch = Batch::new(&locate);
+        let (accumulation, owners) =
+            accumulate::plan(self.sorted, self.places, rows, self.jacobian, patterns, (&program.arena, &mut batch))?;
+        kernels.extend(batch.kernels(&mut program.tables));
+        Ok(JacobianForm::Partials(push(program, name, kernels), accumulation, owners))
     }
 }
 

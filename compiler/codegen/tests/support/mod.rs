@@ -6,8 +6,8 @@ use std::sync::Arc;
 use hyd_codegen::{CompiledSystem, Jacobians, Options, generate};
 use hyd_equations::jacobian::PlanJacobian;
 use hyd_equations::{
-    Assignment, Block, Check, EqId, Equation, EquationSystem, EventRelation, OperandRange, Plan, Residual, Resolution,
-    Role, SortedSystem, Trigger, Unknown,
+    Assignment, Check, EqId, Equation, EquationSystem, EventRelation, OperandRange, Plan, Residual, Resolution, Role,
+    SortedSystem, Trigger, Unknown,
 };
 use hyd_flat::{
     ConstId, EquationBlock, FlatModel, Message, Operand, PerElement, Section, StateSelect, Target, VarId, VariableBlock,
@@ -237,7 +237,7 @@ impl Maker {
         let k = plan.unknowns.len() as u32;
         plan.unknowns.push(Unknown { target: Target::Var(v), differential });
         plan.residuals.push(Residual { value, operands, equation });
-        plan.blocks.push(Block { assignments: Vec::new(), unknowns: vec![k], residuals: vec![k] });
+        plan.blocks.push([0..0, k..k + 1, k..k + 1]);
     }
 
     pub fn solve_initially(&mut self, target: Target, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {

@@ -1,0 +1,164 @@
+//! Conditions and quotients of loop counters that are simple on parts of the loop: where to cut it.
+//!
+//! `if k > 1` is true or false for all values of `k` but for one boundary, `div(k, 2)` is affine on the even and on the odd values.
+//! Where the values at hand lie on both sides, the failure [`Fail::Split`] says where to cut them, and the equation is lowered
+//! once for each part.  Conditions that compare anything but affine functions of one counter are left to running
+//! through the loop.
+
+use hyd_symbolic::Relation;
+use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, UnaryOp};
+
+use crate::call::simple_name;
+use crate::context::{Context, Fail};
+use crate::flatten::Flattener;
+use crate::index::{Affine, Cut};
+
+impl Flattener<'_, '_> {
+    /// Truth of a condition for all values of the counters.
+    pub(crate) fn truth_over_loops(&mut self, condition: &Expr, cx: &mut Context) -> Result<bool, Fail> {
+        match &condition.kind {
+            ExprKind::Boolean(truth) => Ok(*truth),
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.truth_over_loops(only, cx),
+                _ => Err(Fail::NeedsExpansion),
+            },
+            ExprKind::Unary(UnaryOp::Not, a) => Ok(!self.truth_over_loops(a, cx)?),
+            ExprKind::Binary(BinaryOp::And, a, b) => Ok(self.truth_over_loops(a, cx)? && self.truth_over_loops(b, cx)?),
+            ExprKind::Binary(BinaryOp::Or, a, b) => Ok(self.truth_over_loops(a, cx)? || self.truth_over_loops(b, cx)?),
+            ExprKind::Binary(op, a, b) => {
+                let relation = relation(*op).ok_or(Fail::NeedsExpansion)?;
+                let mark = self.tree.table.diagnostics.len();
+                let sides = self.affine(a, cx).and_then(|a| Ok((a, self.affine(b, cx)?)));
+                if sides == Err(Fail::Reported) {
+                    // No whole numbers: values are compared one by one.
+                    self.tree.table.diagnostics.truncate(mark);
+                    return Err(Fail::NeedsExpansion);
+                }
+                let (a, b) = sides?;
+                let difference = a.add_scaled(&b, -1).ok_or(Fail::NeedsExpansion)?;
+                truth(relation, &difference, cx)
+            }
+            _ => Err(Fail::NeedsExpansion),
+        }
+    }
+
+    /// `div(a, m)`, `mod(a, m)` or `rem(a, m)` of counters as an affine function; none for other calls.
+    pub(crate) fn affine_quotient(
+        &mut self,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Option<Affine>, Fail> {
+        let Some(name @ ("div" | "mod" | "rem")) = simple_name(function) else { return Ok(None) };
+        let Arguments::List { positional, named } = arguments else { return Ok(None) };
+        let ([a, m], true) = (positional.as_slice(), named.is_empty()) else { return Ok(None) };
+        if cx.depth > 0 || !self.mentions_counter(a, cx) {
+            return Ok(None);
+        }
+        let (a, m) = (self.affine(a, cx)?, self.affine(m, cx)?);
+        let Some(m) = m.as_constant().filter(|&m| m > 0) else { return Ok(None) };
+        // Below zero quotients are rounded upwards.
+        if a.bounds(&cx.counts).0 < 0 {
+            return Ok(None);
+        }
+        if let Some(&(counter, c)) = a.terms.iter().find(|(_, c)| c % m != 0) {
+            let parts = usize::try_from(m / common_divisor(c, m)).map_err(|_| Fail::NeedsExpansion)?;
+            return Err(cx.cut(counter, Cut::Modulo(parts)));
+        }
+        Ok(Some(match name {
+            "div" => Affine { constant: a.constant / m, terms: a.terms.iter().map(|&(id, c)| (id, c / m)).collect() },
+            _ => Affine::constant(a.constant % m),
+        }))
+    }
+}
+
+fn relation(op: BinaryOp) -> Option<Relation> {
+    match op {
+        BinaryOp::Equal => Some(Relation::Equal),
+        BinaryOp::NotEqual => Some(Relation::NotEqual),
+        BinaryOp::Less => Some(Relation::Less),
+        BinaryOp::LessEqual => Some(Relation::LessEqual),
+        BinaryOp::Greater => Some(Relation::Greater),
+        BinaryOp::GreaterEqual => Some(Relation::GreaterEqual),
+        _ => None,
+    }
+}
+
+fn holds(relation: Relation, difference: i64) -> bool {
+    match relation {
+        Relation::Equal => difference == 0,
+        Relation::NotEqual => difference != 0,
+        Relation::Less => difference < 0,
+        Relation::LessEqual => difference <= 0,
+        Relation::Greater => difference > 0,
+        Relation::GreaterEqual => difference >= 0,
+    }
+}
+
+/// Truth of `difference <relation> 0` where it is the same for all values of the counters, else where to cut them.
+fn truth(relation: Relation, difference: &Affine, cx: &Context) -> Result<bool, Fail> {
+    let [(counter, slope)] = difference.terms.as_slice() else {
+        return difference.as_constant().map(|d| holds(relation, d)).ok_or(Fail::NeedsExpansion);
+    };
+    let count = cx.counts[counter.0 as usize] as i64;
+    let at = |k: i64| difference.constant + slope * k;
+    let first = holds(relation, at(0));
+    // The only position at which the difference is zero, and the first one behind its change of sign.
+    let zero = (difference.constant % slope == 0).then(|| -difference.constant / slope);
+    let beyond = (-difference.constant * slope.signum()).div_euclid(slope.abs()) + 1;
+    let change = match (relation, zero) {
+        (Relation::Equal | Relation::NotEqual, None) => None,
+        (Relation::Equal | Relation::NotEqual, Some(0)) => Some(1),
+        (Relation::Equal | Relation::NotEqual, Some(k)) => Some(k),
+        (_, Some(k)) => [k, k + 1].into_iter().find(|&k| k > 0 && holds(relation, at(k)) != first),
+        (_, None) => Some(beyond),
+    };
+    match change.filter(|&k| 0 < k && k < count) {
+        Some(k) => Err(cx.cut(*counter, Cut::At(k as usize))),
+        None => Ok(first),
+    }
+}
+
+fn common_divisor(a: i64, b: i64) -> i64 {
+    if b == 0 { a.abs() } else { common_divisor(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::CounterId;
+
+    /// Every condition, cut where it says, is true for exactly the values for which it holds.
+    #[test]
+    fn cuts_are_where_the_truth_changes() {
+        let relations = [
+            Relation::Equal,
+            Relation::NotEqual,
+            Relation::Less,
+            Relation::LessEqual,
+            Relation::Greater,
+            Relation::GreaterEqual,
+        ];
+        for (constant, slope, count) in
+            (-7..8).flat_map(|c| [-3, -2, -1, 1, 2, 3].into_iter().flat_map(move |s| (2..7).map(move |n| (c, s, n))))
+        {
+            let difference = Affine { constant, terms: vec![(CounterId(0), slope)] };
+            let mut cx = Context::new(hyd_instance::Scope { inst: hyd_instance::InstId(0), frame: 0 });
+            cx.counts = vec![count];
+            cx.cuts_left = 1;
+            for relation in relations {
+                let truths: Vec<bool> = (0..count as i64).map(|k| holds(relation, constant + slope * k)).collect();
+                match truth(relation, &difference, &cx) {
+                    Ok(all) => assert!(truths.iter().all(|&t| t == all), "{relation:?} {constant} {slope} {count}"),
+                    Err(Fail::Split(_, Cut::At(k))) => {
+                        assert!(truths[..k].iter().all(|&t| t == truths[0]), "{relation:?} {constant} {slope} {count}");
+                        assert!(
+                            truths[k] != truths[0] || relation == Relation::NotEqual || relation == Relation::Equal
+                        );
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
+    }
+}
