@@ -13,6 +13,8 @@ pub(crate) struct Weights {
     /// Nominal value of each unknown [unit of y_i].
     pub(crate) nominals: Vec<f64>,
     included: Vec<bool>,
+    /// Their number.
+    included_count: usize,
     differential: Vec<bool>,
     tolerance: f64,
     tested_count: usize,
@@ -26,6 +28,7 @@ impl Weights {
             tested: vec![1.0; n],
             nominals: vec![1.0; n],
             included: vec![true; n],
+            included_count: n,
             differential: vec![true; n],
             tolerance: 1e-6,
             tested_count: n,
@@ -39,6 +42,7 @@ impl Weights {
         for (slot, value) in self.included.iter_mut().zip(included) {
             *slot = value;
         }
+        self.included_count = self.included.iter().filter(|&&included| included).count();
         for nominal in &mut self.nominals {
             *nominal = nominal.abs();
             if !(*nominal > 0.0 && nominal.is_finite()) {
@@ -70,11 +74,14 @@ impl Weights {
 
     /// Recomputes the weights at `y`.
     pub(crate) fn update(&mut self, y: &[f64]) {
-        self.tested_count = self.included.iter().filter(|&&included| included).count();
-        for (k, value) in y.iter().enumerate() {
-            let weight = 1.0 / (self.tolerance * (value.abs() + self.nominals[k]));
-            self.all[k] = weight;
-            self.tested[k] = if self.included[k] { weight } else { 0.0 };
+        self.tested_count = self.included_count;
+        for ((weight, value), nominal) in self.all.iter_mut().zip(y).zip(&self.nominals) {
+            *weight = 1.0 / (self.tolerance * (value.abs() + nominal));
+        }
+        self.tested.copy_from_slice(&self.all);
+        if self.included_count < self.included.len() {
+            let left_out = self.tested.iter_mut().zip(&self.included).filter(|(_, included)| !**included);
+            left_out.for_each(|(weight, _)| *weight = 0.0);
         }
     }
 

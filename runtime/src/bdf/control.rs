@@ -7,6 +7,7 @@
 //! or must shrink, so that the iteration matrix keeps its value.
 //! Source: Brenan, Campbell, Petzold 1996, section 5.2.4 and 5.2.5.
 
+use super::MAX_ORDER;
 use super::history::History;
 use crate::weights::Weights;
 
@@ -82,9 +83,17 @@ impl Estimates {
     }
 }
 
+/// Part of the allowed error below which the step of each order can be doubled: `2^-(k+1)`.
+const DOUBLING: [f64; MAX_ORDER + 1] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
+
+/// Twice the error, in allowed ones, and a little, so that steps do not grow without bound.
+fn allowance(error: f64) -> f64 {
+    2.0 * error + 1e-4
+}
+
 /// `(2 err + 1e-4)^(-1/(k+1))`: the ratio to the step at which the error would be half of what is allowed.
 fn step_ratio(error: f64, order: usize) -> f64 {
-    (2.0 * error + 1e-4).powf(-1.0 / (order + 1) as f64)
+    allowance(error).powf(-1.0 / (order + 1) as f64)
 }
 
 /// Order and step selection between steps.
@@ -134,14 +143,14 @@ impl Selection {
         }
         let (order, error) = Self::order(history, estimates, correction, weights, max_order, raised);
         history.order = order.min(max_order);
-        let ratio = step_ratio(error, order);
         self.hold = self.hold.saturating_sub(1);
-        if ratio >= 2.0 && self.hold > 0 {
+        let doubles = allowance(error) <= DOUBLING[order];
+        if doubles && self.hold > 0 {
             // A formula of low order may pass with this step and fail with twice the step, again and again.
-        } else if ratio >= 2.0 {
+        } else if doubles {
             history.h = (2.0 * history.h).min(max_step);
-        } else if ratio <= 1.0 {
-            history.h *= ratio.clamp(0.5, 0.9);
+        } else if allowance(error) >= 1.0 {
+            history.h *= step_ratio(error, order).clamp(0.5, 0.9);
         }
     }
 

@@ -182,7 +182,8 @@ impl Corrector {
                     return self.checked();
                 }
             } else {
-                let rho = (size / first_size).powf(1.0 / iteration as f64);
+                let fall = size / first_size;
+                let rho = if iteration == 1 { fall } else { fall.powf(1.0 / iteration as f64) };
                 if rho > SLOWEST {
                     return Correction::Diverged;
                 }

@@ -16,6 +16,17 @@ use super::MAX_ORDER;
 /// Number of stored differences: orders 0 to 6.
 const STORED: usize = MAX_ORDER + 2;
 
+/// `sum_{j=1..k} 1/j` by order.
+const HARMONIC: [f64; MAX_ORDER + 1] = {
+    let mut sums = [0.0; MAX_ORDER + 1];
+    let mut k = 1;
+    while k <= MAX_ORDER {
+        sums[k] = sums[k - 1] + 1.0 / k as f64;
+        k += 1;
+    }
+    sums
+};
+
 /// Differences and coefficients.
 pub(super) struct History {
     n: usize,
@@ -129,7 +140,7 @@ impl History {
             }
             self.psi[k] = sum;
         }
-        let fixed: f64 = (1..=k).map(|j| 1.0 / j as f64).sum();
+        let fixed = HARMONIC[k];
         let variable: f64 = self.alpha[..k].iter().sum();
         self.leading = fixed / h;
         self.error_constant = (self.alpha[k] - fixed + variable).abs().max(self.alpha[k]);

@@ -117,7 +117,7 @@ impl LinearSolver {
     }
 
     /// Replaces each of several right-hand sides by its solution; `b` has `count` tiles per unknown.
-    pub(crate) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
+    pub(crate) fn solve_tiles(&mut self, b: &mut Vec<Tile>, count: usize) {
         if let Kernel::Small(small) = &mut self.kernel {
             return small.solve_tiles(b, count);
         }

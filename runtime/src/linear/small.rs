@@ -302,7 +302,7 @@ impl Small {
     }
 
     /// The same for several right-hand sides: `count` tiles per unknown.
-    pub(super) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
+    pub(super) fn solve_tiles(&mut self, b: &mut Vec<Tile>, count: usize) {
         self.tiles.resize(self.n * count, [0.0; LANES]);
         let mut own = std::mem::take(&mut self.tiles);
         // Sums stay in registers where their number is known.
@@ -312,8 +312,7 @@ impl Small {
             3 => self.solve_blocks(b.as_chunks_mut::<3>().0, own.as_chunks_mut().0),
             _ => self.solve_wide(b, &mut own, count),
         }
-        b.copy_from_slice(&own);
-        self.tiles = own;
+        self.tiles = std::mem::replace(b, own);
     }
 
     fn solve_blocks<const T: usize>(&self, b: &mut [[Tile; T]], x: &mut [[Tile; T]]) {

@@ -19,6 +19,9 @@ use crate::problem::Problem;
 /// Accepted error, in tolerances of the solution: smaller ones change no derivative of a drive by more than the solution's own error
 /// does, because errors of the solution at contacts grow in its derivatives (measured at 1e-6 to 1e-10).
 const FORGIVEN: f64 = 10.0;
+/// Below this tolerance the accepted error falls as its power 4/5: the estimate is one of order 3, `h^4`, the result one of order 4
+/// with an error of `h^5`, which so falls as the tolerance does.
+const TIGHT: f64 = 1e-6;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
 /// Aim below the accepted error.
@@ -90,7 +93,7 @@ impl Steps {
 
     /// The start of a run: `least` gives the smallest derivative of an unknown by a direction that counts.
     pub(super) fn begin(&mut self, tolerance: f64, least: impl Fn(usize, usize) -> f64) {
-        self.tolerance = FORGIVEN * tolerance;
+        self.tolerance = FORGIVEN * tolerance * (TIGHT / tolerance).powf(0.2).max(1.0);
         let width = self.tiles * LANES;
         for (at, value) in self.largest.iter_mut().flatten().enumerate() {
             let (k, direction) = (at / width, at % width);
@@ -170,12 +173,9 @@ impl Steps {
             return Ok(());
         }
         let wanted = self.h;
-        self.start.copy_from_slice(&self.s);
-        let (last, first) = {
-            let (head, tail) = self.rates.split_at_mut(STAGES - 1);
-            (&tail[0], &mut head[0])
-        };
-        first.copy_from_slice(last);
+        // What an attempt reads of the last step; the rest it writes anew.
+        std::mem::swap(&mut self.start, &mut self.s);
+        self.rates.swap(0, STAGES - 1);
         self.attempts = 0;
         loop {
             let target = if 1.05 * self.h >= limit - self.t { limit } else { self.t + self.h };
@@ -225,7 +225,7 @@ impl Steps {
             trail.values(t, &mut self.y, &mut self.yp);
             matrices.factor_along(problem, (t, c), (&self.y, &self.yp), &mut self.forcing)?;
             let (done, rest) = self.rates.split_at_mut(i);
-            combine(&mut self.base, &self.start, done, &A[i], h);
+            combine(&mut self.base, Some(&self.start), done, &A[i].map(|a| h * a));
             take_forcing(&mut self.column, tiles, &self.forcing, self.count);
             matrices.add_rate_product(c, &self.base, &mut self.column, tiles);
             matrices.solve_tiles(&mut self.column, tiles);
@@ -234,27 +234,22 @@ impl Steps {
                 *rate = c * (s - base);
             }
         }
-        self.s.copy_from_slice(&self.column);
+        std::mem::swap(&mut self.s, &mut self.column);
         Ok(())
     }
 
     /// Error of the attempt by a combination of its rates, in accepted ones.
-    fn error(&self, h: f64, differential: &[bool], weight: fn(usize) -> f64) -> f64 {
+    fn error(&mut self, h: f64, differential: &[bool], weight: fn(usize) -> f64) -> f64 {
         let count = differential.iter().filter(|differential| **differential).count().max(1) as f64;
-        let weights: [f64; STAGES] = std::array::from_fn(|i| h * weight(i));
+        combine(&mut self.base, None, &self.rates, &std::array::from_fn::<f64, STAGES, _>(|i| h * weight(i)));
         let mut worst = 0.0f64;
         for tile in 0..self.tiles {
             let mut sum = [0.0; LANES];
             for (k, _) in differential.iter().enumerate().filter(|(_, differential)| **differential) {
                 let at = k * self.tiles + tile;
-                let mut error = [0.0; LANES];
-                for (rates, weight) in self.rates.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-                    for lane in 0..LANES {
-                        error[lane] += weight * rates[at][lane];
-                    }
-                }
+                let (error, largest, s) = (&self.base[at], &self.largest[at], &self.s[at]);
                 for lane in 0..LANES {
-                    let (largest, s) = (self.largest[at][lane], self.s[at][lane].abs());
+                    let (largest, s) = (largest[lane], s[lane].abs());
                     let part = error[lane] / if s > largest { s } else { largest };
                     sum[lane] += part * part;
                 }
@@ -321,25 +316,49 @@ impl Steps {
     }
 }
 
-/// `base := start + h sum a_j R_j`
-fn combine(base: &mut [Tile], start: &[Tile], rates: &[Vec<Tile>], a: &[f64], h: f64) {
-    base.copy_from_slice(start);
-    for (rates, a) in rates.iter().zip(a).filter(|(_, a)| **a != 0.0) {
-        let factor = h * a;
-        for (base, rate) in base.as_flattened_mut().iter_mut().zip(rates.as_flattened()) {
-            *base += factor * rate;
+/// `base := start + sum f_j R_j`, one pass for all rates.
+fn combine(base: &mut [Tile], start: Option<&[Tile]>, rates: &[Vec<Tile>], factors: &[f64]) {
+    match start {
+        Some(start) => base.copy_from_slice(start),
+        None => base.fill([0.0; LANES]),
+    }
+    match rates.len() {
+        1 => add::<1>(base, rates, factors),
+        2 => add::<2>(base, rates, factors),
+        3 => add::<3>(base, rates, factors),
+        4 => add::<4>(base, rates, factors),
+        5 => add::<5>(base, rates, factors),
+        _ => add::<STAGES>(base, rates, factors),
+    }
+}
+
+/// `base += sum f_j R_j` over the first `K` of them.
+fn add<const K: usize>(base: &mut [Tile], rates: &[Vec<Tile>], factors: &[f64]) {
+    let length = base.len();
+    let rates: [&[Tile]; K] = std::array::from_fn(|j| &rates[j][..length]);
+    let factors: [f64; K] = std::array::from_fn(|j| factors[j]);
+    for (at, base) in base.iter_mut().enumerate() {
+        let mut sum = *base;
+        for (rates, factor) in rates.iter().zip(factors) {
+            for (sum, rate) in sum.iter_mut().zip(&rates[at]) {
+                *sum += factor * rate;
+            }
         }
+        *base = sum;
     }
 }
 
 /// `column := -F_p`, from blocks with one further direction; lanes without a direction stay zero.
 fn take_forcing(column: &mut [Tile], tiles: usize, forcing: &[f64], count: usize) {
-    let column = column.as_flattened_mut().chunks_exact_mut(tiles * LANES);
-    for (column, block) in column.zip(forcing.chunks_exact(count + 1)) {
-        for (value, forcing) in column[..count].iter_mut().zip(block) {
-            *value = -forcing;
+    for (column, block) in column.chunks_exact_mut(tiles).zip(forcing.chunks_exact(count + 1)) {
+        let (whole, rest) = block[..count].as_chunks::<LANES>();
+        let (own, last) = column.split_at_mut(whole.len());
+        for (own, forcing) in own.iter_mut().zip(whole) {
+            *own = forcing.map(|value| -value);
         }
-        column[count..].fill(0.0);
+        if let Some(last) = last.first_mut() {
+            *last = std::array::from_fn(|lane| rest.get(lane).map_or(0.0, |value| -value));
+        }
     }
 }
 
