@@ -17,8 +17,12 @@ use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 
 /// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
-const SIZES: (&[f64], &[f64]) = (&[0.3, 1.0, 2.0], &[0.3, 0.5, 0.75, 1.0, 1.5, 2.0]);
+const SIZES: (&[f64], &[f64]) = (&[1.0, 0.3, 2.0], &[1.0, 0.3, 0.5, 0.75, 1.5, 2.0]);
 const SIZES_BESIDE_WAVES: &[f64] = &[1.0];
+/// Where nothing but noise is left an effect that explains less than this at its typical size is not looked at at others.
+const HINT: f64 = 3.0;
+/// An effect with a course of its own whose signature is so many times all that is left is too large at any size.
+const FAR_TOO_LARGE: f64 = 100.0;
 /// Amplitudes, as multiples of the size looked at, that a score may claim.
 const AMPLITUDES: (f64, f64) = (0.0, 3.0);
 
@@ -41,6 +45,8 @@ pub struct Look {
     pub size: f64,
     /// Unknowns of the effect at the size that the score claims.
     pub start: Vec<f64>,
+    /// Largest fall of the sum of squares at any size with the nuisances held where they are.
+    pub alone: f64,
     /// Score and signature at the typical size.
     pub typical: Option<(f64, Score, DVector<f64>)>,
 }
@@ -127,7 +133,7 @@ impl Hypothesis {
     }
 
     /// Holds the last effect against the residuals of the fit `before`, at several sizes and without a fit.  None where no size
-    /// can be run.
+    /// can be run.  `is_quiet`: the fit leaves nothing but noise.
     ///
     /// # Errors
     /// When a parameter that the study names is not there.
@@ -136,13 +142,14 @@ impl Hypothesis {
         setup: &Setup,
         before: &Fit,
         projection: &Projection<'_>,
-        weighing: &Weighing,
+        (weighing, is_quiet): (&Weighing, bool),
     ) -> Result<Option<Look>, Fault> {
         let Some(insert) = self.inserts.last() else { return Ok(None) };
         let problem = self.problem(setup)?;
         let typical = insert.effect.probe * setup.scale(insert);
         let mut best: Option<Look> = None;
         let mut usual = None;
+        let mut alone = 0.0_f64;
         let sizes = match (insert.effect.zero.is_some(), self.inserts.len() > 1 && !self.machine.is_fast()) {
             // Runs of models with delays are long.
             (_, true) => SIZES_BESIDE_WAVES,
@@ -158,18 +165,23 @@ impl Hypothesis {
             let two_sided = insert.effect.parameters[0].prior.value(-3.0) < 0.0;
             let ends = if two_sided { (-AMPLITUDES.1, AMPLITUDES.1) } else { AMPLITUDES };
             let score = projection.score(&signature, ends);
+            alone = alone.max(score.alone);
             if best.as_ref().is_none_or(|best| score.gain > best.score.gain) {
                 let start = self.at_size(
                     &problem,
                     &before.xi,
                     size * if score.amplitude == 0.0 { 1.0 } else { score.amplitude },
                 );
-                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec(), typical: None });
+                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec(), alone, typical: None });
             }
             if multiple == 1.0 {
                 usual = Some((size, score, signature));
+                let too_large = insert.effect.zero.is_none() && score.power > FAR_TOO_LARGE * before.misfit;
+                if too_large || is_quiet && score.gain < HINT {
+                    break;
+                }
             }
         }
-        Ok(best.map(|best| Look { typical: usual, ..best }))
+        Ok(best.map(|best| Look { typical: usual, alone, ..best }))
     }
 }

@@ -23,7 +23,7 @@ use crate::{Fault, Setup};
 /// Terms looked at in one run.
 const TOGETHER: usize = 96;
 /// Terms that one shot leaves for all shots.
-const SCREENED: usize = 2 * TOGETHER;
+const SCREENED: usize = TOGETHER;
 /// Coefficients of any size are taken.
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 

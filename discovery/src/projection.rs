@@ -28,6 +28,8 @@ pub struct Score {
     pub gain: f64,
     /// Share of `d'd` that the nuisances leave.
     pub left: f64,
+    /// Fall of the sum of squares alone, at the amplitude best for that, were the nuisances held where they are.
+    pub alone: f64,
 }
 
 impl<'a> Projection<'a> {
@@ -61,7 +63,10 @@ impl<'a> Projection<'a> {
         let along = -(signature.dot(self.residuals) - j.dot(&self.pull));
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
         let gain = 2.0 * amplitude * along - amplitude * amplitude * power;
-        Score { power, amplitude, gain, left: if square > 0.0 { power / square } else { 0.0 } }
+        let plain = -signature.dot(self.residuals);
+        let own = if square > 0.0 { (plain / square).clamp(from, to) } else { 0.0 };
+        let alone = 2.0 * own * plain - own * own * square;
+        Score { power, amplitude, gain, left: if square > 0.0 { power / square } else { 0.0 }, alone }
     }
 }
 

@@ -28,15 +28,31 @@ pub struct Effort {
     pub reuse: usize,
     /// At a cost above this a known Jacobian is never computed anew: what ends there is of no interest.
     pub worthwhile: f64,
+    /// Cost of a fit of something else with which this one competes: it is followed only as long as it catches up.
+    pub rival: f64,
 }
+
+/// A step that promises less than this share of the distance to a rival does not catch up.
+const CATCHING_UP: f64 = 0.02;
 
 impl Effort {
     /// For stages on the way.
-    pub const SHORT: Effort =
-        Effort { steps: 5, gain: 2.0, difference: 0.1, step_limit: 1.5, reuse: 4, worthwhile: f64::INFINITY };
+    pub const SHORT: Effort = Effort { steps: 5, gain: 2.0, difference: 0.1, ..Effort::FULL };
     /// For what is reported.
-    pub const FULL: Effort =
-        Effort { steps: 20, gain: 0.2, difference: 0.05, step_limit: 1.5, reuse: 4, worthwhile: f64::INFINITY };
+    pub const FULL: Effort = Effort {
+        steps: 20,
+        gain: 0.2,
+        difference: 0.05,
+        step_limit: 1.5,
+        reuse: 4,
+        worthwhile: f64::INFINITY,
+        rival: f64::INFINITY,
+    };
+
+    /// The same against a rival of this cost.
+    pub fn against(self, rival: f64) -> Self {
+        Self { rival, ..self }
+    }
 }
 
 /// A fit.
@@ -150,9 +166,9 @@ pub fn minimise_over(
             gradient[k] += best.xi[unknown];
         }
         let Some((step, promised)) = damped_step(&normal, &gradient, damping, effort.step_limit) else { break };
-        if promised < effort.gain {
+        if promised < effort.gain.max(CATCHING_UP * (best.cost - effort.rival)) {
             if age == 0 {
-                best.converged = true;
+                best.converged = promised < effort.gain;
                 break;
             }
             if !worthwhile {

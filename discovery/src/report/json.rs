@@ -70,6 +70,7 @@ fn candidates(findings: &Findings) -> Vec<Value> {
         found.tried.iter().chain(&found.terms).map(move |tried| {
             json!({"pass": pass + 1, "effect": tried.hypothesis.own_label(),
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
+                "alone": tried.look.as_ref().map(|look| number(look.alone)),
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
                 "fitted": tried.fit.is_some(), "misfit": tried.fit.as_ref().map(|fit| number(fit.misfit / found.expected)),

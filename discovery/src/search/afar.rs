@@ -19,8 +19,7 @@ const FITTED: usize = 2;
 /// Parts of the record.
 const HORIZONS: [f64; 4] = [0.25, 0.4, 0.65, 1.0];
 /// For the way.
-const WAY: Effort =
-    Effort { steps: 12, gain: 2.0, difference: 0.1, step_limit: 1.5, reuse: 3, worthwhile: f64::INFINITY };
+const WAY: Effort = Effort { steps: 12, gain: 2.0, difference: 0.1, reuse: 3, ..Effort::FULL };
 /// For the end.
 const END: Effort = Effort { reuse: 8, ..Effort::FULL };
 

@@ -74,12 +74,11 @@ impl Search<'_> {
 
     /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.
     fn is_beaten(&self, pass: &Pass, best: &Fit) -> bool {
-        let noise = pass.expected + SPREAD * (2.0 * pass.expected).sqrt();
         let Some((term, fit)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
             return false;
         };
         let scale = (fit.misfit / pass.expected).max(1.0);
-        best.misfit > noise
+        best.misfit > noise(pass.expected)
             && term.errors >= ERRORS
             && fit.misfit / pass.expected <= ADEQUATE
             && (best.cost - fit.cost) / scale > LEAD
@@ -141,6 +140,11 @@ impl Search<'_> {
         let grew = after.all >= before.all;
         Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
     }
+}
+
+/// The largest misfit that noise alone leaves where it is expected to leave `expected`.
+pub(super) fn noise(expected: f64) -> f64 {
+    expected + SPREAD * (2.0 * expected).sqrt()
 }
 
 /// Why a candidate was not named; nothing for one that could be.

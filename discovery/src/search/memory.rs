@@ -28,26 +28,20 @@ impl Memory for Forgetful {
 }
 
 impl Search<'_> {
-    /// The fit under this key, or the one that `make` makes.
-    pub(super) fn remembered(
-        &self,
-        role: &str,
-        hypothesis: &Hypothesis,
-        make: impl FnOnce() -> Result<Option<Fit>, Fault>,
-    ) -> Result<Option<Fit>, Fault> {
-        let key = format!("{role}: {}", hypothesis.label());
-        if let Some(xi) = self.memory.recall(&key) {
-            let problem = hypothesis.problem(self.setup)?;
-            if xi.len() == problem.unknowns.len()
-                && let Ok(fit) = minimise(&problem, &xi, &self.whole(), Effort::FULL, None)
-            {
-                return Ok(Some(fit));
-            }
-        }
-        let fit = make()?;
-        if let Some(fit) = &fit {
-            self.memory.keep(&key, &fit.xi);
-        }
-        Ok(fit)
+    /// The fit that was remembered under this role, taken up again.
+    pub(super) fn recalled(&self, role: &str, hypothesis: &Hypothesis) -> Result<Option<Fit>, Fault> {
+        let Some(xi) = self.memory.recall(&key(role, hypothesis)) else { return Ok(None) };
+        let problem = hypothesis.problem(self.setup)?;
+        let is_own = xi.len() == problem.unknowns.len();
+        Ok(is_own.then(|| minimise(&problem, &xi, &self.whole(), Effort::FULL, None).ok()).flatten())
     }
+
+    /// Remembers a fit.
+    pub(super) fn keep(&self, role: &str, hypothesis: &Hypothesis, fit: &Fit) {
+        self.memory.keep(&key(role, hypothesis), &fit.xi);
+    }
+}
+
+fn key(role: &str, hypothesis: &Hypothesis) -> String {
+    format!("{role}: {}", hypothesis.label())
 }

@@ -9,6 +9,7 @@ mod afar;
 mod decide;
 mod drop;
 pub mod memory;
+mod shortlist;
 mod terms;
 
 use crate::catalogue::Candidate;
@@ -34,16 +35,8 @@ pub const ERRORS: f64 = 4.0;
 pub const ADEQUATE: f64 = 1.06;
 /// Most effects that are looked for.
 const MOST_EFFECTS: usize = 3;
-/// Candidates fitted, at a misfit close to the expected one and far above it.
-const SHORTLIST: (usize, usize) = (5, 8);
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
 const CLOSE: (f64, f64) = (60.0, 0.05);
-/// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
-const FAR: f64 = 3.0;
-/// A short fit whose misfit is so many times that of the best one is not followed to its end.
-const HOPELESS: f64 = 10.0;
-/// Candidates that are fitted from afar.
-const MOST_AFAR: usize = 2;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
 const PROMISING: (f64, f64) = (6.0, 12.0);
 
@@ -217,19 +210,22 @@ impl Search<'_> {
         let expected = problem.expected(&self.whole());
         let mut record = Record::default();
         let fit = match start {
-            None => self.remembered("alone", &base, || {
-                let zero = vec![0.0; problem.unknowns.len()];
-                let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
-                record = made;
-                Ok(Some(fit))
-            })?,
+            None => match self.recalled("alone", &base)? {
+                Some(fit) => fit,
+                None => {
+                    let zero = vec![0.0; problem.unknowns.len()];
+                    let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
+                    record = made;
+                    self.keep("alone", &base, &fit);
+                    fit
+                }
+            },
             Some(fit) => {
                 record.note("the fit that named the effect", &fit, expected);
-                Some(fit)
+                fit
             }
         };
         drop(problem);
-        let Some(fit) = fit else { return Err(Fault::run("the base model was not fitted")) };
         if record.attempts.is_empty() {
             record.note("the fit of the search that was ended", &fit, expected);
         }
@@ -256,6 +252,7 @@ impl Search<'_> {
         let Some(projection) = Projection::new(&pass.fit) else {
             return Err(Fault::run("no derivatives at the fit of the base model"));
         };
+        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
         let mut signatures = Vec::new();
         for candidate in &self.candidates {
             let same =
@@ -268,7 +265,7 @@ impl Search<'_> {
             let mut inserts = pass.base.inserts.clone();
             inserts.push(candidate.clone());
             let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
-            let mut look = hypothesis.look(self.setup, &pass.fit, &projection, &weighing)?;
+            let mut look = hypothesis.look(self.setup, &pass.fit, &projection, (&weighing, is_quiet))?;
             if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
                 let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
                 signatures.push((power, signature));
@@ -287,82 +284,6 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Fits the likely candidates.
-    fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
-        let ratio = pass.fit.misfit / pass.expected;
-        let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
-        let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
-        let several =
-            |tried: &Tried| tried.hypothesis.inserts.last().is_some_and(|last| last.effect.parameters.len() > 1);
-        let is_afar = |rank: usize, tried: &Tried| ratio > FAR && rank < MOST_AFAR && several(tried);
-        // Those that are fitted from afar come first: what they explain spares others the effort.
-        let mut order: Vec<usize> = (0..pass.tried.len().min(count)).collect();
-        order.sort_by_key(|&rank| !is_afar(rank, &pass.tried[rank]));
-        let mut lowest = ratio;
-        for rank in order {
-            let tried = &mut pass.tried[rank];
-            let Some(look) = tried.look.clone().filter(|look| look.score.gain >= promising) else { continue };
-            (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
-            let insert = tried.hypothesis.inserts.last();
-            let typical = insert.map_or(1.0, |insert| insert.effect.probe * self.setup.scale(insert));
-            let afar = is_afar(rank, tried);
-            tried.fit = self.remembered("candidate", &tried.hypothesis, || {
-                let far = if afar { self.fit_from_afar(&pass.base, &tried.hypothesis, typical)? } else { None };
-                if far.as_ref().is_some_and(|fit| fit.misfit / pass.expected <= FAR) {
-                    return Ok(far);
-                }
-                let others = [0.5 * typical, 1.5 * typical];
-                let near = self.fit_from_sizes(&tried.hypothesis, &pass.fit, &look, others, lowest)?;
-                Ok(match (far, near) {
-                    (Some(far), Some(near)) => Some(lower(far, near)),
-                    (far, near) => far.or(near),
-                })
-            })?;
-            lowest = tried.fit.as_ref().map_or(lowest, |fit| lowest.min(fit.misfit / pass.expected));
-        }
-        Ok(())
-    }
-
-    /// Fits a candidate from three sizes: short ones with wide weights, the best of them to the end; not to the end where it is
-    /// hopelessly far above the `lowest` misfit (per expected one) of others.
-    fn fit_from_sizes(
-        &self,
-        hypothesis: &Hypothesis,
-        base: &Fit,
-        look: &Look,
-        others: [f64; 2],
-        lowest: f64,
-    ) -> Result<Option<Fit>, Fault> {
-        let problem = hypothesis.problem(self.setup)?;
-        let whole = self.whole();
-        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-        let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
-        if !hypothesis.machine.is_fast() && base.fresh && base.misfit / problem.expected(&whole) < FAR {
-            // Derivatives are dear, and those of the fit without are good: only what gains from them is worth its own.
-            let thrifty = Effort { worthwhile: base.cost - NEEDED, reuse: 8, ..Effort::FULL };
-            return Ok(minimise(&problem, &starts[0], &whole, thrifty, known).ok());
-        }
-        for size in others {
-            starts.push(hypothesis.at_size(&problem, &base.xi, size));
-        }
-        let wide = Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole.clone() };
-        let mut best: Option<Fit> = None;
-        for start in &starts {
-            if let Ok(fit) = minimise(&problem, start, &wide, Effort::SHORT, known) {
-                best = Some(match best {
-                    Some(other) => lower(other, fit),
-                    None => fit,
-                });
-            }
-        }
-        let Some(best) = best else { return Ok(None) };
-        if best.misfit / problem.expected(&wide) > HOPELESS * lowest.max(1.0) {
-            return Ok(Fit::at(&problem, &best.xi, &whole).ok());
-        }
-        let known = best.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
-        Ok(minimise(&problem, &best.xi, &whole, Effort::FULL, known).ok())
-    }
-
     /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
     /// next one's and the next ones from the best one's.
     fn cross(&self, pass: &mut Pass) -> Result<(), Fault> {
@@ -376,7 +297,8 @@ impl Search<'_> {
         let problem = pass.base.problem(self.setup)?;
         if let Some(start) = nuisances(&pass.tried[best]) {
             (self.progress)("fitting again from each other's parameters");
-            if let Ok(again) = minimise(&problem, &start, &whole, Effort::FULL, known) {
+            let against = pass.tried[best].fit.as_ref().map_or(Effort::FULL, |fit| Effort::FULL.against(fit.cost));
+            if let Ok(again) = minimise(&problem, &start, &whole, against, known) {
                 pass.record.note("from the best candidate's parameters", &again, pass.expected);
                 if again.cost < pass.fit.cost {
                     pass.fit = again;

@@ -2,6 +2,7 @@
 //!
 //! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
 
+use super::shortlist::Lowest;
 use super::{ADEQUATE, NEEDED, Pass, Search, Tried};
 use crate::Fault;
 use crate::hypothesis::{Hypothesis, Look};
@@ -28,10 +29,13 @@ impl Search<'_> {
 
     /// Fits the best term of each of the likeliest equations.
     pub(super) fn fit_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
-        let ratio = |fit: &crate::fit::Fit| fit.misfit / pass.expected;
-        let lowest =
-            pass.tried.iter().filter_map(|tried| tried.fit.as_ref()).map(ratio).fold(ratio(&pass.fit), f64::min);
-        let count = if lowest > ADEQUATE { FITTED.1 } else { FITTED.0 };
+        let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref()).chain([&pass.fit]);
+        let lowest = Lowest::of(fits, pass.expected);
+        if lowest.is_noise() {
+            // An effect that leaves nothing but noise is not beaten by a term.
+            return Ok(());
+        }
+        let count = if lowest.misfit > ADEQUATE { FITTED.1 } else { FITTED.0 };
         let chosen = likeliest(&pass.located, count);
         for Located { term, score } in chosen {
             (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));
@@ -41,9 +45,10 @@ impl Search<'_> {
             let problem = hypothesis.problem(self.setup)?;
             let start = hypothesis.at_size(&problem, &pass.fit.xi, score.amplitude);
             drop(problem);
-            let look = Look { score, size: score.amplitude, start: start[pass.fit.xi.len()..].to_vec(), typical: None };
+            let start = start[pass.fit.xi.len()..].to_vec();
+            let look = Look { score, size: score.amplitude, start, alone: score.alone, typical: None };
             let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
-            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, others, lowest)?;
+            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, &others, lowest)?;
             let tried = Tried { hypothesis, look: Some(look), fit, fall: 0.0, errors: 0.0, verdict: String::new() };
             pass.terms.push(tried);
         }

@@ -1,0 +1,206 @@
+//! Fits of the likely candidates, with equal effort.
+//!
+//! All begin with short fits from three sizes under wide weights.  They are followed to their ends in the order of what these
+//! left, so that what explains the measurement is known early: one that falls behind it beyond hope is not followed, and another one only as
+//! long as it catches up.  Candidates with several numbers are then fitted from afar, if nothing explains the
+//! measurement and nuisances are bent; those whose runs are long come last.
+
+use super::decide::noise;
+use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried};
+use crate::Fault;
+use crate::fit::schedule::lower;
+use crate::fit::{Effort, Fit, minimise};
+use crate::hypothesis::{Hypothesis, Look};
+use crate::problem::Weighing;
+
+/// Candidates fitted, at a misfit close to the expected one and far above it.
+const SHORTLIST: (usize, usize) = (5, 8);
+/// A short fit whose misfit is so many times that of the best one is not followed to its end: while nothing leaves only noise, and
+/// after.
+const HOPELESS: (f64, f64) = (10.0, 3.0);
+/// Candidates that are fitted from afar.
+const MOST_AFAR: usize = 2;
+/// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
+const FAR: f64 = 3.0;
+
+/// The lowest fit so far: misfit per expected one, and cost.
+#[derive(Clone, Copy)]
+pub(super) struct Lowest {
+    pub(super) misfit: f64,
+    pub(super) cost: f64,
+    /// Expected misfit.
+    pub(super) expected: f64,
+}
+
+impl Lowest {
+    pub(super) fn of<'a>(fits: impl IntoIterator<Item = &'a Fit>, expected: f64) -> Self {
+        let mut lowest = Self { misfit: f64::INFINITY, cost: f64::INFINITY, expected };
+        fits.into_iter().for_each(|fit| lowest.take(fit));
+        lowest
+    }
+
+    fn take(&mut self, fit: &Fit) {
+        self.misfit = self.misfit.min(fit.misfit / self.expected);
+        self.cost = self.cost.min(fit.cost);
+    }
+
+    /// Nothing but noise is left.
+    pub(super) fn is_noise(&self) -> bool {
+        self.misfit * self.expected <= noise(self.expected)
+    }
+}
+
+impl Search<'_> {
+    /// Fits the likely candidates.
+    pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let ratio = pass.fit.misfit / pass.expected;
+        let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
+        let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
+        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+        let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
+        let mut chosen: Vec<usize> = chosen.collect();
+        let mut lowest = Lowest::of([&pass.fit], pass.expected);
+        let mut begun: Vec<(usize, Begun)> = Vec::new();
+        for rank in std::mem::take(&mut chosen) {
+            let tried = &mut pass.tried[rank];
+            (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
+            if let Some(fit) = self.recalled("candidate", &tried.hypothesis)? {
+                lowest.take(&fit);
+                tried.fit = Some(fit);
+                continue;
+            }
+            chosen.push(rank);
+            if let Some(look) = tried.look.as_ref().filter(|_| tried.hypothesis.machine.is_fast()) {
+                let others = self.other_sizes(&tried.hypothesis);
+                begun.extend(self.begin_near(&tried.hypothesis, &pass.fit, look, &others)?.map(|own| (rank, own)));
+            }
+        }
+        begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        for (rank, begun) in begun {
+            let fit = self.finish_near(&pass.tried[rank].hypothesis, begun, lowest)?;
+            fit.iter().for_each(|fit| lowest.take(fit));
+            pass.tried[rank].fit = fit;
+        }
+        self.shortlist_from_afar(pass, &chosen, &mut lowest)?;
+        for rank in chosen {
+            if let Some(fit) = &pass.tried[rank].fit {
+                self.keep("candidate", &pass.tried[rank].hypothesis, fit);
+            }
+        }
+        Ok(())
+    }
+
+    /// Fits from afar where nothing explains the measurement, and fits of candidates whose runs are long.
+    fn shortlist_from_afar(&self, pass: &mut Pass, chosen: &[usize], lowest: &mut Lowest) -> Result<(), Fault> {
+        let is_far = pass.fit.misfit / pass.expected > FAR;
+        let mut left = MOST_AFAR;
+        for &rank in chosen {
+            let tried = &mut pass.tried[rank];
+            let Some(insert) = tried.hypothesis.inserts.last() else { continue };
+            let typical = insert.effect.probe * self.setup.scale(insert);
+            let afar = is_far && left > 0 && insert.effect.parameters.len() > 1 && !lowest.is_noise();
+            if afar {
+                left -= 1;
+                (self.progress)(&format!("fitting {} from afar", tried.hypothesis.label()));
+                if let Some(fit) = self.fit_from_afar(&pass.base, &tried.hypothesis, typical)? {
+                    lowest.take(&fit);
+                    tried.fit = Some(tried.fit.take().map_or(fit.clone(), |near| lower(near, fit)));
+                }
+            }
+            let is_close = tried.fit.as_ref().is_some_and(|fit| fit.misfit / pass.expected <= FAR);
+            if let Some(look) = tried.look.as_ref().filter(|_| !tried.hypothesis.machine.is_fast() && !is_close) {
+                // One start tells whether there is hope beside what explains the measurement.
+                let others = if lowest.is_noise() { Vec::new() } else { self.other_sizes(&tried.hypothesis) };
+                if let Some(fit) = self.fit_from_sizes(&tried.hypothesis, &pass.fit, look, &others, *lowest)? {
+                    lowest.take(&fit);
+                    tried.fit = Some(tried.fit.take().map_or(fit.clone(), |own| lower(own, fit)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sizes to start from beside the one that the look claims.
+    fn other_sizes(&self, hypothesis: &Hypothesis) -> Vec<f64> {
+        let typical = hypothesis.inserts.last().map(|insert| insert.effect.probe * self.setup.scale(insert));
+        typical.into_iter().flat_map(|typical| [0.5 * typical, 1.5 * typical]).collect()
+    }
+
+    /// Fits a candidate from three sizes, the best of them to the end.
+    pub(super) fn fit_from_sizes(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fit,
+        look: &Look,
+        others: &[f64],
+        lowest: Lowest,
+    ) -> Result<Option<Fit>, Fault> {
+        let whole = self.whole();
+        if !hypothesis.machine.is_fast() && base.fresh && base.misfit / lowest.expected < FAR {
+            // Derivatives are dear, and those of the fit without are good: only what gains from them is worth its own.
+            let thrifty = Effort { worthwhile: base.cost - NEEDED, reuse: 8, ..Effort::FULL };
+            let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+            let start = [&base.xi[..], &look.start[..]].concat();
+            return Ok(minimise(&hypothesis.problem(self.setup)?, &start, &whole, thrifty, known).ok());
+        }
+        match self.begin_near(hypothesis, base, look, others)? {
+            Some(begun) => self.finish_near(hypothesis, begun, lowest),
+            None => Ok(None),
+        }
+    }
+
+    /// Short fits from the size that the look claims and from others, under wide weights; the best of them.
+    fn begin_near(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fit,
+        look: &Look,
+        others: &[f64],
+    ) -> Result<Option<Begun>, Fault> {
+        let problem = hypothesis.problem(self.setup)?;
+        let whole = self.whole();
+        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let wide = self.wide();
+        let expected = problem.expected(&wide);
+        let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
+        starts.extend(others.iter().map(|&size| hypothesis.at_size(&problem, &base.xi, size)));
+        let mut best: Option<Fit> = None;
+        for start in &starts {
+            if let Ok(fit) = minimise(&problem, start, &wide, Effort::SHORT, known) {
+                best = Some(match best {
+                    Some(other) => lower(other, fit),
+                    None => fit,
+                });
+            }
+            // Where nothing but noise is left other sizes can gain nothing.
+            if best.as_ref().is_some_and(|best| best.misfit <= noise(expected)) {
+                break;
+            }
+        }
+        Ok(best.map(|fit| Begun { misfit: fit.misfit / expected, fit }))
+    }
+
+    /// Follows a short fit to its end; not if it is hopelessly far above the lowest one, and only while it catches up with that.
+    fn finish_near(&self, hypothesis: &Hypothesis, begun: Begun, lowest: Lowest) -> Result<Option<Fit>, Fault> {
+        let problem = hypothesis.problem(self.setup)?;
+        let (whole, wide) = (self.whole(), self.wide());
+        let hopeless = if lowest.is_noise() { HOPELESS.1 } else { HOPELESS.0 };
+        if begun.misfit > hopeless * lowest.misfit.max(1.0) {
+            return Ok(Fit::at(&problem, &begun.fit.xi, &whole).ok());
+        }
+        let known = begun.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
+        Ok(minimise(&problem, &begun.fit.xi, &whole, Effort::FULL.against(lowest.cost), known).ok())
+    }
+
+    fn wide(&self) -> Weighing {
+        let whole = self.whole();
+        Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole }
+    }
+}
+
+/// A short fit under wide weights.
+struct Begun {
+    /// Its misfit per expected one.
+    misfit: f64,
+    fit: Fit,
+}
