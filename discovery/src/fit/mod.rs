@@ -166,9 +166,13 @@ pub fn minimise_over(
             gradient[k] += best.xi[unknown];
         }
         let Some((step, promised)) = damped_step(&normal, &gradient, damping, effort.step_limit) else { break };
-        if promised < effort.gain.max(CATCHING_UP * (best.cost - effort.rival)) {
+        if promised < CATCHING_UP * (best.cost - effort.rival) {
+            best.converged = age == 0 && promised < effort.gain;
+            break;
+        }
+        if promised < effort.gain {
             if age == 0 {
-                best.converged = promised < effort.gain;
+                best.converged = true;
                 break;
             }
             if !worthwhile {

@@ -84,6 +84,21 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
     best
 }
 
+/// Goes on from a fit that ended above noise: once more from there, then on a growing horizon.  Returns the lowest.
+pub fn go_on(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, is_enough: &dyn Fn(&Fit) -> bool) -> Fit {
+    let whole = Weighing::whole(shots, tau);
+    let mut best = fit;
+    if let Ok(next) = minimise(problem, &best.xi, &whole, Effort::FULL, None) {
+        best = lower(best, next);
+    }
+    if !is_enough(&best)
+        && let Ok(next) = along(problem, &best.xi, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])
+    {
+        best = lower(best, next);
+    }
+    best
+}
+
 /// The one with the lower cost.
 pub fn lower(a: Fit, b: Fit) -> Fit {
     if b.cost < a.cost { b } else { a }

@@ -6,9 +6,9 @@
 //! measurement and nuisances are bent; those whose runs are long come last.
 
 use super::decide::noise;
-use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried};
+use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
 use crate::Fault;
-use crate::fit::schedule::lower;
+use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::Weighing;
@@ -22,6 +22,9 @@ const HOPELESS: (f64, f64) = (10.0, 3.0);
 const MOST_AFAR: usize = 2;
 /// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
 const FAR: f64 = 3.0;
+
+/// Share of the excess of the base model that a fit may leave if it is to be followed further.
+const MOST: f64 = 0.5;
 
 /// The lowest fit so far: misfit per expected one, and cost.
 #[derive(Clone, Copy)]
@@ -77,16 +80,40 @@ impl Search<'_> {
         }
         begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
         for (rank, begun) in begun {
-            let fit = self.finish_near(&pass.tried[rank].hypothesis, begun, lowest)?;
-            fit.iter().for_each(|fit| lowest.take(fit));
-            pass.tried[rank].fit = fit;
-        }
-        self.shortlist_from_afar(pass, &chosen, &mut lowest)?;
-        for rank in chosen {
-            if let Some(fit) = &pass.tried[rank].fit {
-                self.keep("candidate", &pass.tried[rank].hypothesis, fit);
+            let tried = &mut pass.tried[rank];
+            tried.fit = self.finish_near(&tried.hypothesis, begun, lowest)?;
+            if let Some(fit) = &tried.fit {
+                lowest.take(fit);
+                self.keep("candidate", &tried.hypothesis, fit);
             }
         }
+        self.go_on(pass, &mut lowest)?;
+        self.shortlist_from_afar(pass, &chosen, &mut lowest)?;
+        // Once more, for those that were fitted further.
+        for tried in chosen.iter().map(|&rank| &pass.tried[rank]) {
+            if let Some(fit) = &tried.fit {
+                self.keep("candidate", &tried.hypothesis, fit);
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows the lowest fit further if it explains most of what is missing but not all: it may only have ended early.
+    fn go_on(&self, pass: &mut Pass, lowest: &mut Lowest) -> Result<(), Fault> {
+        let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
+        let tried = &mut pass.tried[best];
+        let excess = |fit: &Fit| fit.misfit / lowest.expected - 1.0;
+        let is_most = |fit: &Fit| excess(fit) < MOST * excess(&pass.fit);
+        let Some(fit) = tried.fit.take_if(|fit| !lowest.is_noise() && !fit.converged && is_most(fit)) else {
+            return Ok(());
+        };
+        (self.progress)(&format!("going on with {}", tried.hypothesis.label()));
+        let problem = tried.hypothesis.problem(self.setup)?;
+        let is_enough = |fit: &Fit| fit.misfit <= noise(pass.expected);
+        let fit = schedule::go_on(&problem, fit, &self.setup.train, self.whole().tau, &is_enough);
+        drop(problem);
+        lowest.take(&fit);
+        tried.fit = Some(fit);
         Ok(())
     }
 
