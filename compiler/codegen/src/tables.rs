@@ -9,12 +9,13 @@ use hyd_equations::{Assignment, Block, EventRelation, Plan, Resolution, Role, So
 use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_payload::{Limit, OutputRow};
-use hyd_source::{Files, Span};
+use hyd_source::{Files, Origin, Span};
 use hyd_symbolic::{Arena, Node, SlotId, print};
 use hyd_system::{
     EquationInfo, LoopInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind,
     Variability, VariableInfo,
 };
+use rustc_hash::FxHashMap;
 
 use crate::layout::{Layout, Place, resolve};
 use crate::lower::Lowered;
@@ -102,7 +103,7 @@ impl Describe<'_> {
             unknowns: unknowns.ok_or("an unknown has no name")?,
             rows: self.rows(&self.sorted.simulation),
             loops: self.loops(&unknown),
-            equations: flat.equations.iter().map(|e| self.equation(&e.origin.path, e.origin.span)).collect(),
+            equations: self.equations(),
             roots: self.roots().into_iter().chain(crate::delay::roots(self.sorted, self.files)).collect(),
             initial_unknowns: initial.unknowns.iter().map(|u| self.name(u.target).into()).collect(),
             initial_rows: self.rows(initial),
@@ -267,13 +268,18 @@ impl Describe<'_> {
         }
     }
 
-    fn equation(&self, path: &Arc<str>, span: Span) -> EquationInfo {
-        EquationInfo {
-            component: path.clone(),
-            text: one_line(self.files.snippet(span)).into(),
-            file: self.files.name(span.file).clone(),
-            line: self.files.location(span).line,
-        }
+    /// Equations of equal components share their texts.
+    fn equations(&self) -> Vec<EquationInfo> {
+        let mut known: FxHashMap<Span, (Arc<str>, u32)> = FxHashMap::default();
+        let info = |origin: &Origin| {
+            let span = origin.span;
+            let place = known.entry(span);
+            let (text, line) = place
+                .or_insert_with(|| (one_line(self.files.snippet(span)).into(), self.files.location(span).line))
+                .clone();
+            EquationInfo { component: origin.path.clone(), text, file: self.files.name(span.file).clone(), line }
+        };
+        self.flat().equations.iter().map(|e| &e.origin).map(info).collect()
     }
 
     fn roots(&self) -> Vec<RootInfo> {

@@ -13,9 +13,10 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known, is_clocked};
+use crate::bindings::Bindings;
 use crate::explain::{equation_text, list_names, mark_equations, mark_variables, variable_of};
 use crate::linearity::block_targets;
-use crate::sorted::{Assignment, Block, EqId, Plan};
+use crate::sorted::{Block, EqId, Plan};
 use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};
 
@@ -30,13 +31,13 @@ const SHARE: f64 = 1e-9;
 pub(crate) fn judge_blocks(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
-    known: &Known,
-    bindings: &[Assignment],
+    bindings: &Bindings,
+    declared: &StartPoint,
     plan: &Plan,
 ) -> Result<Vec<Diagnostic>, Box<Diagnostic>> {
-    let mut judge = Judge { algebra, known, slopes: FxHashMap::default() };
+    let mut judge = Judge { algebra, known: &bindings.known, slopes: FxHashMap::default() };
     let mut warnings = Vec::new();
-    let mut points: Option<[StartPoint; 2]> = None;
+    let mut made_up: Option<StartPoint> = None;
     for block in plan.blocks.iter() {
         let size = block.assignments.len() + block.residuals.len();
         // What is solved for alone has a slope.
@@ -44,10 +45,8 @@ pub(crate) fn judge_blocks(
             continue;
         }
         let Some(linear) = judge.linear(system, plan, block) else { continue };
-        let [declared, made_up] = points.get_or_insert_with(|| {
-            [StartPoint::of_parameters(system, bindings), StartPoint::of_made_up_parameters(system, bindings)]
-        });
         let Some(dependence) = linear.dependence(system, declared) else { continue };
+        let made_up = made_up.get_or_insert_with(|| StartPoint::of_made_up_parameters(system, &bindings.assignments));
         match linear.dependence(system, made_up) {
             Some(_) => return Err(Box::new(fault(system, &linear, &dependence, true))),
             // A single factor that vanishes is told by index reduction.

@@ -157,15 +157,17 @@ impl Start {
             return Err(Box::new(explain_under(diagnostic, system, &pattern, unknowns, &matching)));
         }
         let added = add_start_equations(system, &chosen);
-        let mut rows = pattern.rows;
-        rows.extend(&added);
+        if !added.is_empty() {
+            let rows = [pattern.rows.as_slice(), &added].concat();
+            pattern = incidence::pattern(system, algebra, rows, unknowns);
+        }
         let kind = |target: &Target| match *target {
             Target::Var(v) if !system.roles[v].is_continuous() => Kind::Iterated,
             _ => Kind::Plain,
         };
         let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
         let wishes = wishes(system, unknowns);
-        let request = Request { rows, unknowns, kinds, wishes, known: &bindings.known, values };
+        let request = Request { pattern, unknowns, kinds, wishes, known: &bindings.known, values };
         let plan = build_plan(system, algebra, request).map_err(|mismatch| {
             let Mismatch { pattern, matching } = *mismatch;
             Box::new(overdetermined(system, &pattern, unknowns, &matching))
@@ -177,6 +179,9 @@ impl Start {
     /// The variables that take their start values as initial values, in the order of declaration.
     fn choose_starts(&self, system: &EquationSystem, pattern: &Pattern, matching: &mut Matching) -> Vec<VarId> {
         let mut open = matching.unmatched_columns().count();
+        if open == 0 {
+            return Vec::new();
+        }
         let mut incidence = pattern.incidence.clone();
         let mut augmenter = Augmenter::new();
         let mut chosen = Vec::new();
@@ -200,6 +205,14 @@ impl Start {
 /// Variables that are equal must not be fixed at different numbers.
 fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
     let (flat, arena) = (&system.flat, &system.flat.templates.arena);
+    let is_fixed = |v: VarId| {
+        let (block, k) = flat.locate(v);
+        flat.variables[block].fixed.get(k)
+    };
+    let is_alias = |v: &VarId| matches!(system.resolution[*v], Resolution::Alias { .. });
+    if !system.roles.indices().filter(is_alias).any(is_fixed) {
+        return Ok(());
+    }
     let mut numbers: FxHashMap<VarId, f64> = FxHashMap::default();
     for block in flat.equations.iter().filter(|block| block.section == Section::Start) {
         let template = flat.templates.get(block.template);

@@ -12,7 +12,7 @@ use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOpt
 use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
-use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::{Assignment, EqId, Plan, Residual, Unknown};
 use crate::start_point::StartPoint;
 use crate::support::Supports;
@@ -47,8 +47,8 @@ pub(crate) enum Kind {
 
 /// A square system to be sorted.
 pub(crate) struct Request<'a> {
-    /// Equations.
-    pub rows: Vec<EqId>,
+    /// Equations and the unknowns in them.
+    pub pattern: Pattern,
     /// Unknowns.
     pub unknowns: &'a Unknowns,
     /// One per unknown.
@@ -75,7 +75,7 @@ pub(crate) fn build_plan(
     algebra: &mut Algebra,
     request: Request<'_>,
 ) -> Result<Plan, Box<Mismatch>> {
-    let pattern = pattern(system, algebra, request.rows, request.unknowns);
+    let pattern = request.pattern;
     let solvability = solvabilities(system, algebra, (request.known, request.values), &pattern);
     let classes = IndexVec::from_vec(solvability.iter().map(|&class| class as u8).collect());
     let classes = prefer(system, &pattern, &request.kinds, classes);
@@ -375,7 +375,10 @@ fn finish(mut plan: Plan) -> Plan {
 /// Sorts by level, then by expression, so that equal expressions are neighbours; returns where each entry went.
 pub(crate) fn order_by_level(assignments: &mut Vec<Assignment>) -> Vec<u32> {
     let mut order: Vec<u32> = (0..assignments.len() as u32).collect();
-    order.sort_by_key(|&k| (assignments[k as usize].level, assignments[k as usize].value, k));
+    let key = |&k: &u32| (assignments[k as usize].level, assignments[k as usize].value);
+    if !order.is_sorted_by_key(key) {
+        order.sort_by_key(key);
+    }
     let mut position = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
         position[old as usize] = new as u32;

@@ -16,7 +16,7 @@ use crate::dependent::judge_blocks;
 use crate::discrete::{checks, reinits, sort_discrete, starts};
 use crate::explain::explain_parts;
 use crate::homotopy::{restore_simplified, take_actual};
-use crate::incidence::Unknowns;
+use crate::incidence::{Unknowns, pattern};
 use crate::initial::initial_plan;
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
@@ -46,7 +46,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     find_time_events(&mut system, &mut relations, &bindings.known);
     let values = StartPoint::of_parameters(&system, &bindings.assignments);
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values)?;
-    notes.extend(judge_blocks(&mut system, &mut algebra, &bindings.known, &bindings.assignments, &simulation)?);
+    notes.extend(judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation)?);
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let starts = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
@@ -115,7 +115,8 @@ fn simulation_plan(
         known.bound[v] = true;
     }
     let wishes = wishes(system, &unknowns);
-    let request = Request { rows, unknowns: &unknowns, kinds, wishes, known: &known, values };
+    let pattern = pattern(system, algebra, rows, &unknowns);
+    let request = Request { pattern, unknowns: &unknowns, kinds, wishes, known: &known, values };
     build_plan(system, algebra, request).map_err(|mismatch| {
         let Mismatch { pattern, matching } = *mismatch;
         let diagnostic = Diagnostic::error(Code::Singular, "the continuous equations are structurally singular");

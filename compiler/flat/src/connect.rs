@@ -1,25 +1,22 @@
-//! Connections: sets of connector elements, then equality and sum-to-zero equations.
+//! Connections: which connector elements are joined (`connect_sets` makes the equations).
 //!
 //! Each element of a connector has two faces: inside (seen by the model that contains its component) and outside (seen from
 //! within its own component).  `connect` joins faces; per set potentials are equal and flows sum to zero, inside
 //! faces counted positive, outside ones negative; a face in no set has zero flow (Modelica 3.6, section 9.2).
 
 use hyd_instance::{InstId, Resolved, Scope};
-use hyd_source::{Code, Diagnostic, Origin, Span};
-use hyd_symbolic::{NodeId, SlotId, TemplateId, canonical};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{ClassKind, ComponentRef, Expr, Name, Variability};
 use rustc_hash::FxHashMap;
 
-use crate::context::Fail;
+use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
-use crate::fold::Fold;
-use crate::index::Affine;
-use crate::model::{EquationBlock, Operand, Section, Target, VarId};
-use crate::section::Loops;
+use crate::index::{Affine, advance};
+use crate::section::{Loops, MOST_CUTS};
 
 /// Faces of a connector element.
 const INSIDE: u32 = 0;
-const OUTSIDE: u32 = 1;
+pub(crate) const OUTSIDE: u32 = 1;
 
 /// The faces joined so far (union by size with path halving).
 #[derive(Default)]
@@ -27,12 +24,12 @@ pub(crate) struct Connections {
     /// First element of each connector instance.
     base: FxHashMap<InstId, u32>,
     /// Connector instance of each element range, in the order met.
-    order: Vec<(InstId, u32)>,
+    pub(crate) order: Vec<(InstId, u32)>,
     parent: Vec<u32>,
     size: Vec<u32>,
     /// Text that first joined a face.
-    span: Vec<Option<Span>>,
-    elements: u32,
+    pub(crate) span: Vec<Option<Span>>,
+    pub(crate) elements: u32,
 }
 
 impl Connections {
@@ -73,7 +70,29 @@ impl Connections {
         Some((joined, i64::from(end - base)))
     }
 
-    fn register(&mut self, inst: InstId, count: u32) -> u32 {
+    /// The sets of joined faces, in the order of their first faces: where each starts in the list, and the list.
+    pub(crate) fn sets(&mut self) -> (Vec<u32>, Vec<u32>) {
+        let count = 2 * self.elements;
+        let mut set_of_root = vec![u32::MAX; count as usize];
+        let mut starts = vec![0];
+        for face in 0..count {
+            let root = self.find(face) as usize;
+            if set_of_root[root] == u32::MAX {
+                set_of_root[root] = starts.len() as u32 - 1;
+                starts.push(starts[starts.len() - 1] + self.size[root]);
+            }
+        }
+        let mut next = starts.clone();
+        let mut faces = vec![0; count as usize];
+        for face in 0..count {
+            let place = &mut next[set_of_root[self.find(face) as usize] as usize];
+            faces[*place as usize] = face;
+            *place += 1;
+        }
+        (starts, faces)
+    }
+
+    pub(crate) fn register(&mut self, inst: InstId, count: u32) -> u32 {
         if let Some(&base) = self.base.get(&inst) {
             return base;
         }
@@ -92,105 +111,59 @@ impl Connections {
 
 /// A variable of a connector: its path inside, the instance, elements per connector element.
 pub(crate) struct Leaf {
-    pub(crate) path: String,
+    pub(crate) path: Name,
     pub(crate) inst: InstId,
     pub(crate) flow: bool,
 }
 
-/// One side of a connect: the connector, its elements for one value of the loops, which face.
+/// One side of a connect: the connector, its elements, which face.
 pub(crate) struct Side {
     pub(crate) inst: InstId,
-    elements: Vec<u32>,
+    /// Number of its first element.
+    base: u32,
+    /// The elements from there, several where an array is connected as a whole.
+    offsets: Vec<Affine>,
     pub(crate) shape: Vec<usize>,
     face: u32,
 }
 
+impl Side {
+    /// The face of an element for these values of the counters.
+    fn face_at(&self, offset: &Affine, counters: &[i64]) -> u32 {
+        2 * (self.base + offset.at(counters) as u32) + self.face
+    }
+}
+
 impl Flattener<'_, '_> {
     pub(crate) fn connect(&mut self, span: Span, a: &ComponentRef, b: &ComponentRef, scope: Scope, loops: &Loops<'_>) {
-        let counts = {
-            let mut cx = self.context_of(scope);
-            match self.enter_all(&mut cx, loops) {
-                Ok(()) => cx.counts,
-                Err(Fail::Reported | Fail::Opaque) => return,
-                Err(Fail::NeedsExpansion | Fail::Split(..)) => {
-                    self.connect_expanded(span, a, b, scope, loops, Vec::new());
-                    return;
-                }
+        let start = Context { cuts_left: MOST_CUTS, ..self.context_of(scope) };
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter_all(cx, loops)?;
+            if cx.counts.contains(&0) {
+                return Ok(());
             }
-        };
-        let total: usize = counts.iter().product();
+            let (Some(left), Some(right)) = (flat.side(a, scope, cx)?, flat.side(b, scope, cx)?) else {
+                return Ok(());
+            };
+            flat.check_connectors(span, a, b, &left, &right)?;
+            flat.join_over_loops(span, &left, &right, &cx.loop_counts());
+            Ok(())
+        });
+    }
+
+    /// Joins the faces for all values of the counters.
+    fn join_over_loops(&mut self, span: Span, left: &Side, right: &Side, counts: &[usize]) {
         let mut counters = vec![0i64; counts.len()];
-        for _ in 0..total {
-            if self.connect_once(span, a, b, scope, loops, counters.clone()).is_err() {
-                return;
+        for _ in 0..counts.iter().product() {
+            for (x, y) in left.offsets.iter().zip(&right.offsets) {
+                self.connections.join(left.face_at(x, &counters), right.face_at(y, &counters), span);
             }
-            for k in (0..counters.len()).rev() {
-                counters[k] += 1;
-                if (counters[k] as usize) < counts[k] {
-                    break;
-                }
-                counters[k] = 0;
-            }
+            advance(&mut counters, counts);
         }
-    }
-
-    /// Loops whose ranges depend on each other.
-    fn connect_expanded(
-        &mut self,
-        span: Span,
-        a: &ComponentRef,
-        b: &ComponentRef,
-        scope: Scope,
-        loops: &Loops<'_>,
-        fixed: Vec<i64>,
-    ) {
-        let mut cx = self.context_of(scope);
-        cx.fixed = Some(fixed.clone());
-        match self.enter_all(&mut cx, loops) {
-            Ok(()) if cx.counts.len() == fixed.len() => {
-                let _ = self.connect_once(span, a, b, scope, loops, fixed);
-            }
-            Err(Fail::Reported) => {}
-            _ => {
-                let Some(&count) = cx.counts.get(fixed.len()) else { return };
-                for k in 0..count as i64 {
-                    let mut next = fixed.clone();
-                    next.push(k);
-                    self.connect_expanded(span, a, b, scope, loops, next);
-                }
-            }
-        }
-    }
-
-    fn connect_once(
-        &mut self,
-        span: Span,
-        a: &ComponentRef,
-        b: &ComponentRef,
-        scope: Scope,
-        loops: &Loops<'_>,
-        fixed: Vec<i64>,
-    ) -> Result<(), Fail> {
-        let mut cx = self.context_of(scope);
-        cx.fixed = Some(fixed);
-        self.enter_all(&mut cx, loops)?;
-        let (Some(left), Some(right)) = (self.side(a, scope, &mut cx)?, self.side(b, scope, &mut cx)?) else {
-            return Ok(());
-        };
-        self.check_connectors(span, a, b, &left, &right)?;
-        for (&x, &y) in left.elements.iter().zip(&right.elements) {
-            self.connections.join(2 * x + left.face, 2 * y + right.face, span);
-        }
-        Ok(())
     }
 
     /// The connector a reference names; `None` if it (or what it is in) does not exist.
-    fn side(
-        &mut self,
-        reference: &ComponentRef,
-        scope: Scope,
-        cx: &mut crate::context::Context,
-    ) -> Result<Option<Side>, Fail> {
+    fn side(&mut self, reference: &ComponentRef, scope: Scope, cx: &mut Context) -> Result<Option<Side>, Fail> {
         if self.leads_to_absent(reference, scope) {
             return Ok(None);
         }
@@ -225,8 +198,7 @@ impl Flattener<'_, '_> {
         let count: usize = dims.iter().product();
         let base = self.connections.register(last, count as u32);
         let (offsets, shape) = self.connector_elements(reference.span, &steps, cx)?;
-        let elements = offsets.into_iter().map(|k| base + k as u32).collect();
-        Ok(Some(Side { inst: last, elements, shape, face: if own { OUTSIDE } else { INSIDE } }))
+        Ok(Some(Side { inst: last, base, offsets, shape, face: if own { OUTSIDE } else { INSIDE } }))
     }
 
     fn leads_to_absent(&self, reference: &ComponentRef, scope: Scope) -> bool {
@@ -248,8 +220,8 @@ impl Flattener<'_, '_> {
         &mut self,
         span: Span,
         steps: &[(InstId, &[Expr])],
-        cx: &mut crate::context::Context,
-    ) -> Result<(Vec<usize>, Vec<usize>), Fail> {
+        cx: &mut Context,
+    ) -> Result<(Vec<Affine>, Vec<usize>), Fail> {
         let reference_shape = self.steps_shape(steps, cx)?;
         let total: usize = reference_shape.iter().product();
         let mut positions = Vec::with_capacity(total);
@@ -260,8 +232,7 @@ impl Flattener<'_, '_> {
                 at[position] = Affine::constant((rest % size) as i64);
                 rest /= size;
             }
-            let (offset, _) = self.position_of(span, steps, cx, &at)?;
-            positions.push(offset.as_constant().ok_or(Fail::NeedsExpansion)? as usize);
+            positions.push(self.position_of(span, steps, cx, &at)?.0);
         }
         Ok((positions, reference_shape))
     }
@@ -269,182 +240,28 @@ impl Flattener<'_, '_> {
     /// The variables of a connector (itself, if it is one), in the order of the text.
     pub(crate) fn leaves(&self, inst: InstId) -> Vec<Leaf> {
         let mut result = Vec::new();
-        self.collect_leaves(inst, String::new(), false, &mut result);
+        self.collect_leaves(inst, None, false, &mut result);
         result
     }
 
-    fn collect_leaves(&self, inst: InstId, path: String, flow: bool, result: &mut Vec<Leaf>) {
+    fn collect_leaves(&self, inst: InstId, path: Option<Name>, flow: bool, result: &mut Vec<Leaf>) {
         let instance = &self.tree.instances[inst];
         let flow = flow || instance.flow;
         if instance.primitive.is_some() {
             // A parameter is no part of what is connected, but an input of the model that became one is.
             let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
             if varies && self.blocks.contains_key(&inst) {
-                result.push(Leaf { path, inst, flow });
+                result.push(Leaf { path: path.unwrap_or_default(), inst, flow });
             }
             return;
         }
         for &child in &instance.children {
             let name: &Name = &self.tree.instances[child].name;
-            let below = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
-            self.collect_leaves(child, below, flow, result);
-        }
-    }
-
-    /// The equations of all connections, and zero flow for connectors left open.
-    pub(crate) fn connect_all(&mut self) {
-        self.register_all(self.tree.root);
-        let elements = self.connections.elements as usize;
-        let mut owner: Vec<u32> = vec![0; elements];
-        let order = self.connections.order.clone();
-        for (k, (_, base)) in order.iter().enumerate() {
-            let end = order.get(k + 1).map_or(elements, |(_, next)| *next as usize);
-            owner[*base as usize..end].fill(k as u32);
-        }
-        let leaves: Vec<Vec<Leaf>> = order.iter().map(|(inst, _)| self.leaves(*inst)).collect();
-        let mut sets: FxHashMap<u32, usize> = FxHashMap::default();
-        let mut members: Vec<Vec<u32>> = Vec::new();
-        for face in 0..2 * elements as u32 {
-            let root = self.connections.find(face);
-            let set = *sets.entry(root).or_insert_with(|| {
-                members.push(Vec::new());
-                members.len() - 1
-            });
-            members[set].push(face);
-        }
-        let mut groups: FxHashMap<(TemplateId, Span), usize> = FxHashMap::default();
-        for set in &members {
-            self.set_equations(set, &order, &owner, &leaves, &mut groups);
-        }
-    }
-
-    fn set_equations(
-        &mut self,
-        set: &[u32],
-        order: &[(InstId, u32)],
-        owner: &[u32],
-        leaves: &[Vec<Leaf>],
-        groups: &mut FxHashMap<(TemplateId, Span), usize>,
-    ) {
-        let first = set[0];
-        let alone = set.len() == 1;
-        // The outside face of a connector is seen only by connects inside its own component.
-        if alone && first % 2 == OUTSIDE {
-            return;
-        }
-        let connector = owner[(first / 2) as usize] as usize;
-        let declared = self.tree.instances[order[connector].0].span;
-        let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
-        for leaf in &leaves[connector] {
-            let count = self.own_count(leaf.inst, order[connector].0);
-            for k in 0..count {
-                let mut variables = Vec::with_capacity(set.len());
-                let mut same_leaves = Vec::with_capacity(set.len());
-                for &face in set {
-                    let other = owner[(face / 2) as usize] as usize;
-                    let Some(same) = leaves[other].iter().find(|l| l.path == leaf.path) else { continue };
-                    let element = face / 2 - order[other].1;
-                    let base = self.model.variables[self.blocks[&same.inst]].first.0;
-                    let joined_at = self.connections.span[face as usize].unwrap_or(span);
-                    same_leaves.push((same.inst, face % 2 == OUTSIDE, joined_at));
-                    variables.push((VarId(base + element * count as u32 + k as u32), face % 2 == OUTSIDE));
-                }
-                if !leaf.flow && self.has_two_sources(&same_leaves, &variables) {
-                    continue;
-                }
-                if leaf.flow {
-                    self.flow_sum(&variables, span, groups);
-                } else {
-                    for &(v, _) in &variables[1..] {
-                        self.potential_equality(variables[0].0, v, span, groups);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Elements of a connector variable per element of the connector.
-    fn own_count(&self, leaf: InstId, connector: InstId) -> usize {
-        let all: usize = hyd_instance::instance::full_dims(&self.tree.instances, leaf).iter().product();
-        let outer: usize = hyd_instance::instance::full_dims(&self.tree.instances, connector).iter().product();
-        all.checked_div(outer).unwrap_or(0)
-    }
-
-    fn potential_equality(
-        &mut self,
-        a: VarId,
-        b: VarId,
-        span: Span,
-        groups: &mut FxHashMap<(TemplateId, Span), usize>,
-    ) {
-        if a == b {
-            return;
-        }
-        let arena = &mut self.model.templates.arena;
-        let (x, y) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
-        let discrete = {
-            let variability = |v| self.model.variables[self.model.locate(v).0].variability;
-            [a, b].into_iter().any(|v| variability(v) == hyd_system::Variability::Discrete)
-        };
-        let section = if discrete { Section::Discrete } else { Section::Continuous };
-        self.add_connection(section, x, y, &[Operand::new(Target::Var(a)), Operand::new(Target::Var(b))], span, groups);
-    }
-
-    fn flow_sum(&mut self, variables: &[(VarId, bool)], span: Span, groups: &mut FxHashMap<(TemplateId, Span), usize>) {
-        let operands = variables.iter().map(|&(v, out)| Operand::new(Target::Var(v)).signed(out)).collect();
-        let origin = Origin { path: self.path(self.tree.root), span };
-        let operands = self.bounded_sum(operands, &origin);
-        let arena = &mut self.model.templates.arena;
-        let nodes: Vec<NodeId> = (0..operands.len()).map(|k| arena.slot(SlotId(k as u32))).collect();
-        let sum = Fold::Sum.combine(arena, nodes);
-        let zero = arena.constant(0.0);
-        self.add_connection(Section::Continuous, sum, zero, &operands, span, groups);
-    }
-
-    fn add_connection(
-        &mut self,
-        section: Section,
-        left: NodeId,
-        right: NodeId,
-        operands: &[Operand],
-        span: Span,
-        groups: &mut FxHashMap<(TemplateId, Span), usize>,
-    ) {
-        let (template, order) = canonical(&mut self.model.templates.arena, left, right);
-        let id = self.model.templates.intern(template);
-        let ordered: Vec<Operand> = order.iter().map(|s| operands[s.0 as usize]).collect();
-        let known = groups.get(&(id, span)).copied().filter(|&k| self.model.equations[k].section == section);
-        match known {
-            Some(k) => {
-                let block = &mut self.model.equations[k];
-                block.count += 1;
-                block.operands.extend(ordered);
-            }
-            None => {
-                groups.insert((id, span), self.model.equations.len());
-                let origin = Origin { path: self.path(self.tree.root), span };
-                self.model.equations.push(EquationBlock { section, template: id, count: 1, operands: ordered, origin });
-            }
-        }
-    }
-
-    /// Connectors that no connect names take part with their open faces.
-    fn register_all(&mut self, inst: InstId) {
-        let instance = &self.tree.instances[inst];
-        if instance.absent {
-            return;
-        }
-        if instance.kind == ClassKind::Connector {
-            let parent = instance.parent.map(|p| self.tree.instances[p].kind);
-            // A connector inside a connector is part of it, unless it was connected by itself.
-            if parent != Some(ClassKind::Connector) {
-                let count: usize = hyd_instance::instance::full_dims(&self.tree.instances, inst).iter().product();
-                self.connections.register(inst, count as u32);
-            }
-            return;
-        }
-        for child in instance.children.clone() {
-            self.register_all(child);
+            let below = match &path {
+                None => name.clone(),
+                Some(path) => format!("{path}.{name}").into(),
+            };
+            self.collect_leaves(child, Some(below), flow, result);
         }
     }
 }

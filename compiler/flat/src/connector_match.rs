@@ -36,6 +36,15 @@ impl Flattener<'_, '_> {
             return Err(Fail::Reported);
         }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
+        let alike = |a: &Leaf, b: &Leaf| {
+            let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
+            let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
+            (&a.path, a.flow, &p.dims) == (&b.path, b.flow, &q.dims)
+                && scalars.is_some_and(|(p, q)| p.scalar.name() == q.scalar.name())
+        };
+        if x.len() == y.len() && x.iter().zip(&y).all(|(a, b)| alike(a, b)) {
+            return Ok(());
+        }
         let describe = |flat: &Self, leaf: &Leaf| {
             let own = &flat.tree.instances[leaf.inst];
             let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
@@ -81,7 +90,7 @@ impl Flattener<'_, '_> {
             for leaf in leaves {
                 let path = &leaf.path;
                 let Some(same) = others.iter().find(|l| l.path == *path) else {
-                    let near = hyd_source::did_you_mean(path, others.iter().map(|l| l.path.as_str()));
+                    let near = hyd_source::did_you_mean(path, others.iter().map(|l| l.path.as_ref()));
                     let near = near.map(|hint| format!(" ({hint})")).unwrap_or_default();
                     return Some((
                         format!("`{other}` has no element `{path}`{near}, `{name}` has it"),
@@ -150,7 +159,7 @@ impl Flattener<'_, '_> {
     }
 
     /// `input` or `output` of a variable in a connector, its own or that of what it is part of.
-    fn direction_of(&self, leaf: InstId) -> Option<Direction> {
+    pub(crate) fn direction_of(&self, leaf: InstId) -> Option<Direction> {
         let mut at = leaf;
         loop {
             let instance = &self.tree.instances[at];

@@ -4,20 +4,20 @@
 
 use std::sync::Arc;
 
-use hyd_index::TypedIndex;
 use hyd_instance::{InstId, InstanceTree, Scope};
-use hyd_source::{Code, Diagnostic, Origin, Span};
-use hyd_symbolic::{NodeId, SlotId, canonical};
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_symbolic::NodeId;
 use hyd_syntax::tree::ClassKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
-use crate::index::{Affine, CounterId, Cut, SlotKey, Slots, Window};
+use crate::emit::Canonical;
+use crate::index::{Affine, CounterId, Cut, Slots, Window};
 use crate::inject::{Injection, Pending};
 use crate::jump::JumpKey;
-use crate::model::{BlockId, ConstId, EquationBlock, FlatModel, Operand, Section, VarId};
+use crate::model::{BlockId, ConstId, FlatModel, VarId};
 use crate::unit_claim::FunctionUnits;
 
 /// Work in progress.
@@ -54,7 +54,9 @@ pub struct Flattener<'t, 's> {
     pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
     /// It has physical connectors on its outside, so that it needs a model around it.
     pub(crate) is_component: bool,
-    numbers: FxHashMap<u64, ConstId>,
+    pub(crate) numbers: FxHashMap<u64, ConstId>,
+    /// Templates made so far, by the sides they were made from.
+    pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
 
@@ -100,6 +102,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         function_units: FxHashMap::default(),
         is_component: false,
         numbers: FxHashMap::default(),
+        canonical: FxHashMap::default(),
         paths: FxHashMap::default(),
     };
     flattener.read_experiment();
@@ -246,74 +249,6 @@ impl Flattener<'_, '_> {
         self.model.claims.truncate(made.claims);
         self.discrete_equations.retain(|&at| at < made.equations);
         self.samples.retain(|_, due| due.0 < made.scalars);
-    }
-
-    /// Adds `left = right` for all values of the counters.
-    pub(crate) fn emit(&mut self, section: Section, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
-        let Some(block) = self.equations_over(section, left, right, counts, origin) else { return };
-        // Loops that had to be run through give neighbours with one template.
-        if let Some(last) = self.model.equations.last_mut()
-            && (last.section, last.template) == (section, block.template)
-            && last.origin == *origin
-        {
-            last.count += block.count;
-            last.operands.extend(block.operands);
-        } else {
-            self.model.equations.push(block);
-        }
-    }
-
-    /// `left = right` for all values of the counters; none if there are no values.
-    pub(crate) fn equations_over(
-        &mut self,
-        section: Section,
-        left: NodeId,
-        right: NodeId,
-        counts: &[usize],
-        origin: &Origin,
-    ) -> Option<EquationBlock> {
-        let (template, order) = canonical(&mut self.model.templates.arena, left, right);
-        let id = self.model.templates.intern(template);
-        let keys: Vec<SlotKey> = order.iter().map(|&s: &SlotId| self.slots.keys[s.index()].clone()).collect();
-        let total: usize = counts.iter().product();
-        let mut operands = Vec::with_capacity(total * keys.len());
-        let mut counters = vec![0i64; counts.len()];
-        for _ in 0..total {
-            for key in &keys {
-                operands.push(self.operand(key, &counters));
-            }
-            for k in (0..counters.len()).rev() {
-                counters[k] += 1;
-                if (counters[k] as usize) < counts[k] {
-                    break;
-                }
-                counters[k] = 0;
-            }
-        }
-        let origin = origin.clone();
-        (total > 0).then_some(EquationBlock { section, template: id, count: total as u32, operands, origin })
-    }
-
-    pub(crate) fn operand(&mut self, key: &SlotKey, counters: &[i64]) -> Operand {
-        let at = |affine: &Affine| {
-            affine.constant + affine.terms.iter().map(|(id, c)| c * counters[id.index()]).sum::<i64>()
-        };
-        match key {
-            SlotKey::Variable(kind, first, affine) => {
-                Operand::new(kind.of(VarId((i64::from(first.0) + at(affine)) as u32)))
-            }
-            SlotKey::Number(affine) => Operand::new(crate::model::Target::Const(self.number(at(affine) as f64))),
-            SlotKey::Quantity(id) => Operand::new(crate::model::Target::Const(*id)),
-        }
-    }
-
-    pub(crate) fn number(&mut self, value: f64) -> ConstId {
-        if let Some(&known) = self.numbers.get(&value.to_bits()) {
-            return known;
-        }
-        let id = self.model.constants.push(value);
-        self.numbers.insert(value.to_bits(), id);
-        id
     }
 
     fn read_experiment(&mut self) {

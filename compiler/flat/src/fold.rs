@@ -8,7 +8,7 @@
 //! and at translation, folds stay one expression.
 
 use hyd_source::{Origin, Span};
-use hyd_symbolic::{Arena, Function, NodeId, SlotId, canonical};
+use hyd_symbolic::{Arena, Function, NodeId, SlotId};
 use hyd_system::{NamePattern, ValueKind, Variability};
 
 use crate::context::{Context, Fail};
@@ -253,8 +253,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let left = arena.slot(SlotId(0));
         let members = (1..=PIECE as u32).map(|k| arena.slot(SlotId(k))).collect();
         let right = fold.combine(arena, members);
-        let (template, order) = canonical(arena, left, right);
-        let id = self.model.templates.intern(template);
+        let (id, order) = self.template(left, right);
         let width = PIECE + 1;
         let ordered = operands.chunks(width).flat_map(|own| order.iter().map(|slot| own[slot.0 as usize])).collect();
         let count = (operands.len() / width) as u32;

@@ -57,6 +57,11 @@ impl Affine {
         Some(result)
     }
 
+    /// The value where the counters have these values.
+    pub fn at(&self, counters: &[i64]) -> i64 {
+        self.constant + self.terms.iter().map(|(id, c)| c * counters[id.index()]).sum::<i64>()
+    }
+
     /// Smallest and largest value over all counters, given their counts (each at least 1).
     pub fn bounds(&self, counts: &[usize]) -> (i64, i64) {
         let (mut low, mut high) = (self.constant, self.constant);
@@ -66,6 +71,17 @@ impl Affine {
             high = high.saturating_add(reach.max(0));
         }
         (low, high)
+    }
+}
+
+/// The next turn of loops with so many turns each, the last one fastest; after the last the first.
+pub fn advance(counters: &mut [i64], counts: &[usize]) {
+    for (counter, &count) in counters.iter_mut().zip(counts).rev() {
+        *counter += 1;
+        if (*counter as usize) < count {
+            break;
+        }
+        *counter = 0;
     }
 }
 

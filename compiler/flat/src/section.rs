@@ -24,7 +24,7 @@ pub(crate) struct Loops<'e> {
 }
 
 /// How often the values of the counters around an equation are cut into parts, one after the other.
-const MOST_CUTS: u32 = 6;
+pub(crate) const MOST_CUTS: u32 = 6;
 
 impl Flattener<'_, '_> {
     /// All equation sections of one class of an instance.

@@ -2,7 +2,7 @@
 
 use hyd_instance::{Resolved, ScalarType};
 use hyd_source::{Code, Diagnostic};
-use hyd_symbolic::Node;
+use hyd_symbolic::{Node, NodeId};
 use hyd_syntax::tree::{Equation, Expr, ExprKind, Variability as Declared};
 use hyd_system::Variability;
 
@@ -88,7 +88,13 @@ impl Flattener<'_, '_> {
             SlotKey::Variable(..) => false,
             SlotKey::Number(_) | SlotKey::Quantity(_) => true,
         };
-        if nodes.iter().any(|&node| hyd_symbolic::contains_time(arena, node))
+        // Usually the first look finds what the equation determines.
+        let unknown = |&node: &NodeId| match arena.node(node) {
+            Node::Slot(slot) => !known(&self.slots.keys[slot.0 as usize]),
+            _ => false,
+        };
+        if nodes.iter().any(unknown)
+            || nodes.iter().any(|&node| hyd_symbolic::contains_time(arena, node))
             || !hyd_symbolic::slots(arena, &nodes).iter().all(|slot| known(&self.slots.keys[slot.0 as usize]))
         {
             return Ok(());

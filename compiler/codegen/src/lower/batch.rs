@@ -39,8 +39,9 @@ pub struct Batch<'l> {
     /// Groups of each form and level.
     by_level: FxHashMap<(usize, u32), Vec<usize>>,
     groups: Vec<Group>,
-    /// Work space: areas of what the item reads and where its values go.
+    /// Work space: areas of what the item reads and where its values go, and positions with signs of what it reads.
     areas: Vec<Area>,
+    reads: Vec<u32>,
 }
 
 /// A list of expressions with the slots that occur in them.
@@ -71,6 +72,7 @@ impl<'l> Batch<'l> {
             by_level: FxHashMap::default(),
             groups: Vec::new(),
             areas: Vec::new(),
+            reads: Vec::new(),
         }
     }
 
@@ -81,8 +83,11 @@ impl<'l> Batch<'l> {
     pub fn add(&mut self, arena: &Arena, item: Item<'_>) -> Result<(), String> {
         let form = self.form(arena, item.values);
         self.areas.clear();
+        self.reads.clear();
         for &slot in &self.forms[form].used {
-            self.areas.push(read(self.locate, &item, slot)?.0.area);
+            let (place, negated) = read(self.locate, &item, slot)?;
+            self.areas.push(place.area);
+            self.reads.push(place.index | if negated { TABLE_SIGN } else { 0 });
         }
         self.areas.extend(item.to.iter().map(|place| place.area));
         let same = self.by_level.entry((form, item.level)).or_default();
@@ -94,10 +99,7 @@ impl<'l> Batch<'l> {
             self.groups.len() - 1
         });
         let group = &mut self.groups[group];
-        for &slot in &self.forms[form].used {
-            let (place, negated) = read(self.locate, &item, slot)?;
-            group.reads.push(place.index | if negated { TABLE_SIGN } else { 0 });
-        }
+        group.reads.extend_from_slice(&self.reads);
         group.to.extend(item.to.iter().map(|place| place.index));
         Ok(())
     }
