@@ -158,12 +158,24 @@ fn take(report: &Value, row: &mut Value) {
     }
     row["held_out"] = json!(list(&report["shots"]["heldout"]).len());
     let candidate = |found: &Value| json!({"effect": found["effect"], "fall": found["fall"], "power": found["power"], "promise": found["promise"]});
-    row["candidates"] = list(&report["candidates"]).iter().take(6).map(candidate).collect();
+    let all = list(&report["candidates"]);
+    row["candidates"] = all.iter().take(6).map(candidate).collect();
+    // Before any candidate was fitted: with and without the share that nuisances take.
+    row["promised"] = highest(&all, "promise");
+    row["alone"] = highest(&all, "alone");
     row["proposed"] = report.get("proposed").or(report.get("term")).cloned().unwrap_or(Value::Null);
     row["reason"] = report["reason"].clone();
     row["resembles"] = report["resembles"].clone();
     row["simulations"] = report["simulations"].clone();
     row["seconds"] = report["seconds"].clone();
+}
+
+/// The three candidates of the first pass with the highest numbers under `key`: `[effect, number]`.
+fn highest(candidates: &[Value], key: &str) -> Value {
+    let first = candidates.iter().filter(|found| found["pass"] == 1 && found.get("alone").is_some());
+    let mut ranked: Vec<(&Value, f64)> = first.filter_map(|own| Some((&own["effect"], own[key].as_f64()?))).collect();
+    ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+    ranked.iter().take(3).map(|(effect, value)| json!([effect, value])).collect()
 }
 
 /// CPU seconds of finished child processes, where the system tells (Linux counts in hundredths).

@@ -2,6 +2,7 @@
 //! hand, in other states and with another integrator than the product's, so that what is judged and what judges share nothing.
 
 pub mod contents;
+pub mod diagram;
 pub mod draft;
 pub mod drive;
 pub mod effects;
@@ -11,8 +12,12 @@ pub mod integrator;
 pub mod known;
 pub mod line;
 pub mod machine;
+pub mod matching;
 pub mod measure;
 pub mod plan;
 pub mod power;
 pub mod random;
+pub mod rows;
 pub mod shot;
+pub mod statistics;
+pub mod summary;

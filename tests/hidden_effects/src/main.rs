@@ -1,11 +1,12 @@
 //! The commands: `generate` writes a set, `check` holds the drive against sets of known answers, `evaluate` runs a plan's trials
-//! against a command and appends a row for each.
+//! against a command and appends a row for each, `derivatives` lets a simple method answer the same trials, `summary` puts tables of rows into a page.
 
 use hidden_effects::draft::{CHANNELS, Draft, Request, draw_together};
 use hidden_effects::effects::{CATALOGUE, OUTSIDE};
 use hidden_effects::evaluate::{Judged, run};
 use hidden_effects::random::Stream;
-use hidden_effects::{files, known, measure, plan, power};
+use hidden_effects::{diagram, files, known, matching, measure, plan, power, rows, summary};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -15,11 +16,15 @@ fn main() -> ExitCode {
         Some("generate") => generate(&arguments),
         Some("check") => check(&arguments),
         Some("evaluate") => evaluate(&arguments),
+        Some("derivatives") => derivatives(&arguments),
+        Some("summary") => summary(&arguments),
         Some("effects") => {
             effects();
             Ok(())
         }
-        _ => Err("usage: hidden-effects generate|check|evaluate|effects ... (see README.md)".into()),
+        _ => {
+            Err("usage: hidden-effects generate|check|evaluate|derivatives|summary|effects ... (see README.md)".into())
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -97,6 +102,43 @@ fn check(arguments: &[String]) -> Result<(), String> {
             println!("{name} {words:<15} {}", shown.join(" "));
         }
     }
+    Ok(())
+}
+
+/// Appends the answers of matched derivatives to those trials that have none.
+fn derivatives(arguments: &[String]) -> Result<(), String> {
+    let out = option(arguments, "--out").ok_or("--out ANSWERS.jsonl is needed")?;
+    let shown = |error: std::io::Error| format!("{out}: {error}");
+    let mut file = std::fs::OpenOptions::new().create(true).append(true).open(out).map_err(shown)?;
+    let rows = rows::Row::read(&files_of_rows(arguments))?;
+    for row in rows.iter().filter(|row| row.by_derivatives().is_none()) {
+        let request = row.request().ok_or("a row without what was hidden")?;
+        let draft = Draft::draw(&request)?;
+        let (_, recorded) = measure::all(&draft)?;
+        let answer = matching::name(&draft, &recorded).unwrap_or("");
+        let line = serde_json::json!({"trial": request.name, "seed": request.seed, "by_derivatives": answer});
+        writeln!(file, "{line}").map_err(shown)?;
+    }
+    Ok(())
+}
+
+fn files_of_rows(arguments: &[String]) -> Vec<&Path> {
+    let mut files: Vec<&Path> = arguments.iter().filter(|name| name.ends_with(".jsonl")).map(Path::new).collect();
+    files.sort_unstable();
+    files.dedup();
+    files
+}
+
+fn summary(arguments: &[String]) -> Result<(), String> {
+    let page = Path::new(option(arguments, "--page").ok_or("--page PAGE.md is needed")?);
+    let rows = rows::Row::read(&files_of_rows(arguments))?;
+    let shown = |error: std::io::Error| format!("{}: {error}", page.display());
+    let text = std::fs::read_to_string(page).map_err(shown)?;
+    std::fs::write(page, summary::into_page(&text, &rows)?).map_err(shown)?;
+    if let Some(picture) = option(arguments, "--picture") {
+        std::fs::write(picture, diagram::reliability(&rows)).map_err(|error| format!("{picture}: {error}"))?;
+    }
+    println!("{} trials in {}", rows.len(), page.display());
     Ok(())
 }
 

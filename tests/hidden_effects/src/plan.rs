@@ -1,5 +1,6 @@
-//! Plans: which trials an evaluation runs.  A plan names groups; a trial's name and the seed decide everything in it.  Trials are
-//! ordered by repetition, so that a part of a plan covers every effect about equally, and dealt out to shards in turn.
+//! Plans: which trials an evaluation runs.  A plan names groups; a trial's name and the seed decide everything in it.  Every group
+//! and every effect is spread evenly over the order of running, in which kinds alternate at random, and trials are dealt out to shards in turn: wherever a
+//! run is ended, what was run is a fair sample.
 //!
 //! ```json
 //! {"seed": 1, "sizes": [0.5, 2.0], "groups": [
@@ -21,40 +22,42 @@ pub fn requests(plan: &Value, seed: Option<u64>) -> Result<Vec<Request>, String>
         Some(&[low, high]) if low > 0.0 && low < high => [low, high],
         Some(_) => return Err("`sizes` takes two positive numbers, the smaller first".into()),
     };
-    let mut ordered: Vec<(usize, usize, Request)> = Vec::new();
-    for (group, entry) in plan["groups"].as_array().ok_or("the plan has no `groups`")?.iter().enumerate() {
-        for (repetition, name, ids) in members(entry, seed)? {
+    let mut ordered: Vec<(f64, Request)> = Vec::new();
+    for entry in plan["groups"].as_array().ok_or("the plan has no `groups`")? {
+        for (stratum, name, ids) in members(entry, seed)? {
+            let place = stratum.0 + stratum.1 * Stream::new(seed, &format!("{name} place")).unit();
             let mut sizes = Stream::new(seed, &format!("{name} sizes"));
             let effects = ids.into_iter().map(|id| (id, sizes.log_uniform(limits[0], limits[1]))).collect();
-            ordered.push((repetition, group, Request { name, seed, effects }));
+            ordered.push((place, Request { name, seed, effects }));
         }
     }
-    ordered.sort_by_key(|(repetition, group, _)| (*repetition, *group));
-    Ok(ordered.into_iter().map(|(_, _, request)| request).collect())
+    ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(ordered.into_iter().map(|(_, request)| request).collect())
 }
 
-type Member = (usize, String, Vec<String>);
+type Member = ((f64, f64), String, Vec<String>);
 
-/// Repetition, name and effects of a group's trials.  Where a group has many trials and others few, repetitions are stretched.
+/// Part of the run (begin and length, the whole being 1), name and effects of a group's trials.
 fn members(entry: &Value, seed: u64) -> Result<Vec<Member>, String> {
     let kind = entry["kind"].as_str().ok_or("a group has no `kind`")?;
     let number = |key: &str| {
         entry[key].as_u64().map(|count| count as usize).ok_or(format!("a group of kind `{kind}` needs `{key}`"))
     };
+    let part = |place: usize, of: usize| (place as f64 / of as f64, 1.0 / of as f64);
     match kind {
         "null" => {
-            // Twenty effects come once in a repetition; so do twenty nulls.
-            let names = (0..number("count")?).map(|place| (place / 20, format!("null-{place:03}"), Vec::new()));
-            Ok(names.collect())
+            let count = number("count")?;
+            Ok((0..count).map(|place| (part(place, count), format!("null-{place:03}"), Vec::new())).collect())
         }
         "pair" | "triple" => {
-            let count = if kind == "pair" { 2 } else { 3 };
+            let together = if kind == "pair" { 2 } else { 3 };
+            let count = number("count")?;
             let one = |place: usize| {
                 let name = format!("{kind}-{place:03}");
-                let drawn = draw_together(&mut Stream::new(seed, &format!("{name} together")), count);
-                (place / 2, name, drawn.iter().map(|effect| effect.id.to_string()).collect())
+                let drawn = draw_together(&mut Stream::new(seed, &format!("{name} together")), together);
+                (part(place, count), name, drawn.iter().map(|effect| effect.id.to_string()).collect())
             };
-            Ok((0..number("count")?).map(one).collect())
+            Ok((0..count).map(one).collect())
         }
         "effect" | "outside" => {
             let known: Vec<&str> = match kind {
@@ -70,7 +73,9 @@ fn members(entry: &Value, seed: u64) -> Result<Vec<Member>, String> {
             }
             let each = number("each")?;
             let all = (0..each).flat_map(|place| wanted.iter().map(move |id| (place, *id)));
-            Ok(all.map(|(place, id)| (place, format!("{kind}-{id}-{place:02}"), vec![id.to_string()])).collect())
+            Ok(all
+                .map(|(place, id)| (part(place, each), format!("{kind}-{id}-{place:02}"), vec![id.to_string()]))
+                .collect())
         }
         _ => Err(format!("no kind `{kind}`: null, effect, outside, pair, triple")),
     }
@@ -113,5 +118,20 @@ mod tests {
             requests(&json!({"seed": 1, "groups": [{"kind": "effect", "effects": ["none"], "each": 1}]}), None)
                 .is_err()
         );
+    }
+
+    /// Any first part of a run holds its share of every group and effect.
+    #[test]
+    fn a_run_that_is_ended_is_a_fair_sample() {
+        let plan = json!({"seed": 5, "groups": [{"kind": "null", "count": 40}, {"kind": "effect", "effects": "all", "each": 4},
+            {"kind": "pair", "count": 8}]});
+        let all = requests(&plan, None).expect("a plan");
+        for part in [0.25, 0.5, 0.75] {
+            let run = &all[..(part * all.len() as f64) as usize];
+            let count = |start: &str| run.iter().filter(|request| request.name.starts_with(start)).count() as f64;
+            for (start, whole) in [("null", 40.0), ("effect-eddy_currents", 4.0), ("pair", 8.0)] {
+                assert!((count(start) - part * whole).abs() <= 2.0, "{start}: {} of {whole} in {part}", count(start));
+            }
+        }
     }
 }
