@@ -358,6 +358,9 @@ pub struct Discover {
     /// Go on where an earlier call for the same report was ended
     #[arg(long)]
     pub resume: bool,
+    /// First search so many sets made from the fitted model; a name then needs more than 95 of 100 of them show by chance
+    #[arg(long, value_name = "SETS")]
+    pub calibrate: Option<std::num::NonZeroUsize>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

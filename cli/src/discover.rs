@@ -5,13 +5,15 @@ use std::time::Instant;
 
 use hyd_compiler::inquiry::{annotated_classes, annotated_components};
 use hyd_compiler::render::render;
+use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
 use hyd_discovery::report::{report, table};
-use hyd_discovery::search::Search;
+use hyd_discovery::search::{NEEDED, Search};
 use hyd_discovery::variant::Workshop;
 use hyd_results::write_whole;
 
 use crate::arguments::Discover;
+use crate::discovery_calibration as calibration;
 use crate::discovery_memory::{FitsFile, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
@@ -37,19 +39,25 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         }
     };
     let candidates = all_candidates(&opened)?;
-    let memory = FitsFile::open(
-        &arguments.report,
-        fingerprint(&opened, &workshop, &candidates, arguments.study.seed)?,
-        arguments.resume,
-    );
+    let seed = arguments.study.seed;
+    let hash = fingerprint(&opened, &workshop, &candidates, seed)?;
+    let needed = match arguments.calibrate {
+        None => calibration::known(&arguments.study.study, hash),
+        Some(sets) => {
+            let made = calibrate(setup, &workshop, &candidates, (sets.get(), seed), &progress).map_err(failure)?;
+            calibration::keep(&arguments.study.study, hash, &made)?;
+            Some(made)
+        }
+    };
+    let needed = needed.map_or(NEEDED, |known| known.needed());
+    let memory = FitsFile::open(&arguments.report, hash, arguments.resume);
     let memory = memory.map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be written: {error}", arguments.report.display()))
     })?;
     if arguments.resume {
         progress(&format!("{} fits are taken over", memory.taken_over()));
     }
-    let seed = arguments.study.seed;
-    let search = Search { setup, workshop: &workshop, candidates, seed, progress: &progress, memory: &memory };
+    let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory };
     let findings = search.run().map_err(failure)?;
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");

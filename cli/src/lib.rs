@@ -10,6 +10,7 @@ mod build;
 mod check;
 mod compare;
 mod discover;
+mod discovery_calibration;
 mod discovery_memory;
 mod discovery_page;
 mod discovery_picture;

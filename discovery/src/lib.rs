@@ -5,6 +5,7 @@
 //! writes models with effects in them as text.  Findings are plain data.  The crate knows no command line and opens no file.
 
 pub mod bench;
+pub mod calibration;
 pub mod catalogue;
 pub mod data;
 pub mod dictionary;

@@ -8,7 +8,7 @@ use crate::further::further;
 use crate::location::Located;
 use crate::power::{Confusion, Power};
 use crate::proof::Gap;
-use crate::search::{ERRORS, Findings, NEEDED, Status, Tried};
+use crate::search::{ERRORS, Findings, Status, Tried};
 use crate::unknowns::Meaning;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -49,6 +49,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
             json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
         ).collect::<Vec<_>>()).collect::<Vec<_>>(),
         "seed": findings.seed,
+        "needed": number(findings.needed),
         "simulations": findings.runs,
         "seconds": seconds,
     }))
@@ -140,7 +141,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
             );
         }
     }
-    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.fall >= NEEDED;
+    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.fall >= findings.needed;
     for tried in first.terms.iter().filter(|tried| beaten(tried)) {
         let Some((term, _)) = &tried.hypothesis.term else { continue };
         let rest = json!({"equation": term.equation, "shape": term.shape, "unit": term.unit});
@@ -168,7 +169,7 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         return Ok(Vec::new());
     }
     let mut values = Vec::new();
-    for tried in last.terms.iter().filter(|tried| tried.fall >= NEEDED && tried.errors >= ERRORS) {
+    for tried in last.terms.iter().filter(|tried| tried.fall >= findings.needed && tried.errors >= ERRORS) {
         let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
         let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
         let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);

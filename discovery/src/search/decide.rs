@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{ADEQUATE, ERRORS, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
+use super::{ADEQUATE, ERRORS, Findings, LEAD, PROMISING, Pass, Search, Status, Tried};
 use crate::Fault;
 use crate::Setup;
 use crate::catalogue::{Candidate, Kind};
@@ -47,7 +47,7 @@ impl Search<'_> {
         }
         let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
         for (k, tried) in pass.tried.iter_mut().enumerate() {
-            tried.verdict = verdict(tried, k == 0, best);
+            tried.verdict = verdict(tried, k == 0, best, self.needed);
         }
     }
 
@@ -56,7 +56,7 @@ impl Search<'_> {
         let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         };
-        if best.fall < NEEDED || best.errors < ERRORS {
+        if best.fall < self.needed || best.errors < ERRORS {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         }
         if self.is_beaten(pass, fit) {
@@ -90,7 +90,16 @@ impl Search<'_> {
         let own = |pass: &Pass| tried(pass) + pass.located_runs;
         let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
         let (status, ambiguous) = (Status::Adequate, Vec::new());
-        let mut findings = Findings { status, passes, ambiguous, reason: None, resembles: None, runs, seed: self.seed };
+        let mut findings = Findings {
+            status,
+            passes,
+            ambiguous,
+            reason: None,
+            resembles: None,
+            runs,
+            seed: self.seed,
+            needed: self.needed,
+        };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
@@ -148,14 +157,14 @@ pub(super) fn noise(expected: f64) -> f64 {
 }
 
 /// Why a candidate was not named; nothing for one that could be.
-fn verdict(tried: &Tried, first: bool, best: f64) -> String {
+fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
     match &tried.fit {
         None if tried.look.is_none() => "the model does not run with it".to_string(),
         None if promise < PROMISING.0 => "its signature explains nothing of what is left".to_string(),
         None => "others promised more, or no fit succeeded".to_string(),
         Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
-        Some(_) if tried.fall < NEEDED => "it brings the model hardly nearer to the measurement".to_string(),
+        Some(_) if tried.fall < needed => "it brings the model hardly nearer to the measurement".to_string(),
         Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
         Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
         Some(_) => String::new(),

@@ -1,9 +1,9 @@
 //! Is an effect that was named earlier still needed, now that another one is in the model?
 //!
 //! What was named first may only have imitated what was found later.  Each earlier effect is taken out again and the rest fitted;
-//! it stays if that costs as much as a name takes ([`super::NEEDED`]).
+//! it stays if that costs as much as a name takes ([`Search::needed`]).
 
-use super::{NEEDED, Search};
+use super::Search;
 use crate::Fault;
 use crate::catalogue::Candidate;
 use crate::fit::{Effort, Fit, minimise};
@@ -25,7 +25,7 @@ impl Search<'_> {
             let without = Hypothesis::new(self.setup, self.workshop, rest)?;
             let problem = without.problem(self.setup)?;
             let Ok(again) = minimise(&problem, &start, &self.whole(), Effort::FULL, None) else { continue };
-            if (again.cost - fit.cost) / scale <= NEEDED {
+            if (again.cost - fit.cost) / scale <= self.needed {
                 drop(problem);
                 return Ok(Some((out, again)));
             }

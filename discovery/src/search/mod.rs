@@ -127,6 +127,8 @@ pub struct Findings {
     pub runs: usize,
     /// Seed of the random starts.
     pub seed: u64,
+    /// Fall of the cost that a name needed.
+    pub needed: f64,
 }
 
 /// A search.
@@ -139,6 +141,8 @@ pub struct Search<'a> {
     pub candidates: Vec<Candidate>,
     /// Seed of random starts.
     pub seed: u64,
+    /// Fall of the cost that a name needs: [`NEEDED`], or more where [`crate::calibration`] says so.
+    pub needed: f64,
     /// Told what is being done.
     pub progress: &'a dyn Fn(&str),
     /// Fits made before.

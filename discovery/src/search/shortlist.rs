@@ -3,10 +3,11 @@
 //! All begin with short fits from three sizes under wide weights.  They are followed to their ends in the order of what these
 //! left, so that what explains the measurement is known early: one that falls behind it beyond hope is not followed, and another one only as
 //! long as it catches up.  Candidates with several numbers are then fitted from afar, if nothing explains the
-//! measurement and nuisances are bent; those whose runs are long come last.
+//! measurement and nuisances are bent; those whose runs are long come last, but for one that
+//! promises most of all.
 
 use super::decide::noise;
-use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
+use super::{ADEQUATE, PROMISING, Pass, Search, Tried, by_cost};
 use crate::Fault;
 use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
@@ -79,6 +80,10 @@ impl Search<'_> {
             }
         }
         begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        // Where one whose runs are long promises most, what it explains spares others the effort.
+        let is_slow = |rank: &&usize| !pass.tried[**rank].hypothesis.machine.is_fast();
+        let first: Vec<usize> = chosen.first().filter(is_slow).copied().into_iter().collect();
+        self.shortlist_from_afar(pass, &first, &mut lowest)?;
         for (rank, begun) in begun {
             let tried = &mut pass.tried[rank];
             tried.fit = self.finish_near(&tried.hypothesis, begun, lowest)?;
@@ -88,7 +93,7 @@ impl Search<'_> {
             }
         }
         self.go_on(pass, &mut lowest)?;
-        self.shortlist_from_afar(pass, &chosen, &mut lowest)?;
+        self.shortlist_from_afar(pass, &chosen[first.len()..], &mut lowest)?;
         // Once more, for those that were fitted further.
         for tried in chosen.iter().map(|&rank| &pass.tried[rank]) {
             if let Some(fit) = &tried.fit {
@@ -102,6 +107,9 @@ impl Search<'_> {
     fn go_on(&self, pass: &mut Pass, lowest: &mut Lowest) -> Result<(), Fault> {
         let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
         let tried = &mut pass.tried[best];
+        if !tried.hypothesis.machine.is_fast() {
+            return Ok(());
+        }
         let excess = |fit: &Fit| fit.misfit / lowest.expected - 1.0;
         let is_most = |fit: &Fit| excess(fit) < MOST * excess(&pass.fit);
         let Some(fit) = tried.fit.take_if(|fit| !lowest.is_noise() && !fit.converged && is_most(fit)) else {
@@ -165,7 +173,7 @@ impl Search<'_> {
         let whole = self.whole();
         if !hypothesis.machine.is_fast() && base.fresh && base.misfit / lowest.expected < FAR {
             // Derivatives are dear, and those of the fit without are good: only what gains from them is worth its own.
-            let thrifty = Effort { worthwhile: base.cost - NEEDED, reuse: 8, ..Effort::FULL };
+            let thrifty = Effort { worthwhile: base.cost - self.needed, reuse: 8, ..Effort::FULL };
             let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
             let start = [&base.xi[..], &look.start[..]].concat();
             return Ok(minimise(&hypothesis.problem(self.setup)?, &start, &whole, thrifty, known).ok());

@@ -6,6 +6,7 @@
 //! ones.  Bad benches must end with a sentence and never with a name.
 
 mod alike;
+mod calibrated;
 mod renamed;
 mod resumed;
 
