@@ -5,10 +5,14 @@
 
 use hyd_compiler::{Goal, Options as CompilerOptions, compile};
 use hyd_results::{Side, Trajectory};
-use hyd_runtime::{Options, simulate};
+use hyd_runtime::{Options, SolveError, simulate};
 use hyd_tests::models::messages;
 
 fn run(text: &str, stop: f64, names: &[&str], tolerance: f64) -> Trajectory {
+    attempt(text, stop, names, tolerance).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn attempt(text: &str, stop: f64, names: &[&str], tolerance: f64) -> Result<Trajectory, SolveError> {
     let mut library = hyd::LibraryPath::new();
     let options = CompilerOptions { model: None, set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
     let compilation = compile(&mut library, "case.hyd", text, &options);
@@ -20,8 +24,7 @@ fn run(text: &str, stop: f64, names: &[&str], tolerance: f64) -> Trajectory {
         ..Options::new(0.0, stop).with_tolerance(tolerance)
     };
     let mut rows = Trajectory::new();
-    simulate(&mut system, &options, &mut rows, &|| false).unwrap_or_else(|error| panic!("{error}"));
-    rows
+    simulate(&mut system, &options, &mut rows, &|| false).map(|_| rows)
 }
 
 /// Compares a variable and its derivatives with a closed form of time and parameters.
@@ -164,4 +167,23 @@ fn echoes_keep_their_derivatives() {
     };
     let at = (["r", "tau", "k"], [0.8, 0.3, 2.0]);
     compare(text, "z", at, &closed, (3.0, &[0.21, 0.51, 0.99, 2.04, 2.97], 1e-5));
+}
+
+/// A delay of no time passes values on, but no derivatives, which is said before the first step.
+#[test]
+fn a_delay_time_of_zero_is_refused() {
+    let text = "model Through
+        parameter Real k = 1.5;
+        parameter Real tau = 0;
+        Real y(start = 1, fixed = true);
+      equation
+        der(y) = -k*delay(y, tau);
+      end Through;";
+    let y = run(text, 2.0, &[], 1e-9).last("y").expect("recorded");
+    assert!((y - (-3.0f64).exp()).abs() < 1e-8, "{y}");
+    let refused = attempt(text, 2.0, &["k"], 1e-9).expect_err("no derivatives").to_string();
+    assert_eq!(
+        refused,
+        "no sensitivity to `k`: a `delay` has a delay time of zero, through which there are no derivatives"
+    );
 }

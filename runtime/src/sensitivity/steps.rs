@@ -16,8 +16,8 @@ use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference, kink};
 use crate::linear::{FactorError, LANES, Tile};
 use crate::problem::Problem;
 
-/// Accepted error, in tolerances of the solution: smaller ones change no derivative of a drive by more than the solution's own error
-/// does, because errors of the solution at contacts grow in its derivatives (measured at 1e-6 to 1e-10).
+/// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the solution's own
+/// error does, because errors of the solution at contacts grow in its derivatives.
 const FORGIVEN: f64 = 10.0;
 /// Below this tolerance the accepted error falls as its power 4/5: the estimate is one of order 3, `h^4`, the result one of order 4
 /// with an error of `h^5`, which so falls as the tolerance does.
