@@ -84,7 +84,7 @@ fn relation(op: BinaryOp) -> Option<Relation> {
     }
 }
 
-fn holds(relation: Relation, difference: i64) -> bool {
+fn holds(relation: Relation, difference: i128) -> bool {
     match relation {
         Relation::Equal => difference == 0,
         Relation::NotEqual => difference != 0,
@@ -98,14 +98,16 @@ fn holds(relation: Relation, difference: i64) -> bool {
 /// Truth of `difference <relation> 0` where it is the same for all values of the counters, else where to cut them.
 fn truth(relation: Relation, difference: &Affine, cx: &Context) -> Result<bool, Fail> {
     let [(counter, slope)] = difference.terms.as_slice() else {
-        return difference.as_constant().map(|d| holds(relation, d)).ok_or(Fail::NeedsExpansion);
+        return difference.as_constant().map(|d| holds(relation, d.into())).ok_or(Fail::NeedsExpansion);
     };
-    let count = cx.counts[counter.0 as usize] as i64;
-    let at = |k: i64| difference.constant + slope * k;
+    // Twice as wide as the numbers of the text: no sum or product below leaves the range.
+    let (constant, slope) = (i128::from(difference.constant), i128::from(*slope));
+    let count = cx.counts[counter.0 as usize] as i128;
+    let at = |k: i128| constant + slope * k;
     let first = holds(relation, at(0));
     // The only position at which the difference is zero, and the first one behind its change of sign.
-    let zero = (difference.constant % slope == 0).then(|| -difference.constant / slope);
-    let beyond = (-difference.constant * slope.signum()).div_euclid(slope.abs()) + 1;
+    let zero = (constant % slope == 0).then(|| -constant / slope);
+    let beyond = (-constant * slope.signum()).div_euclid(slope.abs()) + 1;
     let change = match (relation, zero) {
         (Relation::Equal | Relation::NotEqual, None) => None,
         (Relation::Equal | Relation::NotEqual, Some(0)) => Some(1),
@@ -139,15 +141,18 @@ mod tests {
             Relation::Greater,
             Relation::GreaterEqual,
         ];
-        for (constant, slope, count) in
-            (-7..8).flat_map(|c| [-3, -2, -1, 1, 2, 3].into_iter().flat_map(move |s| (2..7).map(move |n| (c, s, n))))
-        {
+        let near =
+            (-7..8).flat_map(|c| [-3, -2, -1, 1, 2, 3].into_iter().flat_map(move |s| (2..7).map(move |n| (c, s, n))));
+        let far = [i64::MIN, i64::MIN + 1, -1, 0, 5, i64::MAX];
+        let far = far.iter().flat_map(|&c| far.iter().filter(|&&s| s != 0).map(move |&s| (c, s, 4)));
+        for (constant, slope, count) in near.chain(far) {
             let difference = Affine { constant, terms: vec![(CounterId(0), slope)] };
             let mut cx = Context::new(hyd_instance::Scope { inst: hyd_instance::InstId(0), frame: 0 });
             cx.counts = vec![count];
             cx.cuts_left = 1;
             for relation in relations {
-                let truths: Vec<bool> = (0..count as i64).map(|k| holds(relation, constant + slope * k)).collect();
+                let truths: Vec<bool> =
+                    (0..count as i128).map(|k| holds(relation, i128::from(constant) + i128::from(slope) * k)).collect();
                 match truth(relation, &difference, &cx) {
                     Ok(all) => assert!(truths.iter().all(|&t| t == all), "{relation:?} {constant} {slope} {count}"),
                     Err(Fail::Split(_, Cut::At(k))) => {

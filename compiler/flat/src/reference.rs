@@ -272,7 +272,7 @@ impl Flattener<'_, '_> {
         if cx.counts.contains(&0) || (low >= 0 && (high as usize) < size) {
             return Ok(());
         }
-        let (k, name) = (if low < 0 { low + 1 } else { high + 1 }, self.path(inst));
+        let (k, name) = (if low < 0 { low + 1 } else { high.saturating_add(1) }, self.path(inst));
         Err(self.outside(span, &format!(" of `{name}`"), k, size))
     }
 
