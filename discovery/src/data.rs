@@ -5,6 +5,7 @@
 //! and a `tau` that a fit lowers in stages.
 
 use crate::bench::Shot;
+use crate::formula::evaluate;
 use crate::machine::Span;
 use crate::noise::Noise;
 use crate::study::Mask;
@@ -103,7 +104,7 @@ impl Data {
             });
         }
         let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, &study.shots.masks));
-        Ok(Self { shots: shots.collect(), channels })
+        Ok(Self { shots: shots.collect::<Result<_, _>>()?, channels })
     }
 
     /// Position of a channel.
@@ -112,7 +113,7 @@ impl Data {
     }
 }
 
-fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> ShotData {
+fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> Result<ShotData, Fault> {
     let times = &shot.times;
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -120,21 +121,33 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> ShotData 
     let step = steps[steps.len() / 2];
     let span =
         Span { start: first, stop: last, intervals: (((last - first) / step).round() as usize).clamp(20, 200_000) };
-    let traces = channels.iter().map(|channel| {
-        let raw = shot.values.get(&channel.name)?;
+    let trace = |channel: &ChannelInfo| -> Result<Option<Trace>, Fault> {
+        let Some(raw) = shot.values.get(&channel.name) else { return Ok(None) };
         let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();
         for mask in masks.iter().filter(|mask| mask.channels.is_empty() || mask.channels.contains(&channel.name)) {
-            apply_mask(mask, shot, &mut used);
+            apply_mask(mask, shot, &mut used)?;
         }
         let values: Vec<f64> =
             raw.iter().map(|value| if value.is_finite() { value / channel.scale } else { 0.0 }).collect();
         let slope = slopes(times, &values, &used);
-        Some(Trace { values, used, slope })
-    });
-    ShotData { number: shot.number, times: times.clone(), span, traces: traces.collect() }
+        Ok(Some(Trace { values, used, slope }))
+    };
+    let traces = channels.iter().map(trace).collect::<Result<_, _>>()?;
+    Ok(ShotData { number: shot.number, times: times.clone(), span, traces })
 }
 
-fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) {
+fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) -> Result<(), Fault> {
+    for formula in &mask.around {
+        let at = evaluate(formula, &|name| shot.conditions.get(name).copied())
+            .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))?;
+        for (time, used) in shot.times.iter().zip(&mut *used) {
+            *used &= (time - at).abs() > mask.within;
+        }
+    }
+    let is_span = mask.from.is_some() || mask.to.is_some() || mask.after_return_of.is_some();
+    if !mask.around.is_empty() && !is_span {
+        return Ok(());
+    }
     let mut from = mask.from.unwrap_or(f64::NEG_INFINITY);
     if let Some(values) = mask.after_return_of.as_ref().and_then(|name| shot.values.get(name)) {
         let top = values.iter().copied().filter(|v| v.is_finite()).fold(f64::MIN, f64::max);
@@ -146,6 +159,7 @@ fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) {
     for (time, used) in shot.times.iter().zip(used) {
         *used &= !(*time >= from && *time <= to);
     }
+    Ok(())
 }
 
 /// The largest slope around each sample, from the values smoothed over three.

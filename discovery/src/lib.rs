@@ -27,6 +27,7 @@ pub mod search;
 pub mod setup;
 pub mod study;
 pub mod text_bundle;
+mod threads;
 pub mod unknowns;
 pub mod variant;
 

@@ -194,6 +194,11 @@ impl Machine {
         self.runs.load(Ordering::Relaxed)
     }
 
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.workers.len()
+    }
+
     /// Number of channels.
     pub fn channels(&self) -> usize {
         self.channels.len()

@@ -6,7 +6,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::fit::Fit;
+use crate::fit::{Fit, squared};
 
 /// A fit seen through the projection of its nuisances.
 pub struct Projection<'a> {
@@ -36,7 +36,7 @@ impl<'a> Projection<'a> {
     /// None where the fit has no Jacobian.
     pub fn new(fit: &'a Fit) -> Option<Self> {
         let (jacobian, columns) = fit.jacobian.as_ref()?;
-        let mut normal = jacobian.tr_mul(jacobian);
+        let mut normal = squared(jacobian);
         for k in 0..normal.nrows() {
             normal[(k, k)] += 1.0;
         }

@@ -31,6 +31,8 @@ pub struct Setup {
     pub train: Vec<usize>,
     /// Shots that are held out.
     pub held_out: Vec<usize>,
+    /// Shots that were held out at first and are fitted now, because they showed what the others hide.
+    pub exposed: Vec<usize>,
     /// Number of threads.
     pub threads: usize,
 }
@@ -76,13 +78,30 @@ impl Setup {
                 };
                 numbers.iter().map(position).collect::<Result<Vec<_>, _>>()?
             }
-            None => central(&study, &bench),
+            None => central(&study, &bench, &[]),
         };
         let train: Vec<usize> = (0..bench.shots.len()).filter(|shot| !held_out.contains(shot)).collect();
         if train.is_empty() {
             return Err(Fault::new("all shots are held out, so that none is left to fit"));
         }
-        Ok(Self { study, bench, data, train, held_out, threads })
+        Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads })
+    }
+
+    /// The same with other shots held out and those of now fitted; none where the study says which are held out, or where too
+    /// few are left.
+    ///
+    /// # Errors
+    /// As [`Setup::new`].
+    pub fn exchanged(&self) -> Result<Option<Self>, Fault> {
+        if self.study.shots.hold_out.is_some() || self.held_out.is_empty() || self.train.len() < 2 {
+            return Ok(None);
+        }
+        let mut study = self.study.clone();
+        let others = central(&study, &self.bench, &self.held_out);
+        study.shots.hold_out = Some(others.iter().map(|&shot| self.bench.shots[shot].number).collect());
+        let mut setup = Self::new(study, self.bench.clone(), self.threads)?;
+        setup.exposed.clone_from(&self.held_out);
+        Ok(Some(setup))
     }
 
     /// Expressions of the channels that are measured.
@@ -228,8 +247,8 @@ fn operating_points(study: &Study, bench: &Bench) -> Vec<Vec<f64>> {
     bench.shots.iter().map(of).collect()
 }
 
-/// The shots nearest to the centre of the operating points: values of the conditions that decide parameters, each by its range.
-fn central(study: &Study, bench: &Bench) -> Vec<usize> {
+/// The shots nearest to the centre of the operating points, but for some: values of the conditions that decide parameters, each by its range.
+fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usize> {
     let count = bench.shots.len();
     if count < 2 {
         return Vec::new();
@@ -247,7 +266,7 @@ fn central(study: &Study, bench: &Bench) -> Vec<usize> {
             distances.iter_mut().zip(&values).for_each(|(d, v)| *d += ((v - mean) / (high - low)).powi(2));
         }
     }
-    let mut order: Vec<usize> = (0..count).collect();
+    let mut order: Vec<usize> = (0..count).filter(|shot| !except.contains(shot)).collect();
     // Of two equally central shots the later one, so that the first stays in.
     order.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a)));
     let mut held: Vec<usize> = order.into_iter().take((count / HELD_OUT).max(1)).collect();

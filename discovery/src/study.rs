@@ -134,6 +134,13 @@ pub struct Mask {
     pub from: Option<f64>,
     /// Until this time (s).
     pub to: Option<f64>,
+    /// Around these times, formulas of the conditions such as `trigger_time_s + pulse_s`: where a channel jumps nobody knows on which
+    /// side of the jump a sample was taken.
+    #[serde(default)]
+    pub around: Vec<String>,
+    /// As far as this to both sides (s).
+    #[serde(default)]
+    pub within: f64,
     /// From the time on at which this channel has been up and returns below `below` of its largest value.
     pub after_return_of: Option<String>,
     /// That share.

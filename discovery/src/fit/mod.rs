@@ -49,6 +49,9 @@ impl Effort {
         rival: f64::INFINITY,
     };
 
+    /// Along valleys that bend, where a part of the misfit is explained already and the rest is worth the time.
+    pub const LONG: Effort = Effort { steps: 60, reuse: 2, ..Effort::FULL };
+
     /// The same against a rival of this cost.
     pub fn against(self, rival: f64) -> Self {
         Self { rival, ..self }
@@ -104,11 +107,24 @@ impl Fit {
     /// Covariance of the unknowns at the minimum, `(J'J + I)^-1`, in the order of the Jacobian's columns.
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         let (jacobian, _) = self.jacobian.as_ref()?;
-        let mut normal = jacobian.tr_mul(jacobian);
+        let mut normal = squared(jacobian);
         for k in 0..normal.nrows() {
             normal[(k, k)] += 1.0;
         }
         Cholesky::new(normal).map(|factor| factor.inverse())
+    }
+
+    /// Standard error of an unknown in its standard deviations with some others held where they are.
+    pub fn standard_error_beside(&self, unknown: usize, held: &[usize]) -> Option<f64> {
+        let columns = &self.jacobian.as_ref()?.1;
+        let place = |unknown: usize| columns.iter().position(|&own| own == unknown);
+        let places: Vec<usize> =
+            std::iter::once(unknown).chain(held.iter().copied()).map(place).collect::<Option<_>>()?;
+        let covariance = self.covariance()?;
+        // What is known of some when all else follows them is the inverse of their part of the covariance.
+        let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);
+        let information = Cholesky::new(part)?.inverse()[(0, 0)];
+        Some((1.0 / information.max(f64::MIN_POSITIVE)).sqrt())
     }
 
     /// Standard error of an unknown in its standard deviations.
@@ -160,7 +176,7 @@ pub fn minimise_over(
             jacobian = problem.jacobian((&best.xi, &best.runs), weighing, free, effort.difference)?;
             age = 0;
         }
-        let normal = jacobian.tr_mul(&jacobian);
+        let normal = squared(&jacobian);
         let mut gradient = jacobian.tr_mul(&best.residuals);
         for (k, &unknown) in free.iter().enumerate() {
             gradient[k] += best.xi[unknown];
@@ -237,6 +253,11 @@ fn complete(
     Ok(jacobian)
 }
 
+/// `J'J`.  The product of a transposed copy is one of blocks, several times as fast as one of columns with each other.
+pub(crate) fn squared(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+    jacobian.transpose() * jacobian
+}
+
 /// The step of the damped normal equations with the prior's unit matrix, held within `limit`, and what it promises.
 fn damped_step(
     normal: &DMatrix<f64>,
@@ -258,4 +279,40 @@ fn damped_step(
     }
     let curved = step.dot(&(normal * &step)) + step.norm_squared();
     Some((step.clone(), -(2.0 * gradient.dot(&step) + curved)))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::Fit;
+
+    /// With one unknown held and one free to follow, what is left of the information on the first is the Schur complement.
+    #[test]
+    fn errors_beside_held_unknowns_are_those_of_the_smaller_problem() {
+        let jacobian = DMatrix::from_fn(30, 3, |i, k| match k {
+            0 => (0.3 * i as f64).sin(),
+            1 => (0.3 * i as f64).sin() + 0.01 * (1.7 * i as f64).cos(),
+            _ => 0.1 * i as f64,
+        });
+        let normal = jacobian.transpose() * &jacobian + DMatrix::identity(3, 3);
+        let fit = Fit {
+            xi: vec![0.0; 3],
+            runs: Vec::new(),
+            residuals: nalgebra::DVector::zeros(30),
+            cost: 0.0,
+            misfit: 0.0,
+            converged: true,
+            steps: 0,
+            jacobian: Some((jacobian, vec![0, 1, 2])),
+            fresh: true,
+        };
+        let schur = normal[(0, 0)] - normal[(0, 2)].powi(2) / normal[(2, 2)];
+        let error = fit.standard_error_beside(0, &[1]).expect("a Jacobian");
+        assert!((error - schur.sqrt().recip()).abs() < 1e-12 * error, "{error}");
+        // The two first columns are all but one, so that either alone is far better known than beside the other.
+        assert!(fit.standard_error(0).expect("a Jacobian") > 2.0 * error);
+        let free = fit.standard_error_beside(0, &[]).expect("a Jacobian");
+        assert!((free / fit.standard_error(0).expect("a Jacobian") - 1.0).abs() < 1e-12);
+    }
 }

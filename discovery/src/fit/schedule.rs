@@ -15,6 +15,11 @@ const WIDE: (f64, f64) = (3.5, 2.5);
 /// A fit is good when its misfit per expected one is below this.
 pub const GOOD: f64 = 1.08;
 
+/// Standard deviations beyond which an end is doubted, up to which misfit per expected one, and how often another start is drawn.
+const PULLED: f64 = 5.0;
+const ALL_BUT_NOISE: f64 = 1.3;
+const UNPULLED: usize = 2;
+
 /// One attempt.
 #[derive(Clone, Debug)]
 pub struct Attempt {
@@ -84,11 +89,37 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
     best
 }
 
+/// Tries once more where an unknown ended beyond [`PULLED`] standard deviations although the misfit is all but noise: the end of
+/// another valley.
+pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
+    let expected = problem.expected(&Weighing::whole(shots, tau));
+    let is_pulled = |fit: &Fit| fit.xi.iter().any(|xi| xi.abs() > PULLED);
+    let mut best = fit;
+    let mut draws = Draws(seed | 1);
+    for k in 0..=UNPULLED {
+        if !is_pulled(&best) || best.misfit / expected > ALL_BUT_NOISE {
+            break;
+        }
+        let (start, horizons, words) = match k {
+            0 => (vec![0.0; best.xi.len()], &[0.6, 1.0][..], "two horizons".to_string()),
+            _ => {
+                let xi = best.xi.iter().map(|_| 0.7 * draws.normal()).collect();
+                (xi, &[1.0 / 3.0, 0.5, 0.75, 1.0][..], format!("random start {k}"))
+            }
+        };
+        if let Ok(next) = along(problem, &start, (shots, tau), horizons) {
+            record.note(words, &next, expected);
+            best = lower(best, next);
+        }
+    }
+    best
+}
+
 /// Goes on from a fit that ended above noise: once more from there, then on a growing horizon.  Returns the lowest.
 pub fn go_on(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, is_enough: &dyn Fn(&Fit) -> bool) -> Fit {
     let whole = Weighing::whole(shots, tau);
     let mut best = fit;
-    if let Ok(next) = minimise(problem, &best.xi, &whole, Effort::FULL, None) {
+    if let Ok(next) = minimise(problem, &best.xi, &whole, Effort::LONG, None) {
         best = lower(best, next);
     }
     if !is_enough(&best)

@@ -1,14 +1,14 @@
 //! Derivatives of the residuals by the unknowns.
 //!
 //! Those by parameters of the model are sensitivities carried along with one run of each shot; runs that fail with them are
-//! differenced.  Those by offsets and gains are exact, those by the delay
-//! of a shot differences on the curve of its run.
+//! differenced.  Those by offsets, gains and the delay of a shot follow from the curves of the runs.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, Runs, Weighing};
 use crate::Fault;
 use crate::machine::Job;
+use crate::threads::each;
 use crate::unknowns::Meaning;
 
 impl Problem<'_> {
@@ -42,17 +42,45 @@ impl Problem<'_> {
         }
         for (column, &unknown) in which.iter().enumerate() {
             if !self.unknowns[unknown].is_simulated() {
-                // The residual is linear in offset and gain; the delay is small against the sampling.
-                let h = 0.01;
-                let mut moved = xi.to_vec();
-                moved[unknown] += h;
-                let up = self.residuals(&moved, runs, weighing);
-                moved[unknown] -= 2.0 * h;
-                let change = (up - self.residuals(&moved, runs, weighing)) / (2.0 * h);
-                jacobian.set_column(column, &change);
+                jacobian.set_column(column, &self.chained((xi, runs), weighing, unknown));
             }
         }
         Ok(jacobian)
+    }
+
+    /// The column of an offset, a gain or a delay.
+    fn chained(&self, (xi, runs): (&[f64], &Runs), weighing: &Weighing, unknown: usize) -> DVector<f64> {
+        let (own, spans) = (&self.unknowns[unknown], self.spans(weighing.horizon));
+        let slope = own.slope(xi[unknown]);
+        let mut column = DVector::zeros(self.rows(weighing));
+        let mut first = 0;
+        for &shot in &weighing.shots {
+            let (data, late) = (&self.data.shots[shot], self.late(xi, shot));
+            for (channel, trace) in data.traces.iter().enumerate() {
+                let (Some(_), Some(run)) = (trace, &runs[shot]) else { continue };
+                let rows = first..first + data.times.len();
+                first = rows.end;
+                let weights = match own.meaning {
+                    Meaning::Offset { channel: of, .. } | Meaning::Gain { channel: of, .. } if of != channel => {
+                        continue;
+                    }
+                    _ if !own.touches(shot) => continue,
+                    _ => self.weights(shot, channel, weighing),
+                };
+                let gain = self.chain(xi, channel).0;
+                let rows = &mut column.as_mut_slice()[rows];
+                for ((row, &time), &weight) in rows.iter_mut().zip(&data.times).zip(&weights) {
+                    let (value, rate) = spans[shot].at(&run[channel], time - late);
+                    *row = match own.meaning {
+                        Meaning::Offset { .. } => -weight * slope,
+                        Meaning::Gain { .. } => -weight * slope * value,
+                        _ => weight * slope * gain * rate,
+                    };
+                }
+                self.whiten(channel, &weights, rows);
+            }
+        }
+        column
     }
 
     /// Columns by sensitivities; false where a run fails with them.
@@ -75,21 +103,28 @@ impl Problem<'_> {
         let jobs: Vec<Job> = weighing.shots.iter().map(job).collect();
         let spans = self.spans(weighing.horizon);
         let answers = self.machine.run_derived(&spans, &self.places, &jobs);
-        let mut first = 0;
-        for (job, answer) in jobs.iter().zip(answers) {
-            let Ok((_, derivatives)) = answer else { return false };
-            let shot = job.span;
-            for &column in varied.iter().filter(|&&column| self.unknowns[which[column]].touches(shot)) {
+        // Rows of one shot, column by column.
+        let rows = |k: usize| -> Option<Vec<(usize, Vec<f64>)>> {
+            let (job, Ok((_, derivatives))) = (&jobs[k], &answers[k]) else { return None };
+            let touching = varied.iter().filter(|&&column| self.unknowns[which[column]].touches(job.span));
+            let part = |&column: &usize| {
                 let shares = self.shares(xi, which[column], job);
                 let change = |channel: usize| -> Vec<f64> {
-                    let points = 0..=spans[shot].intervals;
+                    let points = 0..=spans[job.span].intervals;
                     let sum = |k| shares.iter().map(|&(by, share)| share * derivatives[by][channel][k]).sum();
                     points.map(sum).collect()
                 };
-                let Some(part) = self.response(xi, shot, &change, weighing) else { return false };
+                Some((column, self.response(xi, job.span, &change, weighing)?))
+            };
+            touching.map(part).collect()
+        };
+        let mut first = 0;
+        for (job, parts) in jobs.iter().zip(each(self.machine.threads(), jobs.len(), &rows)) {
+            let Some(parts) = parts else { return false };
+            for (column, part) in parts {
                 jacobian.view_mut((first, column), (part.len(), 1)).copy_from_slice(&part);
             }
-            first += self.rows_of(shot);
+            first += self.rows_of(job.span);
         }
         true
     }

@@ -9,6 +9,7 @@ use nalgebra::DVector;
 use crate::Fault;
 use crate::data::Data;
 use crate::machine::{Job, Machine, ParameterPlace, Span};
+use crate::threads::each;
 use crate::unknowns::{Meaning, Unknown};
 
 /// Channels of every shot on its output points; none for shots that were not run.
@@ -55,6 +56,11 @@ impl Problem<'_> {
     /// Numbers of all shots.
     pub fn all_shots(&self) -> Vec<usize> {
         (0..self.data.shots.len()).collect()
+    }
+
+    /// All but the numbers of effects as expected.
+    pub(crate) fn expected_nuisances(&self, xi: &[f64]) -> Vec<f64> {
+        self.unknowns.iter().zip(xi).map(|(own, &xi)| if own.effect.is_some() { xi } else { 0.0 }).collect()
     }
 
     /// Parameter values of a shot.
@@ -105,28 +111,32 @@ impl Problem<'_> {
     /// Residuals of all samples of the stage's shots, shot by shot and channel by channel; 0 where a sample has no weight.
     pub fn residuals(&self, xi: &[f64], runs: &Runs, weighing: &Weighing) -> DVector<f64> {
         let spans = self.spans(weighing.horizon);
-        let mut all = Vec::with_capacity(self.rows(weighing));
-        for &shot in &weighing.shots {
-            let data = &self.data.shots[shot];
-            let late = self.late(xi, shot);
-            for (channel, trace) in data.traces.iter().enumerate() {
-                let begin = all.len();
-                let (Some(trace), Some(run)) = (trace, &runs[shot]) else { continue };
-                let (gain, offset) = self.chain(xi, channel);
-                let weights = self.weights(shot, channel, weighing);
-                for (k, &time) in data.times.iter().enumerate() {
-                    let weight = weights[k];
-                    all.push(if weight > 0.0 {
-                        let model = spans[shot].at(&run[channel], time - late).0;
-                        (trace.values[k] - gain * model - offset) * weight
-                    } else {
-                        0.0
-                    });
-                }
-                self.whiten(channel, &weights, &mut all[begin..]);
+        let shots = &weighing.shots;
+        let of = |k: usize| self.residuals_of(shots[k], xi, (runs, &spans[shots[k]]), weighing);
+        DVector::from_vec(each(self.machine.threads(), shots.len(), &of).concat())
+    }
+
+    fn residuals_of(&self, shot: usize, xi: &[f64], (runs, span): (&Runs, &Span), weighing: &Weighing) -> Vec<f64> {
+        let data = &self.data.shots[shot];
+        let late = self.late(xi, shot);
+        let mut all = Vec::with_capacity(self.rows_of(shot));
+        for (channel, trace) in data.traces.iter().enumerate() {
+            let begin = all.len();
+            let (Some(trace), Some(run)) = (trace, &runs[shot]) else { continue };
+            let (gain, offset) = self.chain(xi, channel);
+            let weights = self.weights(shot, channel, weighing);
+            for (k, &time) in data.times.iter().enumerate() {
+                let weight = weights[k];
+                all.push(if weight > 0.0 {
+                    let model = span.at(&run[channel], time - late).0;
+                    (trace.values[k] - gain * model - offset) * weight
+                } else {
+                    0.0
+                });
             }
+            self.whiten(channel, &weights, &mut all[begin..]);
         }
-        DVector::from_vec(all)
+        all
     }
 
     /// Change of the whitened residuals when the channels go from `runs` to `other`.

@@ -47,6 +47,15 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     if let Some(reason) = findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
     }
+    if !setup.exposed.is_empty() {
+        let numbers: Vec<String> =
+            setup.exposed.iter().map(|&shot| setup.bench.shots[shot].number.to_string()).collect();
+        let _ = writeln!(
+            text,
+            "  shot {} was held out at first, showed a gap that the others hide, and is fitted now",
+            numbers.join(", ")
+        );
+    }
     if let Some(first) = json["further"].as_array().and_then(|all| all.first()) {
         let measurement = first["measurement"].as_str().unwrap_or_default();
         let _ = writeln!(text, "  to tell {} from {}: {measurement}", first["effects"][0], first["effects"][1]);

@@ -16,6 +16,8 @@ use crate::problem::{Problem, Weighing};
 const SIZES: usize = 12;
 const RANGE: (f64, f64) = (0.3, 2.2);
 const FITTED: usize = 2;
+/// Sizes that are run before a short fit.
+const FEW: usize = 5;
 /// Parts of the record.
 const HORIZONS: [f64; 4] = [0.25, 0.4, 0.65, 1.0];
 /// For the way.
@@ -27,7 +29,7 @@ impl Search<'_> {
     /// The lowest fit; none where no size can be run.
     pub(super) fn fit_from_afar(
         &self,
-        without: &Hypothesis,
+        (without, base): (&Hypothesis, &Fit),
         hypothesis: &Hypothesis,
         typical: f64,
     ) -> Result<Option<Fit>, Fault> {
@@ -35,15 +37,10 @@ impl Search<'_> {
         let exact = hypothesis.problem(self.setup)?;
         let mut problem = hypothesis.problem(self.setup)?;
         problem.lender = Some(&lender);
-        let nuisances = vec![0.0; lender.unknowns.len()];
-        let stage = |horizon: f64| {
-            let whole = self.whole();
-            Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), horizon, ..whole }
-        };
+        let nuisances = lender.expected_nuisances(&base.xi);
+        let stage = |horizon: f64| Weighing { horizon, ..self.wide() };
         let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
-        for k in 0..SIZES {
-            let share = (k as f64 + 0.5) / SIZES as f64;
-            let size = typical * (RANGE.0.ln() * (1.0 - share) + RANGE.1.ln() * share).exp();
+        for size in sizes(typical, SIZES) {
             let xi = hypothesis.at_size(&problem, &nuisances, size);
             if let Ok(fit) = Fit::at(&problem, &xi, &stage(HORIZONS[1])) {
                 starts.push((fit.cost, xi));
@@ -64,6 +61,35 @@ impl Search<'_> {
         let best = minimise(&problem, &best.xi, &self.whole(), WAY, None)?;
         Ok(minimise(&exact, &best.xi, &self.whole(), END, None).ok())
     }
+}
+
+impl Search<'_> {
+    /// The beginning of a fit where nuisances of the fit without are no place to start from: the best of some sizes with all else as
+    /// expected, then a short fit under wide weights.
+    pub(super) fn begin_from_expected(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fit,
+        typical: f64,
+    ) -> Result<Option<Fit>, Fault> {
+        let problem = hypothesis.problem(self.setup)?;
+        let half = Weighing { horizon: HORIZONS[1], ..self.wide() };
+        let before = problem.expected_nuisances(&base.xi);
+        let starts = sizes(typical, FEW).into_iter().filter_map(|size| {
+            let xi = hypothesis.at_size(&problem, &before, size);
+            Fit::at(&problem, &xi, &half).ok()
+        });
+        let Some(start) = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return Ok(None) };
+        let fit = minimise(&problem, &start.xi, &half, Effort::SHORT, None);
+        Ok(fit.and_then(|fit| minimise(&problem, &fit.xi, &self.wide(), Effort::SHORT, None)).ok())
+    }
+}
+
+/// Sizes evenly spread on a logarithmic scale.
+fn sizes(typical: f64, count: usize) -> Vec<f64> {
+    let share = |k: usize| (k as f64 + 0.5) / count as f64;
+    let size = |share: f64| typical * (RANGE.0.ln() * (1.0 - share) + RANGE.1.ln() * share).exp();
+    (0..count).map(|k| size(share(k))).collect()
 }
 
 /// The fit on a growing horizon.

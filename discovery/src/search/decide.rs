@@ -14,8 +14,13 @@ use crate::unknowns::Meaning;
 
 /// A size of fewer standard errors is none.
 const NOTHING: f64 = 2.0;
+/// How many times more a further effect takes where nothing but noise is left.
+const FURTHER: f64 = 2.0;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
+/// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
+/// ones, and that counts as no less than the second number.
+const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// Standard deviations of the sum of squares of noise within which a misfit is that of noise.
 const SPREAD: f64 = 3.0;
 
@@ -46,9 +51,17 @@ impl Search<'_> {
             });
         }
         let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        let needed = self.needed_for(pass);
         for (k, tried) in pass.tried.iter_mut().enumerate() {
-            tried.verdict = verdict(tried, k == 0, best, self.needed);
+            tried.verdict = verdict(tried, k == 0, best, needed);
         }
+    }
+
+    /// The fall that the next name needs.  Once an effect is named and nothing but noise is left, the next one needs
+    /// [`FURTHER`] times as much: what an effect does differently in truth is imitated by small amounts of others.
+    fn needed_for(&self, pass: &Pass) -> f64 {
+        let is_noise = !pass.base.inserts.is_empty() && pass.fit.misfit <= noise(pass.expected);
+        if is_noise { FURTHER * self.needed } else { self.needed }
     }
 
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
@@ -56,7 +69,7 @@ impl Search<'_> {
         let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         };
-        if best.fall < self.needed || best.errors < ERRORS {
+        if best.fall < self.needed_for(pass) || best.errors < ERRORS {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         }
         if self.is_beaten(pass, fit) {
@@ -99,6 +112,7 @@ impl Search<'_> {
             runs,
             seed: self.seed,
             needed: self.needed,
+            hidden: false,
         };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;
@@ -121,6 +135,7 @@ impl Search<'_> {
         };
         (findings.status, findings.ambiguous) = (status, ambiguous);
         findings.reason = if matches!(outcome, Outcome::Nothing) { doubt } else { None };
+        findings.hidden = found.is_empty() && self.hides(first)?;
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
         }
@@ -146,8 +161,20 @@ impl Search<'_> {
         }
         let after = gap(&base, &last.fit.xi, &setup.held_out, true)?;
         let before = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.held_out, true)?;
-        let grew = after.all >= before.all;
+        // An effect at the edge of what can be seen moves the sum of squares there by a few to either side.
+        let grew = after.fit.misfit > before.fit.misfit + LEAD;
         Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
+    }
+
+    /// True if the shots held out show a gap of which the fitted ones hide the most: nuisances can be bent to fit some shots, but
+    /// not all of them.
+    pub(super) fn hides(&self, pass: &Pass) -> Result<bool, Fault> {
+        if self.setup.held_out.is_empty() {
+            return Ok(false);
+        }
+        let base = pass.base.problem(self.setup)?;
+        let excess = |shots, refit| gap(&base, &pass.fit.xi, shots, refit).map(|gap| gap.all * gap.all - 1.0);
+        Ok(excess(&self.setup.held_out, true)? > HIDDEN.0 * excess(&self.setup.train, false)?.max(HIDDEN.1))
     }
 }
 
@@ -190,12 +217,15 @@ fn apart(record: &Record) -> bool {
     high - low > APART * low
 }
 
-/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.
+/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.  The effect's other
+/// numbers are held: without a size they mean nothing, and sizes that trade against them may be uncertain where the effect is not.
 fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
     let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
     let last = hypothesis.last();
     let effect = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none());
     let nothing = effect.and_then(|insert| insert.effect.zero).unwrap_or(0.0);
+    let others = |k: &usize| problem.unknowns[*k].effect.is_some_and(|p| Some(p.effect) == last && p.parameter > 0);
+    let others: Vec<usize> = (0..problem.unknowns.len()).filter(others).collect();
     let mut largest = 0.0_f64;
     for (k, unknown) in problem.unknowns.iter().enumerate() {
         let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
@@ -203,7 +233,8 @@ fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
             continue;
         }
         let value = prior.value(fit.xi[k]);
-        let error = fit.standard_error(k).map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
+        let error = fit.standard_error_beside(k, &others);
+        let error = error.map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
         largest = largest.max((value - nothing).abs() / error);
     }
     largest

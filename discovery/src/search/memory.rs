@@ -30,7 +30,7 @@ impl Memory for Forgetful {
 impl Search<'_> {
     /// The fit that was remembered under this role, taken up again.
     pub(super) fn recalled(&self, role: &str, hypothesis: &Hypothesis) -> Result<Option<Fit>, Fault> {
-        let Some(xi) = self.memory.recall(&key(role, hypothesis)) else { return Ok(None) };
+        let Some(xi) = self.memory.recall(&self.key(role, hypothesis)) else { return Ok(None) };
         let problem = hypothesis.problem(self.setup)?;
         let is_own = xi.len() == problem.unknowns.len();
         Ok(is_own.then(|| minimise(&problem, &xi, &self.whole(), Effort::FULL, None).ok()).flatten())
@@ -38,10 +38,12 @@ impl Search<'_> {
 
     /// Remembers a fit.
     pub(super) fn keep(&self, role: &str, hypothesis: &Hypothesis, fit: &Fit) {
-        self.memory.keep(&key(role, hypothesis), &fit.xi);
+        self.memory.keep(&self.key(role, hypothesis), &fit.xi);
     }
-}
 
-fn key(role: &str, hypothesis: &Hypothesis) -> String {
-    format!("{role}: {}", hypothesis.label())
+    /// Fits to other shots are other fits.
+    fn key(&self, role: &str, hypothesis: &Hypothesis) -> String {
+        let shots = if self.setup.exposed.is_empty() { "" } else { "other shots, " };
+        format!("{shots}{role}: {}", hypothesis.label())
+    }
 }

@@ -18,7 +18,7 @@ use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::Located;
 use crate::power::{Confusion, Power, confusions};
-use crate::problem::Weighing;
+use crate::problem::{Problem, Weighing};
 use crate::projection::Projection;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -129,6 +129,8 @@ pub struct Findings {
     pub seed: u64,
     /// Fall of the cost that a name needed.
     pub needed: f64,
+    /// Nothing was named, and the shots held out show a gap that the fitted ones hide: others should be held out.
+    pub hidden: bool,
 }
 
 /// A search.
@@ -220,13 +222,15 @@ impl Search<'_> {
                     let zero = vec![0.0; problem.unknowns.len()];
                     let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
                     record = made;
+                    let fit =
+                        schedule::unpull(&problem, fit, &self.setup.train, (self.whole().tau, self.seed), &mut record);
                     self.keep("alone", &base, &fit);
                     fit
                 }
             },
             Some(fit) => {
                 record.note("the fit that named the effect", &fit, expected);
-                fit
+                self.unbend(&problem, fit, expected, &mut record)
             }
         };
         drop(problem);
@@ -245,6 +249,29 @@ impl Search<'_> {
             powers: Vec::new(),
             confusions: Vec::new(),
         })
+    }
+
+    /// Follows the fit of what was found further where it leaves more than noise, then fits once more with nuisances as expected: they
+    /// were bent to imitate what is missing besides.
+    fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64, record: &mut Record) -> Fit {
+        if fit.misfit / expected <= ADEQUATE {
+            return fit;
+        }
+        (self.progress)("going on with the fit, and again with all else as expected");
+        let whole = self.whole();
+        let fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
+            Ok(next) => lower(fit, next),
+            Err(_) => fit,
+        };
+        record.note("going on with it", &fit, expected);
+        if fit.misfit / expected <= ADEQUATE {
+            return fit;
+        }
+        let again = schedule::fit(problem, &problem.expected_nuisances(&fit.xi), &self.setup.train, whole.tau);
+        let again = again.and_then(|(fit, _)| minimise(problem, &fit.xi, &whole, Effort::LONG, None));
+        let Ok(again) = again else { return fit };
+        record.note("growing horizon from what is expected", &again, expected);
+        lower(fit, again)
     }
 
     /// Looks at all candidates that can join, but those that were needless once.

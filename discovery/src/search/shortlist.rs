@@ -137,7 +137,7 @@ impl Search<'_> {
             if afar {
                 left -= 1;
                 (self.progress)(&format!("fitting {} from afar", tried.hypothesis.label()));
-                if let Some(fit) = self.fit_from_afar(&pass.base, &tried.hypothesis, typical)? {
+                if let Some(fit) = self.fit_from_afar((&pass.base, &pass.fit), &tried.hypothesis, typical)? {
                     lowest.take(&fit);
                     tried.fit = Some(tried.fit.take().map_or(fit.clone(), |near| lower(near, fit)));
                 }
@@ -212,6 +212,13 @@ impl Search<'_> {
                 break;
             }
         }
+        if base.misfit / problem.expected(&whole) > FAR
+            && let Some(insert) = hypothesis.inserts.last()
+            && let Some(fit) =
+                self.begin_from_expected(hypothesis, base, insert.effect.probe * self.setup.scale(insert))?
+        {
+            best = Some(best.map_or(fit.clone(), |near| lower(near, fit)));
+        }
         Ok(best.map(|fit| Begun { misfit: fit.misfit / expected, fit }))
     }
 
@@ -227,7 +234,7 @@ impl Search<'_> {
         Ok(minimise(&problem, &begun.fit.xi, &whole, Effort::FULL.against(lowest.cost), known).ok())
     }
 
-    fn wide(&self) -> Weighing {
+    pub(super) fn wide(&self) -> Weighing {
         let whole = self.whole();
         Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole }
     }

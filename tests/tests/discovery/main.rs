@@ -7,6 +7,7 @@
 
 mod alike;
 mod calibrated;
+mod hidden;
 mod renamed;
 mod resumed;
 
