@@ -181,7 +181,7 @@ fn scale_tiles(b: &mut [Tile], count: usize, scale: &[f64]) {
 }
 
 /// `b -= factor * x`
-#[inline]
+#[inline(always)]
 pub(crate) fn subtract(b: &mut [Tile], factor: f64, x: &[Tile]) {
     for (b, x) in b.iter_mut().zip(x) {
         for lane in 0..LANES {

@@ -6,7 +6,7 @@
 //! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  Systems
 //! that fill up are left to [`super::dense`].
 
-use hyd_system::Pattern;
+use hyd_system::{Pattern, wide};
 
 use super::{FactorError, LANES, PIVOT_FLOOR, Tile, idle_column, subtract};
 
@@ -306,15 +306,19 @@ impl Small {
         self.tiles.resize(self.n * count, [0.0; LANES]);
         let mut own = std::mem::take(&mut self.tiles);
         // Sums stay in registers where their number is known.
-        match count {
-            1 => self.solve_blocks(b.as_chunks_mut::<1>().0, own.as_chunks_mut().0),
-            2 => self.solve_blocks(b.as_chunks_mut::<2>().0, own.as_chunks_mut().0),
-            3 => self.solve_blocks(b.as_chunks_mut::<3>().0, own.as_chunks_mut().0),
-            _ => self.solve_wide(b, &mut own, count),
-        }
+        wide(
+            #[inline(always)]
+            || match count {
+                1 => self.solve_blocks(b.as_chunks_mut::<1>().0, own.as_chunks_mut().0),
+                2 => self.solve_blocks(b.as_chunks_mut::<2>().0, own.as_chunks_mut().0),
+                3 => self.solve_blocks(b.as_chunks_mut::<3>().0, own.as_chunks_mut().0),
+                _ => self.solve_wide(b, &mut own, count),
+            },
+        );
         self.tiles = std::mem::replace(b, own);
     }
 
+    #[inline(always)]
     fn solve_blocks<const T: usize>(&self, b: &mut [[Tile; T]], x: &mut [[Tile; T]]) {
         for pivot in &self.pivots {
             let first = (pivot.at + 1 + pivot.upper) as usize;
@@ -336,6 +340,7 @@ impl Small {
         }
     }
 
+    #[inline(always)]
     fn solve_wide(&self, b: &mut [Tile], own: &mut [Tile], count: usize) {
         let block = |k: u32| k as usize * count..(k as usize + 1) * count;
         for pivot in &self.pivots {

@@ -5,7 +5,7 @@
 //! factored at the point in question, because a linear system is solved once and has no iteration to make up for an old
 //! matrix.
 
-use hyd_system::{DaeSystem, Pattern, Structure};
+use hyd_system::{DaeSystem, Pattern, Structure, wide};
 
 use super::tangents;
 use super::trail::Trail;
@@ -116,21 +116,25 @@ impl Matrices {
     /// `column += c dF/dy' base` with the last matrix.
     pub(super) fn add_rate_product(&self, c: f64, base: &[Tile], column: &mut [Tile], tiles: usize) {
         // Loops over few tiles of known number have no overhead.
-        match tiles {
-            1 => self.add_rate_blocks(c, base.as_chunks::<1>().0, column.as_chunks_mut().0),
-            2 => self.add_rate_blocks(c, base.as_chunks::<2>().0, column.as_chunks_mut().0),
-            3 => self.add_rate_blocks(c, base.as_chunks::<3>().0, column.as_chunks_mut().0),
-            _ => {
-                for (j, base) in base.chunks_exact(tiles).enumerate() {
-                    for entry in self.rate_pattern.column(j) {
-                        let row = self.rate_pattern.row_indices[entry] as usize;
-                        subtract(&mut column[row * tiles..(row + 1) * tiles], -c * self.rate_values[entry], base);
+        wide(
+            #[inline(always)]
+            || match tiles {
+                1 => self.add_rate_blocks(c, base.as_chunks::<1>().0, column.as_chunks_mut().0),
+                2 => self.add_rate_blocks(c, base.as_chunks::<2>().0, column.as_chunks_mut().0),
+                3 => self.add_rate_blocks(c, base.as_chunks::<3>().0, column.as_chunks_mut().0),
+                _ => {
+                    for (j, base) in base.chunks_exact(tiles).enumerate() {
+                        for entry in self.rate_pattern.column(j) {
+                            let row = self.rate_pattern.row_indices[entry] as usize;
+                            subtract(&mut column[row * tiles..(row + 1) * tiles], -c * self.rate_values[entry], base);
+                        }
                     }
                 }
-            }
-        }
+            },
+        );
     }
 
+    #[inline(always)]
     fn add_rate_blocks<const T: usize>(&self, c: f64, base: &[[Tile; T]], column: &mut [[Tile; T]]) {
         for (j, base) in base.iter().enumerate() {
             for entry in self.rate_pattern.column(j) {

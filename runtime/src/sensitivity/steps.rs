@@ -15,6 +15,7 @@ use super::trail::Trail;
 use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference, kink};
 use crate::linear::{FactorError, LANES, Tile};
 use crate::problem::Problem;
+use hyd_system::wide;
 
 /// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the solution's own
 /// error does, because errors of the solution at contacts grow in its derivatives.
@@ -322,17 +323,21 @@ fn combine(base: &mut [Tile], start: Option<&[Tile]>, rates: &[Vec<Tile>], facto
         Some(start) => base.copy_from_slice(start),
         None => base.fill([0.0; LANES]),
     }
-    match rates.len() {
-        1 => add::<1>(base, rates, factors),
-        2 => add::<2>(base, rates, factors),
-        3 => add::<3>(base, rates, factors),
-        4 => add::<4>(base, rates, factors),
-        5 => add::<5>(base, rates, factors),
-        _ => add::<STAGES>(base, rates, factors),
-    }
+    wide(
+        #[inline(always)]
+        || match rates.len() {
+            1 => add::<1>(base, rates, factors),
+            2 => add::<2>(base, rates, factors),
+            3 => add::<3>(base, rates, factors),
+            4 => add::<4>(base, rates, factors),
+            5 => add::<5>(base, rates, factors),
+            _ => add::<STAGES>(base, rates, factors),
+        },
+    );
 }
 
 /// `base += sum f_j R_j` over the first `K` of them.
+#[inline(always)]
 fn add<const K: usize>(base: &mut [Tile], rates: &[Vec<Tile>], factors: &[f64]) {
     let length = base.len();
     let rates: [&[Tile]; K] = std::array::from_fn(|j| &rates[j][..length]);

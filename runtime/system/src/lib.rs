@@ -8,6 +8,7 @@
 //! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
 
 mod dae;
+mod lanes;
 pub mod math;
 mod tables;
 mod tangents;
@@ -17,6 +18,7 @@ pub use dae::{
     AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError,
     Pattern, Structure,
 };
+pub use lanes::wide;
 pub use tables::{
     EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,
     VariableInfo,

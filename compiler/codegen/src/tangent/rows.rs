@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use crate::program::Area;
+use hyd_system::wide;
 
 /// Sign bit of `Term::coefficient`: the product is subtracted.
 pub(super) const MINUS: u32 = 1 << 31;
@@ -136,6 +137,20 @@ impl Rows {
         width: usize,
         mut seed: impl FnMut(u32, usize, &mut [f64]),
     ) {
+        wide(
+            #[inline(always)]
+            || self.apply_here(coefficients, blocks, width, &mut seed),
+        );
+    }
+
+    #[inline(always)]
+    fn apply_here(
+        &self,
+        coefficients: &[f64],
+        blocks: &mut [f64],
+        width: usize,
+        seed: &mut impl FnMut(u32, usize, &mut [f64]),
+    ) {
         let mut start = 0;
         for (&to, &end) in self.to.iter().zip(&self.ends) {
             let terms = &self.terms[start..end as usize];
@@ -162,6 +177,7 @@ impl Rows {
 pub(super) const CHUNK: usize = 12;
 
 /// `sum += c * values`; where `c` is not finite only derivatives other than zero count.
+#[inline(always)]
 fn add(sum: &mut [f64; CHUNK], c: f64, values: &[f64]) {
     if c == 0.0 {
         return;
