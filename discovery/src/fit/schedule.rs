@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 
 use crate::Fault;
-use crate::fit::{Effort, Fit, minimise};
+use crate::fit::{Effort, Fit, minimise, minimise_over};
 use crate::problem::{Problem, Weighing};
 
 /// Inflation of deviations and of the tolerance of time on the way.
@@ -15,10 +15,14 @@ const WIDE: (f64, f64) = (3.5, 2.5);
 /// A fit is good when its misfit per expected one is below this.
 pub const GOOD: f64 = 1.08;
 
-/// Standard deviations beyond which an end is doubted, up to which misfit per expected one, and how often another start is drawn.
-const PULLED: f64 = 5.0;
+/// Up to which misfit per expected one an end with something far off is doubted, and how often another start is drawn.
 const ALL_BUT_NOISE: f64 = 1.3;
 const UNPULLED: usize = 2;
+
+/// How often more is held back, from how many standard deviations on, and at how many.
+const HELD_BACK: usize = 4;
+const DOUBTED: f64 = 2.5;
+const MAY_BE: f64 = 2.0;
 
 /// One attempt.
 #[derive(Clone, Debug)]
@@ -89,15 +93,14 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
     best
 }
 
-/// Tries once more where an unknown ended beyond [`PULLED`] standard deviations although the misfit is all but noise: the end of
-/// another valley.
+/// Tries once more where an unknown ended far from what is expected although the misfit is all but noise: it may be the end of another
+/// valley.
 pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
-    let is_pulled = |fit: &Fit| fit.xi.iter().any(|xi| xi.abs() > PULLED);
     let mut best = fit;
     let mut draws = Draws(seed | 1);
     for k in 0..=UNPULLED {
-        if !is_pulled(&best) || best.misfit / expected > ALL_BUT_NOISE {
+        if !problem.is_pulled(&best.xi) || best.misfit / expected > ALL_BUT_NOISE {
             break;
         }
         let (start, horizons, words) = match k {
@@ -113,6 +116,28 @@ pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f6
         }
     }
     best
+}
+
+/// The fit with all that is far off held at what may be; none where nothing is pulled.  What only unlikely numbers explain is left.
+pub fn held_back(problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Option<Fit> {
+    if !problem.is_pulled(&fit.xi) {
+        return None;
+    }
+    let mut held = problem.beyond(&fit.xi, DOUBTED);
+    let mut best = fit.clone();
+    for _ in 0..HELD_BACK {
+        for &k in &held {
+            best.xi[k] = MAY_BE.copysign(best.xi[k]);
+        }
+        let free: Vec<usize> = (0..best.xi.len()).filter(|k| !held.contains(k)).collect();
+        best = minimise_over(problem, &best.xi, whole, &free, Effort::FULL, None).ok()?;
+        let more = problem.beyond(&best.xi, DOUBTED);
+        if more.is_empty() {
+            break;
+        }
+        held.extend(more);
+    }
+    Some(best)
 }
 
 /// Goes on from a fit that ended above noise: once more from there, then on a growing horizon.  Returns the lowest.

@@ -32,6 +32,9 @@ pub struct Problem<'a> {
     pub lender: Option<&'a Problem<'a>>,
 }
 
+/// Standard deviations beyond which the end of a fit is doubted.
+const PULLED: f64 = 4.0;
+
 /// How residuals are weighed: a stage of a fit.
 #[derive(Clone, Debug)]
 pub struct Weighing {
@@ -56,6 +59,16 @@ impl Problem<'_> {
     /// Numbers of all shots.
     pub fn all_shots(&self) -> Vec<usize> {
         (0..self.data.shots.len()).collect()
+    }
+
+    /// True if something that is no number of an effect is farther from what is expected than measurements of it leave open.
+    pub(crate) fn is_pulled(&self, xi: &[f64]) -> bool {
+        !self.beyond(xi, PULLED).is_empty()
+    }
+
+    /// What is no number of an effect and farther from what is expected than so many standard deviations.
+    pub(crate) fn beyond(&self, xi: &[f64], limit: f64) -> Vec<usize> {
+        (0..xi.len()).filter(|&k| self.unknowns[k].effect.is_none() && xi[k].abs() > limit).collect()
     }
 
     /// All but the numbers of effects as expected.

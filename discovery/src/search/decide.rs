@@ -1,7 +1,5 @@
 //! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
 
-use std::collections::BTreeMap;
-
 use super::{ADEQUATE, ERRORS, Findings, LEAD, PROMISING, Pass, Search, Status, Tried};
 use crate::Fault;
 use crate::Setup;
@@ -210,11 +208,12 @@ pub(super) enum Outcome {
     Unexplained,
 }
 
-/// The attempts at a fit end far apart.
+/// No two attempts at a fit end near the lowest.
 fn apart(record: &Record) -> bool {
-    let ends: BTreeMap<u64, f64> = record.attempts.iter().map(|a| (a.misfit.to_bits(), a.misfit)).collect();
-    let (low, high) = ends.values().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-    high - low > APART * low
+    let mut ends: Vec<f64> = record.attempts.iter().map(|attempt| attempt.misfit).collect();
+    ends.sort_unstable_by(f64::total_cmp);
+    ends.dedup();
+    ends.get(1).is_some_and(|second| second - ends[0] > APART * ends[0])
 }
 
 /// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.  The effect's other
@@ -238,4 +237,22 @@ fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
         largest = largest.max((value - nothing).abs() / error);
     }
     largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::apart;
+    use crate::fit::schedule::{Attempt, Record};
+
+    #[test]
+    fn one_attempt_that_ends_elsewhere_is_no_doubt() {
+        let ended = |misfits: &[f64]| {
+            let attempt =
+                |&misfit: &f64| Attempt { start: String::new(), misfit, cost: 0.0, steps: 1, converged: true };
+            Record { attempts: misfits.iter().map(attempt).collect() }
+        };
+        assert!(!apart(&ended(&[1.2])));
+        assert!(apart(&ended(&[1.2, 1.9])));
+        assert!(!apart(&ended(&[1.2, 3.4, 1.21])));
+    }
 }

@@ -18,7 +18,7 @@ use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::Located;
 use crate::power::{Confusion, Power, confusions};
-use crate::problem::{Problem, Weighing};
+use crate::problem::Weighing;
 use crate::projection::Projection;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -93,6 +93,8 @@ pub struct Pass {
     pub base: Hypothesis,
     /// Its fit.
     pub fit: Fit,
+    /// Where the fit has noise left only with something far off: the fit with that held back, from which effects are looked at.
+    pub seen: Option<Fit>,
     /// Expected misfit.
     pub expected: f64,
     /// What was tried for it.
@@ -169,6 +171,7 @@ impl Search<'_> {
             let mut pass = self.begin(found.clone(), start.take())?;
             self.look(&mut pass, &refused)?;
             self.shortlist(&mut pass)?;
+            self.contend(&mut pass)?;
             self.cross(&mut pass)?;
             self.fit_terms(&mut pass)?;
             self.judge(&mut pass);
@@ -230,7 +233,7 @@ impl Search<'_> {
             },
             Some(fit) => {
                 record.note("the fit that named the effect", &fit, expected);
-                self.unbend(&problem, fit, expected, &mut record)
+                fit
             }
         };
         drop(problem);
@@ -240,6 +243,7 @@ impl Search<'_> {
         Ok(Pass {
             base,
             fit,
+            seen: None,
             expected,
             record,
             tried: Vec::new(),
@@ -251,39 +255,25 @@ impl Search<'_> {
         })
     }
 
-    /// Follows the fit of what was found further where it leaves more than noise, then fits once more with nuisances as expected: they
-    /// were bent to imitate what is missing besides.
-    fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64, record: &mut Record) -> Fit {
-        if fit.misfit / expected <= ADEQUATE {
-            return fit;
-        }
-        (self.progress)("going on with the fit, and again with all else as expected");
-        let whole = self.whole();
-        let fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
-            Ok(next) => lower(fit, next),
-            Err(_) => fit,
-        };
-        record.note("going on with it", &fit, expected);
-        if fit.misfit / expected <= ADEQUATE {
-            return fit;
-        }
-        let again = schedule::fit(problem, &problem.expected_nuisances(&fit.xi), &self.setup.train, whole.tau);
-        let again = again.and_then(|(fit, _)| minimise(problem, &fit.xi, &whole, Effort::LONG, None));
-        let Ok(again) = again else { return fit };
-        record.note("growing horizon from what is expected", &again, expected);
-        lower(fit, again)
-    }
-
     /// Looks at all candidates that can join, but those that were needless once.
     fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
         let weighing = self.whole();
         let mut fit = pass.fit.clone();
         refresh(&pass.base, self.setup, &mut fit, &weighing)?;
         pass.fit = fit;
-        let Some(projection) = Projection::new(&pass.fit) else {
+        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
+        // Where the misfit is that of noise but something is far off, what is missing shows once that is held back.
+        if is_quiet {
+            let problem = pass.base.problem(self.setup)?;
+            pass.seen = schedule::held_back(&problem, &pass.fit, &weighing);
+        }
+        let is_bent = pass.seen.is_some();
+        let mut seen = pass.seen.take().unwrap_or_else(|| pass.fit.clone());
+        refresh(&pass.base, self.setup, &mut seen, &weighing)?;
+        let is_quiet = is_quiet && !is_bent;
+        let Some(projection) = Projection::new(&seen) else {
             return Err(Fault::run("no derivatives at the fit of the base model"));
         };
-        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
         let mut signatures = Vec::new();
         for candidate in &self.candidates {
             let same =
@@ -296,7 +286,7 @@ impl Search<'_> {
             let mut inserts = pass.base.inserts.clone();
             inserts.push(candidate.clone());
             let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
-            let mut look = hypothesis.look(self.setup, &pass.fit, &projection, (&weighing, is_quiet))?;
+            let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
             if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
                 let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
                 signatures.push((power, signature));
@@ -304,12 +294,14 @@ impl Search<'_> {
             pass.tried.push(Tried { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, verdict: String::new() });
         }
         pass.confusions = confusions(&signatures, &projection);
+        drop(projection);
+        pass.seen = is_bent.then_some(seen);
         pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
         pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);
-        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED {
+        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
             self.look_at_equations(pass)?;
         }
         Ok(())
@@ -350,7 +342,7 @@ impl Search<'_> {
             let problem = pass.tried[k].hypothesis.problem(self.setup)?;
             let xi = [&start[..], &old.xi[count..]].concat();
             let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-            let Ok(next) = minimise(&problem, &xi, &whole, Effort::FULL, known) else { continue };
+            let Ok(next) = minimise(&problem, &xi, &whole, Effort::LONG, known) else { continue };
             drop(problem);
             pass.tried[k].fit = Some(lower(old, next));
         }

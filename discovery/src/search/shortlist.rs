@@ -12,10 +12,12 @@ use crate::Fault;
 use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
-use crate::problem::Weighing;
+use crate::problem::{Problem, Weighing};
 
 /// Candidates fitted, at a misfit close to the expected one and far above it.
 const SHORTLIST: (usize, usize) = (5, 8);
+/// Of candidates that leave more than noise so many are followed on, if they explain at least this share of what the best does.
+const CONTENDERS: (usize, f64) = (3, 0.5);
 /// A short fit whose misfit is so many times that of the best one is not followed to its end: while nothing leaves only noise, and
 /// after.
 const HOPELESS: (f64, f64) = (10.0, 3.0);
@@ -58,7 +60,7 @@ impl Search<'_> {
     /// Fits the likely candidates.
     pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
         let ratio = pass.fit.misfit / pass.expected;
-        let count = if ratio > 2.0 { SHORTLIST.1 } else { SHORTLIST.0 };
+        let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
         let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
         let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
@@ -76,7 +78,8 @@ impl Search<'_> {
             chosen.push(rank);
             if let Some(look) = tried.look.as_ref().filter(|_| tried.hypothesis.machine.is_fast()) {
                 let others = self.other_sizes(&tried.hypothesis);
-                begun.extend(self.begin_near(&tried.hypothesis, &pass.fit, look, &others)?.map(|own| (rank, own)));
+                let base = pass.seen.as_ref().unwrap_or(&pass.fit);
+                begun.extend(self.begin_near(&tried.hypothesis, base, look, &others)?.map(|own| (rank, own)));
             }
         }
         begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
@@ -123,6 +126,48 @@ impl Search<'_> {
         lowest.take(&fit);
         tried.fit = Some(fit);
         Ok(())
+    }
+
+    /// Follows the contenders further, and from what is expected, where the best of them leaves more than noise: which of them explains it
+    /// shows only when none has ended early.
+    pub(super) fn contend(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let order = by_cost(&pass.tried);
+        let cost = |k: usize| pass.tried[k].fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+        let Some(&best) = order.first() else { return Ok(()) };
+        let is_noise = pass.tried[best].fit.as_ref().is_some_and(|fit| fit.misfit / pass.expected <= ADEQUATE);
+        let enough = pass.fit.cost - CONTENDERS.1 * (pass.fit.cost - cost(best));
+        if is_noise || pass.fit.cost - cost(best) < self.needed * (pass.fit.misfit / pass.expected).max(1.0) {
+            return Ok(());
+        }
+        let contenders: Vec<usize> = order.into_iter().filter(|&k| cost(k) <= enough).take(CONTENDERS.0).collect();
+        for k in contenders {
+            let Some(fit) = pass.tried[k].fit.take() else { continue };
+            (self.progress)(&format!("going on with {}", pass.tried[k].hypothesis.label()));
+            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
+            let fit = self.unbend(&problem, fit, pass.expected);
+            drop(problem);
+            self.keep("candidate", &pass.tried[k].hypothesis, &fit);
+            pass.tried[k].fit = Some(fit);
+        }
+        Ok(())
+    }
+
+    /// Follows a fit that leaves more than noise further, then fits once more with nuisances as expected: they were bent to imitate what is
+    /// missing besides.
+    fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64) -> Fit {
+        let whole = self.whole();
+        let fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
+            Ok(next) => lower(fit, next),
+            Err(_) => fit,
+        };
+        if fit.misfit / expected <= ADEQUATE {
+            return fit;
+        }
+        let again = schedule::fit(problem, &problem.expected_nuisances(&fit.xi), &self.setup.train, whole.tau);
+        match again.and_then(|(fit, _)| minimise(problem, &fit.xi, &whole, Effort::LONG, None)) {
+            Ok(again) => lower(fit, again),
+            Err(_) => fit,
+        }
     }
 
     /// Fits from afar where nothing explains the measurement, and fits of candidates whose runs are long.
@@ -212,7 +257,7 @@ impl Search<'_> {
                 break;
             }
         }
-        if base.misfit / problem.expected(&whole) > FAR
+        if (base.misfit / problem.expected(&whole) > FAR || problem.is_pulled(&base.xi))
             && let Some(insert) = hypothesis.inserts.last()
             && let Some(fit) =
                 self.begin_from_expected(hypothesis, base, insert.effect.probe * self.setup.scale(insert))?
