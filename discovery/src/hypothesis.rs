@@ -49,6 +49,15 @@ pub struct Look {
     pub alone: f64,
     /// Score and signature at the typical size.
     pub typical: Option<(f64, Score, DVector<f64>)>,
+    /// Fall of the cost that a few steps of a fit brought, and where they ended.
+    pub probed: Option<(f64, Vec<f64>)>,
+}
+
+impl Look {
+    /// The fall of the cost that may be expected.
+    pub fn promise(&self) -> f64 {
+        self.probed.as_ref().map_or(self.score.gain, |(fall, _)| fall.max(self.score.gain))
+    }
 }
 
 impl Hypothesis {
@@ -132,6 +141,19 @@ impl Hypothesis {
         xi
     }
 
+    /// Sets the size of the last effect in one shot, where every shot has its own.
+    fn set_size_of_shot(&self, problem: &Problem<'_>, xi: &mut [f64], shot: usize, size: f64) {
+        let last = self.last();
+        for (unknown, xi) in problem.unknowns.iter().zip(xi).filter(|(unknown, _)| unknown.shot == Some(shot)) {
+            let carries = unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0);
+            if let Meaning::Value { prior, .. } = &unknown.meaning
+                && carries
+            {
+                *xi = prior.xi(size, LIMIT - 1.0);
+            }
+        }
+    }
+
     /// Holds the last effect against the residuals of the fit `before`, at several sizes and without a fit.  None where no size
     /// can be run.  `is_quiet`: the fit leaves nothing but noise.
     ///
@@ -164,15 +186,20 @@ impl Hypothesis {
             // An effect whose size may be negative shows so.
             let two_sided = insert.effect.parameters[0].prior.value(-3.0) < 0.0;
             let ends = if two_sided { (-AMPLITUDES.1, AMPLITUDES.1) } else { AMPLITUDES };
-            let score = projection.score(&signature, ends);
+            let (score, amplitudes) = if insert.effect.per_shot {
+                projection.score_in_parts(&signature, &problem.parts(weighing), ends)
+            } else {
+                (projection.score(&signature, ends), Vec::new())
+            };
             alone = alone.max(score.alone);
             if best.as_ref().is_none_or(|best| score.gain > best.score.gain) {
-                let start = self.at_size(
-                    &problem,
-                    &before.xi,
-                    size * if score.amplitude == 0.0 { 1.0 } else { score.amplitude },
-                );
-                best = Some(Look { score, size, start: start[before.xi.len()..].to_vec(), alone, typical: None });
+                let claimed = |amplitude: f64| size * if amplitude == 0.0 { 1.0 } else { amplitude };
+                let mut start = self.at_size(&problem, &before.xi, claimed(score.amplitude));
+                for (&shot, &amplitude) in weighing.shots.iter().zip(&amplitudes) {
+                    self.set_size_of_shot(&problem, &mut start, shot, size * amplitude);
+                }
+                let start = start[before.xi.len()..].to_vec();
+                best = Some(Look { score, size, start, alone, typical: None, probed: None });
             }
             if multiple == 1.0 {
                 usual = Some((size, score, signature));

@@ -4,9 +4,14 @@
 //! nuisances can imitate.  For residuals `r` and a signature `d` (the change of the residuals when an effect is switched on) the best
 //! amplitude is `a = -d'Pr/d'Pd`, and the cost falls by `(d'Pr)^2/(d'Pd)`: the score test (Rao 1948) with a prior.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::fit::{Fit, squared};
+
+/// Rounds over amplitudes that hang together.
+const SWEEPS: usize = 200;
 
 /// A fit seen through the projection of its nuisances.
 pub struct Projection<'a> {
@@ -49,6 +54,33 @@ impl<'a> Projection<'a> {
         Some(Self { jacobian, factor, residuals: &fit.residuals, pull })
     }
 
+    /// Scores a signature whose rows fall into parts that each have an amplitude of their own, such as shots.  Returns the amplitudes
+    /// as well; `power` and `left` are those of the signature as it is.
+    pub fn score_in_parts(
+        &self,
+        signature: &DVector<f64>,
+        parts: &[Range<usize>],
+        (from, to): (f64, f64),
+    ) -> (Score, Vec<f64>) {
+        let whole = self.score(signature, (from, to));
+        let of = |part: &Range<usize>| {
+            let mut own = DVector::zeros(signature.len());
+            own.as_mut_slice()[part.clone()].copy_from_slice(&signature.as_slice()[part.clone()]);
+            own
+        };
+        let own: Vec<DVector<f64>> = parts.iter().map(of).collect();
+        let inner = DMatrix::from_fn(parts.len(), parts.len(), |i, k| self.inner(&own[i], &own[k]));
+        let along = DVector::from_iterator(parts.len(), own.iter().map(|d| self.along(d)));
+        let amplitudes = best_within(&inner, &along, (from, to));
+        let gain = 2.0 * amplitudes.dot(&along) - amplitudes.dot(&(&inner * &amplitudes));
+        (Score { gain, ..whole }, amplitudes.as_slice().to_vec())
+    }
+
+    /// Half the slope of the cost along a signature, downwards.
+    fn along(&self, signature: &DVector<f64>) -> f64 {
+        -(signature.dot(self.residuals) - self.jacobian.tr_mul(signature).dot(&self.pull))
+    }
+
     /// `a'Pb`.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let (ja, jb) = (self.jacobian.tr_mul(a), self.jacobian.tr_mul(b));
@@ -60,7 +92,7 @@ impl<'a> Projection<'a> {
         let j = self.jacobian.tr_mul(signature);
         let square = signature.norm_squared();
         let power = (square - j.dot(&self.factor.solve(&j))).max(0.0);
-        let along = -(signature.dot(self.residuals) - j.dot(&self.pull));
+        let along = self.along(signature);
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
         let gain = 2.0 * amplitude * along - amplitude * amplitude * power;
         let plain = -signature.dot(self.residuals);
@@ -70,11 +102,75 @@ impl<'a> Projection<'a> {
     }
 }
 
+/// The `a` between two ends that makes `2 a'c - a'Ga` largest: one coordinate after the other (Hildreth 1957).
+fn best_within(inner: &DMatrix<f64>, along: &DVector<f64>, (from, to): (f64, f64)) -> DVector<f64> {
+    let mut amplitudes = DVector::zeros(along.len());
+    for _ in 0..SWEEPS {
+        let before = amplitudes.clone();
+        for k in 0..along.len() {
+            let others = inner.row(k).transpose().dot(&amplitudes) - inner[(k, k)] * amplitudes[k];
+            let best = (along[k] - others) / inner[(k, k)];
+            amplitudes[k] = if inner[(k, k)] > 0.0 { best.clamp(from, to) } else { 0.0 };
+        }
+        if (&amplitudes - before).amax() < 1e-6 {
+            break;
+        }
+    }
+    amplitudes
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
-    use super::Projection;
+    use super::{Projection, best_within};
+
+    /// Three amplitudes that trade against each other, one of them held at its end.
+    #[test]
+    fn the_best_amplitudes_within_ends_leave_no_way_up() {
+        let inner = DMatrix::from_row_slice(3, 3, &[4.0, 3.0, 1.0, 3.0, 5.0, 2.0, 1.0, 2.0, 3.0]);
+        let free = DVector::from_row_slice(&[0.7, 1.9, 0.4]);
+        let along = &inner * &free;
+        assert!((best_within(&inner, &along, (0.0, 3.0)) - &free).amax() < 1e-4);
+        let along = &inner * DVector::from_row_slice(&[0.7, -1.9, 0.4]);
+        let found = best_within(&inner, &along, (0.0, 3.0));
+        let slope = along - &inner * &found;
+        for k in 0..3 {
+            assert!(
+                found[k] >= 0.0 && (found[k] > 0.0 && slope[k].abs() < 1e-4 || found[k] == 0.0 && slope[k] <= 1e-9)
+            );
+        }
+        assert!(found.iter().any(|&a| a == 0.0) && found.iter().any(|&a| a > 0.0));
+    }
+
+    /// With a constant as the nuisance and an effect that is there in the second half only, one amplitude cannot tell; two can.
+    #[test]
+    fn parts_with_amplitudes_of_their_own_show_what_the_whole_hides() {
+        let n = 40;
+        let nuisance = DVector::from_element(n, 10.0);
+        let effect = DVector::from_element(n, 1.0);
+        let raw = DVector::from_fn(n, |k, _| if k < n / 2 { 0.0 } else { -1.0 });
+        let at = -nuisance.dot(&raw) / (nuisance.norm_squared() + 1.0);
+        let residuals = &raw + at * &nuisance;
+        let cost = residuals.norm_squared() + at * at;
+        let fit = Fit {
+            xi: vec![at],
+            runs: Vec::new(),
+            misfit: residuals.norm_squared(),
+            cost,
+            residuals,
+            converged: true,
+            steps: 0,
+            jacobian: Some((DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
+            fresh: true,
+        };
+        let projection = Projection::new(&fit).expect("a Jacobian");
+        assert!(projection.score(&effect, (0.0, 9.0)).gain < 0.01);
+        let (score, amplitudes) = projection.score_in_parts(&effect, &[0..n / 2, n / 2..n], (0.0, 9.0));
+        // The sum of squares of +-1/2 is all explained: no effect in the first half, all of it in the second.
+        assert!((score.gain - cost).abs() < 1e-3 * cost, "{} of {cost}", score.gain);
+        assert!(amplitudes[0] < 0.01 && (amplitudes[1] - 1.0).abs() < 0.01, "{amplitudes:?}");
+    }
     use crate::fit::Fit;
 
     /// The score is what a linear least-squares fit of nuisance and effect together finds.

@@ -20,15 +20,34 @@ pub struct Gap {
     pub fit: Fit,
 }
 
+/// The sum of squares that shots leave which were not fitted, with a tolerance of time (in sample periods); what belongs to them alone is
+/// fitted.
+///
+/// # Errors
+/// A run that failed.
+pub fn unseen(problem: &Problem<'_>, xi: &[f64], shots: &[usize], tau: f64) -> Result<f64, Fault> {
+    let whole = Weighing::whole(shots, tau);
+    let own = of_shots(problem, shots);
+    let fit = match own.is_empty() {
+        true => Fit::at(problem, xi, &whole)?,
+        false => minimise_over(problem, xi, &whole, &own, Effort::FULL, None)?,
+    };
+    Ok(fit.misfit)
+}
+
+/// What belongs to these shots alone.
+fn of_shots(problem: &Problem<'_>, shots: &[usize]) -> Vec<usize> {
+    let is_own = |k: &usize| problem.unknowns[*k].shot.is_some_and(|shot| shots.contains(&shot));
+    (0..problem.unknowns.len()).filter(is_own).collect()
+}
+
 /// The gap of `shots` under the unknowns `xi`; with `refit` what belongs to these shots alone is fitted again.
 ///
 /// # Errors
 /// A run that failed.
 pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> Result<Gap, Fault> {
     let plain = Weighing::whole(shots, 0.0);
-    let own: Vec<usize> = (0..problem.unknowns.len())
-        .filter(|&k| problem.unknowns[k].shot.is_some_and(|shot| shots.contains(&shot)))
-        .collect();
+    let own = of_shots(problem, shots);
     let fit = match refit && !own.is_empty() {
         true => minimise_over(problem, xi, &plain, &own, Effort::FULL, None)?,
         false => Fit::at(problem, xi, &plain)?,

@@ -114,17 +114,34 @@ impl Fit {
         Cholesky::new(normal).map(|factor| factor.inverse())
     }
 
-    /// Standard error of an unknown in its standard deviations with some others held where they are.
-    pub fn standard_error_beside(&self, unknown: usize, held: &[usize]) -> Option<f64> {
+    /// How many standard errors lie between some unknowns and others that are so far `away`, with a third sort held where they are:
+    /// `sqrt(a'Ia)` with the information `I` on them when all else follows (Wald 1943).
+    pub fn errors_beside(&self, unknowns: &[usize], away: &[f64], held: &[usize]) -> Option<f64> {
         let columns = &self.jacobian.as_ref()?.1;
-        let place = |unknown: usize| columns.iter().position(|&own| own == unknown);
-        let places: Vec<usize> =
-            std::iter::once(unknown).chain(held.iter().copied()).map(place).collect::<Option<_>>()?;
+        let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
+        let places: Vec<usize> = unknowns.iter().chain(held).map(place).collect::<Option<_>>()?;
         let covariance = self.covariance()?;
         // What is known of some when all else follows them is the inverse of their part of the covariance.
         let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);
-        let information = Cholesky::new(part)?.inverse()[(0, 0)];
-        Some((1.0 / information.max(f64::MIN_POSITIVE)).sqrt())
+        let information = Cholesky::new(part)?.inverse();
+        let sum = |i: usize| -> f64 { (0..away.len()).map(|k| away[i] * information[(i, k)] * away[k]).sum() };
+        Some((0..away.len()).map(sum).sum::<f64>().max(0.0).sqrt())
+    }
+
+    /// Where the other unknowns go, to first order, when some are moved back by `away` and the rest follows to the minimum.
+    pub fn moved_back(&self, unknowns: &[usize], away: &[f64]) -> Option<Vec<f64>> {
+        let columns = &self.jacobian.as_ref()?.1;
+        let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
+        let places: Vec<usize> = unknowns.iter().map(place).collect::<Option<_>>()?;
+        let covariance = self.covariance()?;
+        let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);
+        let pulls = Cholesky::new(part)?.solve(&DVector::from_column_slice(away));
+        let mut xi = self.xi.clone();
+        for (column, &unknown) in columns.iter().enumerate() {
+            let change: f64 = places.iter().zip(pulls.iter()).map(|(&k, pull)| covariance[(column, k)] * pull).sum();
+            xi[unknown] = (xi[unknown] - change).clamp(-LIMIT, LIMIT);
+        }
+        Some(xi)
     }
 
     /// Standard error of an unknown in its standard deviations.
@@ -308,11 +325,21 @@ mod tests {
             fresh: true,
         };
         let schur = normal[(0, 0)] - normal[(0, 2)].powi(2) / normal[(2, 2)];
-        let error = fit.standard_error_beside(0, &[1]).expect("a Jacobian");
-        assert!((error - schur.sqrt().recip()).abs() < 1e-12 * error, "{error}");
+        let errors = fit.errors_beside(&[0], &[2.0], &[1]).expect("a Jacobian");
+        assert!((errors - 2.0 * schur.sqrt()).abs() < 1e-12 * errors, "{errors}");
         // The two first columns are all but one, so that either alone is far better known than beside the other.
-        assert!(fit.standard_error(0).expect("a Jacobian") > 2.0 * error);
-        let free = fit.standard_error_beside(0, &[]).expect("a Jacobian");
-        assert!((free / fit.standard_error(0).expect("a Jacobian") - 1.0).abs() < 1e-12);
+        let error = fit.standard_error(0).expect("a Jacobian");
+        assert!(errors > 2.0 * 2.0 / error);
+        let free = fit.errors_beside(&[0], &[2.0], &[]).expect("a Jacobian");
+        assert!((free * error / 2.0 - 1.0).abs() < 1e-12);
+        // Moved back, the first is where it should be and the gradient by the others stays what it was.
+        let moved = DVector::from_vec(fit.moved_back(&[0], &[2.0]).expect("a Jacobian"));
+        let slope = &normal * &moved;
+        assert!((moved[0] + 2.0).abs() < 1e-9 && slope[1].abs() < 1e-9 && slope[2].abs() < 1e-9, "{moved} {slope}");
+        // Both together, the third free: the Schur complement by the third.
+        let both = fit.errors_beside(&[0, 1], &[2.0, -1.0], &[]).expect("a Jacobian");
+        let part = |i: usize, k: usize| normal[(i, k)] - normal[(i, 2)] * normal[(k, 2)] / normal[(2, 2)];
+        let square = 4.0 * part(0, 0) - 4.0 * part(0, 1) + part(1, 1);
+        assert!((both - square.sqrt()).abs() < 1e-9 * both, "{both}");
     }
 }

@@ -162,6 +162,17 @@ impl Problem<'_> {
         weighing.shots.iter().map(|&shot| self.rows_of(shot)).sum()
     }
 
+    /// The rows of each of the stage's shots.
+    pub(crate) fn parts(&self, weighing: &Weighing) -> Vec<std::ops::Range<usize>> {
+        let mut first = 0;
+        let part = |&shot: &usize| {
+            let own = first..first + self.rows_of(shot);
+            first = own.end;
+            own
+        };
+        weighing.shots.iter().map(part).collect()
+    }
+
     fn rows_of(&self, shot: usize) -> usize {
         let data = &self.data.shots[shot];
         data.times.len() * data.traces.iter().flatten().count()

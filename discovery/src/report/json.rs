@@ -72,6 +72,7 @@ fn candidates(findings: &Findings) -> Vec<Value> {
         found.tried.iter().chain(&found.terms).map(move |tried| {
             json!({"pass": pass + 1, "effect": tried.hypothesis.own_label(),
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
+                "probed": tried.look.as_ref().and_then(|look| look.probed.as_ref().map(|(fall, _)| number(*fall))),
                 "alone": tried.look.as_ref().map(|look| number(look.alone)),
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),

@@ -44,7 +44,7 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     let (before, after) = (&gaps.before, gaps.after.as_ref());
     let mut text = String::new();
     let _ = writeln!(text, "{}", sentence(scene));
-    if let Some(reason) = findings.reason {
+    if let Some(reason) = &findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
     }
     if !setup.exposed.is_empty() {

@@ -1,21 +1,27 @@
 //! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
 
-use super::{ADEQUATE, ERRORS, Findings, LEAD, PROMISING, Pass, Search, Status, Tried};
+use super::{ADEQUATE, ERRORS, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
 use crate::Fault;
 use crate::Setup;
 use crate::catalogue::{Candidate, Kind};
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
-use crate::hypothesis::Hypothesis;
-use crate::proof::gap;
-use crate::unknowns::Meaning;
+use crate::hypothesis::{Hypothesis, Look};
+use crate::problem::Problem;
+use crate::proof::{Gap, gap, unseen};
+use crate::unknowns::{EffectPart, Meaning};
 
 /// A size of fewer standard errors is none.
 const NOTHING: f64 = 2.0;
-/// How many times more a further effect takes where nothing but noise is left.
-const FURTHER: f64 = 2.0;
+/// How many times more a further effect takes where what is left is adequate.
+const FURTHER: f64 = 3.0;
+/// How many times more an effect takes for each shot in which it has a size of its own.
+const OF_EACH_SHOT: f64 = 0.5;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
+/// Excess of the mean square over that of noise that an answer may leave where samples are not granted any tolerance of time, and the share
+/// of what was missing that it may leave if that is more: what rises steeply is met a little too early or too late by all models.
+const LEFT: (f64, f64) = (0.21, 0.15);
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
@@ -30,6 +36,7 @@ impl Search<'_> {
         for tried in pass.tried.iter_mut().chain(&mut pass.terms) {
             let Some(fit) = &tried.fit else { continue };
             tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
+            tried.is_plausible = is_plausible(&tried.hypothesis, self.setup, fit);
             if tried.errors < NOTHING {
                 without = without.min(fit.cost);
             }
@@ -49,17 +56,20 @@ impl Search<'_> {
             });
         }
         let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
-        let needed = self.needed_for(pass);
-        for (k, tried) in pass.tried.iter_mut().enumerate() {
+        let needed: Vec<f64> = pass.tried.iter().map(|tried| self.needed_for(pass, tried)).collect();
+        for (k, (tried, needed)) in pass.tried.iter_mut().zip(needed).enumerate() {
             tried.verdict = verdict(tried, k == 0, best, needed);
         }
     }
 
-    /// The fall that the next name needs.  Once an effect is named and nothing but noise is left, the next one needs
+    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs
     /// [`FURTHER`] times as much: what an effect does differently in truth is imitated by small amounts of others.
-    fn needed_for(&self, pass: &Pass) -> f64 {
-        let is_noise = !pass.base.inserts.is_empty() && pass.fit.misfit <= noise(pass.expected);
-        if is_noise { FURTHER * self.needed } else { self.needed }
+    /// An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]: it imitates what scatters from shot to shot.
+    fn needed_for(&self, pass: &Pass, tried: &Tried) -> f64 {
+        let is_per_shot = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.per_shot);
+        let scatter = if is_per_shot { (OF_EACH_SHOT * self.setup.train.len() as f64).max(1.0) } else { 1.0 };
+        let is_enough = !pass.base.inserts.is_empty() && pass.fit.misfit <= ADEQUATE * pass.expected;
+        scatter * if is_enough { FURTHER * self.needed } else { self.needed }
     }
 
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
@@ -67,7 +77,7 @@ impl Search<'_> {
         let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         };
-        if best.fall < self.needed_for(pass) || best.errors < ERRORS {
+        if best.fall < self.needed_for(pass, best) || best.errors < ERRORS {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         }
         if self.is_beaten(pass, fit) {
@@ -79,8 +89,14 @@ impl Search<'_> {
                 let own = pass.tried[k].fit.as_ref();
                 own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD && pass.tried[k].errors >= ERRORS)
             })
+            .filter(|&k| pass.tried[k].is_plausible)
             .collect();
-        if close.len() > 1 { Outcome::Several(close) } else { Outcome::Name(0) }
+        match close[..] {
+            [] if ratio <= ADEQUATE && !pass.base.inserts.is_empty() => Outcome::Nothing,
+            [] => Outcome::Unexplained,
+            [k] => Outcome::Name(k),
+            _ => Outcome::Several(close),
+        }
     }
 
     /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.
@@ -89,17 +105,13 @@ impl Search<'_> {
             return false;
         };
         let scale = (fit.misfit / pass.expected).max(1.0);
-        best.misfit > noise(pass.expected)
-            && term.errors >= ERRORS
-            && fit.misfit / pass.expected <= ADEQUATE
-            && (best.cost - fit.cost) / scale > LEAD
+        // One of many terms explains a little of any noise.
+        let lead = if best.misfit > noise(pass.expected) { LEAD } else { NEEDED };
+        term.errors >= ERRORS && fit.misfit / pass.expected <= ADEQUATE && (best.cost - fit.cost) / scale > lead
     }
 
     pub(super) fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
-        let tried =
-            |pass: &Pass| pass.tried.iter().chain(&pass.terms).map(|t| t.hypothesis.machine.runs()).sum::<usize>();
-        let own = |pass: &Pass| tried(pass) + pass.located_runs;
-        let runs = passes.iter().map(|pass| pass.base.machine.runs() + own(pass)).sum();
+        let runs = passes.iter().map(Pass::runs).sum();
         let (status, ambiguous) = (Status::Adequate, Vec::new());
         let mut findings = Findings {
             status,
@@ -142,26 +154,34 @@ impl Search<'_> {
 
     /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
     /// must make the gap on shots held out smaller, and shots of one operating point cannot tell an effect from wrong numbers.
-    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<&'static str>, Fault> {
+    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<String>, Fault> {
         let (setup, base) = (self.setup, last.base.problem(self.setup)?);
         let train = gap(&base, &last.fit.xi, &setup.train, false)?;
-        if train.all * train.all > ADEQUATE {
-            return Ok(Some("what is left is more than noise"));
+        let missing = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
+        let excess = |gap: &Gap| gap.all * gap.all - 1.0;
+        let allowed = if last.base.inserts.is_empty() { ADEQUATE - 1.0 } else { LEFT.0.max(LEFT.1 * excess(&missing)) };
+        if excess(&train) > allowed {
+            return Ok(Some(format!("what is left is {:.2} times noise", train.all)));
         }
         if last.base.inserts.is_empty() {
             return Ok(None);
         }
         if setup.held_out.is_empty() {
-            return Ok(Some("no shot is held out on which a name could be proved"));
+            return Ok(Some("no shot is held out on which a name could be proved".to_string()));
         }
         if !setup.has_several_operating_points() {
-            return Ok(Some("all shots were made at one operating point, where wrong numbers and effects look alike"));
+            let words = "all shots were made at one operating point, where wrong numbers and effects look alike";
+            return Ok(Some(words.to_string()));
         }
-        let after = gap(&base, &last.fit.xi, &setup.held_out, true)?;
-        let before = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.held_out, true)?;
+        // With the tolerance of time of the fits: what rises steeply may be met a little too late before and too early after.
+        let tau = setup.study.shots.time_tolerance;
+        let misfit = |pass: &Pass| unseen(&pass.base.problem(setup)?, &pass.fit.xi, &setup.held_out, tau);
+        let (before, after) = (misfit(first)?, misfit(last)?);
         // An effect at the edge of what can be seen moves the sum of squares there by a few to either side.
-        let grew = after.fit.misfit > before.fit.misfit + LEAD;
-        Ok(grew.then_some("the best effect makes the gap on shots held out larger"))
+        Ok((after > before + LEAD).then(|| {
+            let by = (after / before).sqrt();
+            format!("the best effect makes the gap on shots held out larger, {by:.2} times")
+        }))
     }
 
     /// True if the shots held out show a gap of which the fitted ones hide the most: nuisances can be bent to fit some shots, but
@@ -183,7 +203,7 @@ pub(super) fn noise(expected: f64) -> f64 {
 
 /// Why a candidate was not named; nothing for one that could be.
 fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
-    let promise = tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+    let promise = tried.look.as_ref().map_or(0.0, Look::promise);
     match &tried.fit {
         None if tried.look.is_none() => "the model does not run with it".to_string(),
         None if promise < PROMISING.0 => "its signature explains nothing of what is left".to_string(),
@@ -191,6 +211,7 @@ fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
         Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
         Some(_) if tried.fall < needed => "it brings the model hardly nearer to the measurement".to_string(),
         Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
+        Some(_) if !tried.is_plausible => "its size is beyond what is plausible".to_string(),
         Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
         Some(_) => String::new(),
     }
@@ -216,27 +237,66 @@ fn apart(record: &Record) -> bool {
     ends.get(1).is_some_and(|second| second - ends[0] > APART * ends[0])
 }
 
-/// The size of the last effect in its standard errors, the largest over the shots where every shot has its own.  The effect's other
+/// The size of the last effect in its standard errors, of all shots together where every shot has its own.  The effect's other
 /// numbers are held: without a size they mean nothing, and sizes that trade against them may be uncertain where the effect is not.
+/// Infinite for an effect that no size makes vanish: how well its size is known says nothing of whether it is there.
 fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
     let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
+    let Some(Sizes { own, away, others }) = sizes(hypothesis, setup, &problem, fit) else { return f64::INFINITY };
+    fit.errors_beside(&own, &away, &others).unwrap_or(0.0)
+}
+
+/// The unknowns of the last effect.
+pub(super) struct Sizes {
+    /// Those that carry its size in the fitted shots.
+    pub(super) own: Vec<usize>,
+    /// How far each of them is from nothing.
+    pub(super) away: Vec<f64>,
+    /// Its other numbers.
+    others: Vec<usize>,
+}
+
+/// The unknowns of the last effect at the end of a fit; none if no size makes it vanish.
+pub(super) fn sizes(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>, fit: &Fit) -> Option<Sizes> {
     let last = hypothesis.last();
     let effect = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none());
-    let nothing = effect.and_then(|insert| insert.effect.zero).unwrap_or(0.0);
-    let others = |k: &usize| problem.unknowns[*k].effect.is_some_and(|p| Some(p.effect) == last && p.parameter > 0);
-    let others: Vec<usize> = (0..problem.unknowns.len()).filter(others).collect();
-    let mut largest = 0.0_f64;
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
-        let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
-        if !unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0) {
-            continue;
+    let nothing = match effect {
+        None => 0.0,
+        Some(insert) => insert.effect.zero?,
+    };
+    let part_of = |k: &usize| problem.unknowns[*k].effect.filter(|part| Some(part.effect) == last);
+    let all = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
+        (0..problem.unknowns.len()).filter(|k| part_of(k).is_some_and(|part| wanted(part.parameter))).collect()
+    };
+    let (mut own, others) = (all(&|parameter| parameter == 0), all(&|parameter| parameter > 0));
+    // Of shots that are not fitted nothing is known.
+    own.retain(|&k| setup.train.iter().any(|&shot| problem.unknowns[k].touches(shot)));
+    let away = |&k: &usize| match &problem.unknowns[k].meaning {
+        Meaning::Value { prior, .. } => (prior.value(fit.xi[k]) - nothing) / prior.slope(fit.xi[k]),
+        _ => 0.0,
+    };
+    let away = own.iter().map(away).collect();
+    Some(Sizes { own, away, others })
+}
+
+/// False if the size of the last effect lies outside of what its library calls plausible by more than [`NOTHING`] standard errors: it only
+/// resembles what is missing.  Sizes of single shots are not judged.
+fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
+    let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none()) else { return true };
+    let (Some((low, high)), Ok(problem)) = (insert.effect.parameters[0].range, hypothesis.problem(setup)) else {
+        return true;
+    };
+    let scale = setup.scale(insert);
+    let is_size = |part: &EffectPart| Some(part.effect) == hypothesis.last() && part.parameter == 0;
+    problem.unknowns.iter().enumerate().all(|(k, unknown)| {
+        let Meaning::Value { prior, .. } = &unknown.meaning else { return true };
+        if unknown.shot.is_some() || !unknown.effect.is_some_and(|part| is_size(&part)) {
+            return true;
         }
         let value = prior.value(fit.xi[k]);
-        let error = fit.standard_error_beside(k, &others);
-        let error = error.map_or(f64::INFINITY, |error| error * prior.slope(fit.xi[k]).abs());
-        largest = largest.max((value - nothing).abs() / error);
-    }
-    largest
+        let error = fit.standard_error(k).unwrap_or(0.0) * prior.slope(fit.xi[k]).abs();
+        value + NOTHING * error >= low * scale && value - NOTHING * error <= high * scale
+    })
 }
 
 #[cfg(test)]

@@ -2,13 +2,17 @@
 //!
 //! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best candidate
 //! and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a candidate whose size
-//! ends within two standard errors of nothing is the fit without.  A name needs a fall of the cost of 25, four standard
-//! errors, a lead of 10 over the next one and residuals that are noise; plain terms at equations are rivals of every effect.
+//! ends within two standard errors of nothing is the fit without.  Where the fall of the cost is larger than that size accounts for,
+//! the fit without lies in another valley and the pass is begun again from a lower one.  A name needs a fall of the cost of 25, four
+//! standard errors, a plausible size, a lead of 10 over the next one and residuals that are noise; plain terms at equations are
+//! rivals of every effect.
 
 mod afar;
 mod decide;
 mod drop;
 pub mod memory;
+mod probe;
+mod revisit;
 mod shortlist;
 mod terms;
 
@@ -18,11 +22,11 @@ use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::Located;
 use crate::power::{Confusion, Power, confusions};
-use crate::problem::Weighing;
+use crate::problem::{Problem, Weighing};
 use crate::projection::Projection;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
-use decide::Outcome;
+use decide::{Outcome, noise};
 use memory::Memory;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
@@ -37,6 +41,8 @@ pub const ADEQUATE: f64 = 1.06;
 const MOST_EFFECTS: usize = 3;
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
 const CLOSE: (f64, f64) = (60.0, 0.05);
+/// A fall of the cost that exceeds the square of the size in standard errors so many times is none of one valley.
+const APART: f64 = 2.0;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
 const PROMISING: (f64, f64) = (6.0, 12.0);
 
@@ -83,8 +89,25 @@ pub struct Tried {
     pub fall: f64,
     /// Size in standard errors from nothing.
     pub errors: f64,
+    /// The size is one that the library calls plausible.
+    pub is_plausible: bool,
     /// Why it was not named, if there is a reason.
     pub verdict: String,
+}
+
+impl Pass {
+    /// Runs of the model.
+    fn runs(&self) -> usize {
+        let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
+        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.again.unwrap_or(0)
+    }
+}
+
+impl Tried {
+    /// Before any fit.
+    fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
+        Self { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, is_plausible: true, verdict: String::new() }
+    }
 }
 
 /// One pass of the search.
@@ -107,6 +130,8 @@ pub struct Pass {
     pub terms: Vec<Tried>,
     /// Runs that the look at the equations took.
     pub located_runs: usize,
+    /// The pass was begun again, after so many runs, because its base fell into a lower valley.
+    pub again: Option<usize>,
     /// How well each effect that can join could be seen.
     pub powers: Vec<Power>,
     /// Effects that look alike.
@@ -122,7 +147,7 @@ pub struct Findings {
     /// Effects that explain the last pass equally well.
     pub ambiguous: Vec<Candidate>,
     /// Why what seemed to be the answer was not given, if so.
-    pub reason: Option<&'static str>,
+    pub reason: Option<String>,
     /// The best library effect where none is named.
     pub resembles: Option<Candidate>,
     /// Runs of the model.
@@ -167,12 +192,25 @@ impl Search<'_> {
         let mut found: Vec<Candidate> = Vec::new();
         let mut start: Option<Fit> = None;
         let mut refused: Vec<Candidate> = Vec::new();
+        let mut revisited = false;
+        let mut left: Option<Pass> = None;
         loop {
             let mut pass = self.begin(found.clone(), start.take())?;
+            if let Some(left) = left.take() {
+                pass.again = Some(left.runs());
+                pass.record = left.record;
+            }
+            let begun = pass.fit.cost;
             self.look(&mut pass, &refused)?;
             self.shortlist(&mut pass)?;
             self.contend(&mut pass)?;
             self.cross(&mut pass)?;
+            if pass.again.is_none() && begun - pass.fit.cost > self.needed {
+                (self.progress)("once more, from a lower valley");
+                start = Some(pass.fit.clone());
+                left = Some(pass);
+                continue;
+            }
             self.fit_terms(&mut pass)?;
             self.judge(&mut pass);
             let mut outcome = self.outcome(&pass);
@@ -185,6 +223,14 @@ impl Search<'_> {
                 drop(problem);
                 self.judge(&mut pass);
                 outcome = self.outcome(&pass);
+            }
+            let again = match passes.last_mut() {
+                Some(before) if !revisited => self.revisit(before, &pass)?,
+                _ => None,
+            };
+            if let Some((again, before)) = again.and_then(|again| Some((again, passes.pop()?))) {
+                found.clone_from(&before.base.inserts);
+                (revisited, pass, outcome) = (true, before, again);
             }
             let named = match outcome {
                 Outcome::Name(k) if found.len() < MOST_EFFECTS => Some(k),
@@ -225,6 +271,7 @@ impl Search<'_> {
                     let zero = vec![0.0; problem.unknowns.len()];
                     let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
                     record = made;
+                    let fit = self.ended(&problem, fit, &mut record)?;
                     let fit =
                         schedule::unpull(&problem, fit, &self.setup.train, (self.whole().tau, self.seed), &mut record);
                     self.keep("alone", &base, &fit);
@@ -250,9 +297,21 @@ impl Search<'_> {
             located: Vec::new(),
             terms: Vec::new(),
             located_runs: 0,
+            again: None,
             powers: Vec::new(),
             confusions: Vec::new(),
         })
+    }
+
+    /// A fit that ran out of steps above noise, but not far above, followed to its end.
+    fn ended(&self, problem: &Problem<'_>, fit: Fit, record: &mut Record) -> Result<Fit, Fault> {
+        let expected = problem.expected(&self.whole());
+        if fit.converged || fit.misfit <= noise(expected) || fit.misfit > 2.0 * expected {
+            return Ok(fit);
+        }
+        let next = minimise(problem, &fit.xi, &self.whole(), Effort::LONG, None)?;
+        record.note("from there", &next, expected);
+        Ok(schedule::lower(fit, next))
     }
 
     /// Looks at all candidates that can join, but those that were needless once.
@@ -291,14 +350,16 @@ impl Search<'_> {
                 let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
                 signatures.push((power, signature));
             }
-            pass.tried.push(Tried { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, verdict: String::new() });
+            pass.tried.push(Tried::new(hypothesis, look));
         }
         pass.confusions = confusions(&signatures, &projection);
         drop(projection);
+        let is_quiet = is_quiet && pass.fit.misfit <= noise(pass.expected);
+        self.probe(pass, &seen, is_quiet)?;
         pass.seen = is_bent.then_some(seen);
         pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
         pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
-        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);
         if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
@@ -315,20 +376,7 @@ impl Search<'_> {
         let count = pass.fit.xi.len();
         let whole = self.whole();
         let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
-        let known = pass.fit.jacobian.clone();
-        let known = known.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-        let problem = pass.base.problem(self.setup)?;
-        if let Some(start) = nuisances(&pass.tried[best]) {
-            (self.progress)("fitting again from each other's parameters");
-            let against = pass.tried[best].fit.as_ref().map_or(Effort::FULL, |fit| Effort::FULL.against(fit.cost));
-            if let Ok(again) = minimise(&problem, &start, &whole, against, known) {
-                pass.record.note("from the best candidate's parameters", &again, pass.expected);
-                if again.cost < pass.fit.cost {
-                    pass.fit = again;
-                }
-            }
-        }
-        drop(problem);
+        self.without(pass, best)?;
         let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
         let lowest = cost(&pass.tried[best]);
         let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
@@ -345,6 +393,41 @@ impl Search<'_> {
             let Ok(next) = minimise(&problem, &xi, &whole, Effort::LONG, known) else { continue };
             drop(problem);
             pass.tried[k].fit = Some(lower(old, next));
+        }
+        Ok(())
+    }
+}
+
+impl Search<'_> {
+    /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go without it.  Where the
+    /// fall of the cost is much larger than the size in standard errors tells, the two lie in different valleys.
+    fn without(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
+        (self.progress)("fitting again from each other's parameters");
+        let tried = &pass.tried[best];
+        let Some(fit) = &tried.fit else { return Ok(()) };
+        let (count, whole) = (pass.fit.xi.len(), self.whole());
+        let problem = pass.base.problem(self.setup)?;
+        let mut tries: Vec<(&str, Fit)> = Vec::new();
+        let known = pass.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let against = Effort::FULL.against(fit.cost);
+        let plain = minimise(&problem, &fit.xi[..count], &whole, against, known);
+        tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));
+        let own = tried.hypothesis.problem(self.setup)?;
+        let lowest = tries.iter().map(|(_, again)| again.cost).fold(pass.fit.cost, f64::min);
+        if let Some(sizes) = decide::sizes(&tried.hypothesis, self.setup, &own, fit)
+            && let Some(errors) = fit.errors_beside(&sizes.own, &sizes.away, &[])
+            && lowest - fit.cost > APART * errors * errors + self.needed
+            && let Some(start) = fit.moved_back(&sizes.own, &sizes.away)
+            && let Ok(again) = minimise(&problem, &start[..count], &whole, Effort::FULL, None)
+        {
+            tries.push(("from the best candidate's parameters without it", again));
+        }
+        drop((problem, own));
+        for (words, again) in tries {
+            pass.record.note(words, &again, pass.expected);
+            if again.cost < pass.fit.cost {
+                pass.fit = again;
+            }
         }
         Ok(())
     }

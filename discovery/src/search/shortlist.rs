@@ -9,7 +9,7 @@
 use super::decide::noise;
 use super::{ADEQUATE, PROMISING, Pass, Search, Tried, by_cost};
 use crate::Fault;
-use crate::fit::schedule::{self, lower};
+use crate::fit::schedule::{self, Draws, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::{Problem, Weighing};
@@ -18,6 +18,8 @@ use crate::problem::{Problem, Weighing};
 const SHORTLIST: (usize, usize) = (5, 8);
 /// Of candidates that leave more than noise so many are followed on, if they explain at least this share of what the best does.
 const CONTENDERS: (usize, f64) = (3, 0.5);
+/// Random starts of the leader.
+const SCATTERED: usize = 3;
 /// A short fit whose misfit is so many times that of the best one is not followed to its end: while nothing leaves only noise, and
 /// after.
 const HOPELESS: (f64, f64) = (10.0, 3.0);
@@ -62,7 +64,7 @@ impl Search<'_> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
         let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
-        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, |look| look.score.gain);
+        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
         let mut chosen: Vec<usize> = chosen.collect();
         let mut lowest = Lowest::of([&pass.fit], pass.expected);
@@ -70,7 +72,7 @@ impl Search<'_> {
         for rank in std::mem::take(&mut chosen) {
             let tried = &mut pass.tried[rank];
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
-            if let Some(fit) = self.recalled("candidate", &tried.hypothesis)? {
+            if let Some(fit) = self.recalled(role(pass.again), &tried.hypothesis)? {
                 lowest.take(&fit);
                 tried.fit = Some(fit);
                 continue;
@@ -92,7 +94,7 @@ impl Search<'_> {
             tried.fit = self.finish_near(&tried.hypothesis, begun, lowest)?;
             if let Some(fit) = &tried.fit {
                 lowest.take(fit);
-                self.keep("candidate", &tried.hypothesis, fit);
+                self.keep(role(pass.again), &tried.hypothesis, fit);
             }
         }
         self.go_on(pass, &mut lowest)?;
@@ -100,7 +102,7 @@ impl Search<'_> {
         // Once more, for those that were fitted further.
         for tried in chosen.iter().map(|&rank| &pass.tried[rank]) {
             if let Some(fit) = &tried.fit {
-                self.keep("candidate", &tried.hypothesis, fit);
+                self.keep(role(pass.again), &tried.hypothesis, fit);
             }
         }
         Ok(())
@@ -146,9 +148,43 @@ impl Search<'_> {
             let problem = pass.tried[k].hypothesis.problem(self.setup)?;
             let fit = self.unbend(&problem, fit, pass.expected);
             drop(problem);
-            self.keep("candidate", &pass.tried[k].hypothesis, &fit);
+            self.keep(role(pass.again), &pass.tried[k].hypothesis, &fit);
             pass.tried[k].fit = Some(fit);
         }
+        self.scatter(pass)
+    }
+
+    /// Fits the leader from numbers of the effect drawn at random, where it has several and leaves more than noise: one may have ended where
+    /// another imitates it.
+    fn scatter(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
+        let Some(mut fit) = pass.tried[best].fit.clone() else { return Ok(()) };
+        let hypothesis = &pass.tried[best].hypothesis;
+        let has_several = hypothesis.inserts.last().is_some_and(|insert| insert.effect.parameters.len() > 1);
+        if !has_several || !hypothesis.machine.is_fast() {
+            return Ok(());
+        }
+        let problem = hypothesis.problem(self.setup)?;
+        let last = hypothesis.last();
+        let mut draws = Draws(self.seed | 1);
+        for _ in 0..SCATTERED {
+            if fit.misfit / pass.expected <= ADEQUATE {
+                break;
+            }
+            let mut start = problem.expected_nuisances(&fit.xi);
+            for (unknown, xi) in problem.unknowns.iter().zip(&mut start) {
+                if unknown.effect.is_some_and(|part| Some(part.effect) == last) {
+                    *xi = draws.normal();
+                }
+            }
+            (self.progress)(&format!("fitting {} from elsewhere", hypothesis.label()));
+            let tau = self.whole().tau;
+            let Ok((again, _)) = schedule::fit(&problem, &start, &self.setup.train, tau) else { continue };
+            fit = lower(fit, again);
+        }
+        drop(problem);
+        self.keep(role(pass.again), hypothesis, &fit);
+        pass.tried[best].fit = Some(fit);
         Ok(())
     }
 
@@ -156,10 +192,17 @@ impl Search<'_> {
     /// missing besides.
     fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64) -> Fit {
         let whole = self.whole();
-        let fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
+        let mut fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
             Ok(next) => lower(fit, next),
             Err(_) => fit,
         };
+        // Small misses of steep parts make valleys of their own, which wide weights do not see.
+        if fit.misfit / expected > ADEQUATE
+            && let Ok(over) = minimise(problem, &fit.xi, &self.wide(), Effort::FULL, None)
+            && let Ok(next) = minimise(problem, &over.xi, &whole, Effort::LONG, None)
+        {
+            fit = lower(fit, next);
+        }
         if fit.misfit / expected <= ADEQUATE {
             return fit;
         }
@@ -242,7 +285,8 @@ impl Search<'_> {
         let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
         let wide = self.wide();
         let expected = problem.expected(&wide);
-        let mut starts = vec![[&base.xi[..], &look.start[..]].concat()];
+        let mut starts: Vec<Vec<f64>> = look.probed.iter().map(|(_, end)| end.clone()).collect();
+        starts.push([&base.xi[..], &look.start[..]].concat());
         starts.extend(others.iter().map(|&size| hypothesis.at_size(&problem, &base.xi, size)));
         let mut best: Option<Fit> = None;
         for start in &starts {
@@ -283,6 +327,11 @@ impl Search<'_> {
         let whole = self.whole();
         Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole }
     }
+}
+
+/// In which role fits of candidates are remembered.
+fn role(again: Option<usize>) -> &'static str {
+    if again.is_some() { "candidate again" } else { "candidate" }
 }
 
 /// A short fit under wide weights.

@@ -3,8 +3,9 @@
 //! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
 
 use super::shortlist::Lowest;
-use super::{ADEQUATE, NEEDED, Pass, Search, Tried};
+use super::{ADEQUATE, NEEDED, Pass, Search, Tried, by_cost};
 use crate::Fault;
+use crate::fit::{Effort, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::{Located, locate};
 use crate::projection::Projection;
@@ -31,8 +32,8 @@ impl Search<'_> {
     pub(super) fn fit_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
         let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref()).chain([&pass.fit]);
         let lowest = Lowest::of(fits, pass.expected);
-        if lowest.is_noise() {
-            // An effect that leaves nothing but noise is not beaten by a term.
+        if lowest.is_noise() && pass.fit.cost - lowest.cost < self.needed {
+            // There is nothing to be named.
             return Ok(());
         }
         let count = if lowest.misfit > ADEQUATE { FITTED.1 } else { FITTED.0 };
@@ -46,11 +47,29 @@ impl Search<'_> {
             let start = hypothesis.at_size(&problem, &pass.fit.xi, score.amplitude);
             drop(problem);
             let start = start[pass.fit.xi.len()..].to_vec();
-            let look = Look { score, size: score.amplitude, start, alone: score.alone, typical: None };
+            let look = Look { score, size: score.amplitude, start, alone: score.alone, typical: None, probed: None };
             let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
             let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, &others, lowest)?;
-            let tried = Tried { hypothesis, look: Some(look), fit, fall: 0.0, errors: 0.0, verdict: String::new() };
-            pass.terms.push(tried);
+            pass.terms.push(Tried { fit, ..Tried::new(hypothesis, Some(look)) });
+        }
+        self.without_terms(pass)
+    }
+
+    /// Fits the model without a term again from where the best term has ended: the way there may have led into a lower valley that
+    /// needs no term.
+    fn without_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let Some(&best) = by_cost(&pass.terms).first() else { return Ok(()) };
+        let Some(start) = pass.terms[best].fit.as_ref().filter(|fit| fit.cost < pass.fit.cost - self.needed) else {
+            return Ok(());
+        };
+        (self.progress)("fitting again without a term");
+        let problem = pass.base.problem(self.setup)?;
+        let xi = &start.xi[..problem.unknowns.len()];
+        let Ok(again) = minimise(&problem, xi, &self.whole(), Effort::LONG, None) else { return Ok(()) };
+        drop(problem);
+        pass.record.note("from where a term ended", &again, pass.expected);
+        if again.cost < pass.fit.cost {
+            pass.fit = again;
         }
         Ok(())
     }

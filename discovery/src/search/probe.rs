@@ -1,0 +1,57 @@
+//! A second look at the effects, with a few steps of a fit on borrowed derivatives.
+//!
+//! The score of an effect supposes that nuisances answer in proportion.  Where they can imitate most of it they must go far, and the
+//! score sees little of what a fit would find.  Here the nuisances do move: Levenberg-Marquardt steps whose Jacobian is that of the
+//! fit without the effect, with the columns of the effect's own numbers, corrected by Broyden's update and never computed anew, so that a
+//! step costs one run of each shot.
+
+use super::{Pass, Search};
+use crate::Fault;
+use crate::catalogue::Kind;
+use crate::fit::{Effort, Fit, minimise};
+use crate::hypothesis::Look;
+
+/// Steps; nothing is computed anew.
+const STEPS: Effort = Effort { steps: 6, gain: 2.0, worthwhile: f64::NEG_INFINITY, ..Effort::FULL };
+/// Where nothing but noise is left.
+const FEWER: Effort = Effort { steps: 4, ..STEPS };
+/// Where the nuisances leave more of a signature than this, the score is trusted: where something is missing, and where nothing but noise is
+/// left.
+const LEFT: (f64, f64) = (0.35, 0.15);
+/// A signature that would be seen less clearly than this at its typical size is not followed.
+const VISIBLE: f64 = 25.0;
+
+impl Search<'_> {
+    /// Looks again at the effects that nuisances can imitate, from the fit `seen`.
+    pub(super) fn probe(&self, pass: &mut Pass, seen: &Fit, is_quiet: bool) -> Result<(), Fault> {
+        (self.progress)("looking again at what could be imitated");
+        let whole = self.whole();
+        let Some((jacobian, _)) = &seen.jacobian else { return Ok(()) };
+        let (effort, limit) = if is_quiet { (FEWER, LEFT.1) } else { (STEPS, LEFT.0) };
+        for tried in &mut pass.tried {
+            // Measuring chains answer in proportion.
+            let is_sensor = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.kind == Kind::Sensor);
+            if is_quiet && is_sensor {
+                continue;
+            }
+            let is_doubtful = |look: &&mut Look| look.score.left < limit && look.score.power > VISIBLE;
+            let Some(look) = tried.look.as_mut().filter(is_doubtful) else { continue };
+            if !tried.hypothesis.machine.is_fast() {
+                continue;
+            }
+            let problem = tried.hypothesis.problem(self.setup)?;
+            let typical = tried.hypothesis.inserts.last().map(|own| own.effect.probe * self.setup.scale(own));
+            let typical = typical.map(|size| tried.hypothesis.at_size(&problem, &seen.xi, size));
+            let claimed = (!is_quiet).then(|| [&seen.xi[..], &look.start[..]].concat());
+            let starts = typical.into_iter().chain(claimed);
+            for start in starts {
+                let Ok(fit) = minimise(&problem, &start, &whole, effort, Some((jacobian, &whole))) else { continue };
+                let fall = pass.fit.cost - fit.cost;
+                if fall > look.probed.as_ref().map_or(0.0, |(known, _)| *known) {
+                    look.probed = Some((fall, fit.xi));
+                }
+            }
+        }
+        Ok(())
+    }
+}
