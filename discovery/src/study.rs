@@ -185,6 +185,12 @@ impl Study {
                 )));
             }
         }
+        let is_empty = |mask: &Mask| mask.around.is_empty() == (mask.within > 0.0) || !mask.within.is_finite();
+        if study.shots.masks.iter().any(is_empty) {
+            return Err(Fault::new(
+                "a mask with `around` needs `within`, a positive time to both sides (s), and one without has no use for it",
+            ));
+        }
         if study.channels.is_empty() {
             return Err(Fault::new("the study names no channel"));
         }

@@ -300,7 +300,7 @@ fn damped_step(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DMatrix;
+    use nalgebra::{DMatrix, DVector};
 
     use super::Fit;
 
