@@ -28,6 +28,7 @@ use crate::variant::Workshop;
 use crate::{Fault, Setup};
 use decide::{Outcome, noise};
 use memory::Memory;
+use shortlist::patience;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
 pub const NEEDED: f64 = 25.0;
@@ -390,7 +391,7 @@ impl Search<'_> {
             let problem = pass.tried[k].hypothesis.problem(self.setup)?;
             let xi = [&start[..], &old.xi[count..]].concat();
             let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-            let Ok(next) = minimise(&problem, &xi, &whole, Effort::LONG, known) else { continue };
+            let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
             drop(problem);
             pass.tried[k].fit = Some(lower(old, next));
         }
@@ -414,7 +415,8 @@ impl Search<'_> {
         tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));
         let own = tried.hypothesis.problem(self.setup)?;
         let lowest = tries.iter().map(|(_, again)| again.cost).fold(pass.fit.cost, f64::min);
-        if let Some(sizes) = decide::sizes(&tried.hypothesis, self.setup, &own, fit)
+        if own.machine.is_fast()
+            && let Some(sizes) = decide::sizes(&tried.hypothesis, self.setup, &own, fit)
             && let Some(errors) = fit.errors_beside(&sizes.own, &sizes.away, &[])
             && lowest - fit.cost > APART * errors * errors + self.needed
             && let Some(start) = fit.moved_back(&sizes.own, &sizes.away)

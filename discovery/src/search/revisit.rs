@@ -4,10 +4,11 @@
 //! pass, the rivals are fitted again from there, and the name is given anew.
 
 use super::decide::Outcome;
+use super::shortlist::patience;
 use super::{LEAD, Pass, Search};
 use crate::Fault;
+use crate::fit::minimise;
 use crate::fit::schedule::lower;
-use crate::fit::{Effort, minimise};
 
 /// Rivals that explained at least this share of what the named effect did are fitted again, so many of them.
 const RIVALS: (f64, usize) = (0.5, 3);
@@ -31,7 +32,7 @@ impl Search<'_> {
             let Some(old) = rival.fit.clone() else { continue };
             let start = [&pass.fit.xi[..count], &old.xi[count..]].concat();
             let problem = rival.hypothesis.problem(self.setup)?;
-            let Ok(again) = minimise(&problem, &start, &whole, Effort::LONG, None) else { continue };
+            let Ok(again) = minimise(&problem, &start, &whole, patience(&problem), None) else { continue };
             drop(problem);
             rival.fit = Some(lower(old, again));
         }

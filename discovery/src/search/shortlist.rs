@@ -2,7 +2,7 @@
 //!
 //! All begin with short fits from three sizes under wide weights.  They are followed to their ends in the order of what these
 //! left, so that what explains the measurement is known early: one that falls behind it beyond hope is not followed, and another one only as
-//! long as it catches up.  Candidates with several numbers are then fitted from afar, if nothing explains the
+//! long as it catches up.  Candidates with several numbers are then fitted from afar, if nothing comes near the
 //! measurement and nuisances are bent; those whose runs are long come last, but for one that
 //! promises most of all.
 
@@ -191,15 +191,18 @@ impl Search<'_> {
     /// Follows a fit that leaves more than noise further, then fits once more with nuisances as expected: they were bent to imitate what is
     /// missing besides.
     fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64) -> Fit {
-        let whole = self.whole();
-        let mut fit = match minimise(problem, &fit.xi, &whole, Effort::LONG, None) {
+        let (whole, patience) = (self.whole(), patience(problem));
+        let mut fit = match minimise(problem, &fit.xi, &whole, patience, None) {
             Ok(next) => lower(fit, next),
             Err(_) => fit,
         };
+        if !problem.machine.is_fast() {
+            return fit;
+        }
         // Small misses of steep parts make valleys of their own, which wide weights do not see.
         if fit.misfit / expected > ADEQUATE
             && let Ok(over) = minimise(problem, &fit.xi, &self.wide(), Effort::FULL, None)
-            && let Ok(next) = minimise(problem, &over.xi, &whole, Effort::LONG, None)
+            && let Ok(next) = minimise(problem, &over.xi, &whole, patience, None)
         {
             fit = lower(fit, next);
         }
@@ -207,7 +210,7 @@ impl Search<'_> {
             return fit;
         }
         let again = schedule::fit(problem, &problem.expected_nuisances(&fit.xi), &self.setup.train, whole.tau);
-        match again.and_then(|(fit, _)| minimise(problem, &fit.xi, &whole, Effort::LONG, None)) {
+        match again.and_then(|(fit, _)| minimise(problem, &fit.xi, &whole, patience, None)) {
             Ok(again) => lower(fit, again),
             Err(_) => fit,
         }
@@ -221,7 +224,7 @@ impl Search<'_> {
             let tried = &mut pass.tried[rank];
             let Some(insert) = tried.hypothesis.inserts.last() else { continue };
             let typical = insert.effect.probe * self.setup.scale(insert);
-            let afar = is_far && left > 0 && insert.effect.parameters.len() > 1 && !lowest.is_noise();
+            let afar = is_far && left > 0 && insert.effect.parameters.len() > 1 && lowest.misfit > FAR;
             if afar {
                 left -= 1;
                 (self.progress)(&format!("fitting {} from afar", tried.hypothesis.label()));
@@ -239,6 +242,32 @@ impl Search<'_> {
                     tried.fit = Some(tried.fit.take().map_or(fit.clone(), |own| lower(own, fit)));
                 }
             }
+        }
+        self.follow_the_best(pass, chosen, lowest)
+    }
+
+    /// Follows the best of the candidates whose runs are long with derivatives of their own, as long as they explain a good share of what the
+    /// best does.
+    fn follow_the_best(&self, pass: &mut Pass, chosen: &[usize], lowest: &mut Lowest) -> Result<(), Fault> {
+        let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+        let is_slow = |rank: &usize| !pass.tried[*rank].hypothesis.machine.is_fast();
+        let mut order: Vec<usize> = chosen.iter().copied().filter(is_slow).collect();
+        order.sort_by(|&a, &b| cost(&pass.tried[a]).total_cmp(&cost(&pass.tried[b])));
+        for rank in order.into_iter().take(CONTENDERS.0) {
+            let tried = &mut pass.tried[rank];
+            let Some(fit) = tried.fit.take_if(|fit| !fit.fresh) else { continue };
+            let fall = pass.fit.cost - fit.cost;
+            if fall < self.needed || fall < CONTENDERS.1 * (pass.fit.cost - lowest.cost) {
+                tried.fit = Some(fit);
+                continue;
+            }
+            (self.progress)(&format!("going on with {}", tried.hypothesis.label()));
+            let problem = tried.hypothesis.problem(self.setup)?;
+            let next = minimise(&problem, &fit.xi, &self.whole(), patience(&problem).against(lowest.cost), None);
+            drop(problem);
+            let fit = next.map_or(fit.clone(), |next| lower(fit, next));
+            lowest.take(&fit);
+            tried.fit = Some(fit);
         }
         Ok(())
     }
@@ -260,8 +289,8 @@ impl Search<'_> {
     ) -> Result<Option<Fit>, Fault> {
         let whole = self.whole();
         if !hypothesis.machine.is_fast() && base.fresh && base.misfit / lowest.expected < FAR {
-            // Derivatives are dear, and those of the fit without are good: only what gains from them is worth its own.
-            let thrifty = Effort { worthwhile: base.cost - self.needed, reuse: 8, ..Effort::FULL };
+            // Derivatives are dear, and those of the fit without are good: which candidates are worth their own is seen later.
+            let thrifty = Effort { worthwhile: f64::NEG_INFINITY, ..Effort::FULL };
             let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
             let start = [&base.xi[..], &look.start[..]].concat();
             return Ok(minimise(&hypothesis.problem(self.setup)?, &start, &whole, thrifty, known).ok());
@@ -327,6 +356,11 @@ impl Search<'_> {
         let whole = self.whole();
         Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole }
     }
+}
+
+/// How hard a fit is followed on: derivatives through delays are dear.
+pub(super) fn patience(problem: &Problem<'_>) -> Effort {
+    if problem.machine.is_fast() { Effort::LONG } else { Effort { reuse: 8, ..Effort::FULL } }
 }
 
 /// In which role fits of candidates are remembered.

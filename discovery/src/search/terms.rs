@@ -2,10 +2,10 @@
 //!
 //! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
 
-use super::shortlist::Lowest;
+use super::shortlist::{Lowest, patience};
 use super::{ADEQUATE, NEEDED, Pass, Search, Tried, by_cost};
 use crate::Fault;
-use crate::fit::{Effort, minimise};
+use crate::fit::minimise;
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::{Located, locate};
 use crate::projection::Projection;
@@ -65,7 +65,7 @@ impl Search<'_> {
         (self.progress)("fitting again without a term");
         let problem = pass.base.problem(self.setup)?;
         let xi = &start.xi[..problem.unknowns.len()];
-        let Ok(again) = minimise(&problem, xi, &self.whole(), Effort::LONG, None) else { return Ok(()) };
+        let Ok(again) = minimise(&problem, xi, &self.whole(), patience(&problem), None) else { return Ok(()) };
         drop(problem);
         pass.record.note("from where a term ended", &again, pass.expected);
         if again.cost < pass.fit.cost {
