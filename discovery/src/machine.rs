@@ -18,8 +18,9 @@ use crate::variant::CHANNEL;
 /// Part of the distance of output points within which a row stands on one.
 const ON_POINT: f64 = 1e-6;
 
-/// Steps after which a run is given up: many times as many as one takes whose numbers make sense.
-const MOST_STEPS: u64 = 40_000;
+/// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes whose numbers make
+/// sense.
+const MOST_STEPS: (u64, u64) = (40_000, 20);
 /// Relative tolerance of runs with delays.
 const WAVE_TOLERANCE: f64 = 1e-5;
 
@@ -272,7 +273,7 @@ impl Machine {
         options.intervals = span.intervals;
         options.sensitivity = job.derived.iter().map(|&place| places[place].name.clone()).collect();
         grid.prepare(span, job.derived.len());
-        options.max_steps = MOST_STEPS;
+        options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
         match simulator.run(system, &options, grid, &|| false) {
             Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
                 let mut derivatives = std::mem::take(&mut grid.derivatives);

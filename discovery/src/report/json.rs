@@ -133,7 +133,8 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     };
     let named = is_named(findings.status);
     for (insert, pass) in last.base.inserts.iter().zip(&findings.passes).filter(|_| named) {
-        let fall = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        let is_own = |tried: &&Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.label() == insert.label());
+        let fall = pass.tried.iter().find(is_own).map_or(0.0, |tried| tried.fall);
         for site in &insert.sites {
             add(
                 0,

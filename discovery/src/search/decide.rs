@@ -9,7 +9,7 @@ use crate::fit::schedule::Record;
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::Problem;
 use crate::proof::{Gap, gap, unseen};
-use crate::unknowns::{EffectPart, Meaning};
+use crate::unknowns::Meaning;
 
 /// A size of fewer standard errors is none.
 const NOTHING: f64 = 2.0;
@@ -19,9 +19,9 @@ const FURTHER: f64 = 3.0;
 const OF_EACH_SHOT: f64 = 0.5;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
-/// Excess of the mean square over that of noise that an answer may leave where samples are not granted any tolerance of time, and the share
-/// of what was missing that it may leave if that is more: what rises steeply is met a little too early or too late by all models.
-const LEFT: (f64, f64) = (0.21, 0.15);
+/// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples are not granted
+/// any tolerance of time: what rises steeply is met a little too early or too late by all models.
+const LEFT: f64 = 0.15;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
@@ -159,7 +159,8 @@ impl Search<'_> {
         let train = gap(&base, &last.fit.xi, &setup.train, false)?;
         let missing = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
         let excess = |gap: &Gap| gap.all * gap.all - 1.0;
-        let allowed = if last.base.inserts.is_empty() { ADEQUATE - 1.0 } else { LEFT.0.max(LEFT.1 * excess(&missing)) };
+        let share = if last.base.inserts.is_empty() { 0.0 } else { LEFT };
+        let allowed = (ADEQUATE - 1.0).max(share * excess(&missing));
         if excess(&train) > allowed {
             return Ok(Some(format!("what is left is {:.2} times noise", train.all)));
         }
@@ -211,7 +212,7 @@ fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
         Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
         Some(_) if tried.fall < needed => "it brings the model hardly nearer to the measurement".to_string(),
         Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
-        Some(_) if !tried.is_plausible => "its size is beyond what is plausible".to_string(),
+        Some(_) if !tried.is_plausible => "its numbers are beyond what is plausible".to_string(),
         Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
         Some(_) => String::new(),
     }
@@ -279,20 +280,17 @@ pub(super) fn sizes(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_
     Some(Sizes { own, away, others })
 }
 
-/// False if the size of the last effect lies outside of what its library calls plausible by more than [`NOTHING`] standard errors: it only
+/// False if a number of the last effect lies outside of what its library calls plausible by more than [`NOTHING`] standard errors: it only
 /// resembles what is missing.  Sizes of single shots are not judged.
 fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
     let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none()) else { return true };
-    let (Some((low, high)), Ok(problem)) = (insert.effect.parameters[0].range, hypothesis.problem(setup)) else {
-        return true;
-    };
-    let scale = setup.scale(insert);
-    let is_size = |part: &EffectPart| Some(part.effect) == hypothesis.last() && part.parameter == 0;
+    let Ok(problem) = hypothesis.problem(setup) else { return true };
     problem.unknowns.iter().enumerate().all(|(k, unknown)| {
         let Meaning::Value { prior, .. } = &unknown.meaning else { return true };
-        if unknown.shot.is_some() || !unknown.effect.is_some_and(|part| is_size(&part)) {
-            return true;
-        }
+        let part = unknown.effect.filter(|part| Some(part.effect) == hypothesis.last() && unknown.shot.is_none());
+        let range = part.and_then(|part| Some((part, insert.effect.parameters.get(part.parameter)?.range?)));
+        let Some((part, (low, high))) = range else { return true };
+        let scale = if part.parameter == 0 { setup.scale(insert) } else { 1.0 };
         let value = prior.value(fit.xi[k]);
         let error = fit.standard_error(k).unwrap_or(0.0) * prior.slope(fit.xi[k]).abs();
         value + NOTHING * error >= low * scale && value - NOTHING * error <= high * scale

@@ -4,7 +4,7 @@
 //! and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a candidate whose size
 //! ends within two standard errors of nothing is the fit without.  Where the fall of the cost is larger than that size accounts for,
 //! the fit without lies in another valley and the pass is begun again from a lower one.  A name needs a fall of the cost of 25, four
-//! standard errors, a plausible size, a lead of 10 over the next one and residuals that are noise; plain terms at equations are
+//! standard errors, plausible numbers, a lead of 10 over the next one and residuals that are noise; plain terms at equations are
 //! rivals of every effect.
 
 mod afar;
@@ -90,7 +90,7 @@ pub struct Tried {
     pub fall: f64,
     /// Size in standard errors from nothing.
     pub errors: f64,
-    /// The size is one that the library calls plausible.
+    /// Its numbers are such as the library calls plausible.
     pub is_plausible: bool,
     /// Why it was not named, if there is a reason.
     pub verdict: String,

@@ -17,7 +17,11 @@ impl Search<'_> {
     /// Fits the rivals of the effect named in `before` from where `pass`, which begins with it, has ended; the outcome of `before` if it
     /// is no longer that one.
     pub(super) fn revisit(&self, before: &mut Pass, pass: &Pass) -> Result<Option<Outcome>, Fault> {
-        let Some(named) = before.tried.first() else { return Ok(None) };
+        let label = pass.base.label();
+        let Some(first) = before.tried.iter().position(|tried| tried.hypothesis.label() == label) else {
+            return Ok(None);
+        };
+        let named = &before.tried[first];
         let Some(known) = named.fit.as_ref().map(|fit| fit.cost) else { return Ok(None) };
         let scale = (pass.fit.misfit / pass.expected).max(1.0);
         if known - pass.fit.cost < LEAD * scale || pass.fit.xi.len() != named.fit.as_ref().map_or(0, |fit| fit.xi.len())
@@ -25,10 +29,11 @@ impl Search<'_> {
             return Ok(None);
         }
         (self.progress)("fitting the rivals again from a lower valley");
-        let (count, whole, own) = (before.fit.xi.len(), self.whole(), named.hypothesis.label());
+        let (count, whole) = (before.fit.xi.len(), self.whole());
         let enough = RIVALS.0 * named.fall;
-        before.tried[0].fit = Some(pass.fit.clone());
-        for rival in before.tried.iter_mut().skip(1).filter(|tried| tried.fall >= enough).take(RIVALS.1) {
+        before.tried[first].fit = Some(pass.fit.clone());
+        let others = before.tried.iter_mut().filter(|tried| tried.hypothesis.label() != label);
+        for rival in others.filter(|tried| tried.fall >= enough).take(RIVALS.1) {
             let Some(old) = rival.fit.clone() else { continue };
             let start = [&pass.fit.xi[..count], &old.xi[count..]].concat();
             let problem = rival.hypothesis.problem(self.setup)?;
@@ -38,7 +43,7 @@ impl Search<'_> {
         }
         self.judge(before);
         let outcome = self.outcome(before);
-        let is_same = matches!(outcome, Outcome::Name(k) if before.tried[k].hypothesis.label() == own);
+        let is_same = matches!(outcome, Outcome::Name(k) if before.tried[k].hypothesis.label() == label);
         Ok((!is_same).then_some(outcome))
     }
 }
