@@ -355,7 +355,8 @@ impl Search<'_> {
         }
         pass.confusions = confusions(&signatures, &projection);
         drop(projection);
-        let is_quiet = is_quiet && pass.fit.misfit <= noise(pass.expected);
+        // Beside an effect that is named already a small one may still be hidden.
+        let is_quiet = is_quiet && pass.fit.misfit <= noise(pass.expected) && pass.base.inserts.is_empty();
         self.probe(pass, &seen, is_quiet)?;
         pass.seen = is_bent.then_some(seen);
         pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
