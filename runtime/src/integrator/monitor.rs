@@ -32,6 +32,10 @@ const LEAST_CHANGE: u64 = 10;
 /// Steps after which an adopted rival is questioned for the first time; twice as many with each failure of BDF, up to a limit.
 const QUESTION: u64 = 20;
 const MOST_QUESTION: u64 = 160;
+/// Doublings of that where BDF was taken back in vain, up to so many: it did not lead further in the end, or not for so many steps, within
+/// which an unresolved oscillation may still be growing.
+const MOST_MISLED: u32 = 8;
+const LASTING: u64 = 400;
 /// Growth of the patience with each refused trial.
 const BACKOFF: u64 = 4;
 
@@ -105,6 +109,24 @@ impl Meter {
     }
 }
 
+/// BDF since it was taken back from the rival.
+#[derive(Clone, Copy, Default, Debug)]
+struct Return {
+    /// Gain of the rival then.
+    left: f64,
+    /// Time (s) and work since, nothing forgotten.
+    time: f64,
+    work: f64,
+    steps: u64,
+}
+
+impl Return {
+    /// BDF led clearly further than the rival had done before, and not only for a while.
+    fn was_right(&self) -> bool {
+        self.steps >= LASTING && self.time > BDF_AT * self.left * self.work
+    }
+}
+
 /// Memory of the decisions of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Monitor {
@@ -121,6 +143,9 @@ pub(crate) struct Monitor {
     longest: f64,
     patience: u64,
     question: u64,
+    back: Option<Return>,
+    /// How often in a row BDF was taken back in vain.
+    misled: u32,
 }
 
 impl Monitor {
@@ -138,6 +163,8 @@ impl Monitor {
             longest: 0.0,
             patience: PATIENCE,
             question: QUESTION,
+            back: None,
+            misled: 0,
         }
     }
 
@@ -156,6 +183,7 @@ impl Monitor {
         self.ratio = 0.0;
         self.steps = 0;
         (self.refused, self.longest) = (0.0, 0.0);
+        self.back = None;
     }
 
     /// Longest of the last steps (s), those long ago counting less.
@@ -173,6 +201,9 @@ impl Monitor {
         self.steps += 1;
         self.longest = facts.h.max(FADE * self.longest);
         self.recent.add(facts);
+        if let Some(back) = self.back.as_mut().filter(|_| self.mode == Mode::Bdf) {
+            (back.time, back.work, back.steps) = (back.time + facts.h, back.work + facts.work, back.steps + 1);
+        }
         let next = match self.mode {
             Mode::Bdf => self.suspicion(facts),
             Mode::RivalTried => self.rival_verdict(facts),
@@ -209,7 +240,10 @@ impl Monitor {
         let gain = self.recent.gain();
         let (least, most) = self.rival.trial();
         if self.steps >= least && gain > RIVAL_AT * self.before {
-            self.question = QUESTION;
+            if let Some(back) = self.back.take() {
+                self.misled = if back.was_right() { 0 } else { (self.misled + 1).min(MOST_MISLED) };
+            }
+            self.question = QUESTION << self.misled;
             return Mode::Rival;
         }
         let hopeless = self.steps >= least && !facts.growing && gain < RIVAL_AT * self.before;
@@ -225,7 +259,7 @@ impl Monitor {
         let suspicious = self.average(facts);
         let gain = self.recent.gain();
         if self.steps >= PATIENCE && suspicious && self.recent.gain() < BDF_AT * self.before {
-            self.question = (2 * self.question).min(MOST_QUESTION);
+            self.question = self.longer();
             return Mode::Rival;
         }
         if self.steps < BDF_TRIAL {
@@ -233,10 +267,15 @@ impl Monitor {
         }
         if gain > BDF_AT * self.before {
             self.patience = PATIENCE;
+            self.back = Some(Return { left: self.before, ..Return::default() });
             return Mode::Bdf;
         }
-        self.question = (2 * self.question).min(MOST_QUESTION);
+        self.question = self.longer();
         Mode::Rival
+    }
+
+    fn longer(&self) -> u64 {
+        (2 * self.question).min(MOST_QUESTION << self.misled)
     }
 
     fn enter(&mut self, next: Mode) {
@@ -248,5 +287,39 @@ impl Monitor {
         self.mode = next;
         self.steps = 0;
         self.ratio = 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Mode, Monitor, Rival, StepFacts};
+
+    /// Steps of both methods among `count`, where BDF leads twice as far as the rival for `good` steps after each handover, and a tenth as
+    /// far from then on.
+    fn shares(good: u64, count: u64) -> (u64, u64) {
+        let mut monitor = Monitor::new(Rival::OneStep);
+        let (mut bdf, mut rival, mut since) = (0, 0, u64::MAX / 2);
+        for _ in 0..count {
+            let is_rival = matches!(monitor.mode(), Mode::Rival | Mode::RivalTried);
+            let fine = since < good;
+            let (h, ratio) = match (is_rival, fine) {
+                (true, _) => (1.0, 0.0),
+                (false, true) => (2.0, 0.1),
+                (false, false) => (0.1, 0.9),
+            };
+            *(if is_rival { &mut rival } else { &mut bdf }) += 1;
+            since = if is_rival { 0 } else { since.saturating_add(1) };
+            monitor.after(&StepFacts { h, work: 1.0, ratio, order: 5, rejected: false, growing: true });
+        }
+        (bdf, rival)
+    }
+
+    /// What looks good for a hundred steps after each handover is believed ever less often; what lasts is believed at once.
+    #[test]
+    fn a_return_in_vain_is_tried_ever_less_often() {
+        let (bdf, rival) = shares(100, 50_000);
+        assert!(bdf < rival / 8, "{bdf} steps of BDF, {rival} of the rival");
+        let (bdf, rival) = shares(u64::MAX / 4, 50_000);
+        assert!(rival < 200, "{bdf} steps of BDF, {rival} of the rival");
     }
 }
