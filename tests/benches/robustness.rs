@@ -1,8 +1,9 @@
 //! Random draws of all real parameters of the valve drive within a factor of two: every run ends at its time or says why not.
 //!
 //! `cargo bench -p hyd-tests --bench robustness -- [N] [TOLERANCE] [SEED]` (default 300, 1e-6, 1).  Parameters are drawn as value
-//! times `2^u` with u uniform in -1..1.  Prints how many runs ended how, the first message of each kind, and the steps of the
-//! longest run.  Exits with 1 if a run took more steps than the limit, which stands for hanging.
+//! times `2^u` with u uniform in -1..1.  Prints how many runs ended how, the first message of each kind, the air gap that is left where
+//! the spool meets its stop, and the steps of the longest run.  Exits with 1 if a run took more steps than the limit, which stands for
+//! hanging.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -36,7 +37,7 @@ fn main() -> ExitCode {
     let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).max(1));
     let mut simulator = Simulator::new(instance(&compilation, &[]).structure());
     let options = Options { max_steps: MOST_STEPS, ..on_grid(0.05, 500, tolerance) };
-    let mut outcomes: BTreeMap<&'static str, (usize, String)> = BTreeMap::new();
+    let mut outcomes: BTreeMap<&'static str, (String, Vec<f64>)> = BTreeMap::new();
     let (mut longest, mut slowest) = (0, 0.0f64);
     for _ in 0..runs {
         let mut system = instance(&compilation, &[]);
@@ -46,13 +47,16 @@ fn main() -> ExitCode {
         slowest = slowest.max(cpu_seconds() - begin);
         longest = longest.max(simulator.statistics().steps);
         let text = outcome.as_ref().err().map_or_else(String::new, ToString::to_string);
-        let entry = outcomes.entry(kind(outcome.err())).or_insert((0, text));
-        entry.0 += 1;
+        let entry = outcomes.entry(kind(outcome.err())).or_insert((text, Vec::new()));
+        entry.1.push(gap_at_stop(&system));
         assert!(drawn > 0, "the drive has parameters");
     }
     println!("{runs} runs at {tolerance:e}: longest {longest} steps, slowest {slowest:.3} s of CPU time");
-    for (kind, (count, text)) in &outcomes {
-        println!("{count:6} {kind}");
+    for (kind, (text, gaps)) in &mut outcomes {
+        gaps.sort_by(f64::total_cmp);
+        let (count, closed) = (gaps.len(), gaps.iter().filter(|gap| **gap <= 0.0).count());
+        let [first, last] = [gaps[0], gaps[count - 1]].map(|gap| 1e3 * gap);
+        println!("{count:6} {kind}: gap at the stop {first:.3} to {last:.3} mm, closed before it in {closed}");
         text.lines().for_each(|line| println!("         {line}"));
     }
     if outcomes.contains_key("too many steps") { ExitCode::FAILURE } else { ExitCode::SUCCESS }
@@ -72,6 +76,16 @@ fn draw(system: &mut dyn DaeSystem, random: &mut Random) -> usize {
         }
     }
     drawn
+}
+
+/// What is left of the gap of the magnetic circuit, its iron included, where the spool meets its stop (m).
+fn gap_at_stop(system: &dyn DaeSystem) -> f64 {
+    let value = |name: &str| {
+        let (info, element) = system.tables().find(name).expect("a parameter of the drive");
+        let Place::Parameter(index) = info.sources[element].place else { panic!("{name} is no parameter") };
+        system.parameters()[index as usize]
+    };
+    value("ro.lc.B_e") + value("ro.lc.x_0") + value("ro.lc.x_mks") - value("ro.su.stop.s_stop")
 }
 
 fn kind(error: Option<SolveError>) -> &'static str {

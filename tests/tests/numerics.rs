@@ -5,7 +5,7 @@
 //! which depends on where steps happen to fall.  The problems are data (`tests/numerics`); a problem that fails says why under
 //! `open` and is checked to fail still.
 
-use hyd_tests::numerics::{Problem, problems};
+use hyd_tests::numerics::{MOST_DIGITS, Problem, problems};
 
 const TOLERANCES: [(f64, f64); 3] = [(1e-4, 4.0), (1e-6, 6.0), (1e-8, 8.0)];
 
@@ -42,7 +42,7 @@ fn fault(problem: &Problem) -> Option<String> {
             Ok(outcome) => {
                 println!("{:24} {tolerance:.0e} {:6.2} digits ({})", problem.name, outcome.digits, outcome.worst);
                 let others = problem.others.as_ref().map_or(f64::INFINITY, |digits| digits[k] - CHANCE);
-                let promised = (promised - ACCUMULATED).min(problem.most).min(others);
+                let promised = (promised - ACCUMULATED).min(MOST_DIGITS).min(others);
                 reached.push((tolerance, promised, outcome.digits));
             }
             Err(message) => return Some(format!("at {tolerance:.0e}: {message}")),
@@ -52,6 +52,6 @@ fn fault(problem: &Problem) -> Option<String> {
         return Some(format!("{digits:.2} digits at {tolerance:.0e}, {promised:.2} are promised"));
     }
     let pairs = reached.windows(2).map(|pair| (pair[0], pair[1]));
-    let stuck = pairs.into_iter().find(|(before, after)| after.2 <= before.2 && before.2 < problem.most);
+    let stuck = pairs.into_iter().find(|(before, after)| after.2 <= before.2 && before.2 < MOST_DIGITS);
     stuck.map(|(before, after)| format!("no more digits at {:.0e} than at {:.0e}", after.0, before.0))
 }
