@@ -103,7 +103,7 @@ impl Data {
                 range: (high - low) / scale,
             });
         }
-        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, &study.shots.masks));
+        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, study));
         Ok(Self { shots: shots.collect::<Result<_, _>>()?, channels })
     }
 
@@ -113,18 +113,22 @@ impl Data {
     }
 }
 
-fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> Result<ShotData, Fault> {
+fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study) -> Result<ShotData, Fault> {
     let times = &shot.times;
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let step = steps[steps.len() / 2];
-    let span =
-        Span { start: first, stop: last, intervals: (((last - first) / step).round() as usize).clamp(20, 200_000) };
+    let start = start_of_run((first, last, step), study.run.start).map_err(|begin| {
+        Fault::new(format!("shot {}: runs begin at {begin} s, after the first sample", shot.number))
+    })?;
+    let span = Span { start, stop: last, intervals: (((last - start) / step).round() as usize).clamp(20, 200_000) };
     let trace = |channel: &ChannelInfo| -> Result<Option<Trace>, Fault> {
         let Some(raw) = shot.values.get(&channel.name) else { return Ok(None) };
         let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();
-        for mask in masks.iter().filter(|mask| mask.channels.is_empty() || mask.channels.contains(&channel.name)) {
+        for mask in
+            study.shots.masks.iter().filter(|mask| mask.channels.is_empty() || mask.channels.contains(&channel.name))
+        {
             apply_mask(mask, shot, &mut used)?;
         }
         let values: Vec<f64> =
@@ -134,6 +138,19 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], masks: &[Mask]) -> Result<Sh
     };
     let traces = channels.iter().map(trace).collect::<Result<_, _>>()?;
     Ok(ShotData { number: shot.number, times: times.clone(), span, traces })
+}
+
+/// When the run of a shot begins, whose samples go from `first` to `last` in steps (s): with its first sample, or before it where the study
+/// says so or nothing speaks against the model's usual start at 0.  The error is a start behind the first sample.
+fn start_of_run((first, last, step): (f64, f64, f64), stated: Option<f64>) -> Result<f64, f64> {
+    let begin = stated.unwrap_or(0.0);
+    let is_before = first - begin > 1e-6 * step;
+    match stated {
+        Some(begin) if begin - first > 1e-6 * step => Err(begin),
+        Some(begin) if is_before => Ok(begin),
+        None if is_before && first - begin <= last - first => Ok(begin),
+        _ => Ok(first),
+    }
 }
 
 fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) -> Result<(), Fault> {
@@ -181,4 +198,20 @@ fn slopes(times: &[f64], values: &[f64], used: &[bool]) -> Vec<f64> {
     (0..n)
         .map(|k| local[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(n)].iter().copied().fold(0.0, f64::max))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::start_of_run;
+
+    #[test]
+    fn runs_begin_with_the_model_where_the_record_begins_later() {
+        // A record with a part before the trigger, one that begins a sample late, one whose clock counts from elsewhere.
+        assert_eq!(start_of_run((-0.002, 0.04, 5e-5), None), Ok(-0.002));
+        assert_eq!(start_of_run((5e-5, 0.04, 5e-5), None), Ok(0.0));
+        assert_eq!(start_of_run((100.0, 100.04, 5e-5), None), Ok(100.0));
+        assert_eq!(start_of_run((100.0, 100.04, 5e-5), Some(99.99)), Ok(99.99));
+        assert_eq!(start_of_run((0.0, 0.04, 5e-5), None), Ok(0.0));
+        assert_eq!(start_of_run((0.0, 0.04, 5e-5), Some(0.01)), Err(0.01));
+    }
 }

@@ -154,11 +154,14 @@ pub struct Mask {
 pub struct Run {
     /// Relative tolerance of the runs.
     pub tolerance: f64,
+    /// When runs begin (s), which is when the model has its start values; where it is not given at 0, or at the first sample if
+    /// that is earlier or later by more than the length of the record.
+    pub start: Option<f64>,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { tolerance: 1e-6 }
+        Self { tolerance: 1e-6, start: None }
     }
 }
 
@@ -193,6 +196,9 @@ impl Study {
         }
         if study.channels.is_empty() {
             return Err(Fault::new("the study names no channel"));
+        }
+        if study.run.start.is_some_and(|start| !start.is_finite()) {
+            return Err(Fault::new("the start of runs must be a time (s)"));
         }
         if !(1e-12..=1e-3).contains(&study.run.tolerance) {
             return Err(Fault::new(format!("the tolerance {} must lie between 1e-12 and 1e-3", study.run.tolerance)));

@@ -119,8 +119,11 @@ impl Scene<'_> {
     fn extend(&self, built_in: &dyn Fn(&str) -> bool) -> Result<Extended, Fault> {
         let (setup, workshop) = (self.setup, self.workshop);
         let inserts = inserts(setup, self.last)?;
+        // Records of a clock that counts from elsewhere.
+        let start = setup.data.shots.iter().map(|shot| shot.span.start).fold(f64::INFINITY, f64::min);
+        let start = if start > 0.0 { format!("StartTime = {start:e}, ") } else { String::new() };
         let annotation = format!(
-            "  annotation(experiment(StopTime = {:e}, Tolerance = 1e-7), __hyd(discovered(from = \"{}\", status = \"{}\", set = \"{}\")));\n",
+            "  annotation(experiment({start}StopTime = {:e}, Tolerance = 1e-7), __hyd(discovered(from = \"{}\", status = \"{}\", set = \"{}\")));\n",
             setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max),
             workshop.class,
             self.findings.status.word(),

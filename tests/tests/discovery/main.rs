@@ -10,6 +10,7 @@ mod calibrated;
 mod hidden;
 mod renamed;
 mod resumed;
+mod rubbing;
 
 use std::fmt::Write as _;
 use std::fs;
