@@ -175,3 +175,18 @@ fn a_line_costs_few_steps_with_either_choice_of_the_one_step_method() {
     let forced = run(&format!("{folder}/with_line/linedrive.hyd"), &[], &options(1e-4, Solver::Esdirk));
     assert_eq!(forced.summary.statistics.steps, line(1e-4).summary.statistics.steps);
 }
+
+/// In a line of a few centimetres waves run to and fro ten thousand times a second for as long as the drive moves.  Steps beyond the delay do not
+/// pay, and the errors that come back with each return are no reason for the derivatives to step shorter than the solution does.
+#[test]
+fn a_very_short_line_does_not_stop_the_drive() {
+    let file = "models/single_acting_drive/with_line/linedrive.hyd";
+    let set = [("supply.l", "0.034")];
+    let options = on_grid(0.01, 100, 1e-5);
+    let one_step = run(file, &set, &Options { solver: Solver::Esdirk, ..options.clone() });
+    let names = ["supply.l", "supply.a", "sh.m_y"].map(String::from).to_vec();
+    let auto = run(file, &set, &Options { sensitivity: names, ..options });
+    let (least, taken) = (one_step.summary.statistics.steps, &auto.summary.statistics);
+    assert!(taken.steps < least + least / 4, "{} steps, {least} by the one-step method", taken.steps);
+    assert!(taken.sensitivity_steps < 5 * taken.steps, "{} steps of the derivatives", taken.sensitivity_steps);
+}

@@ -3,6 +3,7 @@
 //! [`Integrator`] steps with one of the two and hands over from one to the other at accepted points, without a restart at order
 //! one.  With [`Solver::Auto`] the [`monitor`] decides when, from what steps cost and how far they lead.
 
+mod crowding;
 mod monitor;
 mod phases;
 
@@ -14,6 +15,7 @@ use crate::first_step::FirstSteps;
 use crate::problem::Problem;
 use crate::weights::Weights;
 use crate::{Solver, Statistics};
+use crowding::Crowding;
 use monitor::{Mode, Monitor, Rival, StepFacts};
 use phases::MOST_PHASES;
 pub use phases::{Method, MethodPhase, Reason};
@@ -26,10 +28,6 @@ const STEP_RATIO: f64 = 4.0;
 /// Smaller systems stay with BDF: what few oscillations they have must be resolved by any method, and where contacts change their
 /// character trials cost more than they gain (a drive of eight states: a fifth more time at equal error).
 const LEAST_UNKNOWNS: usize = 40;
-/// With delays the one-step method is left to BDF, whose steps may be longer than a delay, after so many steps that could be so
-/// many times as long as the shortest one.
-const CROWDED_STEPS: u32 = 8;
-const CROWDED: f64 = 4.0;
 /// The first step of a trial is at most so much longer than those of BDF suggest.
 const MOST_LEAP: f64 = 100.0;
 
@@ -55,8 +53,8 @@ pub(crate) struct Integrator {
     /// The system has delays, and states of its own that do not change: then the one-step method integrates it, because its error
     /// estimate does not look at differences over many steps, which the rough error of a recorded past fills.
     delayed: bool,
-    /// Successive steps that would be much longer if the shortest delay allowed it; from [`CROWDED_STEPS`] on for good.
-    crowded: u32,
+    /// With delays: they are shorter than the steps.
+    crowding: Crowding,
     /// The step to come is the first after an event: it is one of the one-step method, whose past BDF takes over at order 4.
     starting: bool,
     /// The run has had its first start.
@@ -86,7 +84,7 @@ impl Integrator {
             monitor: Monitor::new(Rival::OneStep),
             watched: false,
             delayed: false,
-            crowded: 0,
+            crowding: Crowding::new(),
             starting: false,
             begun: false,
             scratch: vec![0.0; structure.unknowns],
@@ -113,7 +111,7 @@ impl Integrator {
         self.monitor = Monitor::new(rival);
         let method = if solver == Solver::Esdirk { Method::Esdirk } else { Method::Bdf };
         self.begun = false;
-        self.crowded = 0;
+        self.crowding = Crowding::new();
         self.phases.clear();
         self.phases.push(MethodPhase { from: start, method, reason: Reason::Start });
     }
@@ -127,7 +125,7 @@ impl Integrator {
     fn wanted(&self) -> Active {
         match (self.solver, self.monitor.mode()) {
             (Solver::Esdirk, _) => Active::OneStep,
-            (Solver::Auto, _) if self.starting || self.delayed && self.crowded < CROWDED_STEPS => Active::OneStep,
+            (Solver::Auto, _) if self.starting || self.delayed && !self.crowding.is_on() => Active::OneStep,
             _ if !self.watched => Active::Bdf,
             (Solver::Auto, Mode::Rival | Mode::RivalTried) => Active::OneStep,
             _ => Active::Bdf,
@@ -217,13 +215,16 @@ impl Integrator {
 
     /// Notes whether the shortest delay (s) keeps the step short.
     pub(crate) fn note_delay(&mut self, shortest: f64) {
-        if self.solver != Solver::Auto || !self.delayed || self.crowded >= CROWDED_STEPS {
+        if self.solver != Solver::Auto || !self.delayed {
             return;
         }
-        let next = self.stepping().map_or(0.0, Esdirk::next_step);
-        self.crowded = if next > CROWDED * shortest { self.crowded + 1 } else { 0 };
-        if self.crowded == CROWDED_STEPS && self.phases.len() < MOST_PHASES {
-            self.phases.push(MethodPhase { from: self.t(), method: Method::Bdf, reason: Reason::ShortDelay });
+        let step = self.stepping().map_or_else(|| self.bdf.step_size(), Esdirk::next_step);
+        if self.crowding.note(step, shortest) && self.phases.len() < MOST_PHASES {
+            let (method, reason) = match self.crowding.is_on() {
+                true => (Method::Bdf, Reason::ShortDelay),
+                false => (Method::Esdirk, Reason::LongDelay),
+            };
+            self.phases.push(MethodPhase { from: self.t(), method, reason });
         }
     }
 

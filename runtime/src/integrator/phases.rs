@@ -41,6 +41,8 @@ pub enum Reason {
     },
     /// Steps longer than the shortest delay pay.
     ShortDelay,
+    /// They turned out to be shorter than the delay.
+    LongDelay,
 }
 
 impl fmt::Display for Reason {
@@ -50,6 +52,7 @@ impl fmt::Display for Reason {
             Reason::Stability { .. } => write!(f, "lightly damped oscillations limit the order of BDF"),
             Reason::Recovered { .. } => write!(f, "BDF leads further again"),
             Reason::ShortDelay => write!(f, "a delay is shorter than the steps"),
+            Reason::LongDelay => write!(f, "steps beyond a delay do not pay"),
         }
     }
 }

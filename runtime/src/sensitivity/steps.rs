@@ -25,6 +25,10 @@ const FORGIVEN: f64 = 10.0;
 const TIGHT: f64 = 1e-6;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
+/// With delays the past is rough by the errors of earlier steps, which no step resolves, however short: one of this part of the
+/// solution's own is taken as it is.  Without that each pass through a delay asks for shorter steps than the one before.  The second
+/// number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask for more.
+const SHORTEST: (f64, f64) = (0.5, 0.125);
 /// Aim below the accepted error.
 const SAFETY: f64 = 0.85;
 /// Growth and shrinking of steps.
@@ -168,7 +172,10 @@ impl Steps {
     ) -> Result<(), (f64, FactorError)> {
         let limit = breaks.next().map_or(trail.end(), |(before, _)| before.min(trail.end()));
         // What a step reads of the past must be known.
-        let limit = problem.system.shortest_delay().map_or(limit, |shortest| limit.min(self.t + shortest));
+        let shortest = problem.system.shortest_delay();
+        let limit = shortest.map_or(limit, |shortest| limit.min(self.t + shortest));
+        let part = if self.tolerance < FORGIVEN * TIGHT { SHORTEST.1 } else { SHORTEST.0 };
+        let least = shortest.map_or(0.0, |_| part * trail.step_over(self.t));
         if limit <= self.t {
             // The next break is at hand, or the last one led to the end.
             return Ok(());
@@ -192,13 +199,14 @@ impl Steps {
                 Err(_) => f64::NAN,
             };
             let tiny = h <= 64.0 * f64::EPSILON * self.t.abs();
-            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny)) {
+            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || h <= 1.001 * least)) {
                 let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
                 self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
                 if self.attempts == 1 && wanted.is_finite() && target == limit {
                     // What was cut short says little about the next one.
                     self.h = self.h.max(wanted);
                 }
+                self.h = self.h.max(least);
                 (self.t_before, self.t, self.h_used) = (self.t, target, h);
                 self.first = std::mem::take(&mut self.fresh);
                 self.measure();
@@ -208,7 +216,8 @@ impl Steps {
                 // No value at any length: the matrix was solvable, the result is not.
                 return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
             }
-            self.h = h * if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
+            let shorter = if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
+            self.h = (h * shorter).max(if error.is_finite() { least } else { 0.0 });
         }
     }
 

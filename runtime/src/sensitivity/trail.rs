@@ -76,6 +76,13 @@ impl Trail {
         self.points[..self.count].last().map_or(f64::NEG_INFINITY, |point| point.t)
     }
 
+    /// The step of the solution that leads over a time between the first and the last point (s).
+    pub(super) fn step_over(&self, t: f64) -> f64 {
+        let points = &self.points[..self.count];
+        let right = points.iter().position(|point| point.t > t).unwrap_or(points.len().saturating_sub(1));
+        if right == 0 { 0.0 } else { points[right].t - points[right - 1].t }
+    }
+
     /// The solution at a time between the first and the last point.
     pub(super) fn values(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
         let points = &self.points[..self.count];
