@@ -80,7 +80,8 @@ impl Matrices {
         trail.values(a, &mut self.y, &mut self.yp);
         problem.system.jacobian(a, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
         self.before.clear();
-        self.before.extend(self.state_values.iter().chain(&self.rate_values));
+        self.before.extend_from_slice(&self.state_values);
+        self.before.extend_from_slice(&self.rate_values);
         trail.values(b, &mut self.y, &mut self.yp);
         problem.system.jacobian(b, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
         let after = self.state_values.iter().chain(&self.rate_values);
