@@ -1,6 +1,6 @@
 //! Makes the table of the standard library's texts that the binary carries.
 //!
-//! Every `.hyd` file below `../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by path.  Reads nothing else.
+//! Every `.hyd` file and `package.order` below `../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by path.  Reads nothing else.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn collect(root: &Path, folder: &Path, files: &mut Vec<(String, PathBuf)>) -> io
         let path = entry?.path();
         if path.is_dir() {
             collect(root, &path, files)?;
-        } else if path.extension().is_some_and(|extension| extension == "hyd") {
+        } else if path.extension().is_some_and(|extension| extension == "hyd" || extension == "order") {
             let inner = path.strip_prefix(root).unwrap_or(&path);
             let parts: Vec<_> = inner.components().map(|part| part.as_os_str().to_string_lossy()).collect();
             files.push((parts.join("/"), path.clone()));

@@ -17,11 +17,14 @@ use hyd_system::DaeSystem;
 
 use crate::arguments::{Doc, MessageFormat};
 use crate::fmt::collect;
-use crate::library::{LibraryPath, built_in_texts};
+use crate::library::{LibraryPath, built_in_order, built_in_texts};
 use crate::{Failure, clock, output, translate};
 
 /// Curves of a picture when the example does not say which.
 const FEW: usize = 6;
+/// The text of a package, and the file beside it that orders its classes.
+const PACKAGE: &str = "package.hyd";
+const ORDER: &str = "package.order";
 /// Intervals of a picture; more points than it has pixels.
 const INTERVALS: usize = 1000;
 
@@ -72,22 +75,33 @@ fn sources(folder: Option<&Path>) -> Result<Vec<Source>, Failure> {
         }
         let mut files = BTreeSet::new();
         collect(folder, &mut files).map_err(Failure::Fault)?;
-        let (packages, others): (Vec<_>, Vec<_>) =
-            files.into_iter().partition(|file| file.file_name().is_some_and(|name| name == "package.hyd"));
+        let (packages, others): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| file.ends_with(PACKAGE));
         for file in packages.into_iter().chain(others) {
             let text = read_text(&file).map_err(|error| Failure::Fault(error.to_string()))?;
-            sources.push(Source { name: file.display().to_string(), text, shown: true });
+            let order = match file.with_file_name(ORDER) {
+                beside if file.ends_with(PACKAGE) && beside.is_file() => {
+                    names(&read_text(&beside).map_err(|error| Failure::Fault(error.to_string()))?)
+                }
+                _ => Vec::new(),
+            };
+            sources.push(Source { name: file.display().to_string(), text, shown: true, order });
         }
     }
     let shown = folder.is_none();
-    let (packages, others): (Vec<_>, Vec<_>) = built_in_texts().partition(|(name, _)| name.ends_with("package.hyd"));
+    let (packages, others): (Vec<_>, Vec<_>) = built_in_texts().partition(|(name, _)| name.ends_with(PACKAGE));
     let built_in = packages.into_iter().chain(others);
     sources.extend(built_in.map(|(name, text)| Source {
         name: format!("<built-in>/{name}"),
         text: text.into(),
         shown,
+        order: names(built_in_order(name)),
     }));
     Ok(sources)
+}
+
+/// The names that a `package.order` lists, one a line.
+fn names(text: &str) -> Vec<String> {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).map(String::from).collect()
 }
 
 /// Runs an example and draws it; `Err`: why that is not possible.

@@ -18,6 +18,8 @@ pub struct Source {
     pub text: String,
     /// Its classes are shown; otherwise they are only there to be looked up.
     pub shown: bool,
+    /// Of the text of a package: its classes in the order in which they are to be shown, as far as `package.order` lists them.
+    pub order: Vec<String>,
 }
 
 /// A class and where it stands.
@@ -95,6 +97,21 @@ impl Library {
     /// The text that a class stands in.
     pub(crate) fn text(&self, class: usize) -> &str {
         &self.sources[self.entries[class].source].text
+    }
+
+    /// The classes within a class: as its package orders them, then those it does not list; packages first where it says nothing.
+    pub(crate) fn within(&self, class: usize) -> Vec<usize> {
+        let mut children = self.entries[class].children.clone();
+        let source = self.entries[class].source;
+        // Only the outermost class of a text is the package that the order is of.
+        let is_own = class == 0 || self.entries[class - 1].source != source;
+        let order = if is_own { self.sources[source].order.as_slice() } else { &[] };
+        let rank = |child: usize| {
+            let name = &*self.entries[child].class.name.name;
+            order.iter().position(|own| own == name).unwrap_or(order.len())
+        };
+        children.sort_by_key(|&child| (rank(child), self.entries[child].children.is_empty()));
+        children
     }
 
     /// Indices of the classes that are shown.

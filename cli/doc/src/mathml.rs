@@ -290,7 +290,7 @@ mod tests {
     fn shown(text: &str) -> String {
         let text = format!("model M equation x = {text}; end M;");
         assert!(hyd_syntax::parse(Files::new().add("m", ""), &text).diagnostics.is_empty(), "{text}");
-        let library = Library::new(vec![Source { name: "m".into(), text, shown: true }]);
+        let library = Library::new(vec![Source { name: "m".into(), text, shown: true, order: Vec::new() }]);
         let hyd_syntax::tree::ClassBody::Long { equations, .. } = &library.entries[0].class.body else { panic!() };
         let EquationKind::Equal(_, right) = &equations[0].equations[0].kind else { panic!() };
         expression(right).replace("<mrow>", "").replace("</mrow>", "")

@@ -142,17 +142,10 @@ impl Page {
     }
 }
 
-/// The classes in a class, those with classes of their own first.
-fn children(library: &Library, class: usize) -> Vec<usize> {
-    let mut children = library.entries[class].children.clone();
-    children.sort_by_key(|child| library.entries[*child].children.is_empty());
-    children
-}
-
 /// A class and all in it, in the order of the tree.
 fn in_order(library: &Library, class: usize, order: &mut Vec<usize>) {
     order.push(class);
-    children(library, class).into_iter().for_each(|child| in_order(library, child, order));
+    library.within(class).into_iter().for_each(|child| in_order(library, child, order));
 }
 
 /// A class in the tree, with those in it.
@@ -165,7 +158,7 @@ fn node(library: &Library, class: usize) -> String {
         kind(library, class),
         escape(&entry.class.name.name)
     );
-    let children = children(library, class);
+    let children = library.within(class);
     let mut out = String::new();
     if children.is_empty() {
         let _ = write!(out, "<li>{link}</li>");

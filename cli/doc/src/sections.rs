@@ -126,7 +126,7 @@ impl Sections<'_> {
     /// What a package holds.
     fn contents(&self, class: usize) -> String {
         let mut out = String::new();
-        for &child in &self.library.entries[class].children {
+        for child in self.library.within(class) {
             let entry = &self.library.entries[child];
             let description = entry.class.description.as_deref().unwrap_or_default();
             let mut unit = of_type(self.library, child).unit.unwrap_or_default();

@@ -113,6 +113,19 @@ fn a_folder_of_ones_own_is_shown_alone() {
         assert!(bore.contains(shown), "{shown} is not in\n{bore}");
     }
     assert!(!page.contains("id=\"Hyd."));
+    // In the order of the alphabet unless the package says another; what it does not list comes last.
+    folder.write("Mine/Axle.hyd", "within Mine;\nmodel Axle\nend Axle;\n");
+    folder.write("Mine/Cam.hyd", "within Mine;\nmodel Cam\nend Cam;\n");
+    for (order, wanted) in [("", ["Axle", "Bore", "Cam"]), ("Cam\n\nBore\nGone\n", ["Cam", "Bore", "Axle"])] {
+        folder.write("Mine/package.order", order);
+        assert_eq!(run(folder.path(), &["doc", "Mine", "-o", "mine.html"]).code, Some(0));
+        let page = folder.read("mine.html");
+        let package = section(&page, "Mine");
+        for text in [&page[page.find("<nav").expect("a tree")..], package] {
+            let places = wanted.map(|name| text.find(&format!("href=\"#Mine.{name}\"")).expect("linked"));
+            assert!(places.is_sorted(), "{wanted:?} at {places:?}");
+        }
+    }
     let outcome = run(folder.path(), &["doc", "none"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(1), "error: there is no folder `none`\n"));
 }
