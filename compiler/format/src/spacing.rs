@@ -4,62 +4,31 @@
 //! ranges, inside brackets, and before those of calls and subscripts.  Operators that work element by element have blanks,
 //! because `2.*x` reads as `2.` times `x`.
 
+use hyd_syntax::is_keyword;
+
 use crate::tokens::{Kind, Token};
 
-/// Words that are no operand: a sign after them belongs to what follows, and so does a bracket.
-const WORDS: [&str; 46] = [
-    "algorithm",
-    "and",
-    "block",
-    "class",
-    "connector",
-    "constant",
-    "constrainedby",
-    "discrete",
-    "each",
-    "else",
-    "elseif",
-    "elsewhen",
-    "encapsulated",
-    "equation",
-    "expandable",
-    "extends",
-    "external",
-    "final",
-    "flow",
-    "for",
-    "function",
-    "if",
-    "import",
-    "impure",
-    "in",
-    "inner",
-    "input",
-    "loop",
-    "model",
-    "not",
-    "operator",
-    "or",
-    "outer",
-    "output",
-    "package",
-    "parameter",
-    "partial",
-    "record",
-    "redeclare",
-    "replaceable",
-    "return",
-    "stream",
-    "then",
-    "type",
-    "when",
-    "while",
+/// Keywords that end an operand or are written like one: a sign after them is an operation, and a bracket belongs to them.
+const OPERANDS: [&str; 13] = [
+    "annotation",
+    "break",
+    "connect",
+    "der",
+    "end",
+    "enumeration",
+    "false",
+    "initial",
+    "protected",
+    "public",
+    "pure",
+    "true",
+    "within",
 ];
 
 /// True if the token ends an operand.
 pub(crate) fn is_operand(token: &Token<'_>) -> bool {
     match token.kind {
-        Kind::Word => !WORDS.contains(&token.text),
+        Kind::Word => !is_keyword(token.text) || OPERANDS.contains(&token.text),
         Kind::Number | Kind::Text => true,
         Kind::Symbol => token.closes(),
         Kind::LineComment | Kind::BlockComment => false,

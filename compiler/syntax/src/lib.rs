@@ -23,3 +23,4 @@ pub mod visit_mut;
 
 pub use build_file::parse;
 pub use printer::{print_expr, print_path, print_reference};
+pub use recovery::is_keyword;

@@ -138,7 +138,7 @@ const PREFIX_WORDS: [&str; 12] = [
 ];
 
 /// Whether a word is a keyword of Modelica 3.6.
-pub(crate) fn is_keyword(word: &str) -> bool {
+pub fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
 }
 
