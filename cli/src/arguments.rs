@@ -102,7 +102,8 @@ pub struct ModelArguments {
 /// Where classes come from.
 #[derive(Args, Debug, Default)]
 pub struct LibraryArguments {
-    /// Folder with libraries: class A is DIR/A/package.hyd or DIR/A.hyd (repeatable; then HYD_LIBRARY, then the built-in library)
+    /// Folder with libraries, or one library: class A is DIR/A/package.hyd or DIR/A.hyd, .mo serves too (repeatable; then
+    /// HYD_LIBRARY, then the built-in library)
     #[arg(long = "library", value_name = "DIR")]
     pub library: Vec<PathBuf>,
 }
@@ -270,10 +271,10 @@ pub struct Sweep {
 #[derive(Args, Debug)]
 pub struct Compare {
     /// A result file
-    #[arg(value_name = "A.csv|A.mat")]
+    #[arg(value_name = "A.csv|A.mat|A.parquet")]
     pub first: PathBuf,
     /// Another one
-    #[arg(value_name = "B.csv|B.mat")]
+    #[arg(value_name = "B.csv|B.mat|B.parquet")]
     pub second: PathBuf,
     /// Largest deviation, as a part of a variable's range, that counts as equal
     #[arg(long, value_name = "R", default_value_t = 1e-3, allow_negative_numbers = true)]

@@ -13,6 +13,8 @@ use crate::{Bench, Fault, Study};
 
 /// Samples to either side over which the slope is the largest.
 const NEIGHBOURS: usize = 4;
+/// Output points of a run.
+const MOST_INTERVALS: usize = 200_000;
 
 /// One channel of one shot.
 #[derive(Clone, Debug)]
@@ -122,7 +124,14 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study) -> Result<Sho
     let start = start_of_run((first, last, step), study.run.start).map_err(|begin| {
         Fault::new(format!("shot {}: runs begin at {begin} s, after the first sample", shot.number))
     })?;
-    let span = Span { start, stop: last, intervals: (((last - start) / step).round() as usize).clamp(20, 200_000) };
+    let intervals = ((last - start) / step).round();
+    if start < first && intervals > MOST_INTERVALS as f64 {
+        return Err(Fault::new(format!(
+            "shot {}: from the start of runs at {start} s to {last} s there are {intervals} sample periods, more than {MOST_INTERVALS}",
+            shot.number
+        )));
+    }
+    let span = Span { start, stop: last, intervals: (intervals as usize).clamp(20, MOST_INTERVALS) };
     let trace = |channel: &ChannelInfo| -> Result<Option<Trace>, Fault> {
         let Some(raw) = shot.values.get(&channel.name) else { return Ok(None) };
         let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();

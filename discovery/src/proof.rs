@@ -1,6 +1,6 @@
 //! The gap before and after: residuals of shots, seen and unseen, under the true noise.
 //!
-//! Here the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise.  On shots that were held out
+//! In a gap the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise; [`unseen`] grants the fits' tolerance.  On shots that were held out
 //! everything that holds for all shots stays as it was fitted; only what belongs to the shot itself is fitted again.
 
 use crate::Fault;

@@ -84,6 +84,16 @@ impl Setup {
         if train.is_empty() {
             return Err(Fault::new("all shots are held out, so that none is left to fit"));
         }
+        let counts = |&shot: &usize| {
+            let traces = data.shots[shot].traces.iter().flatten();
+            traces.flat_map(|trace| &trace.used).any(|used| *used)
+        };
+        for (shots, words) in [(&train, "fitted"), (&held_out, "held out")] {
+            if !shots.is_empty() && !shots.iter().any(counts) {
+                let words = format!("no sample of the shots that are {words} counts: all are missing or masked");
+                return Err(Fault::new(words));
+            }
+        }
         Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads })
     }
 

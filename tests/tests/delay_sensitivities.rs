@@ -187,3 +187,32 @@ fn a_delay_time_of_zero_is_refused() {
         "no sensitivity to `k`: a `delay` has a delay time of zero, through which there are no derivatives"
     );
 }
+
+/// A solution at rest has long steps; its derivative by the start value dies out a thousand times faster than the delay:
+/// `z = int y`, `dz/dy0 = (1 - exp(-r t))/r`, and what comes back is that of `t - tau`.
+#[test]
+fn derivatives_that_die_out_fast_beside_a_solution_at_rest() {
+    let text = "model Rest
+        parameter Real y0 = 1;
+        parameter Real r = 1000;
+        Real y(start = y0, fixed = true);
+        Real z(start = 0, fixed = true);
+        Real w;
+      equation
+        der(y) = -r*(y - 1);
+        der(z) = y;
+        w = delay(z, 0.1);
+      end Rest;";
+    for tolerance in [1e-4, 1e-6, 1e-9_f64] {
+        // A few times the local error that is accepted, of the largest derivative.
+        let allowed = 5e-3 * f64::max(10.0 * tolerance, 1e-5 * f64::powf(tolerance / 1e-6, 0.8));
+        let rows = run(text, 1.0, &["y0"], tolerance);
+        for t in [0.01, 0.05, 0.3, 1.0] {
+            let expected = |t: f64| if t > 0.0 { -(-1000.0 * t).exp_m1() / 1000.0 } else { 0.0 };
+            for (name, exact) in [("z", expected(t)), ("w", expected(t - 0.1))] {
+                let found = rows.series(&format!("d({name})/d(y0)")).expect("recorded").value(t, Side::After);
+                assert!((found - exact).abs() < allowed, "d({name})/d(y0) at {t}: {found}, not {exact}");
+            }
+        }
+    }
+}

@@ -55,6 +55,13 @@ impl Weighing {
     }
 }
 
+/// Where a share of a record ends (s).  What comes before 0, the record before the trigger, is no part of the share, nor is the time before a run
+/// whose clock counts from elsewhere.
+fn end_of(span: &Span, horizon: f64) -> f64 {
+    let from = span.start.max(0.0);
+    from + horizon * (span.stop - from)
+}
+
 impl Problem<'_> {
     /// Numbers of all shots.
     pub fn all_shots(&self) -> Vec<usize> {
@@ -92,9 +99,7 @@ impl Problem<'_> {
     /// Output points of each shot up to a share of the record.
     pub(crate) fn spans(&self, horizon: f64) -> Vec<Span> {
         let cut = |span: &Span| {
-            // The record before the trigger is no part of the share.
-            let from = span.start.min(0.0);
-            let wanted = ((horizon * span.stop - from) / span.step()).ceil().max(8.0) as usize;
+            let wanted = ((end_of(span, horizon) - span.start) / span.step()).ceil().max(8.0) as usize;
             let intervals = wanted.min(span.intervals);
             let stop =
                 if intervals == span.intervals { span.stop } else { span.start + intervals as f64 * span.step() };
@@ -199,7 +204,7 @@ impl Problem<'_> {
     pub fn weights(&self, shot: usize, channel: usize, weighing: &Weighing) -> Vec<f64> {
         let data = &self.data.shots[shot];
         let Some(trace) = &data.traces[channel] else { return Vec::new() };
-        let end = weighing.horizon * data.span.stop + 1e-9 * data.span.step();
+        let end = end_of(&data.span, weighing.horizon) + 1e-9 * data.span.step();
         let tau = weighing.tau * data.span.step();
         let sigma = self.data.channels[channel].noise.sigma;
         let samples = data.times.iter().zip(trace.used.iter().zip(&trace.slope));
@@ -261,5 +266,20 @@ impl Problem<'_> {
         let Some(run) = &runs[shot] else { return Vec::new() };
         let ((gain, offset), late) = (self.chain(xi, channel), self.late(xi, shot));
         data.times.iter().map(|&time| gain * data.span.at(&run[channel], time - late).0 + offset).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::end_of;
+    use crate::machine::Span;
+
+    #[test]
+    fn a_share_of_a_record_does_not_depend_on_its_clock() {
+        let end = |start: f64, stop: f64| end_of(&Span { start, stop, intervals: 20 }, 0.25);
+        assert_eq!(end(0.0, 0.04), 0.01);
+        // The record before the trigger is no part of the share.
+        assert_eq!(end(-0.002, 0.04), 0.01);
+        assert!((end(100.0, 100.04) - 100.01).abs() < 1e-12);
     }
 }

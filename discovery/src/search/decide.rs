@@ -153,7 +153,7 @@ impl Search<'_> {
     }
 
     /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
-    /// must make the gap on shots held out smaller, and shots of one operating point cannot tell an effect from wrong numbers.
+    /// must not make the gap on shots held out larger, and shots of one operating point cannot tell an effect from wrong numbers.
     fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<String>, Fault> {
         let (setup, base) = (self.setup, last.base.problem(self.setup)?);
         let train = gap(&base, &last.fit.xi, &setup.train, false)?;

@@ -18,7 +18,7 @@ const FEWER: Effort = Effort { steps: 4, ..STEPS };
 /// Where the nuisances leave more of a signature than this, the score is trusted: where something is missing, and where nothing but noise is
 /// left.
 const LEFT: (f64, f64) = (0.35, 0.15);
-/// A signature that would be seen less clearly than this at its typical size is not followed.
+/// A signature that would be seen less clearly than this at the size that explains most is not followed.
 const VISIBLE: f64 = 25.0;
 
 impl Search<'_> {

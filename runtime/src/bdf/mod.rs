@@ -106,6 +106,7 @@ impl Bdf {
         self.max_order = max_order;
         self.max_step = max_step;
         self.min_step_scale = time_scale;
+        self.stuck = 0;
         self.corrector.reset(nominals);
     }
 
@@ -127,6 +128,7 @@ impl Bdf {
         self.corrector.y.copy_from_slice(self.history.phi(0));
         self.corrector.yp.copy_from_slice(yp);
         self.selection = Selection::resumed();
+        self.stuck = 0;
         self.t_before = t;
     }
 

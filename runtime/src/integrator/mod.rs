@@ -208,14 +208,15 @@ impl Integrator {
         self.active = wanted;
     }
 
-    /// The one-step method is in use; its steps must not be longer than a delay.
+    /// The next step is one of the one-step method, which must not be longer than a delay.
     pub(crate) fn is_one_step(&self) -> bool {
-        self.active == Active::OneStep
+        self.wanted() == Active::OneStep
     }
 
     /// Notes whether the shortest delay (s) keeps the step short.
     pub(crate) fn note_delay(&mut self, shortest: f64) {
-        if self.solver != Solver::Auto || !self.delayed {
+        // Behind an event there is no step yet to judge, and none to hand over.
+        if self.solver != Solver::Auto || !self.delayed || self.t() <= self.t_before() {
             return;
         }
         let step = self.stepping().map_or_else(|| self.bdf.step_size(), Esdirk::next_step);

@@ -25,10 +25,15 @@ const FORGIVEN: f64 = 10.0;
 const TIGHT: f64 = 1e-6;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
-/// With delays the past is rough by the errors of earlier steps, which no step resolves, however short: one of this part of the
-/// solution's own is taken as it is.  Without that each pass through a delay asks for shorter steps than the one before.  The second
-/// number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask for more.
+/// With delays the past is rough by the errors of earlier steps, which no step resolves, however short; each pass through a delay would ask
+/// for shorter steps than the one before.  So a step of this part of the solution's own is taken as it is where its error does not
+/// fall as one that is resolved does.  The second number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask
+/// for more.
 const SHORTEST: (f64, f64) = (0.5, 0.125);
+/// Errors that are resolved fall at least with this power of the step.
+const RESOLVED: i32 = 2;
+/// So many steps after one that was found to be rough are taken for rough too.
+const ROUGH: u32 = 16;
 /// Aim below the accepted error.
 const SAFETY: f64 = 0.85;
 /// Growth and shrinking of steps.
@@ -50,6 +55,8 @@ pub(super) struct Steps {
     h: f64,
     /// Attempts at the step in hand.
     attempts: u32,
+    /// Steps for which the past counts as rough.
+    rough: u32,
     /// The next step is the first after a restart or a break, and the last one was.
     fresh: bool,
     first: bool,
@@ -81,6 +88,7 @@ impl Steps {
             h_used: 0.0,
             h: f64::INFINITY,
             attempts: 0,
+            rough: 0,
             fresh: true,
             first: true,
             tolerance: 1e-6,
@@ -109,7 +117,7 @@ impl Steps {
     /// Forgets the past: blocks of `width` derivatives and rates hold at `t` (s).
     pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
         (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
-        (self.attempts, self.fresh) = (0, true);
+        (self.attempts, self.rough, self.fresh) = (0, 0, true);
         load(&mut self.s, self.tiles, s, width, self.count);
         load(&mut self.rates[STAGES - 1], self.tiles, sp, width, self.count);
         self.measure();
@@ -185,6 +193,7 @@ impl Steps {
         std::mem::swap(&mut self.start, &mut self.s);
         self.rates.swap(0, STAGES - 1);
         self.attempts = 0;
+        let mut before: Option<(f64, f64)> = None;
         loop {
             let target = if 1.05 * self.h >= limit - self.t { limit } else { self.t + self.h };
             let h = target - self.t;
@@ -199,14 +208,19 @@ impl Steps {
                 Err(_) => f64::NAN,
             };
             let tiny = h <= 64.0 * f64::EPSILON * self.t.abs();
-            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || h <= 1.001 * least)) {
+            let short = h <= 1.06 * least;
+            let rough = short && error > 1.0 && self.is_rough(before, (h, error));
+            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || rough)) {
                 let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
                 self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
                 if self.attempts == 1 && wanted.is_finite() && target == limit {
                     // What was cut short says little about the next one.
                     self.h = self.h.max(wanted);
                 }
-                self.h = self.h.max(least);
+                if rough {
+                    self.h = self.h.max(least);
+                    self.rough = self.rough.checked_sub(1).unwrap_or(ROUGH);
+                }
                 (self.t_before, self.t, self.h_used) = (self.t, target, h);
                 self.first = std::mem::take(&mut self.fresh);
                 self.measure();
@@ -217,8 +231,15 @@ impl Steps {
                 return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
             }
             let shorter = if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
-            self.h = (h * shorter).max(if error.is_finite() { least } else { 0.0 });
+            self.h = (h * shorter).max(if error.is_finite() && !short { least } else { 0.0 });
+            before = error.is_finite().then_some((h, error));
         }
+    }
+
+    /// True if an error, of a step `h` (s), is that of a rough past: it is hardly smaller than that of a longer attempt at the same step.
+    fn is_rough(&self, longer: Option<(f64, f64)>, (h, error): (f64, f64)) -> bool {
+        let stays = |(longer, before): (f64, f64)| before < error * (longer / h).powi(RESOLVED);
+        !self.fresh && (self.rough > 0 || longer.is_some_and(stays))
     }
 
     /// The stages of one attempt.

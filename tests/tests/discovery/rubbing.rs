@@ -131,6 +131,17 @@ fn a_clock_that_counts_from_elsewhere_is_told_by_the_study() {
     let _ = fs::remove_dir_all(&folder);
 }
 
+/// Nothing to compare is no answer.
+#[test]
+fn shots_that_are_masked_throughout_are_refused() {
+    let folder = folder("rubbing-masked");
+    write(&folder, 0.0, "[shots]\nmasks = [{ from = 0 }]\n");
+    let outcome = hyd(&folder, &["fit", "study.toml", "--bench", "set.json"]);
+    assert_eq!(outcome.code, Some(1), "{}{}", outcome.stdout, outcome.stderr);
+    assert!(outcome.stderr.contains("no sample of the shots that are fitted counts"), "{}", outcome.stderr);
+    let _ = fs::remove_dir_all(&folder);
+}
+
 #[test]
 fn runs_that_begin_after_the_first_sample_are_refused() {
     let folder = folder("rubbing-start");
@@ -138,5 +149,9 @@ fn runs_that_begin_after_the_first_sample_are_refused() {
     let outcome = hyd(&folder, &["fit", "study.toml", "--bench", "set.json"]);
     assert_eq!(outcome.code, Some(1), "{}{}", outcome.stdout, outcome.stderr);
     assert!(outcome.stderr.contains("shot 1: runs begin at 0.001 s, after the first sample"), "{}", outcome.stderr);
+    write(&folder, 2.5e-5, "[run]\nstart = -1e3\n");
+    let outcome = hyd(&folder, &["fit", "study.toml", "--bench", "set.json"]);
+    assert_eq!(outcome.code, Some(1), "{}{}", outcome.stdout, outcome.stderr);
+    assert!(outcome.stderr.contains("more than 200000"), "{}", outcome.stderr);
     let _ = fs::remove_dir_all(&folder);
 }
