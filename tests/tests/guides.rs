@@ -167,3 +167,12 @@ fn executables() {
 fn see_the_equations() {
     type_through("see_the_equations");
 }
+
+#[test]
+fn many_runs() {
+    let folder = type_through("many_runs");
+    for file in ["grid/rows.parquet", "draws/members.parquet", "pieces/members.parquet"] {
+        assert!(fs::metadata(folder.join(file)).is_ok_and(|data| data.len() > 1000), "{file}");
+    }
+    fs::remove_dir_all(folder).expect("removed");
+}
