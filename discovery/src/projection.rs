@@ -124,6 +124,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::{Projection, best_within};
+    use crate::fit::Fit;
 
     /// Three amplitudes that trade against each other, one of them held at its end.
     #[test]
@@ -171,7 +172,6 @@ mod tests {
         assert!((score.gain - cost).abs() < 1e-3 * cost, "{} of {cost}", score.gain);
         assert!(amplitudes[0] < 0.01 && (amplitudes[1] - 1.0).abs() < 0.01, "{amplitudes:?}");
     }
-    use crate::fit::Fit;
 
     /// The score is what a linear least-squares fit of nuisance and effect together finds.
     #[test]

@@ -132,9 +132,11 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
         ranked.push((rank, score, key, object));
     };
     let named = is_named(findings.status);
-    for (insert, pass) in last.base.inserts.iter().zip(&findings.passes).filter(|_| named) {
+    for insert in last.base.inserts.iter().filter(|_| named) {
         let is_own = |tried: &&Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.label() == insert.label());
-        let fall = pass.tried.iter().find(is_own).map_or(0.0, |tried| tried.fall);
+        // The pass that named it; which one that was an effect taken out again does not tell.
+        let falls = findings.passes.iter().flat_map(|pass| pass.tried.iter().filter(is_own)).map(|tried| tried.fall);
+        let fall = falls.fold(0.0, f64::max);
         for site in &insert.sites {
             add(
                 0,

@@ -96,14 +96,6 @@ pub struct Tried {
     pub verdict: String,
 }
 
-impl Pass {
-    /// Runs of the model.
-    fn runs(&self) -> usize {
-        let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
-        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.again.unwrap_or(0)
-    }
-}
-
 impl Tried {
     /// Before any fit.
     fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
@@ -137,6 +129,14 @@ pub struct Pass {
     pub powers: Vec<Power>,
     /// Effects that look alike.
     pub confusions: Vec<Confusion>,
+}
+
+impl Pass {
+    /// Runs of the model.
+    fn runs(&self) -> usize {
+        let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
+        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.again.unwrap_or(0)
+    }
 }
 
 /// The outcome of a search.
