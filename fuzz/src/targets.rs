@@ -89,7 +89,8 @@ fn format(case: &[u8]) -> Vec<u64> {
 
 fn doc(case: &[u8]) -> Vec<u64> {
     let text = String::from_utf8_lossy(case).into_owned();
-    let library = hyd_doc::Library::new(vec![hyd_doc::Source { name: "case".into(), text, shown: true }]);
+    let library =
+        hyd_doc::Library::new(vec![hyd_doc::Source { name: "case".into(), text, shown: true, order: Vec::new() }]);
     let page = hyd_doc::Page::default().html(&library);
     vec![hash((library.count(), library.examples().len(), page.len() / 4096))]
 }
