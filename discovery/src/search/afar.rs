@@ -58,7 +58,7 @@ impl Search<'_> {
             }
         }
         let Some(best) = best else { return Ok(None) };
-        let best = minimise(&problem, &best.xi, &self.whole(), WAY, None)?;
+        let best = minimise(&problem, &best.xi, &self.whole(), WAY, None).unwrap_or(best);
         Ok(minimise(&exact, &best.xi, &self.whole(), END, None).ok())
     }
 }

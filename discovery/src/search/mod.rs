@@ -272,7 +272,7 @@ impl Search<'_> {
                     let zero = vec![0.0; problem.unknowns.len()];
                     let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
                     record = made;
-                    let fit = self.ended(&problem, fit, &mut record)?;
+                    let fit = self.ended(&problem, fit, &mut record);
                     let fit =
                         schedule::unpull(&problem, fit, &self.setup.train, (self.whole().tau, self.seed), &mut record);
                     self.keep("alone", &base, &fit);
@@ -305,14 +305,14 @@ impl Search<'_> {
     }
 
     /// A fit that ran out of steps above noise, but not far above, followed to its end.
-    fn ended(&self, problem: &Problem<'_>, fit: Fit, record: &mut Record) -> Result<Fit, Fault> {
+    fn ended(&self, problem: &Problem<'_>, fit: Fit, record: &mut Record) -> Fit {
         let expected = problem.expected(&self.whole());
         if fit.converged || fit.misfit <= noise(expected) || fit.misfit > 2.0 * expected {
-            return Ok(fit);
+            return fit;
         }
-        let next = minimise(problem, &fit.xi, &self.whole(), Effort::LONG, None)?;
+        let Ok(next) = minimise(problem, &fit.xi, &self.whole(), Effort::LONG, None) else { return fit };
         record.note("from there", &next, expected);
-        Ok(schedule::lower(fit, next))
+        schedule::lower(fit, next)
     }
 
     /// Looks at all candidates that can join, but those that were needless once.
