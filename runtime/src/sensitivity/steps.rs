@@ -3,9 +3,9 @@
 //! Stage i solves `(F_y + c F_y') S_i = c F_y' P_i - F_p` with `P_i = s_n + h sum_{j<i} a_ij R_j`, `c = 1/(h gamma)` and
 //! `R_i = c (S_i - P_i)`, the tableau being that of [`crate::esdirk`].  The equations are as rough as the model is: where a contact closes
 //! without an event, `s'` jumps although `y'` does not.  Steps end before such a [break](super::breaks) and begin anew behind it; they
-//! are the sensitivities' own, chosen by their own error, and the method has no past that a jump would spoil.  The error estimate is the difference of the two results
-//! over differential unknowns, relative to the largest derivative so far, the worst direction counting; where breaks are not located,
-//! the combination that sees kinks counts too.
+//! are the sensitivities' own, chosen by their own error (with delays not without end, see `BURST`), and the method has no past that a
+//! jump would spoil.  The error estimate is the difference of the two results over differential unknowns, relative to the largest
+//! derivative so far, the worst direction counting; where breaks are not located, the combination that sees kinks counts too.
 //!
 //! Directions are handled in tiles, side by side for each unknown, so that one load of a matrix entry serves all.
 
@@ -26,14 +26,12 @@ const TIGHT: f64 = 1e-6;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
 /// With delays the past is rough by the errors of earlier steps, which no step resolves, however short; each pass through a delay would ask
-/// for shorter steps than the one before.  So a step of this part of the solution's own is taken as it is where its error does not
-/// fall as one that is resolved does.  The second number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask
-/// for more.
+/// for shorter steps than the one before, without end.  Who has taken so many more attempts than [`RATIO`] for each step of the
+/// solution takes steps of the part [`SHORTEST`] of the solution's own as they are, until that is made up for.
+const BURST: f64 = 1000.0;
+/// The second number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask for more.
 const SHORTEST: (f64, f64) = (0.5, 0.125);
-/// Errors that are resolved fall at least with this power of the step.
-const RESOLVED: i32 = 2;
-/// So many steps after one that was found to be rough are taken for rough too.
-const ROUGH: u32 = 16;
+const RATIO: (f64, f64) = (4.0, 16.0);
 /// Aim below the accepted error.
 const SAFETY: f64 = 0.85;
 /// Growth and shrinking of steps.
@@ -55,8 +53,8 @@ pub(super) struct Steps {
     h: f64,
     /// Attempts at the step in hand.
     attempts: u32,
-    /// Steps for which the past counts as rough.
-    rough: u32,
+    /// Attempts beyond those that the steps of the solution account for.
+    spent: f64,
     /// The next step is the first after a restart or a break, and the last one was.
     fresh: bool,
     first: bool,
@@ -88,7 +86,7 @@ impl Steps {
             h_used: 0.0,
             h: f64::INFINITY,
             attempts: 0,
-            rough: 0,
+            spent: 0.0,
             fresh: true,
             first: true,
             tolerance: 1e-6,
@@ -106,6 +104,7 @@ impl Steps {
 
     /// The start of a run: `least` gives the smallest derivative of an unknown by a direction that counts.
     pub(super) fn begin(&mut self, tolerance: f64, least: impl Fn(usize, usize) -> f64) {
+        self.spent = 0.0;
         self.tolerance = FORGIVEN * tolerance * (TIGHT / tolerance).powf(0.2).max(1.0);
         let width = self.tiles * LANES;
         for (at, value) in self.largest.iter_mut().flatten().enumerate() {
@@ -117,7 +116,7 @@ impl Steps {
     /// Forgets the past: blocks of `width` derivatives and rates hold at `t` (s).
     pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
         (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
-        (self.attempts, self.rough, self.fresh) = (0, 0, true);
+        (self.attempts, self.fresh) = (0, true);
         load(&mut self.s, self.tiles, s, width, self.count);
         load(&mut self.rates[STAGES - 1], self.tiles, sp, width, self.count);
         self.measure();
@@ -182,8 +181,11 @@ impl Steps {
         // What a step reads of the past must be known.
         let shortest = problem.system.shortest_delay();
         let limit = shortest.map_or(limit, |shortest| limit.min(self.t + shortest));
-        let part = if self.tolerance < FORGIVEN * TIGHT { SHORTEST.1 } else { SHORTEST.0 };
-        let least = shortest.map_or(0.0, |_| part * trail.step_over(self.t));
+        let (part, ratio) = match self.tolerance < FORGIVEN * TIGHT {
+            true => (SHORTEST.1, RATIO.1),
+            false => (SHORTEST.0, RATIO.0),
+        };
+        let least = if self.spent > BURST && !self.fresh { part * trail.step_over(self.t) } else { 0.0 };
         if limit <= self.t {
             // The next break is at hand, or the last one led to the end.
             return Ok(());
@@ -193,7 +195,6 @@ impl Steps {
         std::mem::swap(&mut self.start, &mut self.s);
         self.rates.swap(0, STAGES - 1);
         self.attempts = 0;
-        let mut before: Option<(f64, f64)> = None;
         loop {
             let target = if 1.05 * self.h >= limit - self.t { limit } else { self.t + self.h };
             let h = target - self.t;
@@ -208,18 +209,19 @@ impl Steps {
                 Err(_) => f64::NAN,
             };
             let tiny = h <= 64.0 * f64::EPSILON * self.t.abs();
+            // The end of a step may have been moved to the limit.
             let short = h <= 1.06 * least;
-            let rough = short && error > 1.0 && self.is_rough(before, (h, error));
-            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || rough)) {
+            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || short)) {
                 let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
                 self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
                 if self.attempts == 1 && wanted.is_finite() && target == limit {
                     // What was cut short says little about the next one.
                     self.h = self.h.max(wanted);
                 }
-                if rough {
-                    self.h = self.h.max(least);
-                    self.rough = self.rough.checked_sub(1).unwrap_or(ROUGH);
+                self.h = self.h.max(least);
+                if shortest.is_some() {
+                    let due = ratio * trail.points_within(self.t, target) as f64;
+                    self.spent = (self.spent + f64::from(self.attempts) - due).max(0.0);
                 }
                 (self.t_before, self.t, self.h_used) = (self.t, target, h);
                 self.first = std::mem::take(&mut self.fresh);
@@ -231,15 +233,8 @@ impl Steps {
                 return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
             }
             let shorter = if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
-            self.h = (h * shorter).max(if error.is_finite() && !short { least } else { 0.0 });
-            before = error.is_finite().then_some((h, error));
+            self.h = (h * shorter).max(if error.is_finite() { least } else { 0.0 });
         }
-    }
-
-    /// True if an error, of a step `h` (s), is that of a rough past: it is hardly smaller than that of a longer attempt at the same step.
-    fn is_rough(&self, longer: Option<(f64, f64)>, (h, error): (f64, f64)) -> bool {
-        let stays = |(longer, before): (f64, f64)| before < error * (longer / h).powi(RESOLVED);
-        !self.fresh && (self.rough > 0 || longer.is_some_and(stays))
     }
 
     /// The stages of one attempt.

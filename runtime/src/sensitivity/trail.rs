@@ -83,6 +83,11 @@ impl Trail {
         if right == 0 { 0.0 } else { points[right].t - points[right - 1].t }
     }
 
+    /// How many points lie behind `from` and up to `to` (s).
+    pub(super) fn points_within(&self, from: f64, to: f64) -> usize {
+        self.points[..self.count].iter().filter(|point| point.t > from && point.t <= to).count()
+    }
+
     /// The solution at a time between the first and the last point.
     pub(super) fn values(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
         let points = &self.points[..self.count];
