@@ -1,7 +1,8 @@
 //! The gap before and after: residuals of shots, seen and unseen, under the true noise.
 //!
-//! In a gap the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise; [`unseen`] grants the fits' tolerance.  On shots that were held out
-//! everything that holds for all shots stays as it was fitted; only what belongs to the shot itself is fitted again.
+//! In a gap the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise; [`unseen`] grants the tolerance
+//! of the fits.  On shots that were held out everything that holds for all shots stays as it was fitted; only what belongs to the shot
+//! itself is fitted again.
 
 use crate::Fault;
 use crate::fit::{Effort, Fit, minimise_over};

@@ -598,8 +598,23 @@ def squeezing_mechanism():
     return f, np.array(q0 + [0] * 7), 0.03, np.ones(14), out
 
 
+def e5():
+    """With y[2] = y[3] + y[4] put in; at 1e-9 and below Radau gives the values of tests/numerics."""
+
+    def f(t, z):
+        decay, join = 7.89e-10 * z[0], 1.1e7 * z[0] * z[1]
+        split, back = 1e6 * 1.13e3 * (z[1] + z[2]) * z[1], 1.13e3 * z[2]
+        return np.array([-decay - join, decay - join - split + back, join - back])
+
+    def out(t, z):
+        return {"y[2]": z[1] + z[2], "y[3]": z[1]}
+
+    return f, np.array([1.76e-3, 0.0, 0.0]), 1e13, np.full(3, 1e-24), out
+
+
 PROBLEMS = {"ring_modulator": ring}
 for problem in [
+    e5,
     pleiades,
     beam,
     pendulum,

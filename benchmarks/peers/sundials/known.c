@@ -1,25 +1,9 @@
 /* Small known problems with SUNDIALS: known (ida|cvode) (robertson|hires|akzo_nobel|ring_modulator) TOLERANCE
    Prints CPU seconds (best of several), steps, and the values at the end.  Equations, ends and nominal values are those of
    ../../../tests/numerics; the Jacobian is written out, absolute tolerances are the relative one of the nominal values. */
-#include <cvode/cvode.h>
-#include <ida/ida.h>
-#include <math.h>
-#include <nvector/nvector_serial.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sunlinsol/sunlinsol_dense.h>
-#include <sunmatrix/sunmatrix_dense.h>
-#include <time.h>
+#include "common.h"
 
-#define AT(v) N_VGetArrayPointer(v)
 #define MOST 15
-
-static double cpu(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
-}
 
 typedef struct {
   const char *name;
@@ -170,28 +154,6 @@ static void matrix(double t, const double *y, double c, double sign, SUNMatrix m
   for (long col = 0; col < problem->n; col++)
     for (long row = 0; row < problem->n; row++) SM_ELEMENT_D(m, row, col) = sign * ((row == col ? c : 0) - j[row][col]);
 }
-static int ida_residual(double t, N_Vector y, N_Vector yp, N_Vector r, void *u) {
-  (void)u;
-  problem->rates(t, AT(y), AT(r));
-  for (long k = 0; k < problem->n; k++) AT(r)[k] = AT(yp)[k] - AT(r)[k];
-  return 0;
-}
-static int cvode_rates(double t, N_Vector y, N_Vector f, void *u) {
-  (void)u;
-  problem->rates(t, AT(y), AT(f));
-  return 0;
-}
-static int ida_matrix(double t, double c, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix m, void *u, N_Vector a, N_Vector b,
-                      N_Vector d) {
-  (void)yp, (void)r, (void)u, (void)a, (void)b, (void)d;
-  matrix(t, AT(y), c, 1.0, m);
-  return 0;
-}
-static int cvode_matrix(double t, N_Vector y, N_Vector f, SUNMatrix m, void *u, N_Vector a, N_Vector b, N_Vector d) {
-  (void)f, (void)u, (void)a, (void)b, (void)d;
-  matrix(t, AT(y), 0.0, -1.0, m);
-  return 0;
-}
 
 int main(int argc, char **argv) {
   if (argc < 4) return 2;
@@ -199,6 +161,7 @@ int main(int argc, char **argv) {
     if (!strcmp(argv[2], problems[k].name)) problem = &problems[k];
   if (!problem) return 2;
   int ida = !strcmp(argv[1], "ida");
+  rates = problem->rates;
   double tolerance = atof(argv[3]), best = 1e30, spent = 0;
   long n = problem->n, steps = 0;
   SUNContext context;
@@ -207,7 +170,7 @@ int main(int argc, char **argv) {
   for (long k = 0; k < n; k++) AT(absolute)[k] = tolerance * problem->nominal[k];
   for (int run = 0; run == 0 || (spent < 1.0 && run < 50); run++) {
     memcpy(AT(y), problem->start, n * sizeof(double));
-    problem->rates(0.0, AT(y), AT(yp));
+    rates(0.0, AT(y), AT(yp));
     double begin = cpu(), t;
     SUNMatrix m = SUNDenseMatrix(n, n, context);
     SUNLinearSolver solver = SUNLinSol_Dense(y, m, context);

@@ -1,29 +1,12 @@
 /* Three problems with SUNDIALS: peers (ida|cvode) (drive|line|cord) TOLERANCE CELLS MAXORDER [FILE]
    Prints CPU seconds (best of several), steps, rejected steps; writes samples `t,value,...` to FILE. */
-#include <cvode/cvode.h>
-#include <ida/ida.h>
-#include <math.h>
-#include <nvector/nvector_serial.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sunlinsol/sunlinsol_dense.h>
+#include "common.h"
 #include <sunlinsol/sunlinsol_klu.h>
-#include <sunmatrix/sunmatrix_dense.h>
 #include <sunmatrix/sunmatrix_sparse.h>
-#include <time.h>
 
-#define AT(v) N_VGetArrayPointer(v)
-typedef void (*rates_fn)(double t, const double *y, double *f);
 typedef void (*column_fn)(double t, const double *y, long c, int *count, long *rows, double *values);
 
 static long cells;
-
-static double cpu(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
-}
 
 /* line: q_1, p_1, q_2, p_2, ... in L/s and MPa */
 static double line_c(void) { return 870.0 * 1300.0 * 1300.0 * 1e-9 / (M_PI * 3.6e-5 * 20.0 / cells); }
@@ -128,7 +111,6 @@ static void drive_start(double *y) {
   memcpy(y, start, sizeof start);
 }
 
-static rates_fn rates;
 static column_fn column;
 
 /* sign (c I - df/dy) in compressed columns; every column of the problems holds its diagonal */
@@ -146,28 +128,6 @@ static void matrix(double t, const double *y, double c, double sign, SUNMatrix m
     }
   }
   starts[2 * cells] = entries;
-}
-static int ida_residual(double t, N_Vector y, N_Vector yp, N_Vector r, void *u) {
-  (void)u;
-  rates(t, AT(y), AT(r));
-  for (long k = 0; k < NV_LENGTH_S(y); k++) AT(r)[k] = AT(yp)[k] - AT(r)[k];
-  return 0;
-}
-static int cvode_rates(double t, N_Vector y, N_Vector f, void *u) {
-  (void)u;
-  rates(t, AT(y), AT(f));
-  return 0;
-}
-static int ida_matrix(double t, double c, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix m, void *u, N_Vector a, N_Vector b,
-                      N_Vector d) {
-  (void)yp, (void)r, (void)u, (void)a, (void)b, (void)d;
-  matrix(t, AT(y), c, 1.0, m);
-  return 0;
-}
-static int cvode_matrix(double t, N_Vector y, N_Vector f, SUNMatrix m, void *u, N_Vector a, N_Vector b, N_Vector d) {
-  (void)f, (void)u, (void)a, (void)b, (void)d;
-  matrix(t, AT(y), 0.0, -1.0, m);
-  return 0;
 }
 
 int main(int argc, char **argv) {
