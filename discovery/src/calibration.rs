@@ -57,8 +57,7 @@ pub fn calibrate(
         let search =
             Search { setup: &made, workshop, candidates, seed, needed: NEEDED, progress: &|_| {}, memory: &Forgetful };
         let findings = search.run()?;
-        let first = findings.passes.first().into_iter().flat_map(|pass| &pass.tried);
-        falls.push(first.map(|tried| tried.fall).fold(0.0, f64::max));
+        falls.push(findings.passes.first().map_or(0.0, |pass| search.largest_fall(pass)));
     }
     falls.sort_by(f64::total_cmp);
     Ok(Calibration { falls })

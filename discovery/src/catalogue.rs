@@ -108,6 +108,19 @@ impl Candidate {
         }
     }
 
+    /// True if the two are the same effect at the same places.
+    pub fn is_same(&self, other: &Candidate) -> bool {
+        self.effect.id == other.effect.id
+            && self.sites.len() == other.sites.len()
+            && self.sites.iter().zip(&other.sites).all(|(own, other)| own.path == other.path)
+    }
+
+    /// What tells it from all others of one model.
+    pub fn key(&self) -> String {
+        let paths: Vec<&str> = self.sites.iter().map(|site| site.path.as_str()).collect();
+        format!("{} at {}", self.effect.id, paths.join(", "))
+    }
+
     /// True if the two cannot be in one model: they want the same place.
     pub fn excludes(&self, other: &Candidate) -> bool {
         self.sites.iter().any(|site| other.sites.iter().any(|taken| taken.path == site.path))

@@ -30,7 +30,7 @@ pub struct Further {
 pub fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> Vec<Further> {
     let Some(last) = findings.passes.last().filter(|_| findings.ambiguous.len() > 1) else { return Vec::new() };
     let label = |k: usize| findings.ambiguous[k].label();
-    let tried = |k: usize| last.tried.iter().find(|tried| tried.hypothesis.own_label() == label(k));
+    let tried = |k: usize| last.tried.iter().find(|tried| tried.hypothesis.ends_with(&findings.ambiguous[k]));
     let (Some(one), Some(other)) = (tried(0), tried(1)) else { return Vec::new() };
     let mut found = Vec::new();
     let mut add = |words: String, apart: f64| {

@@ -127,6 +127,19 @@ impl Hypothesis {
         if parts.is_empty() { "the base model".to_string() } else { parts.join(" + ") }
     }
 
+    /// What tells it from all others of one search.
+    pub fn key(&self) -> String {
+        let mut parts: Vec<String> = self.inserts.iter().map(Candidate::key).collect();
+        let term = |term: &Term| format!("{} in {} ({}:{})", term.shape, term.component, term.file, term.line);
+        parts.extend(self.term.iter().map(|(own, _)| term(own)));
+        parts.join(" + ")
+    }
+
+    /// True if the effect put in last is this one.
+    pub fn ends_with(&self, candidate: &Candidate) -> bool {
+        self.term.is_none() && self.inserts.last().is_some_and(|own| own.is_same(candidate))
+    }
+
     /// Unknowns of the last effect at a size (all other parameters as expected), appended to those of the fit before.
     pub fn at_size(&self, problem: &Problem<'_>, before: &[f64], size: f64) -> Vec<f64> {
         let mut xi = before.to_vec();

@@ -10,6 +10,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::fit::{Fit, squared};
 
+/// Squared length below which a part of a signature says nothing of its amplitude.
+const VISIBLE: f64 = 1.0;
 /// Rounds over amplitudes that hang together.
 const SWEEPS: usize = 200;
 
@@ -71,7 +73,11 @@ impl<'a> Projection<'a> {
         let own: Vec<DVector<f64>> = parts.iter().map(of).collect();
         let inner = DMatrix::from_fn(parts.len(), parts.len(), |i, k| self.inner(&own[i], &own[k]));
         let along = DVector::from_iterator(parts.len(), own.iter().map(|d| self.along(d)));
-        let amplitudes = best_within(&inner, &along, (from, to));
+        let mut amplitudes = best_within(&inner, &along, (from, to));
+        // A part that shows nothing of it has the amplitude of all.
+        for k in (0..parts.len()).filter(|&k| inner[(k, k)] < VISIBLE) {
+            amplitudes[k] = whole.amplitude;
+        }
         let gain = 2.0 * amplitudes.dot(&along) - amplitudes.dot(&(&inner * &amplitudes));
         (Score { gain, ..whole }, amplitudes.as_slice().to_vec())
     }

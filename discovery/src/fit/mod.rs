@@ -119,7 +119,9 @@ impl Fit {
     pub fn errors_beside(&self, unknowns: &[usize], away: &[f64], held: &[usize]) -> Option<f64> {
         let columns = &self.jacobian.as_ref()?.1;
         let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
-        let places: Vec<usize> = unknowns.iter().chain(held).map(place).collect::<Option<_>>()?;
+        let mut places: Vec<usize> = unknowns.iter().map(place).collect::<Option<_>>()?;
+        // What is no column was held all along.
+        places.extend(held.iter().filter_map(place));
         let covariance = self.covariance()?;
         // What is known of some when all else follows them is the inverse of their part of the covariance.
         let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);

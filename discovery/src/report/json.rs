@@ -8,7 +8,7 @@ use crate::further::further;
 use crate::location::Located;
 use crate::power::{Confusion, Power};
 use crate::proof::Gap;
-use crate::search::{ERRORS, Findings, Status, Tried};
+use crate::search::{Findings, Status, Tried};
 use crate::unknowns::Meaning;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -77,7 +77,7 @@ fn candidates(findings: &Findings) -> Vec<Value> {
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
                 "fitted": tried.fit.is_some(), "misfit": tried.fit.as_ref().map(|fit| number(fit.misfit / found.expected)),
-                "verdict": tried.verdict, "fall": number(tried.fall), "size_in_errors": number(tried.errors)})
+                "verdict": tried.verdict, "fall": number(tried.fall), "size_in_errors": tried.errors.map(number)})
         })
     });
     all.collect()
@@ -133,7 +133,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     };
     let named = is_named(findings.status);
     for insert in last.base.inserts.iter().filter(|_| named) {
-        let is_own = |tried: &&Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.label() == insert.label());
+        let is_own = |tried: &&Tried| tried.hypothesis.ends_with(insert);
         // The pass that named it; which one that was an effect taken out again does not tell.
         let falls = findings.passes.iter().flat_map(|pass| pass.tried.iter().filter(is_own)).map(|tried| tried.fall);
         let fall = falls.fold(0.0, f64::max);
@@ -174,7 +174,7 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         return Ok(Vec::new());
     }
     let mut values = Vec::new();
-    for tried in last.terms.iter().filter(|tried| tried.fall >= findings.needed && tried.errors >= ERRORS) {
+    for tried in last.terms.iter().filter(|tried| tried.fall >= findings.needed && tried.has_size()) {
         let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
         let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
         let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);

@@ -16,6 +16,8 @@ use crate::problem::{Problem, Weighing};
 const SIZES: usize = 12;
 const RANGE: (f64, f64) = (0.3, 2.2);
 const FITTED: usize = 2;
+/// Share of what is missing that a fit may leave to make others needless.
+const EXPLAINED: f64 = 2e-3;
 /// Sizes that are run before a short fit.
 const FEW: usize = 5;
 /// Parts of the record.
@@ -39,6 +41,7 @@ impl Search<'_> {
         problem.lender = Some(&lender);
         let nuisances = lender.expected_nuisances(&base.xi);
         let stage = |horizon: f64| Weighing { horizon, ..self.wide() };
+        let missing = base.misfit / lender.expected(&self.whole()) - 1.0;
         let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
         for size in sizes(typical, SIZES) {
             let xi = hypothesis.at_size(&problem, &nuisances, size);
@@ -53,7 +56,7 @@ impl Search<'_> {
                 best = Some(best.map_or(fit.clone(), |other| lower(other, fit)));
             }
             let ended = best.as_ref().map_or(f64::INFINITY, |fit| fit.misfit / problem.expected(&stage(1.0)));
-            if ended < GOOD {
+            if ended < GOOD || ended - 1.0 < EXPLAINED * missing {
                 break;
             }
         }

@@ -1,20 +1,16 @@
 //! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
 
-use super::{ADEQUATE, ERRORS, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
+use super::plausible::{is_plausible, size_in_errors};
+use super::{ADEQUATE, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
 use crate::Fault;
-use crate::Setup;
 use crate::catalogue::{Candidate, Kind};
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
-use crate::hypothesis::{Hypothesis, Look};
-use crate::problem::Problem;
+use crate::hypothesis::Look;
 use crate::proof::{Gap, gap, unseen};
-use crate::unknowns::Meaning;
 
-/// A size of fewer standard errors is none.
-const NOTHING: f64 = 2.0;
-/// How many times more a further effect takes where what is left is adequate.
-const FURTHER: f64 = 3.0;
+/// How many times more a further effect takes where what is left is adequate, and the share of what was explained before that it takes then.
+const FURTHER: (f64, f64) = (3.0, 2e-3);
 /// How many times more an effect takes for each shot in which it has a size of its own.
 const OF_EACH_SHOT: f64 = 0.5;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
@@ -37,7 +33,7 @@ impl Search<'_> {
             let Some(fit) = &tried.fit else { continue };
             tried.errors = size_in_errors(&tried.hypothesis, self.setup, fit);
             tried.is_plausible = is_plausible(&tried.hypothesis, self.setup, fit);
-            if tried.errors < NOTHING {
+            if tried.is_nothing() {
                 without = without.min(fit.cost);
             }
         }
@@ -46,7 +42,7 @@ impl Search<'_> {
             tried.fall = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
         }
         let key = |tried: &Tried| match &tried.fit {
-            Some(fit) => (tried.errors < NOTHING, fit.cost),
+            Some(fit) => (tried.is_nothing(), fit.cost),
             None => (true, f64::INFINITY),
         };
         for list in [&mut pass.tried, &mut pass.terms] {
@@ -55,59 +51,70 @@ impl Search<'_> {
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });
         }
-        let best = pass.tried.first().map_or(0.0, |tried| tried.fall);
+        let leader = self.leader(pass);
+        let best = leader.map_or(0.0, |k| pass.tried[k].fall);
         let needed: Vec<f64> = pass.tried.iter().map(|tried| self.needed_for(pass, tried)).collect();
         for (k, (tried, needed)) in pass.tried.iter_mut().zip(needed).enumerate() {
-            tried.verdict = verdict(tried, k == 0, best, needed);
+            tried.verdict = verdict(tried, leader == Some(k), best, needed);
         }
     }
 
-    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs
-    /// [`FURTHER`] times as much: what an effect does differently in truth is imitated by small amounts of others.
+    /// The candidate of the lowest cost that brings the model nearer to the measurement by more than it needs itself, whatever else may
+    /// speak against it.
+    fn leader(&self, pass: &Pass) -> Option<usize> {
+        (0..pass.tried.len()).find(|&k| self.is_needed(pass, k))
+    }
+
+    /// True if a candidate explains more than chance would.
+    fn is_needed(&self, pass: &Pass, k: usize) -> bool {
+        let tried = &pass.tried[k];
+        tried.fit.is_some() && !tried.is_nothing() && tried.fall >= self.needed_for(pass, tried)
+    }
+
+    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs more by [`FURTHER`]:
+    /// what an effect does differently in truth is imitated by small amounts of others, and that is the more the more it explains.
     /// An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]: it imitates what scatters from shot to shot.
     fn needed_for(&self, pass: &Pass, tried: &Tried) -> f64 {
-        let is_per_shot = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.per_shot);
-        let scatter = if is_per_shot { (OF_EACH_SHOT * self.setup.train.len() as f64).max(1.0) } else { 1.0 };
-        let is_enough = !pass.base.inserts.is_empty() && pass.fit.misfit <= ADEQUATE * pass.expected;
-        scatter * if is_enough { FURTHER * self.needed } else { self.needed }
+        let is_enough = !pass.base.inserts.is_empty() && is_adequate(pass);
+        let further = (FURTHER.0 * self.needed).max(FURTHER.1 * pass.explained);
+        self.scatter_of(tried) * if is_enough { further } else { self.needed }
     }
 
+    /// How many times more than others an effect needs because every shot has a size of its own.
+    fn scatter_of(&self, tried: &Tried) -> f64 {
+        let is_per_shot = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.per_shot);
+        if is_per_shot { (OF_EACH_SHOT * self.setup.train.len() as f64).max(1.0) } else { 1.0 }
+    }
+
+    /// The largest fall of a pass, in units of what each candidate needs times the usual threshold.
+    pub(crate) fn largest_fall(&self, pass: &Pass) -> f64 {
+        pass.tried.iter().map(|tried| tried.fall / self.scatter_of(tried)).fold(0.0, f64::max)
+    }
+
+    /// What a pass that was judged says.
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
         let ratio = pass.fit.misfit / pass.expected;
-        let Some((best, fit)) = pass.tried.first().and_then(|tried| Some((tried, tried.fit.as_ref()?))) else {
+        let Some((leader, fit)) = self.leader(pass).and_then(|k| Some((k, pass.tried[k].fit.as_ref()?))) else {
             return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
         };
-        if best.fall < self.needed_for(pass, best) || best.errors < ERRORS {
-            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
-        }
-        if self.is_beaten(pass, fit) {
+        if is_beaten(pass, fit) {
             return Outcome::Unexplained;
         }
         let scale = (fit.misfit / pass.expected).max(1.0);
-        let close: Vec<usize> = (0..pass.tried.len())
-            .filter(|&k| {
-                let own = pass.tried[k].fit.as_ref();
-                own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD && pass.tried[k].errors >= ERRORS)
-            })
-            .filter(|&k| pass.tried[k].is_plausible)
-            .collect();
+        let is_close = |k: &usize| {
+            let own = pass.tried[*k].fit.as_ref();
+            own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD) && self.is_needed(pass, *k)
+        };
+        let is_sound = |k: &usize| pass.tried[*k].has_size() && pass.tried[*k].is_plausible;
+        let close: Vec<usize> = (0..pass.tried.len()).filter(is_close).filter(is_sound).collect();
+        // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left beside it.
+        let is_doubtful = !pass.base.inserts.is_empty() || !pass.tried[leader].has_size();
         match close[..] {
-            [] if ratio <= ADEQUATE && !pass.base.inserts.is_empty() => Outcome::Nothing,
+            [] if ratio <= ADEQUATE && is_doubtful => Outcome::Nothing,
             [] => Outcome::Unexplained,
             [k] => Outcome::Name(k),
             _ => Outcome::Several(close),
         }
-    }
-
-    /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.
-    fn is_beaten(&self, pass: &Pass, best: &Fit) -> bool {
-        let Some((term, fit)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
-            return false;
-        };
-        let scale = (fit.misfit / pass.expected).max(1.0);
-        // One of many terms explains a little of any noise.
-        let lead = if best.misfit > noise(pass.expected) { LEAD } else { NEEDED };
-        term.errors >= ERRORS && fit.misfit / pass.expected <= ADEQUATE && (best.cost - fit.cost) / scale > lead
     }
 
     pub(super) fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
@@ -128,6 +135,10 @@ impl Search<'_> {
         let doubt = self.doubt(first, last)?;
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
         let (status, ambiguous) = match &outcome {
+            // What unseen shots refute shows nothing where the model without it leaves nothing but noise.
+            Outcome::Nothing if doubt.as_ref().is_some_and(|doubt| doubt.is_refuted) && is_adequate(first) => {
+                (Status::Adequate, Vec::new())
+            }
             Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
             Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
             Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
@@ -144,7 +155,7 @@ impl Search<'_> {
             }
         };
         (findings.status, findings.ambiguous) = (status, ambiguous);
-        findings.reason = if matches!(outcome, Outcome::Nothing) { doubt } else { None };
+        findings.reason = doubt.filter(|_| matches!(outcome, Outcome::Nothing)).map(|doubt| doubt.words);
         findings.hidden = found.is_empty() && self.hides(first)?;
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
@@ -154,7 +165,7 @@ impl Search<'_> {
 
     /// What speaks against the answer.  Under the true noise, without any tolerance of time, what is left must be noise; an effect
     /// must not make the gap on shots held out larger, and shots of one operating point cannot tell an effect from wrong numbers.
-    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<String>, Fault> {
+    fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<Doubt>, Fault> {
         let (setup, base) = (self.setup, last.base.problem(self.setup)?);
         let train = gap(&base, &last.fit.xi, &setup.train, false)?;
         let missing = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
@@ -162,17 +173,17 @@ impl Search<'_> {
         let share = if last.base.inserts.is_empty() { 0.0 } else { LEFT };
         let allowed = (ADEQUATE - 1.0).max(share * excess(&missing));
         if excess(&train) > allowed {
-            return Ok(Some(format!("what is left is {:.2} times noise", train.all)));
+            return Ok(Some(Doubt::new(format!("what is left is {:.2} times noise", train.all))));
         }
         if last.base.inserts.is_empty() {
             return Ok(None);
         }
         if setup.held_out.is_empty() {
-            return Ok(Some("no shot is held out on which a name could be proved".to_string()));
+            return Ok(Some(Doubt::new("no shot is held out on which a name could be proved")));
         }
         if !setup.has_several_operating_points() {
             let words = "all shots were made at one operating point, where wrong numbers and effects look alike";
-            return Ok(Some(words.to_string()));
+            return Ok(Some(Doubt::new(words)));
         }
         // With the tolerance of time of the fits: what rises steeply may be met a little too late before and too early after.
         let tau = setup.study.shots.time_tolerance;
@@ -181,7 +192,8 @@ impl Search<'_> {
         // An effect at the edge of what can be seen moves the sum of squares there by a few to either side.
         Ok((after > before + LEAD).then(|| {
             let by = (after / before).sqrt();
-            format!("the best effect makes the gap on shots held out larger, {by:.2} times")
+            let words = format!("the best effect makes the gap on shots held out larger, {by:.3} times");
+            Doubt { words, is_refuted: true }
         }))
     }
 
@@ -197,6 +209,39 @@ impl Search<'_> {
     }
 }
 
+/// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.  What each of them is expected
+/// to be does not count: one that is a term itself would lose against it by its prior.
+fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
+    let Some((term, own)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
+        return false;
+    };
+    let scale = (own.misfit / pass.expected).max(1.0);
+    // One of many terms explains a little of any noise.
+    let lead = if fit.misfit > noise(pass.expected) { LEAD } else { NEEDED };
+    let count = pass.fit.xi.len();
+    let without_prior = |fit: &Fit| fit.cost - fit.xi[count..].iter().map(|xi| xi * xi).sum::<f64>();
+    let by = (without_prior(fit) - without_prior(own)) / scale;
+    term.has_size() && own.misfit / pass.expected <= ADEQUATE && by > lead
+}
+
+/// What speaks against an answer.
+struct Doubt {
+    words: String,
+    /// Shots that were not fitted say the opposite.
+    is_refuted: bool,
+}
+
+impl Doubt {
+    fn new(words: impl Into<String>) -> Self {
+        Self { words: words.into(), is_refuted: false }
+    }
+}
+
+/// True if the model that a pass began with leaves nothing but noise.
+fn is_adequate(pass: &Pass) -> bool {
+    pass.fit.misfit <= ADEQUATE * pass.expected
+}
+
 /// The largest misfit that noise alone leaves where it is expected to leave `expected`.
 pub(super) fn noise(expected: f64) -> f64 {
     expected + SPREAD * (2.0 * expected).sqrt()
@@ -209,9 +254,9 @@ fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
         None if tried.look.is_none() => "the model does not run with it".to_string(),
         None if promise < PROMISING.0 => "its signature explains nothing of what is left".to_string(),
         None => "others promised more, or no fit succeeded".to_string(),
-        Some(_) if tried.errors < NOTHING => "its size is nothing within its error".to_string(),
+        Some(_) if tried.is_nothing() => "its size is nothing within its error".to_string(),
         Some(_) if tried.fall < needed => "it brings the model hardly nearer to the measurement".to_string(),
-        Some(_) if tried.errors < ERRORS => "its size is uncertain".to_string(),
+        Some(_) if !tried.has_size() => "its size is uncertain".to_string(),
         Some(_) if !tried.is_plausible => "its numbers are beyond what is plausible".to_string(),
         Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
         Some(_) => String::new(),
@@ -236,65 +281,6 @@ fn apart(record: &Record) -> bool {
     ends.sort_unstable_by(f64::total_cmp);
     ends.dedup();
     ends.get(1).is_some_and(|second| second - ends[0] > APART * ends[0])
-}
-
-/// The size of the last effect in its standard errors, of all shots together where every shot has its own.  The effect's other
-/// numbers are held: without a size they mean nothing, and sizes that trade against them may be uncertain where the effect is not.
-/// Infinite for an effect that no size makes vanish: how well its size is known says nothing of whether it is there.
-fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> f64 {
-    let Ok(problem) = hypothesis.problem(setup) else { return 0.0 };
-    let Some(Sizes { own, away, others }) = sizes(hypothesis, setup, &problem, fit) else { return f64::INFINITY };
-    fit.errors_beside(&own, &away, &others).unwrap_or(0.0)
-}
-
-/// The unknowns of the last effect.
-pub(super) struct Sizes {
-    /// Those that carry its size in the fitted shots.
-    pub(super) own: Vec<usize>,
-    /// How far each of them is from nothing.
-    pub(super) away: Vec<f64>,
-    /// Its other numbers.
-    others: Vec<usize>,
-}
-
-/// The unknowns of the last effect at the end of a fit; none if no size makes it vanish.
-pub(super) fn sizes(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>, fit: &Fit) -> Option<Sizes> {
-    let last = hypothesis.last();
-    let effect = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none());
-    let nothing = match effect {
-        None => 0.0,
-        Some(insert) => insert.effect.zero?,
-    };
-    let part_of = |k: &usize| problem.unknowns[*k].effect.filter(|part| Some(part.effect) == last);
-    let all = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
-        (0..problem.unknowns.len()).filter(|k| part_of(k).is_some_and(|part| wanted(part.parameter))).collect()
-    };
-    let (mut own, others) = (all(&|parameter| parameter == 0), all(&|parameter| parameter > 0));
-    // Of shots that are not fitted nothing is known.
-    own.retain(|&k| setup.train.iter().any(|&shot| problem.unknowns[k].touches(shot)));
-    let away = |&k: &usize| match &problem.unknowns[k].meaning {
-        Meaning::Value { prior, .. } => (prior.value(fit.xi[k]) - nothing) / prior.slope(fit.xi[k]),
-        _ => 0.0,
-    };
-    let away = own.iter().map(away).collect();
-    Some(Sizes { own, away, others })
-}
-
-/// False if a number of the last effect lies outside of what its library calls plausible by more than [`NOTHING`] standard errors: it only
-/// resembles what is missing.  Sizes of single shots are not judged.
-fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
-    let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none()) else { return true };
-    let Ok(problem) = hypothesis.problem(setup) else { return true };
-    problem.unknowns.iter().enumerate().all(|(k, unknown)| {
-        let Meaning::Value { prior, .. } = &unknown.meaning else { return true };
-        let part = unknown.effect.filter(|part| Some(part.effect) == hypothesis.last() && unknown.shot.is_none());
-        let range = part.and_then(|part| Some((part, insert.effect.parameters.get(part.parameter)?.range?)));
-        let Some((part, (low, high))) = range else { return true };
-        let scale = if part.parameter == 0 { setup.scale(insert) } else { 1.0 };
-        let value = prior.value(fit.xi[k]);
-        let error = fit.standard_error(k).unwrap_or(0.0) * prior.slope(fit.xi[k]).abs();
-        value + NOTHING * error >= low * scale && value - NOTHING * error <= high * scale
-    })
 }
 
 #[cfg(test)]

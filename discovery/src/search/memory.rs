@@ -44,6 +44,6 @@ impl Search<'_> {
     /// Fits to other shots are other fits.
     fn key(&self, role: &str, hypothesis: &Hypothesis) -> String {
         let shots = if self.setup.exposed.is_empty() { "" } else { "other shots, " };
-        format!("{shots}{role}: {}", hypothesis.label())
+        format!("{shots}{role}: {}", hypothesis.key())
     }
 }

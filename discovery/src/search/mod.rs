@@ -8,9 +8,12 @@
 //! rivals of every effect.
 
 mod afar;
+mod cross;
 mod decide;
 mod drop;
+mod look;
 pub mod memory;
+mod plausible;
 mod probe;
 mod revisit;
 mod shortlist;
@@ -21,14 +24,13 @@ use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::Located;
-use crate::power::{Confusion, Power, confusions};
+use crate::power::{Confusion, Power};
 use crate::problem::{Problem, Weighing};
-use crate::projection::Projection;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 use decide::{Outcome, noise};
 use memory::Memory;
-use shortlist::patience;
+use shortlist::Lowest;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
 pub const NEEDED: f64 = 25.0;
@@ -44,6 +46,8 @@ const MOST_EFFECTS: usize = 3;
 const CLOSE: (f64, f64) = (60.0, 0.05);
 /// A fall of the cost that exceeds the square of the size in standard errors so many times is none of one valley.
 const APART: f64 = 2.0;
+/// Share of what a candidate explains that another valley of the fit without may explain as well.
+const VALLEY: f64 = 0.2;
 /// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
 const PROMISING: (f64, f64) = (6.0, 12.0);
 
@@ -88,8 +92,8 @@ pub struct Tried {
     pub fit: Option<Fit>,
     /// Fall of the cost against the fit without, in units of the noise left.
     pub fall: f64,
-    /// Size in standard errors from nothing.
-    pub errors: f64,
+    /// Size in standard errors from nothing; none where it is not known.
+    pub errors: Option<f64>,
     /// Its numbers are such as the library calls plausible.
     pub is_plausible: bool,
     /// Why it was not named, if there is a reason.
@@ -99,7 +103,19 @@ pub struct Tried {
 impl Tried {
     /// Before any fit.
     fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
-        Self { hypothesis, look, fit: None, fall: 0.0, errors: 0.0, is_plausible: true, verdict: String::new() }
+        Self { hypothesis, look, fit: None, fall: 0.0, errors: None, is_plausible: true, verdict: String::new() }
+    }
+}
+
+impl Tried {
+    /// True if its size is known well enough for a name.
+    pub fn has_size(&self) -> bool {
+        self.errors.is_some_and(|errors| errors >= ERRORS)
+    }
+
+    /// True if its size is none within its error: the model without it.
+    fn is_nothing(&self) -> bool {
+        self.errors.is_some_and(|errors| errors < plausible::NOTHING)
     }
 }
 
@@ -113,6 +129,8 @@ pub struct Pass {
     pub seen: Option<Fit>,
     /// Expected misfit.
     pub expected: f64,
+    /// Fall of the cost that the effects named before have brought.
+    pub explained: f64,
     /// What was tried for it.
     pub record: Record,
     /// Candidates, the best first.
@@ -123,8 +141,10 @@ pub struct Pass {
     pub terms: Vec<Tried>,
     /// Runs that the look at the equations took.
     pub located_runs: usize,
-    /// The pass was begun again, after so many runs, because its base fell into a lower valley.
-    pub again: Option<usize>,
+    /// The pass was begun again because its base fell into a lower valley.
+    pub is_again: bool,
+    /// Runs of passes that were given up for this one.
+    pub dropped: usize,
     /// How well each effect that can join could be seen.
     pub powers: Vec<Power>,
     /// Effects that look alike.
@@ -135,7 +155,7 @@ impl Pass {
     /// Runs of the model.
     fn runs(&self) -> usize {
         let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
-        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.again.unwrap_or(0)
+        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.dropped
     }
 }
 
@@ -194,37 +214,10 @@ impl Search<'_> {
         let mut start: Option<Fit> = None;
         let mut refused: Vec<Candidate> = Vec::new();
         let mut revisited = false;
-        let mut left: Option<Pass> = None;
         loop {
-            let mut pass = self.begin(found.clone(), start.take())?;
-            if let Some(left) = left.take() {
-                pass.again = Some(left.runs());
-                pass.record = left.record;
-            }
-            let begun = pass.fit.cost;
-            self.look(&mut pass, &refused)?;
-            self.shortlist(&mut pass)?;
-            self.contend(&mut pass)?;
-            self.cross(&mut pass)?;
-            if pass.again.is_none() && begun - pass.fit.cost > self.needed {
-                (self.progress)("once more, from a lower valley");
-                start = Some(pass.fit.clone());
-                left = Some(pass);
-                continue;
-            }
-            self.fit_terms(&mut pass)?;
-            self.judge(&mut pass);
-            let mut outcome = self.outcome(&pass);
-            if matches!(outcome, Outcome::Unexplained) && found.is_empty() {
-                // Before something unknown is claimed the fit without is tried as hard as can be.
-                (self.progress)("fitting the base model again from elsewhere");
-                let problem = pass.base.problem(self.setup)?;
-                let tau = self.whole().tau;
-                pass.fit = schedule::retry(&problem, pass.fit, &self.setup.train, (tau, self.seed), &mut pass.record);
-                drop(problem);
-                self.judge(&mut pass);
-                outcome = self.outcome(&pass);
-            }
+            let mut pass = self.pass(&found, start.take(), &refused)?;
+            pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
+            let mut outcome = self.settle(&mut pass)?;
             let again = match passes.last_mut() {
                 Some(before) if !revisited => self.revisit(before, &pass)?,
                 _ => None,
@@ -233,29 +226,87 @@ impl Search<'_> {
                 found.clone_from(&before.base.inserts);
                 (revisited, pass, outcome) = (true, before, again);
             }
-            let named = match outcome {
-                Outcome::Name(k) if found.len() < MOST_EFFECTS => Some(k),
-                _ => None,
-            };
-            if let Some(k) = named {
-                let best = &pass.tried[k];
-                found = best.hypothesis.inserts.clone();
-                start = best.fit.clone();
-                (self.progress)(&format!("found: {}", best.hypothesis.label()));
+            let Outcome::Name(k) = outcome else {
                 passes.push(pass);
-                if let Some(fit) = &start
-                    && let Some((out, again)) = self.needless(&found, fit)?
-                {
-                    let without = found.remove(out);
-                    (self.progress)(&format!("no longer needed: {}", without.label()));
-                    refused.push(without);
-                    start = Some(again);
-                }
-                continue;
+                return self.conclude(passes, &found, outcome);
+            };
+            if found.len() == MOST_EFFECTS {
+                passes.push(pass);
+                return self.conclude(passes, &found, outcome);
             }
+            let named = &pass.tried[k];
+            found.clone_from(&named.hypothesis.inserts);
+            start.clone_from(&named.fit);
+            (self.progress)(&format!("found: {}", named.hypothesis.label()));
             passes.push(pass);
-            return self.conclude(passes, &found, outcome);
+            if let Some(fit) = &start
+                && let Some((out, again)) = self.needless(&found, fit)?
+            {
+                let without = found.remove(out);
+                (self.progress)(&format!("no longer needed: {}", without.label()));
+                refused.push(without);
+                start = Some(again);
+            }
         }
+    }
+
+    /// One pass: the fit without, the looks and the fits of candidates.  Begun again where the fit without falls into a lower valley on the
+    /// way.
+    fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
+        let mut pass = self.begin(found.to_vec(), start)?;
+        let begun = pass.fit.cost;
+        self.explain(&mut pass, refused, None)?;
+        let scale = (pass.fit.misfit / pass.expected).max(1.0);
+        let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref());
+        let lowest = Lowest::of(fits, pass.expected);
+        // What leaves nothing but noise explains much more than the way to the lower valley did.
+        let is_settled = lowest.is_noise() && begun - pass.fit.cost < VALLEY * (begun - lowest.cost);
+        if is_settled || begun - pass.fit.cost <= self.needed * scale {
+            return Ok(pass);
+        }
+        (self.progress)("once more, from a lower valley");
+        let mut again = self.begin(found.to_vec(), Some(pass.fit.clone()))?;
+        (again.is_again, again.dropped) = (true, pass.runs());
+        again.record = std::mem::take(&mut pass.record);
+        self.explain(&mut again, refused, Some(pass))?;
+        Ok(again)
+    }
+
+    /// Looks at the candidates and fits the likely ones; those of an earlier turn of the same pass count as well.
+    fn explain(&self, pass: &mut Pass, refused: &[Candidate], earlier: Option<Pass>) -> Result<(), Fault> {
+        self.look(pass, refused)?;
+        self.shortlist(pass)?;
+        for old in earlier.into_iter().flat_map(|earlier| earlier.tried) {
+            let same = |tried: &&mut Tried| tried.hypothesis.key() == old.hypothesis.key();
+            if let Some(tried) = pass.tried.iter_mut().find(same) {
+                tried.fit = match (tried.fit.take(), old.fit) {
+                    (Some(own), Some(old)) => Some(lower(own, old)),
+                    (own, old) => own.or(old),
+                };
+            }
+        }
+        self.contend(pass)?;
+        self.cross(pass)
+    }
+
+    /// Fits terms beside the candidates and says what follows.
+    fn settle(&self, pass: &mut Pass) -> Result<Outcome, Fault> {
+        self.tame(pass)?;
+        self.fit_terms(pass)?;
+        self.judge(pass);
+        let outcome = self.outcome(pass);
+        if !matches!(outcome, Outcome::Unexplained) || !pass.base.inserts.is_empty() {
+            return Ok(outcome);
+        }
+        // Before something unknown is claimed the fit without is tried as hard as can be.
+        (self.progress)("fitting the base model again from elsewhere");
+        let problem = pass.base.problem(self.setup)?;
+        let tau = self.whole().tau;
+        let fit = pass.fit.clone();
+        pass.fit = schedule::retry(&problem, fit, &self.setup.train, (tau, self.seed), &mut pass.record);
+        drop(problem);
+        self.judge(pass);
+        Ok(self.outcome(pass))
     }
 
     /// Fits the model with what was found so far.
@@ -293,12 +344,14 @@ impl Search<'_> {
             fit,
             seen: None,
             expected,
+            explained: 0.0,
             record,
             tried: Vec::new(),
             located: Vec::new(),
             terms: Vec::new(),
             located_runs: 0,
-            again: None,
+            is_again: false,
+            dropped: 0,
             powers: Vec::new(),
             confusions: Vec::new(),
         })
@@ -314,126 +367,6 @@ impl Search<'_> {
         record.note("from there", &next, expected);
         schedule::lower(fit, next)
     }
-
-    /// Looks at all candidates that can join, but those that were needless once.
-    fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
-        let weighing = self.whole();
-        let mut fit = pass.fit.clone();
-        refresh(&pass.base, self.setup, &mut fit, &weighing)?;
-        pass.fit = fit;
-        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
-        // Where the misfit is that of noise but something is far off, what is missing shows once that is held back.
-        if is_quiet {
-            let problem = pass.base.problem(self.setup)?;
-            pass.seen = schedule::held_back(&problem, &pass.fit, &weighing);
-        }
-        let is_bent = pass.seen.is_some();
-        let mut seen = pass.seen.take().unwrap_or_else(|| pass.fit.clone());
-        refresh(&pass.base, self.setup, &mut seen, &weighing)?;
-        let is_quiet = is_quiet && !is_bent;
-        let Some(projection) = Projection::new(&seen) else {
-            return Err(Fault::run("no derivatives at the fit of the base model"));
-        };
-        let mut signatures = Vec::new();
-        for candidate in &self.candidates {
-            let same =
-                |own: &Candidate| own.effect.id == candidate.effect.id && own.sites[0].path == candidate.sites[0].path;
-            let taken =
-                pass.base.inserts.iter().any(|own| own.excludes(candidate) || same(own)) || refused.iter().any(same);
-            if taken {
-                continue;
-            }
-            let mut inserts = pass.base.inserts.clone();
-            inserts.push(candidate.clone());
-            let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
-            let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
-            if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
-                let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
-                signatures.push((power, signature));
-            }
-            pass.tried.push(Tried::new(hypothesis, look));
-        }
-        pass.confusions = confusions(&signatures, &projection);
-        drop(projection);
-        // Beside an effect that is named already a small one may still be hidden.
-        let is_quiet = is_quiet && pass.fit.misfit <= noise(pass.expected) && pass.base.inserts.is_empty();
-        self.probe(pass, &seen, is_quiet)?;
-        pass.seen = is_bent.then_some(seen);
-        pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
-        pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
-        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
-        pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-        let promise = pass.tried.first().map_or(0.0, gain);
-        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
-            self.look_at_equations(pass)?;
-        }
-        Ok(())
-    }
-
-    /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
-    /// next one's and the next ones from the best one's.
-    fn cross(&self, pass: &mut Pass) -> Result<(), Fault> {
-        let order = by_cost(&pass.tried);
-        let Some(&best) = order.first() else { return Ok(()) };
-        let count = pass.fit.xi.len();
-        let whole = self.whole();
-        let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
-        self.without(pass, best)?;
-        let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
-        let lowest = cost(&pass.tried[best]);
-        let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
-        let rivals = order[1..].iter().copied().filter(|&k| cost(&pass.tried[k]) - lowest < near).take(2);
-        let rivals: Vec<usize> = rivals.collect();
-        let from_best = nuisances(&pass.tried[best]);
-        let mut again: Vec<(usize, Option<Vec<f64>>)> = rivals.iter().map(|&k| (k, from_best.clone())).collect();
-        again.extend(rivals.first().map(|&other| (best, nuisances(&pass.tried[other]))));
-        for (k, start) in again {
-            let (Some(start), Some(old)) = (start, pass.tried[k].fit.clone()) else { continue };
-            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
-            let xi = [&start[..], &old.xi[count..]].concat();
-            let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-            let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
-            drop(problem);
-            pass.tried[k].fit = Some(lower(old, next));
-        }
-        Ok(())
-    }
-}
-
-impl Search<'_> {
-    /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go without it.  Where the
-    /// fall of the cost is much larger than the size in standard errors tells, the two lie in different valleys.
-    fn without(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
-        (self.progress)("fitting again from each other's parameters");
-        let tried = &pass.tried[best];
-        let Some(fit) = &tried.fit else { return Ok(()) };
-        let (count, whole) = (pass.fit.xi.len(), self.whole());
-        let problem = pass.base.problem(self.setup)?;
-        let mut tries: Vec<(&str, Fit)> = Vec::new();
-        let known = pass.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
-        let against = Effort::FULL.against(fit.cost);
-        let plain = minimise(&problem, &fit.xi[..count], &whole, against, known);
-        tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));
-        let own = tried.hypothesis.problem(self.setup)?;
-        let lowest = tries.iter().map(|(_, again)| again.cost).fold(pass.fit.cost, f64::min);
-        if own.machine.is_fast()
-            && let Some(sizes) = decide::sizes(&tried.hypothesis, self.setup, &own, fit)
-            && let Some(errors) = fit.errors_beside(&sizes.own, &sizes.away, &[])
-            && lowest - fit.cost > APART * errors * errors + self.needed
-            && let Some(start) = fit.moved_back(&sizes.own, &sizes.away)
-            && let Ok(again) = minimise(&problem, &start[..count], &whole, Effort::FULL, None)
-        {
-            tries.push(("from the best candidate's parameters without it", again));
-        }
-        drop((problem, own));
-        for (words, again) in tries {
-            pass.record.note(words, &again, pass.expected);
-            if again.cost < pass.fit.cost {
-                pass.fit = again;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Positions of the candidates that were fitted, the lowest cost first.
@@ -444,14 +377,16 @@ fn by_cost(tried: &[Tried]) -> Vec<usize> {
     order
 }
 
-/// Gives a fit a Jacobian at its own unknowns.
-pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
-    if fit.fresh {
-        return Ok(());
-    }
-    let problem = hypothesis.problem(setup)?;
-    let all: Vec<usize> = (0..problem.unknowns.len()).collect();
-    let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
-    (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
-    Ok(())
+/// Of the candidates that were fitted, the best first, those that explain about as much as the one at `best`, and more than chance would.
+fn contested(pass: &Pass, best: usize, needed: f64) -> Vec<usize> {
+    let fit = |k: usize| pass.tried[k].fit.as_ref();
+    let lowest = fit(best).map_or(f64::INFINITY, |fit| fit.cost);
+    let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
+    let is_contested = |&k: &usize| {
+        fit(k).is_some_and(|own| {
+            let scale = (own.misfit / pass.expected).max(1.0);
+            own.cost - lowest < near && pass.fit.cost - own.cost >= needed * scale
+        })
+    };
+    by_cost(&pass.tried).into_iter().filter(is_contested).collect()
 }

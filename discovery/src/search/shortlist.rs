@@ -7,7 +7,7 @@
 //! promises most of all.
 
 use super::decide::noise;
-use super::{ADEQUATE, PROMISING, Pass, Search, Tried, by_cost};
+use super::{ADEQUATE, LEAD, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
 use crate::Fault;
 use crate::fit::schedule::{self, Draws, lower};
 use crate::fit::{Effort, Fit, minimise};
@@ -18,11 +18,15 @@ use crate::problem::{Problem, Weighing};
 const SHORTLIST: (usize, usize) = (5, 8);
 /// Of candidates that leave more than noise so many are followed on, if they explain at least this share of what the best does.
 const CONTENDERS: (usize, f64) = (3, 0.5);
+/// Steps that each of those whose runs are long is followed at first.
+const TURN: usize = 6;
 /// Random starts of the leader.
 const SCATTERED: usize = 3;
 /// A short fit whose misfit is so many times that of the best one is not followed to its end: while nothing leaves only noise, and
 /// after.
 const HOPELESS: (f64, f64) = (10.0, 3.0);
+/// Candidates that are fitted for the place that they fit.
+const MOST_PLACED: usize = 3;
 /// Candidates that are fitted from afar.
 const MOST_AFAR: usize = 2;
 /// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
@@ -67,12 +71,13 @@ impl Search<'_> {
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
         let mut chosen: Vec<usize> = chosen.collect();
+        chosen.extend(at_located_places(pass, &chosen));
         let mut lowest = Lowest::of([&pass.fit], pass.expected);
         let mut begun: Vec<(usize, Begun)> = Vec::new();
         for rank in std::mem::take(&mut chosen) {
             let tried = &mut pass.tried[rank];
             (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
-            if let Some(fit) = self.recalled(role(pass.again), &tried.hypothesis)? {
+            if let Some(fit) = self.recalled(role(pass.is_again), &tried.hypothesis)? {
                 lowest.take(&fit);
                 tried.fit = Some(fit);
                 continue;
@@ -94,7 +99,7 @@ impl Search<'_> {
             tried.fit = self.finish_near(&tried.hypothesis, begun, lowest)?;
             if let Some(fit) = &tried.fit {
                 lowest.take(fit);
-                self.keep(role(pass.again), &tried.hypothesis, fit);
+                self.keep(role(pass.is_again), &tried.hypothesis, fit);
             }
         }
         self.go_on(pass, &mut lowest)?;
@@ -102,7 +107,7 @@ impl Search<'_> {
         // Once more, for those that were fitted further.
         for tried in chosen.iter().map(|&rank| &pass.tried[rank]) {
             if let Some(fit) = &tried.fit {
-                self.keep(role(pass.again), &tried.hypothesis, fit);
+                self.keep(role(pass.is_again), &tried.hypothesis, fit);
             }
         }
         Ok(())
@@ -148,7 +153,7 @@ impl Search<'_> {
             let problem = pass.tried[k].hypothesis.problem(self.setup)?;
             let fit = self.unbend(&problem, fit, pass.expected);
             drop(problem);
-            self.keep(role(pass.again), &pass.tried[k].hypothesis, &fit);
+            self.keep(role(pass.is_again), &pass.tried[k].hypothesis, &fit);
             pass.tried[k].fit = Some(fit);
         }
         self.scatter(pass)
@@ -183,7 +188,7 @@ impl Search<'_> {
             fit = lower(fit, again);
         }
         drop(problem);
-        self.keep(role(pass.again), hypothesis, &fit);
+        self.keep(role(pass.is_again), hypothesis, &fit);
         pass.tried[best].fit = Some(fit);
         Ok(())
     }
@@ -237,7 +242,8 @@ impl Search<'_> {
             if let Some(look) = tried.look.as_ref().filter(|_| !tried.hypothesis.machine.is_fast() && !is_close) {
                 // One start tells whether there is hope beside what explains the measurement.
                 let others = if lowest.is_noise() { Vec::new() } else { self.other_sizes(&tried.hypothesis) };
-                if let Some(fit) = self.fit_from_sizes(&tried.hypothesis, &pass.fit, look, &others, *lowest)? {
+                let base = pass.seen.as_ref().unwrap_or(&pass.fit);
+                if let Some(fit) = self.fit_from_sizes(&tried.hypothesis, base, look, &others, *lowest)? {
                     lowest.take(&fit);
                     tried.fit = Some(tried.fit.take().map_or(fit.clone(), |own| lower(own, fit)));
                 }
@@ -247,29 +253,41 @@ impl Search<'_> {
     }
 
     /// Follows the best of the candidates whose runs are long with derivatives of their own, as long as they explain a good share of what the
-    /// best does.
+    /// best does: a few steps each, then the rest in the order of what these have left.
     fn follow_the_best(&self, pass: &mut Pass, chosen: &[usize], lowest: &mut Lowest) -> Result<(), Fault> {
         let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
         let is_slow = |rank: &usize| !pass.tried[*rank].hypothesis.machine.is_fast();
         let mut order: Vec<usize> = chosen.iter().copied().filter(is_slow).collect();
-        order.sort_by(|&a, &b| cost(&pass.tried[a]).total_cmp(&cost(&pass.tried[b])));
-        for rank in order.into_iter().take(CONTENDERS.0) {
-            let tried = &mut pass.tried[rank];
-            let Some(fit) = tried.fit.take_if(|fit| !fit.fresh) else { continue };
-            let fall = pass.fit.cost - fit.cost;
-            if fall < self.needed || fall < CONTENDERS.1 * (pass.fit.cost - lowest.cost) {
-                tried.fit = Some(fit);
-                continue;
+        for turn in 0..2 {
+            order.sort_by(|&a, &b| cost(&pass.tried[a]).total_cmp(&cost(&pass.tried[b])));
+            order.truncate(CONTENDERS.0);
+            let mut followed = Vec::new();
+            for &rank in &order {
+                let tried = &mut pass.tried[rank];
+                let is_done = |fit: &Fit| if turn == 0 { fit.fresh } else { fit.converged };
+                let Some(fit) = tried.fit.take_if(|fit| !is_done(fit)) else { continue };
+                let fall = pass.fit.cost - fit.cost;
+                let is_good = fall >= self.needed && fall >= CONTENDERS.1 * (pass.fit.cost - lowest.cost);
+                tried.fit = Some(if is_good { self.followed(&tried.hypothesis, fit, turn, lowest)? } else { fit });
+                followed.extend(is_good.then_some(rank));
             }
-            (self.progress)(&format!("going on with {}", tried.hypothesis.label()));
-            let problem = tried.hypothesis.problem(self.setup)?;
-            let next = minimise(&problem, &fit.xi, &self.whole(), patience(&problem).against(lowest.cost), None);
-            drop(problem);
-            let fit = next.map_or(fit.clone(), |next| lower(fit, next));
-            lowest.take(&fit);
-            tried.fit = Some(fit);
+            order = followed;
         }
         Ok(())
+    }
+
+    /// The fit followed for a few steps, or from there to its end.
+    fn followed(&self, hypothesis: &Hypothesis, fit: Fit, turn: usize, lowest: &mut Lowest) -> Result<Fit, Fault> {
+        (self.progress)(&format!("going on with {}", hypothesis.label()));
+        let (problem, whole) = (hypothesis.problem(self.setup)?, self.whole());
+        let mut effort = patience(&problem).against(lowest.cost);
+        effort.steps = if turn == 0 { TURN } else { effort.steps };
+        // Derivatives that were borrowed at first are its own by then.
+        let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|(jacobian, _)| (jacobian, &whole));
+        let next = minimise(&problem, &fit.xi, &whole, effort, known);
+        let fit = next.map_or(fit.clone(), |next| lower(fit, next));
+        lowest.take(&fit);
+        Ok(fit)
     }
 
     /// Sizes to start from beside the one that the look claims.
@@ -358,14 +376,33 @@ impl Search<'_> {
     }
 }
 
+/// Effects beside the chosen ones that fit the places where terms promise most, if those promise more than any effect: an effect whose
+/// nuisances imitate it is hidden from the looks, but not from the place where it acts.
+fn at_located_places(pass: &Pass, chosen: &[usize]) -> Vec<usize> {
+    let promise = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
+    let most = pass.tried.iter().map(promise).fold(NEEDED, f64::max);
+    let best = pass.located.iter().map(|located| located.score.gain).fold(0.0, f64::max);
+    if best < most + LEAD {
+        return Vec::new();
+    }
+    let equal = pass.located.iter().filter(|located| located.score.gain > best - LEAD);
+    let places: Vec<&str> = equal.map(|located| &*located.term.component).collect();
+    let fits = |&rank: &usize| {
+        let tried = &pass.tried[rank];
+        let is_there = tried.hypothesis.inserts.last().is_some_and(|own| places.contains(&own.sites[0].path.as_str()));
+        is_there && tried.look.is_some() && tried.hypothesis.machine.is_fast() && !chosen.contains(&rank)
+    };
+    (0..pass.tried.len()).filter(fits).take(MOST_PLACED).collect()
+}
+
 /// How hard a fit is followed on: derivatives through delays are dear.
 pub(super) fn patience(problem: &Problem<'_>) -> Effort {
     if problem.machine.is_fast() { Effort::LONG } else { Effort { reuse: 8, ..Effort::FULL } }
 }
 
 /// In which role fits of candidates are remembered.
-fn role(again: Option<usize>) -> &'static str {
-    if again.is_some() { "candidate again" } else { "candidate" }
+fn role(is_again: bool) -> &'static str {
+    if is_again { "candidate again" } else { "candidate" }
 }
 
 /// A short fit under wide weights.

@@ -12,6 +12,8 @@ use crate::projection::Projection;
 
 /// Terms fitted: where the effects leave nothing but noise, and where they do not.
 const FITTED: (usize, usize) = (1, 3);
+/// Share of what the best effect explains that a term must explain if the fit without is to be made again from there.
+const WORTH_IT: f64 = 0.01;
 /// Spread of a coefficient before the measurement, by what the look at it claims.
 const SPREAD: f64 = 5.0;
 
@@ -59,7 +61,10 @@ impl Search<'_> {
     /// needs no term.
     fn without_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
         let Some(&best) = by_cost(&pass.terms).first() else { return Ok(()) };
-        let Some(start) = pass.terms[best].fit.as_ref().filter(|fit| fit.cost < pass.fit.cost - self.needed) else {
+        let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref());
+        let most = pass.fit.cost - Lowest::of(fits, pass.expected).cost;
+        let enough = self.needed.max(WORTH_IT * most);
+        let Some(start) = pass.terms[best].fit.as_ref().filter(|fit| fit.cost < pass.fit.cost - enough) else {
             return Ok(());
         };
         (self.progress)("fitting again without a term");

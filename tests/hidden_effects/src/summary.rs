@@ -149,17 +149,20 @@ fn cost(rows: &[Row], add: Add<'_>) {
 fn confusion(rows: &[Row]) -> String {
     let mut text = String::from(
         "Trials with one effect by what was hidden:\n\n\
-         | hidden | trials | right | in a choice | other name | `unknown` | `adequate` | no answer | other names | expected fall, median |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---|---:|\n",
+         | hidden | trials | right | in a choice | other name | `unknown` | `adequate` | no answer | other names | expected fall, median | size within 1.96 errors |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---|---:|---:|\n",
     );
     for effect in &CATALOGUE {
         let own: Vec<&Row> = of(rows, "effect").into_iter().filter(|row| row.hidden() == [effect.id]).collect();
         let count = |end: End| own.iter().filter(|row| row.end() == end).count();
         let wrong = own.iter().filter(|row| row.end() == End::Wrong).map(|row| row.named().join(" + "));
         let power: Vec<f64> = own.iter().filter_map(|row| row.number("power")).collect();
+        let right = own.iter().filter(|row| row.end() == End::Right);
+        let pulls: Vec<f64> = right.filter_map(|row| row.pull()).collect();
+        let within = pulls.iter().filter(|pull| pull.abs() <= 1.96).count();
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.0} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.0} | {within} of {} |",
             effect.id,
             own.len(),
             count(End::Right),
@@ -169,7 +172,8 @@ fn confusion(rows: &[Row]) -> String {
             count(End::Adequate),
             count(End::None),
             wrong.collect::<Vec<_>>().join(", "),
-            quantile(&power, 0.5).unwrap_or(f64::NAN)
+            quantile(&power, 0.5).unwrap_or(f64::NAN),
+            pulls.len()
         );
     }
     text

@@ -2,7 +2,8 @@
 //!
 //! Where the Jacobian is straight-line code, the derivatives by data join it in one routine, so that common subexpressions are
 //! computed once; what remains is a list of products with the derivatives of the data by the directions, which stay the
-//! same between events.  Only the data that the chosen directions reach have code.
+//! same between events, and those with the derivatives of delayed values, which do not.  Only the data that the chosen directions
+//! reach have code.
 
 use std::sync::Arc;
 
@@ -26,8 +27,10 @@ pub(super) struct SweepCode {
     /// The arguments of branches without an event, to `Out`.
     branches: RoutineId,
     pub(super) branch_count: usize,
-    /// Residual row and position in the data area of each further entry.
+    /// Residual row and position in the data area of each further entry; those of delayed values come last.
     entries: Vec<(u32, u32)>,
+    /// Number of those that come first.
+    still: usize,
 }
 
 /// `out[to] += factor * entry`
@@ -55,23 +58,29 @@ impl SweepCode {
         }
         let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
         let state_entries = lowered.routines.simulation.state_pattern.entries();
-        let (mut kernel, mut entries) = (jacobian.clone(), Vec::new());
+        let layout = &lowered.layout;
+        let flows = |index: &u32| layout.delayed.contains(index) || layout.delayed_rates.contains(index);
+        let mut found: Vec<(u32, u32, NodeId)> = Vec::new();
         for store in &residual.stores {
             let Address::Fixed { area: Area::Out, index: row, .. } = store.to else { return None };
             for (slot, derivative) in gradient(&mut program.arena, store.value) {
-                let Address::Fixed { area, index, negated } = kernel.slots[slot.0 as usize] else { return None };
+                let Address::Fixed { area, index, negated } = jacobian.slots[slot.0 as usize] else { return None };
                 let wanted = area == Area::Data && active.get(index as usize).copied().unwrap_or(false);
                 if !wanted || program.arena.is(derivative, 0.0) {
                     continue;
                 }
                 let value = if negated { program.arena.neg(derivative) } else { derivative };
-                let position = (state_entries + entries.len()) as u32;
-                kernel
-                    .stores
-                    .push(Store { value, to: Address::Fixed { area: Area::Out, index: position, negated: false } });
-                entries.push((row, index));
+                found.push((row, index, value));
             }
         }
+        found.sort_by_key(|(_, index, _)| flows(index));
+        let still = found.partition_point(|(_, index, _)| !flows(index));
+        let mut kernel = jacobian.clone();
+        kernel.stores.extend((0u32..).zip(&found).map(|(k, &(.., value))| {
+            let index = state_entries as u32 + k;
+            Store { value, to: Address::Fixed { area: Area::Out, index, negated: false } }
+        }));
+        let entries: Vec<(u32, u32)> = found.into_iter().map(|(row, index, _)| (row, index)).collect();
         let arguments = branch_arguments(&mut program.arena, &kernel.stores);
         let branch_count = arguments.len();
         let stores = (0u32..)
@@ -81,7 +90,7 @@ impl SweepCode {
         let routine = program.routines.push(Routine { name: "sweep", kernels: vec![kernel] });
         let branches = program.routines.push(Routine { name: "branches", kernels: vec![arguments] });
         let engine = crate::model::engine(Arc::new(program), backend).ok()?;
-        Some(Self { engine, routine, state_entries, branches, branch_count, entries })
+        Some(Self { engine, routine, state_entries, branches, branch_count, entries, still })
     }
 
     /// Length of the array that the routine writes.
@@ -89,16 +98,26 @@ impl SweepCode {
         self.state_entries + self.entries.len()
     }
 
-    /// The products with the derivatives of the data as they are.
+    /// The products with the derivatives of the data as they are, but for delayed values.
     fn products(&self, blocks: &[f64], width: usize, products: &mut Vec<Product>) {
         products.clear();
-        for (entry, &(row, data)) in (0u32..).zip(&self.entries) {
+        for (entry, &(row, data)) in (0u32..).zip(&self.entries[..self.still]) {
             let block = &blocks[data as usize * width..(data as usize + 1) * width];
             let reached = block.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
             products.extend(reached.map(|(direction, &factor)| {
                 let to = row * width as u32 + direction as u32;
                 Product { entry: self.state_entries as u32 + entry, to, factor }
             }));
+        }
+    }
+
+    /// Adds the products of `values`, what the routine wrote, with the derivatives of delayed values.
+    fn add_delayed(&self, values: &[f64], blocks: &[f64], width: usize, out: &mut [f64]) {
+        let values = &values[self.state_entries + self.still..];
+        for (&value, &(row, data)) in values.iter().zip(&self.entries[self.still..]) {
+            let block = &blocks[data as usize * width..(data as usize + 1) * width];
+            let out = &mut out[row as usize * width..(row as usize + 1) * width];
+            out.iter_mut().zip(block).for_each(|(sum, derivative)| *sum += value * derivative);
         }
     }
 }
@@ -169,5 +188,6 @@ impl CompiledSystem {
             let entry = values[product.entry as usize];
             out[product.to as usize] += product.factor * entry;
         }
+        code.add_delayed(values, &tangents.blocks, tangents.width, out);
     }
 }

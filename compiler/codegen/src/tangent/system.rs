@@ -291,7 +291,6 @@ impl Tangents for CompiledSystem {
 
     fn set_delayed_tangents(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         let mut tangents = self.take_tangents();
-        tangents.sweep.outdated = true;
         let shared = self.shared.clone();
         let layout = &shared.lowered.layout;
         let width = tangents.width;

@@ -1,0 +1,72 @@
+//! Fits from each other's nuisances, so that no name rests on a fit that only ended early (equal effort).
+
+use super::shortlist::patience;
+use super::{APART, CLOSE, Pass, Search, Tried, by_cost, plausible};
+use crate::Fault;
+use crate::fit::schedule::lower;
+use crate::fit::{Effort, Fit, minimise};
+
+impl Search<'_> {
+    /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
+    /// next one's and the next ones from the best one's.
+    pub(super) fn cross(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let order = by_cost(&pass.tried);
+        let Some(&best) = order.first() else { return Ok(()) };
+        let count = pass.fit.xi.len();
+        let whole = self.whole();
+        let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
+        self.without(pass, best)?;
+        let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
+        let lowest = cost(&pass.tried[best]);
+        let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
+        let rivals = order[1..].iter().copied().filter(|&k| cost(&pass.tried[k]) - lowest < near).take(2);
+        let rivals: Vec<usize> = rivals.collect();
+        let from_best = nuisances(&pass.tried[best]);
+        let mut again: Vec<(usize, Option<Vec<f64>>)> = rivals.iter().map(|&k| (k, from_best.clone())).collect();
+        again.extend(rivals.first().map(|&other| (best, nuisances(&pass.tried[other]))));
+        for (k, start) in again {
+            let (Some(start), Some(old)) = (start, pass.tried[k].fit.clone()) else { continue };
+            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
+            let xi = [&start[..], &old.xi[count..]].concat();
+            let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+            let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
+            drop(problem);
+            pass.tried[k].fit = Some(lower(old, next));
+        }
+        Ok(())
+    }
+
+    /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go without it.  Where the
+    /// fall of the cost is much larger than the size in standard errors tells, the two lie in different valleys.
+    fn without(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
+        (self.progress)("fitting again from each other's parameters");
+        let tried = &pass.tried[best];
+        let Some(fit) = &tried.fit else { return Ok(()) };
+        let (count, whole) = (pass.fit.xi.len(), self.whole());
+        let problem = pass.base.problem(self.setup)?;
+        let mut tries: Vec<(&str, Fit)> = Vec::new();
+        let known = pass.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let against = Effort::FULL.against(fit.cost);
+        let plain = minimise(&problem, &fit.xi[..count], &whole, against, known);
+        tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));
+        let own = tried.hypothesis.problem(self.setup)?;
+        let lowest = tries.iter().map(|(_, again)| again.cost).fold(pass.fit.cost, f64::min);
+        if own.machine.is_fast()
+            && let Some(sizes) = plausible::sizes(&tried.hypothesis, self.setup, &own, fit)
+            && let Some(errors) = fit.errors_beside(&sizes.own, &sizes.away, &[])
+            && lowest - fit.cost > APART * errors * errors + self.needed
+            && let Some(start) = fit.moved_back(&sizes.own, &sizes.away)
+            && let Ok(again) = minimise(&problem, &start[..count], &whole, Effort::FULL, None)
+        {
+            tries.push(("from the best candidate's parameters without it", again));
+        }
+        drop((problem, own));
+        for (words, again) in tries {
+            pass.record.note(words, &again, pass.expected);
+            if again.cost < pass.fit.cost {
+                pass.fit = again;
+            }
+        }
+        Ok(())
+    }
+}

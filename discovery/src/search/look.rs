@@ -1,0 +1,78 @@
+//! Looks at all candidates without a fit: scores, powers, and where in the equations something is missing.
+
+use super::decide::noise;
+use super::{ADEQUATE, NEEDED, Pass, Search, Tried};
+use crate::catalogue::Candidate;
+use crate::fit::schedule;
+use crate::fit::{Effort, Fit};
+use crate::hypothesis::{Hypothesis, Look};
+use crate::power::{Power, confusions};
+use crate::problem::Weighing;
+use crate::projection::Projection;
+use crate::{Fault, Setup};
+
+impl Search<'_> {
+    /// Looks at all candidates that can join, but those that were needless once.
+    pub(super) fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
+        let weighing = self.whole();
+        let mut fit = pass.fit.clone();
+        refresh(&pass.base, self.setup, &mut fit, &weighing)?;
+        pass.fit = fit;
+        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
+        // Where the misfit is that of noise but something is far off, what is missing shows once that is held back.
+        if is_quiet {
+            let problem = pass.base.problem(self.setup)?;
+            pass.seen = schedule::held_back(&problem, &pass.fit, &weighing);
+        }
+        let is_bent = pass.seen.is_some();
+        let mut seen = pass.seen.take().unwrap_or_else(|| pass.fit.clone());
+        refresh(&pass.base, self.setup, &mut seen, &weighing)?;
+        let is_quiet = is_quiet && !is_bent;
+        let Some(projection) = Projection::new(&seen) else {
+            return Err(Fault::run("no derivatives at the fit of the base model"));
+        };
+        let mut signatures = Vec::new();
+        for candidate in &self.candidates {
+            let is_taken = pass.base.inserts.iter().any(|own| own.excludes(candidate) || own.is_same(candidate));
+            if is_taken || refused.iter().any(|own| own.is_same(candidate)) {
+                continue;
+            }
+            let mut inserts = pass.base.inserts.clone();
+            inserts.push(candidate.clone());
+            let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
+            let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
+            if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
+                let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
+                signatures.push((power, signature));
+            }
+            pass.tried.push(Tried::new(hypothesis, look));
+        }
+        pass.confusions = confusions(&signatures, &projection);
+        drop(projection);
+        // Beside an effect that is named already a small one may still be hidden.
+        let is_quiet = is_quiet && pass.fit.misfit <= noise(pass.expected) && pass.base.inserts.is_empty();
+        self.probe(pass, &seen, is_quiet)?;
+        pass.seen = is_bent.then_some(seen);
+        pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
+        pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
+        let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
+        pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+        let promise = pass.tried.first().map_or(0.0, gain);
+        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
+            self.look_at_equations(pass)?;
+        }
+        Ok(())
+    }
+}
+
+/// Gives a fit a Jacobian at its own unknowns.
+pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
+    if fit.fresh {
+        return Ok(());
+    }
+    let problem = hypothesis.problem(setup)?;
+    let all: Vec<usize> = (0..problem.unknowns.len()).collect();
+    let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
+    (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
+    Ok(())
+}

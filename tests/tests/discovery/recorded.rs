@@ -1,0 +1,78 @@
+//! The recorded sets of another simulator with the whole library and nothing but defaults: each must get the answer that
+//! `tests/data/bench/answers.json` holds, with values of the drawn size, and the shots that were held out must be met.
+
+use std::fs;
+
+use hyd_tests::models::root;
+
+use super::{folder, hyd, json, study};
+
+/// Largest ratio of what is left on unseen shots to noise.
+const MET: f64 = 1.1;
+
+/// Standard errors by which an estimate may differ from what was drawn, and the largest standard error, by that.
+const ERRORS: (f64, f64) = (4.0, 0.1);
+
+/// What is found in a set: its status, the effects, and some of their numbers: effect, name, value that was drawn.
+fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)]) {
+    let folder = folder(set);
+    let bench = root().join(format!("tests/data/bench/{set}.json")).display().to_string();
+    let found = hyd(&folder, &["discover", &study(), "--bench", &bench, "--report", "."]);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));
+    let named = report["effects"].as_array().expect("a list");
+    let ids: Vec<&str> = named.iter().filter_map(|effect| effect["id"].as_str()).collect();
+    assert_eq!((report["status"].as_str(), &ids[..]), (Some(status), effects), "{set}: {}", found.stdout);
+    for part in ["train", "heldout"] {
+        let after = report["gap"][part]["after"].as_f64().expect("a number");
+        assert!(after <= MET, "{set}, {part}: {after}");
+    }
+    for &(id, name, drawn) in sizes {
+        let effect = named.iter().find(|effect| effect["id"] == id).expect("named above");
+        let number = |key: &str| effect["parameters"][name][key].as_f64().expect("a number");
+        let (value, error) = (number("value"), number("stderr"));
+        let words = format!("{set}, {id}.{name}: {value:e} +- {error:e} instead of {drawn:e}");
+        assert!((value - drawn).abs() <= ERRORS.0 * error && error <= ERRORS.1 * drawn, "{words}");
+    }
+}
+
+#[test]
+fn nothing_is_missing() {
+    answers("B01", "adequate", &[], &[]);
+}
+
+#[test]
+fn waves_in_the_supply_line() {
+    answers("B02", "named", &["supply_line"], &[("supply_line", "l", 1.2), ("supply_line", "V_g", 0.3e-3)]);
+}
+
+#[test]
+fn dry_friction() {
+    answers("B04", "named", &["piston_friction"], &[("piston_friction", "F_c", 70.0)]);
+}
+
+#[test]
+fn eddy_currents() {
+    answers("B05", "named", &["eddy_currents"], &[("eddy_currents", "g_e", 1.0 / 18.0)]);
+}
+
+#[test]
+fn a_late_trigger() {
+    answers("B06", "sensor", &["trigger_delay"], &[("trigger_delay", "t_d", 0.35e-3)]);
+}
+
+#[test]
+fn air_in_the_oil() {
+    answers("B07", "named", &["entrained_air"], &[("entrained_air", "alpha", 0.08)]);
+}
+
+#[test]
+fn the_inductance_of_the_gap() {
+    answers("B08", "named", &["variable_inductance"], &[]);
+}
+
+#[test]
+fn waves_and_dry_friction() {
+    let sizes = [("supply_line", "l", 1.8), ("piston_friction", "F_c", 55.0)];
+    answers("B09", "named", &["supply_line", "piston_friction"], &sizes);
+}
