@@ -74,11 +74,11 @@ impl<'a> Projection<'a> {
         let inner = DMatrix::from_fn(parts.len(), parts.len(), |i, k| self.inner(&own[i], &own[k]));
         let along = DVector::from_iterator(parts.len(), own.iter().map(|d| self.along(d)));
         let mut amplitudes = best_within(&inner, &along, (from, to));
-        // A part that shows nothing of it has the amplitude of all.
+        let gain = 2.0 * amplitudes.dot(&along) - amplitudes.dot(&(&inner * &amplitudes));
+        // A part that shows nothing of it is begun with the amplitude of all.
         for k in (0..parts.len()).filter(|&k| inner[(k, k)] < VISIBLE) {
             amplitudes[k] = whole.amplitude;
         }
-        let gain = 2.0 * amplitudes.dot(&along) - amplitudes.dot(&(&inner * &amplitudes));
         (Score { gain, ..whole }, amplitudes.as_slice().to_vec())
     }
 

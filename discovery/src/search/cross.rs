@@ -3,7 +3,6 @@
 use super::shortlist::patience;
 use super::{APART, CLOSE, Pass, Search, Tried, by_cost, plausible};
 use crate::Fault;
-use crate::fit::schedule::lower;
 use crate::fit::{Effort, Fit, minimise};
 
 impl Search<'_> {
@@ -31,7 +30,7 @@ impl Search<'_> {
             let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
             let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
             drop(problem);
-            pass.tried[k].fit = Some(lower(old, next));
+            pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
         }
         Ok(())
     }
@@ -63,9 +62,7 @@ impl Search<'_> {
         drop((problem, own));
         for (words, again) in tries {
             pass.record.note(words, &again, pass.expected);
-            if again.cost < pass.fit.cost {
-                pass.fit = again;
-            }
+            pass.fit = self.preferred(&pass.base, pass.fit.clone(), again, pass.expected);
         }
         Ok(())
     }

@@ -9,8 +9,9 @@ use crate::fit::schedule::Record;
 use crate::hypothesis::Look;
 use crate::proof::{Gap, gap, unseen};
 
-/// How many times more a further effect takes where what is left is adequate, and the share of what was explained before that it takes then.
-const FURTHER: (f64, f64) = (3.0, 2e-3);
+/// How many times more a further effect takes where what is left is adequate, and the share of what was explained before that it takes then, up
+/// to this share of the expected misfit.
+const FURTHER: (f64, f64, f64) = (3.0, 2e-3, 0.02);
 /// How many times more an effect takes for each shot in which it has a size of its own.
 const OF_EACH_SHOT: f64 = 0.5;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
@@ -76,7 +77,8 @@ impl Search<'_> {
     /// An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]: it imitates what scatters from shot to shot.
     fn needed_for(&self, pass: &Pass, tried: &Tried) -> f64 {
         let is_enough = !pass.base.inserts.is_empty() && is_adequate(pass);
-        let further = (FURTHER.0 * self.needed).max(FURTHER.1 * pass.explained);
+        let share = (FURTHER.1 * pass.explained).min(FURTHER.2 * pass.expected);
+        let further = (FURTHER.0 * self.needed).max(share);
         self.scatter_of(tried) * if is_enough { further } else { self.needed }
     }
 
@@ -91,7 +93,7 @@ impl Search<'_> {
         pass.tried.iter().map(|tried| tried.fall / self.scatter_of(tried)).fold(0.0, f64::max)
     }
 
-    /// What a pass that was judged says.
+    /// What a pass says once it is judged.
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
         let ratio = pass.fit.misfit / pass.expected;
         let Some((leader, fit)) = self.leader(pass).and_then(|k| Some((k, pass.tried[k].fit.as_ref()?))) else {
@@ -101,14 +103,23 @@ impl Search<'_> {
             return Outcome::Unexplained;
         }
         let scale = (fit.misfit / pass.expected).max(1.0);
+        // What explains more, though less than it needs itself, is a rival all the same.
+        let is_better = |tried: &Tried| {
+            let own = tried.fit.as_ref().filter(|_| !tried.is_nothing());
+            own.is_some_and(|own| (fit.cost - own.cost) / scale > LEAD)
+        };
+        if pass.tried.iter().any(is_better) {
+            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        }
         let is_close = |k: &usize| {
             let own = pass.tried[*k].fit.as_ref();
             own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD) && self.is_needed(pass, *k)
         };
         let is_sound = |k: &usize| pass.tried[*k].has_size() && pass.tried[*k].is_plausible;
         let close: Vec<usize> = (0..pass.tried.len()).filter(is_close).filter(is_sound).collect();
-        // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left beside it.
-        let is_doubtful = !pass.base.inserts.is_empty() || !pass.tried[leader].has_size();
+        // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left without it.
+        let is_noise = !pass.base.inserts.is_empty() || pass.fit.misfit <= noise(pass.expected);
+        let is_doubtful = is_noise || !pass.tried[leader].has_size();
         match close[..] {
             [] if ratio <= ADEQUATE && is_doubtful => Outcome::Nothing,
             [] => Outcome::Unexplained,
@@ -136,7 +147,7 @@ impl Search<'_> {
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
         let (status, ambiguous) = match &outcome {
             // What unseen shots refute shows nothing where the model without it leaves nothing but noise.
-            Outcome::Nothing if doubt.as_ref().is_some_and(|doubt| doubt.is_refuted) && is_adequate(first) => {
+            Outcome::Nothing if doubt.as_ref().is_some_and(|doubt| doubt.is_refuted) && self.is_noise(first)? => {
                 (Status::Adequate, Vec::new())
             }
             Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
@@ -156,7 +167,7 @@ impl Search<'_> {
         };
         (findings.status, findings.ambiguous) = (status, ambiguous);
         findings.reason = doubt.filter(|_| matches!(outcome, Outcome::Nothing)).map(|doubt| doubt.words);
-        findings.hidden = found.is_empty() && self.hides(first)?;
+        findings.hidden = (found.is_empty() || status == Status::Adequate) && self.hides(first)?;
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
         }
@@ -195,6 +206,11 @@ impl Search<'_> {
             let words = format!("the best effect makes the gap on shots held out larger, {by:.3} times");
             Doubt { words, is_refuted: true }
         }))
+    }
+
+    /// True if what a pass began with leaves nothing but noise, whatever is granted to times.
+    fn is_noise(&self, pass: &Pass) -> Result<bool, Fault> {
+        Ok(pass.fit.misfit <= noise(pass.expected) && self.doubt(pass, pass)?.is_none())
     }
 
     /// True if the shots held out show a gap of which the fitted ones hide the most: nuisances can be bent to fit some shots, but

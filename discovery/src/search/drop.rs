@@ -1,7 +1,7 @@
 //! Is an effect that was named earlier still needed, now that another one is in the model?
 //!
 //! What was named first may only have imitated what was found later.  Each earlier effect is taken out again and the rest fitted;
-//! it stays if that costs as much as a name takes ([`Search::needed`]).
+//! it stays if that costs as much as a name takes ([`Search::needed`]).  So is, in the end, each whose size has become uncertain.
 
 use super::Search;
 use crate::Fault;
@@ -10,9 +10,14 @@ use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 
 impl Search<'_> {
-    /// The effects without the first one that is no longer needed, and the fit without it; none where all are.
-    pub(super) fn needless(&self, found: &[Candidate], fit: &Fit) -> Result<Option<(usize, Fit)>, Fault> {
-        for out in 0..found.len().saturating_sub(1) {
+    /// The first one of the `doubted` effects that is not needed, and the fit without it; none where all are.
+    pub(super) fn needless(
+        &self,
+        found: &[Candidate],
+        fit: &Fit,
+        doubted: &[usize],
+    ) -> Result<Option<(usize, Fit)>, Fault> {
+        for &out in doubted {
             let mut rest = found.to_vec();
             let dropped = rest.remove(out);
             (self.progress)(&format!("fitting without {}", dropped.label()));

@@ -218,34 +218,43 @@ impl Search<'_> {
             let mut pass = self.pass(&found, start.take(), &refused)?;
             pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
             let mut outcome = self.settle(&mut pass)?;
-            let again = match passes.last_mut() {
+            let is_another = match passes.last_mut() {
                 Some(before) if !revisited => self.revisit(before, &pass)?,
-                _ => None,
+                _ => false,
             };
-            if let Some((again, before)) = again.and_then(|again| Some((again, passes.pop()?))) {
+            if let Some(before) = passes.pop_if(|_| is_another) {
                 found.clone_from(&before.base.inserts);
-                (revisited, pass, outcome) = (true, before, again);
+                (revisited, pass) = (true, before);
+                outcome = self.answer(&mut pass)?;
             }
-            let Outcome::Name(k) = outcome else {
-                passes.push(pass);
-                return self.conclude(passes, &found, outcome);
+            let is_named = matches!(outcome, Outcome::Name(_)) && found.len() < MOST_EFFECTS;
+            // Effects that may not be needed any more: all earlier ones beside a new one, in the end those that have vanished.
+            let doubted = match outcome {
+                Outcome::Name(k) if is_named => {
+                    let named = &pass.tried[k];
+                    found.clone_from(&named.hypothesis.inserts);
+                    start.clone_from(&named.fit);
+                    (self.progress)(&format!("found: {}", named.hypothesis.label()));
+                    (0..found.len() - 1).collect()
+                }
+                _ if found.len() > 1 => {
+                    start = Some(pass.fit.clone());
+                    plausible::vanished(&pass, self.setup)
+                }
+                _ => Vec::new(),
             };
-            if found.len() == MOST_EFFECTS {
-                passes.push(pass);
-                return self.conclude(passes, &found, outcome);
-            }
-            let named = &pass.tried[k];
-            found.clone_from(&named.hypothesis.inserts);
-            start.clone_from(&named.fit);
-            (self.progress)(&format!("found: {}", named.hypothesis.label()));
+            let needless = match &start {
+                Some(fit) => self.needless(&found, fit, &doubted)?,
+                None => None,
+            };
             passes.push(pass);
-            if let Some(fit) = &start
-                && let Some((out, again)) = self.needless(&found, fit)?
-            {
+            if let Some((out, again)) = needless {
                 let without = found.remove(out);
                 (self.progress)(&format!("no longer needed: {}", without.label()));
                 refused.push(without);
                 start = Some(again);
+            } else if !is_named {
+                return self.conclude(passes, &found, outcome);
             }
         }
     }
@@ -289,10 +298,17 @@ impl Search<'_> {
         self.cross(pass)
     }
 
-    /// Fits terms beside the candidates and says what follows.
+    /// Fits what has implausible numbers again, and terms beside the candidates; says what follows.
     fn settle(&self, pass: &mut Pass) -> Result<Outcome, Fault> {
-        self.tame(pass)?;
+        if self.tame(pass)? {
+            self.cross(pass)?;
+        }
         self.fit_terms(pass)?;
+        self.answer(pass)
+    }
+
+    /// What follows from the fits of a pass.
+    fn answer(&self, pass: &mut Pass) -> Result<Outcome, Fault> {
         self.judge(pass);
         let outcome = self.outcome(pass);
         if !matches!(outcome, Outcome::Unexplained) || !pass.base.inserts.is_empty() {

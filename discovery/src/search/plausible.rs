@@ -5,8 +5,9 @@
 //! the numbers that leave their ranges again held at the ends; where that explains the measurement as well, the plausible fit is the effect's
 //! (a profile likelihood over the held numbers: Raue et al., Bioinformatics 25 (2009)).
 
+use super::look::refresh;
 use super::shortlist::patience;
-use super::{LEAD, Pass, Search, by_cost, contested};
+use super::{ERRORS, LEAD, Pass, Search, by_cost, contested};
 use crate::fit::{Fit, minimise, minimise_over};
 use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
@@ -22,28 +23,43 @@ const MOST: usize = 3;
 const MARGIN: f64 = 0.2;
 
 impl Search<'_> {
-    /// Fits those that explain about as much as the best again from plausible numbers, where theirs are not.
-    pub(super) fn tame(&self, pass: &mut Pass) -> Result<(), Fault> {
-        let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
+    /// Fits those that explain about as much as the best again from plausible numbers, where theirs are not.  True if one has fallen by so much
+    /// that the others must be compared again.
+    pub(super) fn tame(&self, pass: &mut Pass) -> Result<bool, Fault> {
+        let Some(&best) = by_cost(&pass.tried).first() else { return Ok(false) };
+        let mut has_fallen = false;
         for k in contested(pass, best, self.needed).into_iter().take(MOST) {
             let tried = &mut pass.tried[k];
             let Some(fit) = tried.fit.take_if(|fit| !is_plausible(&tried.hypothesis, self.setup, fit)) else {
                 continue;
             };
             (self.progress)(&format!("fitting {} from plausible numbers", tried.hypothesis.label()));
-            tried.fit = Some(self.tamed(&tried.hypothesis, fit, pass.expected)?);
+            let before = fit.cost;
+            let fit = self.tamed(&tried.hypothesis, fit, pass.expected)?;
+            has_fallen |= before - fit.cost > LEAD * (fit.misfit / pass.expected).max(1.0);
+            tried.fit = Some(fit);
         }
-        Ok(())
+        Ok(has_fallen)
+    }
+
+    /// The one of the lower cost, but no implausible one for a small fall.
+    pub(super) fn preferred(&self, hypothesis: &Hypothesis, old: Fit, new: Fit, expected: f64) -> Fit {
+        let allowed = LEAD * (new.misfit / expected).max(1.0);
+        let spoils = || {
+            old.cost - new.cost < allowed
+                && is_plausible(hypothesis, self.setup, &old)
+                && !is_plausible(hypothesis, self.setup, &new)
+        };
+        if new.cost >= old.cost || spoils() { old } else { new }
     }
 
     /// The fit with plausible numbers, if it explains the measurement as well; else the fit as it is.
     pub(super) fn tamed(&self, hypothesis: &Hypothesis, fit: Fit, expected: f64) -> Result<Fit, Fault> {
         let (problem, whole) = (hypothesis.problem(self.setup)?, self.whole());
-        let is_enough = |own: &Fit| {
+        let is_enough = |own: &Fit, lowest: f64| {
             let scale = (own.misfit / expected).max(1.0);
-            is_plausible(hypothesis, self.setup, own) && own.cost < fit.cost + LEAD * scale
+            is_plausible(hypothesis, self.setup, own) && own.cost < lowest + LEAD * scale
         };
-        let known = |fit: &Fit| fit.jacobian.as_ref().map(|(jacobian, _)| jacobian.clone());
         let mut start = fit.xi.clone();
         let ends = ranges(hypothesis, self.setup, &problem);
         for &(k, low, high) in &ends {
@@ -53,13 +69,13 @@ impl Search<'_> {
                 start[k] = if is_size { start[k].clamp(low, high) } else { 0.0 };
             }
         }
-        let jacobian = known(&fit);
-        let known_there = jacobian.as_ref().filter(|own| own.ncols() == start.len()).map(|own| (own, &whole));
-        let Ok(free) = minimise(&problem, &start, &whole, patience(&problem), known_there) else { return Ok(fit) };
-        if is_enough(&free) {
+        let known = fit.jacobian.as_ref().filter(|(own, _)| own.ncols() == start.len()).map(|(own, _)| (own, &whole));
+        let Ok(free) = minimise(&problem, &start, &whole, patience(&problem), known) else { return Ok(fit) };
+        if is_enough(&free, fit.cost) {
             return Ok(free);
         }
-        let mut start = free.xi.clone();
+        let lowest = if free.cost < fit.cost { free } else { fit };
+        let mut start = lowest.xi.clone();
         let mut held = Vec::new();
         for &(k, low, high) in &ends {
             if !(low..=high).contains(&start[k]) {
@@ -69,8 +85,11 @@ impl Search<'_> {
         }
         let others: Vec<usize> = (0..start.len()).filter(|k| !held.contains(k)).collect();
         let again = minimise_over(&problem, &start, &whole, &others, patience(&problem), None);
-        let lowest = if free.cost < fit.cost { free } else { fit.clone() };
-        Ok(again.ok().filter(is_enough).unwrap_or(lowest))
+        let Some(mut again) = again.ok().filter(|own| is_enough(own, lowest.cost)) else { return Ok(lowest) };
+        drop(problem);
+        // Derivatives by what was held, too.
+        refresh(hypothesis, self.setup, &mut again, &whole)?;
+        Ok(again)
     }
 }
 
@@ -98,7 +117,18 @@ pub(super) fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) 
     fit.errors_beside(&own, &away, &others)
 }
 
-/// The unknowns of the last effect.
+/// Effects of the base of a pass whose size is hardly one in the end: what was found later may have taken their part.
+pub(super) fn vanished(pass: &Pass, setup: &Setup) -> Vec<usize> {
+    let Ok(problem) = pass.base.problem(setup) else { return Vec::new() };
+    let has_vanished = |&number: &usize| {
+        let sizes = sizes_of(number, &pass.base, setup, &problem, &pass.fit);
+        let errors = sizes.and_then(|sizes| pass.fit.errors_beside(&sizes.own, &sizes.away, &sizes.others));
+        errors.is_some_and(|errors| errors < ERRORS)
+    };
+    (0..pass.base.inserts.len()).filter(has_vanished).collect()
+}
+
+/// The unknowns of an effect.
 pub(super) struct Sizes {
     /// Those that carry its size in the fitted shots.
     pub(super) own: Vec<usize>,
@@ -110,13 +140,16 @@ pub(super) struct Sizes {
 
 /// The unknowns of the last effect at the end of a fit; none if no size makes it vanish.
 pub(super) fn sizes(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>, fit: &Fit) -> Option<Sizes> {
-    let last = hypothesis.last();
-    let effect = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none());
-    let nothing = match effect {
+    sizes_of(hypothesis.last()?, hypothesis, setup, problem, fit)
+}
+
+/// The same for one of the effects; the term is the one after them.
+fn sizes_of(number: usize, hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>, fit: &Fit) -> Option<Sizes> {
+    let nothing = match hypothesis.inserts.get(number) {
         None => 0.0,
         Some(insert) => insert.effect.zero?,
     };
-    let part_of = |k: &usize| problem.unknowns[*k].effect.filter(|part| Some(part.effect) == last);
+    let part_of = |k: &usize| problem.unknowns[*k].effect.filter(|part| part.effect == number);
     let all = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
         (0..problem.unknowns.len()).filter(|k| part_of(k).is_some_and(|part| wanted(part.parameter))).collect()
     };

@@ -15,18 +15,18 @@ use crate::fit::{Effort, minimise};
 const RIVALS: (f64, usize) = (0.5, 3);
 
 impl Search<'_> {
-    /// Fits what stood against the effect named in `before` from where `pass`, which begins with it, has ended; the outcome of `before` if it
-    /// is no longer that one.
-    pub(super) fn revisit(&self, before: &mut Pass, pass: &Pass) -> Result<Option<Outcome>, Fault> {
+    /// Fits what stood against the effect named in `before` from where `pass`, which begins with it, has ended; true if `before` no longer
+    /// names that one.
+    pub(super) fn revisit(&self, before: &mut Pass, pass: &Pass) -> Result<bool, Fault> {
         let own = pass.base.key();
         let Some(first) = before.tried.iter().position(|tried| tried.hypothesis.key() == own) else {
-            return Ok(None);
+            return Ok(false);
         };
         let named = &before.tried[first];
-        let Some(known) = named.fit.as_ref().filter(|fit| fit.xi.len() == pass.fit.xi.len()) else { return Ok(None) };
+        let Some(known) = named.fit.as_ref().filter(|fit| fit.xi.len() == pass.fit.xi.len()) else { return Ok(false) };
         let scale = (pass.fit.misfit / pass.expected).max(1.0);
         if known.cost - pass.fit.cost < LEAD * scale {
-            return Ok(None);
+            return Ok(false);
         }
         (self.progress)("fitting the rivals again from a lower valley");
         let (count, whole) = (before.fit.xi.len(), self.whole());
@@ -38,8 +38,8 @@ impl Search<'_> {
             self.tamed(&pass.base, pass.fit.clone(), pass.expected)?
         };
         before.tried[first].fit = Some(fit);
-        let others = before.tried.iter_mut().filter(|tried| tried.hypothesis.key() != own);
-        for rival in others.filter(|tried| tried.fall >= enough).take(RIVALS.1) {
+        let others = before.tried.iter_mut().filter(|tried| tried.hypothesis.key() != own && tried.fall >= enough);
+        for rival in others.take(RIVALS.1).chain(before.terms.first_mut()) {
             let Some(old) = rival.fit.clone() else { continue };
             let start = [nuisances, &old.xi[count..]].concat();
             let problem = rival.hypothesis.problem(self.setup)?;
@@ -57,10 +57,7 @@ impl Search<'_> {
         self.judge(before);
         let outcome = self.outcome(before);
         let is_same = matches!(outcome, Outcome::Name(k) if before.tried[k].hypothesis.key() == own);
-        if is_same {
-            return Ok(None);
-        }
-        before.dropped += pass.runs();
-        Ok(Some(outcome))
+        before.dropped += if is_same { 0 } else { pass.runs() };
+        Ok(!is_same)
     }
 }

@@ -73,9 +73,7 @@ impl Search<'_> {
         let Ok(again) = minimise(&problem, xi, &self.whole(), patience(&problem), None) else { return Ok(()) };
         drop(problem);
         pass.record.note("from where a term ended", &again, pass.expected);
-        if again.cost < pass.fit.cost {
-            pass.fit = again;
-        }
+        pass.fit = self.preferred(&pass.base, pass.fit.clone(), again, pass.expected);
         Ok(())
     }
 }

@@ -117,7 +117,13 @@ impl SweepCode {
         for (&value, &(row, data)) in values.iter().zip(&self.entries[self.still..]) {
             let block = &blocks[data as usize * width..(data as usize + 1) * width];
             let out = &mut out[row as usize * width..(row as usize + 1) * width];
-            out.iter_mut().zip(block).for_each(|(sum, derivative)| *sum += value * derivative);
+            if value.is_finite() {
+                out.iter_mut().zip(block).for_each(|(sum, derivative)| *sum += value * derivative);
+            } else {
+                // An infinite slope times nothing is nothing.
+                let moved = out.iter_mut().zip(block).filter(|(_, derivative)| **derivative != 0.0);
+                moved.for_each(|(sum, derivative)| *sum += value * derivative);
+            }
         }
     }
 }
