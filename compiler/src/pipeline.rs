@@ -165,6 +165,10 @@ pub fn compile_with(
     terms: &[Injection],
 ) -> Compilation {
     let mut result = front_end(sources, name, text, options, terms);
+    // What will feed a block is no question before it runs.
+    if options.goal < Goal::Run {
+        result.diagnostics.retain(|diagnostic| diagnostic.code != Code::OpenInput);
+    }
     if options.goal == Goal::Flat || result.has_errors() {
         return result;
     }

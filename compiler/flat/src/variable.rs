@@ -368,11 +368,11 @@ impl Flattener<'_, '_> {
             ValueKind::Enumeration(_) => "the first literal",
             ValueKind::Real | ValueKind::Integer => "0",
         };
-        let message = match self.tree.instances[inst].direction {
-            Some(Direction::Input) => format!("nothing gives the input `{name}` a value; {taken} is taken"),
-            _ => format!("the parameter `{name}` has no value; {taken} is taken"),
+        let (code, what) = match self.tree.instances[inst].direction {
+            Some(Direction::Input) => (Code::OpenInput, format!("nothing gives the input `{name}` a value")),
+            _ => (Code::NoValue, format!("the parameter `{name}` has no value")),
         };
-        self.report(Diagnostic::warning(Code::NoValue, message).at(span, "declared here"));
+        self.report(Diagnostic::warning(code, format!("{what}; {taken} is taken")).at(span, "declared here"));
     }
 
     /// A parameter whose value was set from outside before translation and used there.

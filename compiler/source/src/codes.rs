@@ -80,6 +80,8 @@ codes! {
         "A value violates a limit stated in the text (`min`, `max`) or has no meaning, such as a negative size.";
     DiscreteTime = "E0218", "not a discrete-time expression",
         "Integer, Boolean and enumeration variables, and those declared `discrete`, change at events only. Outside a `when` they take values made of discrete variables, parameters and relations, which cause events (Modelica 3.6, section 3.8.3). A relation in `noEvent` or inside a function causes none, so its value may change at any time.";
+    OpenInput = "E0219", "an input has no value",
+        "Nothing gives an input of the model a value, so it keeps its `start` value, or 0. Set it with `--set`, or put the block into a model that feeds it.";
     UnitMismatch = "E0301", "units do not fit",
         "Both sides of an equation, a sum or a connection have different physical dimensions.";
     UnitSyntax = "E0302", "not a unit",
