@@ -23,6 +23,7 @@ fn main() {
     drive_simulation();
     drive_sensitivities();
     line();
+    equations();
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -168,5 +169,32 @@ fn line() {
             cpu_seconds() - start,
             summary.statistics.steps,
         );
+    }
+}
+
+/// Time that one equation of the line takes in a residual and in a Jacobian.
+fn equations() {
+    println!("\n## Equations of the line\n");
+    println!("| N | residual, ns per equation | Jacobian, ns per equation |\n|---:|---:|---:|");
+    for cells in [100, 1_000, 10_000] {
+        let compilation = translate(LINE, &[("N", &cells.to_string())]);
+        let mut system = compilation.model.as_ref().expect("translated").instantiate();
+        system.bind(0.0).expect("parameters with values");
+        let structure = system.structure();
+        let n = structure.differential.len();
+        let (states, rates) = (structure.state_pattern.entries(), structure.rate_pattern.entries());
+        let mut y = vec![0.0; n];
+        system.nominals(&mut y);
+        let (yp, mut out) = (vec![0.0; n], vec![0.0; n]);
+        let (mut state, mut rate) = (vec![0.0; states], vec![0.0; rates]);
+        let rounds = 20_000_000 / n;
+        let per_equation = |seconds: f64| 1e9 * seconds / (rounds * n) as f64;
+        let start = cpu_seconds();
+        (0..rounds).for_each(|_| system.residual(1e-3, &y, &yp, &mut out));
+        let residual = per_equation(cpu_seconds() - start);
+        let start = cpu_seconds();
+        (0..rounds).for_each(|_| system.jacobian(1e-3, &y, &yp, &mut state, &mut rate));
+        let jacobian = per_equation(cpu_seconds() - start);
+        println!("| {cells} | {residual:.2} | {jacobian:.2} |");
     }
 }

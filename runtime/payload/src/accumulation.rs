@@ -3,7 +3,8 @@
 //! Code computes the local partial derivatives of each row; `s[to] += s[a]*s[b]` in the order of the rows makes of them the Jacobian
 //! (forward accumulation on the extended Jacobian, Griewank and Walther 2008, "Evaluating Derivatives", chapter 9).
 //!
-//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
+//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.  A partial that is
+//! an entry by itself stands there from the beginning and needs no term.
 
 /// Sign bit of `Term::a`: the product is subtracted.
 pub const MINUS: u32 = 1 << 31;
@@ -35,10 +36,14 @@ pub struct Accumulation {
 }
 
 impl Accumulation {
-    /// Composes the partials that stand in `scratch` and copies the results out.
-    pub fn run(&self, scratch: &mut [f64], state_values: &mut [f64], rate_values: &mut [f64]) {
+    /// Makes `scratch` ready for the partials.
+    pub fn begin(&self, scratch: &mut [f64]) {
         scratch[0] = 1.0;
         scratch[self.first..].fill(0.0);
+    }
+
+    /// Composes the partials that stand in `scratch` and copies the results out.
+    pub fn run(&self, scratch: &mut [f64], state_values: &mut [f64], rate_values: &mut [f64]) {
         for term in &self.terms {
             let factor = scratch[(term.a & !MINUS) as usize];
             let factor = if term.a & MINUS == 0 { factor } else { -factor };

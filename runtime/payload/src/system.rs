@@ -152,6 +152,7 @@ impl Instance {
             JacobianForm::Entries(routine) => self.run(*routine, point, state, rate),
             JacobianForm::Partials(routine, accumulation, _) => {
                 let mut scratch = std::mem::take(&mut self.memory.scratch);
+                accumulation.begin(&mut scratch[..accumulation.length]);
                 self.run(*routine, point, &mut scratch, &mut []);
                 accumulation.run(&mut scratch[..accumulation.length], state, rate);
                 self.memory.scratch = scratch;

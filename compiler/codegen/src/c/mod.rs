@@ -265,12 +265,12 @@ impl Printer<'_> {
                     out,
                     "void {p}_{name}(double *d, const double *y, const double *yp, double *w, double *s, double *out, double *out2)\n{{"
                 )?;
-                writeln!(out, "    {p}_{partials}(d, y, yp, w, s, 0);")?;
                 writeln!(
                     out,
                     "    s[0] = 1;\n    for (int k = {}; k < {}; k++)\n        s[k] = 0;",
                     accumulation.first, accumulation.length
                 )?;
+                writeln!(out, "    {p}_{partials}(d, y, yp, w, s, 0);")?;
                 writeln!(out, "    for (int k = 0; k < {}; k++) {{", accumulation.terms.len())?;
                 writeln!(out, "        const unsigned *term = {p}_{prefix}terms + 3 * k;")?;
                 writeln!(out, "        double factor = s[term[1] & 0x7fffffffu];")?;

@@ -5,7 +5,8 @@
 //! Jacobian, Griewank and Walther 2008, "Evaluating Derivatives", chapter 9).  Code does not grow with the number of
 //! rows; the list does, at some twelve bytes per term.
 //!
-//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
+//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.  A partial that is an
+//! entry by itself, such as nearly all of equations without assignments, is computed where the entry stands and needs no term.
 
 use hyd_equations::{PlanJacobian, SortedSystem};
 use hyd_payload::accumulation::{Accumulation, MINUS, PartialRows, Term};
@@ -26,9 +27,8 @@ pub fn plan(
     patterns: (&Pattern, &Pattern),
     (arena, batch): (&Arena, &mut Batch<'_>),
 ) -> Result<(Accumulation, PartialRows), String> {
-    let (positions, owners) = add_partials(sorted, rows, jacobian, arena, batch)?;
+    let (positions, first) = positions(rows, jacobian);
     let assignments = rows.plan.assignments.len();
-    let first = owners.rows.len();
     let mut starts = Vec::with_capacity(assignments + 1);
     let mut end = first;
     for row in 0..assignments {
@@ -58,12 +58,15 @@ pub fn plan(
         let k = pattern.row_indices[range.clone()].binary_search(&residual).map_err(|_| missing())?;
         Ok((base + range.start + k) as u32)
     };
+    // How many products are added at each place.
+    let mut shares = vec![0u8; length];
     let mut terms = Vec::new();
     for row in 0..rows.count() {
         let (_, operands) = rows.expression(sorted, row);
         for (j, &(slot, _)) in jacobian.partials(row).iter().enumerate() {
             let (column, negated) = rows.column(sorted, places, operands[slot.0 as usize]);
             let a = positions.of(row, j) | if negated { MINUS } else { 0 };
+            let before = terms.len();
             match column {
                 Column::Direct(c) => terms.push(Term { to: target(row, c)?, a, b: 0 }),
                 Column::Assigned(m) => {
@@ -73,8 +76,15 @@ pub fn plan(
                 }
                 Column::None => {}
             }
+            for term in &terms[before..] {
+                shares[term.to as usize] = shares[term.to as usize].saturating_add(1);
+            }
         }
     }
+    let is_alone = |term: &Term| term.b == 0 && term.a & MINUS == 0 && shares[term.to as usize] == 1;
+    let alone: Vec<(u32, u32)> = terms.iter().filter(|term| is_alone(term)).map(|term| (term.a, term.to)).collect();
+    terms.retain(|term| !is_alone(term));
+    let owners = add_partials((sorted, rows, jacobian), &positions, &alone, length, (arena, batch))?;
     Ok((Accumulation { terms, first, state, rate, length }, owners))
 }
 
@@ -91,13 +101,8 @@ impl Positions {
     }
 }
 
-fn add_partials(
-    sorted: &SortedSystem,
-    rows: &Rows<'_>,
-    jacobian: &PlanJacobian,
-    arena: &Arena,
-    batch: &mut Batch<'_>,
-) -> Result<(Positions, PartialRows), String> {
+/// The positions, and the first one behind them.
+fn positions(rows: &Rows<'_>, jacobian: &PlanJacobian) -> (Positions, usize) {
     let forms = jacobian.forms.len();
     let mut members = vec![0u32; forms];
     for &form in &jacobian.form_of_row {
@@ -109,20 +114,35 @@ fn add_partials(
         base.push(end);
         end += count * jacobian.forms.row(form).len() as u32;
     }
-    let mut owners = PartialRows { rows: vec![0; end as usize] };
     let mut seen = vec![0u32; forms];
-    let (mut to, mut values) = (Vec::new(), Vec::new());
-    let mut of_row = Vec::with_capacity(rows.count());
-    for row in 0..rows.count() {
+    let of_row = (0..rows.count()).map(|row| {
         let form = jacobian.form_of_row[row] as usize;
-        let (first, step) = (base[form] + seen[form], members[form]);
         seen[form] += 1;
-        of_row.push((first, step));
+        (base[form] + seen[form] - 1, members[form])
+    });
+    (Positions { of_row: of_row.collect() }, end as usize)
+}
+
+/// Items that compute the partials, those `alone` (position and entry) at their entries; the row of each place.
+fn add_partials(
+    (sorted, rows, jacobian): (&SortedSystem, &Rows<'_>, &PlanJacobian),
+    positions: &Positions,
+    alone: &[(u32, u32)],
+    length: usize,
+    (arena, batch): (&Arena, &mut Batch<'_>),
+) -> Result<PartialRows, String> {
+    let mut places: Vec<u32> = (0..length as u32).collect();
+    for &(position, entry) in alone {
+        places[position as usize] = entry;
+    }
+    let mut owners = PartialRows { rows: vec![0; length] };
+    let (mut to, mut values) = (Vec::new(), Vec::new());
+    for row in 0..rows.count() {
         let partials = jacobian.partials(row);
         if partials.is_empty() {
             continue;
         }
-        let place = |j: usize| Place { area: Area::Out, index: first + step * j as u32 };
+        let place = |j: usize| Place { area: Area::Out, index: places[positions.of(row, j) as usize] };
         to.clear();
         to.extend((0..partials.len()).map(place));
         to.iter().for_each(|place| owners.rows[place.index as usize] = row as u32);
@@ -131,5 +151,5 @@ fn add_partials(
         let (_, operands) = rows.expression(sorted, row);
         batch.add(arena, Item { level: 0, values: &values, operands, extra: &[], to: &to })?;
     }
-    Ok((Positions { of_row }, owners))
+    Ok(owners)
 }

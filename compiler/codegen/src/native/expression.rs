@@ -265,7 +265,7 @@ fn real(value: Value) -> Computed {
     Computed { real: Some(value), truth: None }
 }
 
-fn condition(relation: Relation) -> FloatCC {
+pub(super) fn condition(relation: Relation) -> FloatCC {
     match relation {
         Relation::Less => FloatCC::LessThan,
         Relation::LessEqual => FloatCC::LessThanOrEqual,

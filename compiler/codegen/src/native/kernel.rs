@@ -2,7 +2,8 @@
 //!
 //! All loads of an instance come before its stores.  Loads from areas that the whole function never writes are marked
 //! read-only, which lets the code generator place them where they are needed; loads at fixed places stand in front of
-//! the loop.  Positions that ascend evenly are computed from one counter, others come from a table.
+//! the loop.  Positions that ascend evenly are computed from one counter, others come from a table.  Where nodes and places allow it the
+//! loop runs two instances at once ([`super::lanes`]).
 
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{BlockArg, InstBuilder, MemFlagsData, Value, types};
@@ -11,6 +12,7 @@ use hyd_symbolic::{Arena, Node, NodeId, post_order};
 use rustc_hash::FxHashMap;
 
 use super::expression::{Calls, Values};
+use super::lanes;
 use crate::program::{AREAS, Address, Area, HOMOTOPY, INITIAL, Kernel, TABLE_SIGN, TIME};
 
 /// Bytes of a value.
@@ -32,7 +34,7 @@ pub struct Frame<'a> {
 
 /// Which instance the code is for.
 #[derive(Clone, Copy)]
-enum Instance {
+pub(super) enum Instance {
     /// The only one.
     Single,
     /// The loop counter.
@@ -53,6 +55,14 @@ impl Frame<'_> {
 
     fn repeat(&self, fb: &mut FunctionBuilder<'_>, kernel: &Kernel, order: &[NodeId]) {
         let fixed = self.load_fixed(fb, kernel, order);
+        if lanes::fits(self.arena, kernel, order, self.calls.rounds_inline) {
+            let done = lanes::pairs(self, fb, kernel, order, &fixed);
+            if done < kernel.count {
+                let last = fb.ins().iconst(types::I64, i64::from(done));
+                self.instance(fb, kernel, order, Instance::Counter(last), &fixed);
+            }
+            return;
+        }
         let (body, after) = (fb.create_block(), fb.create_block());
         let counter = fb.append_block_param(body, types::I64);
         let zero = fb.ins().iconst(types::I64, 0);
@@ -106,7 +116,7 @@ impl Frame<'_> {
     }
 
     /// Where a leaf is read, none for other nodes.
-    fn leaf(&self, kernel: &Kernel, id: NodeId) -> Option<Address> {
+    pub(super) fn leaf(&self, kernel: &Kernel, id: NodeId) -> Option<Address> {
         match self.arena.node(id) {
             Node::Slot(slot) => Some(kernel.slots[slot.0 as usize]),
             Node::Time => Some(Address::Fixed { area: Area::Data, index: TIME, negated: false }),
@@ -116,7 +126,7 @@ impl Frame<'_> {
         }
     }
 
-    fn load(&self, fb: &mut FunctionBuilder<'_>, address: &Address, instance: Instance) -> Value {
+    pub(super) fn load(&self, fb: &mut FunctionBuilder<'_>, address: &Address, instance: Instance) -> Value {
         let (place, offset, sign) = self.locate(fb, address, instance);
         let mut flags = MemFlagsData::trusted();
         if !self.written[area_of(address) as usize] {
@@ -136,13 +146,13 @@ impl Frame<'_> {
         }
     }
 
-    fn store(&self, fb: &mut FunctionBuilder<'_>, address: &Address, instance: Instance, value: Value) {
+    pub(super) fn store(&self, fb: &mut FunctionBuilder<'_>, address: &Address, instance: Instance, value: Value) {
         let (place, offset, _) = self.locate(fb, address, instance);
         fb.ins().store(MemFlagsData::trusted(), value, place, offset);
     }
 
     /// Address as register plus offset, and the sign mask of a table entry.
-    fn locate(
+    pub(super) fn locate(
         &self,
         fb: &mut FunctionBuilder<'_>,
         address: &Address,
@@ -196,7 +206,7 @@ fn shifted(fb: &mut FunctionBuilder<'_>, start: Value, bytes: i64) -> (Value, i3
     }
 }
 
-fn area_of(address: &Address) -> Area {
+pub(super) fn area_of(address: &Address) -> Area {
     match *address {
         Address::Fixed { area, .. } | Address::Affine { area, .. } | Address::Table { area, .. } => area,
     }

@@ -9,6 +9,7 @@ mod body;
 mod expression;
 mod isa;
 mod kernel;
+mod lanes;
 mod split;
 
 use cranelift_codegen::Context as CodeContext;
