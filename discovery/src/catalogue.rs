@@ -155,16 +155,17 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         _ => return Err(wrong("one of `at` and `at_one_of` must say where it fits".into())),
     };
     let range = |note: &Note| match note.get("range").map(Note::numbers).as_deref() {
-        Some(&[from, to]) => Some((from, to)),
-        _ => None,
+        None => Ok(None),
+        Some(&[from, to]) if from < to => Ok(Some((from, to))),
+        Some(_) => Err(wrong("`range` must be two numbers, the smaller first".into())),
     };
     let prior = |text: &str| Prior::parse(text).map_err(|fault| wrong(fault.sentence));
     let mut parameters =
-        vec![EffectParameter { name: needed("adds")?, prior: prior(&needed("prior")?)?, range: range(note) }];
+        vec![EffectParameter { name: needed("adds")?, prior: prior(&needed("prior")?)?, range: range(note)? }];
     let size = parameters[0].name.clone();
     for component in class.components.iter().filter(|component| *component.path != *size) {
         if let Some(stated) = component.note.get("prior").and_then(Note::text) {
-            let range = range(&component.note);
+            let range = range(&component.note)?;
             parameters.push(EffectParameter { name: component.path.as_str().into(), prior: prior(stated)?, range });
         }
     }
@@ -227,4 +228,40 @@ pub fn candidates(
         }
     }
     found
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use hyd_compiler::inquiry::{AnnotatedClass, Note};
+
+    use super::effects;
+
+    /// An effect whose plausible sizes lie between these ends.
+    fn with_range(ends: &[f64]) -> AnnotatedClass {
+        let text = |text: &str| Note::Text(text.into());
+        let list = ends.iter().map(|&end| Note::Number(end)).collect();
+        let entries = [
+            ("id", text("seeping")),
+            ("kind", text("physics")),
+            ("at", Note::List(vec![text("leakage")])),
+            ("adds", text("k")),
+            ("probe", Note::Number(1.0)),
+            ("prior", text("lognormal(1, 0.5)")),
+            ("range", Note::List(list)),
+        ];
+        let entries = entries.into_iter().map(|(key, note)| (key.into(), note)).collect();
+        let note = Note::Record(vec![("effect".into(), Note::Record(entries))]);
+        let (name, description) = ("Own.Seep".to_string(), "".into());
+        AnnotatedClass { name, description, note, components: Vec::new(), file: "own.hyd".into(), line: 3 }
+    }
+
+    #[test]
+    fn ends_of_what_is_plausible_come_in_their_order() {
+        assert_eq!(effects(&[with_range(&[0.5, 2.0])]).unwrap()[0].parameters[0].range, Some((0.5, 2.0)));
+        for ends in [&[2.0, 0.5][..], &[1.0], &[1.0, 1.0], &[0.5, f64::NAN]] {
+            let fault = effects(&[with_range(ends)]).unwrap_err();
+            assert!(fault.sentence.contains("own.hyd:3") && fault.sentence.contains("`range`"), "{}", fault.sentence);
+        }
+    }
 }

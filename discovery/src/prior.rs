@@ -63,14 +63,17 @@ impl Prior {
         }
     }
 
-    /// The `xi` of a parameter value, held within +-`limit`.
+    /// The `xi` of a parameter value, held within +-`limit`; it never falls as the value grows, whatever the value.
     pub fn xi(&self, value: f64, limit: f64) -> f64 {
         let xi = match *self {
             Prior::Normal(m, s) => (value - m) / s,
-            Prior::Lognormal(m, s) => (value / m).ln() / s,
-            Prior::Uniform(a, b) => ((value - a) / (b - value)).ln() / LOGISTIC,
+            Prior::Lognormal(m, s) => (value / m).max(0.0).ln() / s,
+            Prior::Uniform(a, b) => {
+                let value = value.clamp(a, b);
+                ((value - a) / (b - value)).ln() / LOGISTIC
+            }
         };
-        if xi.is_nan() { if value > 0.0 { limit } else { -limit } } else { xi.clamp(-limit, limit) }
+        if xi.is_nan() { 0.0 } else { xi.clamp(-limit, limit) }
     }
 
     /// A value in the middle.
@@ -93,6 +96,16 @@ mod tests {
                 let difference = (prior.value(xi + 1e-6) - prior.value(xi - 1e-6)) / 2e-6;
                 assert!((prior.slope(xi) / difference - 1.0).abs() < 1e-6, "{text} at {xi}");
             }
+        }
+    }
+
+    #[test]
+    fn values_that_cannot_be_are_at_the_ends() {
+        for text in ["normal(3, 0.5)", "lognormal(2e-3, 0.7)", "uniform(1, 1.4)"] {
+            let prior = Prior::parse(text).unwrap();
+            let values = [-1e9, -1.0, 0.0, 1e-9, 0.5, 1.0, 1.2, 1.4, 1.5, 1e9];
+            let xi: Vec<f64> = values.iter().map(|&value| prior.xi(value, 12.0)).collect();
+            assert!(xi.is_sorted() && xi[0] == -12.0 && xi[9] == 12.0, "{text}: {xi:?}");
         }
     }
 
