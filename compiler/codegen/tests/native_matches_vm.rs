@@ -16,8 +16,18 @@ const SIZE: u32 = 12;
 /// Positions per area: loops may begin at later ones, so that pairs are aligned and not.
 const ROOM: u32 = SIZE + 4;
 /// Functions that become instructions, also of vectors.
-const INLINE: [Function; 7] =
-    [Function::Sqrt, Function::Abs, Function::Sign, Function::Floor, Function::Ceil, Function::Min, Function::Max];
+const INLINE: [Function; 10] = [
+    Function::Sqrt,
+    Function::Abs,
+    Function::Sign,
+    Function::Floor,
+    Function::Ceil,
+    Function::Min,
+    Function::Max,
+    Function::Div,
+    Function::Mod,
+    Function::Rem,
+];
 
 /// Choices from which a program is grown.
 #[derive(Clone, Debug)]

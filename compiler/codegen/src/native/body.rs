@@ -11,6 +11,7 @@ use cranelift_frontend::{FunctionBuilder, Variable};
 use hyd_symbolic::{Arena, Body, BodyId, Node, NodeId, Step, post_order};
 
 use super::expression::{Calls, Values, space};
+use super::width::Width;
 
 /// Where a register lives.
 #[derive(Clone, Copy)]
@@ -173,7 +174,7 @@ impl Emitter<'_> {
     /// The values of expressions at this place.
     fn values(&self, fb: &mut FunctionBuilder<'_>, roots: &[NodeId]) -> Vec<Value> {
         let order = post_order(self.arena, roots);
-        let mut values = Values::new(self.arena, self.calls);
+        let mut values = Values::new(self.arena, self.calls, Width::One);
         for &id in &order {
             if let Node::Slot(slot) = self.arena.node(id) {
                 let value = self.read(fb, slot.0);

@@ -1,6 +1,6 @@
 //! One expression node to instructions, its operands being there already.
 //!
-//! Booleans live as one-byte truths while only logic consumes them and become 0.0 or 1.0 where a number is asked for;
+//! Booleans live as truths ([`Width`]) while only logic consumes them and become 0.0 or 1.0 where a number is asked for;
 //! both forms of a value are kept, so each conversion happens once.  `if` becomes a selection without a branch: both
 //! sides are computed, as the language's pure expressions allow.
 
@@ -11,6 +11,8 @@ use hyd_symbolic::{Arena, BodyId, Function, MACHINE_LIMITS, Node, NodeId, Relati
 use rustc_hash::FxHashMap;
 
 use hyd_payload::function_position;
+
+use super::width::Width;
 
 /// A computed node in the forms asked for so far.
 #[derive(Clone, Copy, Default)]
@@ -80,10 +82,11 @@ pub fn space(fb: &mut FunctionBuilder<'_>, count: usize) -> StackSlot {
     fb.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, size, 3))
 }
 
-/// The values of one kernel instance.
+/// The values of a kernel's instances, of as many as the width says.
 pub struct Values<'a> {
     arena: &'a Arena,
     calls: Calls,
+    width: Width,
     known: FxHashMap<NodeId, Computed>,
     /// Results of calls of bodies, by body and arguments.
     results: FxHashMap<(BodyId, NodeId), StackSlot>,
@@ -91,8 +94,8 @@ pub struct Values<'a> {
 
 impl<'a> Values<'a> {
     /// No values yet.
-    pub fn new(arena: &'a Arena, calls: Calls) -> Self {
-        Self { arena, calls, known: FxHashMap::default(), results: FxHashMap::default() }
+    pub fn new(arena: &'a Arena, calls: Calls, width: Width) -> Self {
+        Self { arena, calls, width, known: FxHashMap::default(), results: FxHashMap::default() }
     }
 
     /// Gives a leaf its value.
@@ -106,7 +109,7 @@ impl<'a> Values<'a> {
             return;
         }
         let computed = match self.arena.node(id) {
-            Node::Const(number) => real(fb.ins().f64const(number.value())),
+            Node::Const(number) => real(self.width.number(fb, number.value())),
             Node::Not(_) | Node::And(..) | Node::Or(..) | Node::Compare(..) | Node::Event(..) => self.logic(fb, id),
             Node::If(c, a, b) => self.choice(fb, c, a, b),
             Node::Call1(function, a) => {
@@ -126,25 +129,27 @@ impl<'a> Values<'a> {
 
     /// The number a node stands for.
     pub fn real(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
+        let width = self.width;
         let known = self.known.entry(id).or_default();
         if let Some(value) = known.real {
             return value;
         }
         let truth = known.truth.expect("invariant: operands are computed before their users");
-        let (one, zero) = (fb.ins().f64const(1.0), fb.ins().f64const(0.0));
-        let value = fb.ins().select(truth, one, zero);
+        let (one, zero) = (width.number(fb, 1.0), width.number(fb, 0.0));
+        let value = width.select(fb, truth, one, zero);
         known.real = Some(value);
         value
     }
 
     /// Its truth: different from zero.
     fn truth(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
+        let width = self.width;
         let known = self.known.entry(id).or_default();
         if let Some(truth) = known.truth {
             return truth;
         }
         let value = known.real.expect("invariant: operands are computed before their users");
-        let zero = fb.ins().f64const(0.0);
+        let zero = width.number(fb, 0.0);
         let truth = fb.ins().fcmp(FloatCC::NotEqual, value, zero);
         known.truth = Some(truth);
         truth
@@ -180,7 +185,7 @@ impl<'a> Values<'a> {
             node => {
                 let operand = node.operands().next().expect("invariant: `not` has an operand");
                 let operand = self.truth(fb, operand);
-                fb.ins().bxor_imm_u(operand, 1)
+                self.width.not(fb, operand)
             }
         };
         Computed { real: None, truth: Some(value) }
@@ -192,10 +197,10 @@ impl<'a> Values<'a> {
         let logical = |id| self.known.get(&id).is_some_and(|known: &Computed| known.real.is_none());
         if logical(a) && logical(b) {
             let (a, b) = (self.truth(fb, a), self.truth(fb, b));
-            return Computed { real: None, truth: Some(fb.ins().select(c, a, b)) };
+            return Computed { real: None, truth: Some(self.width.select_truth(fb, c, a, b)) };
         }
         let (a, b) = (self.real(fb, a), self.real(fb, b));
-        real(fb.ins().select(c, a, b))
+        real(self.width.select(fb, c, a, b))
     }
 
     /// An output of a body; outputs of one call share it.
@@ -219,12 +224,12 @@ impl<'a> Values<'a> {
             Function::Sqrt => fb.ins().sqrt(a),
             Function::Abs => fb.ins().fabs(a),
             Function::Sign => {
-                let zero = fb.ins().f64const(0.0);
-                let (one, minus) = (fb.ins().f64const(1.0), fb.ins().f64const(-1.0));
+                let width = self.width;
+                let [zero, one, minus] = [0.0, 1.0, -1.0].map(|number| width.number(fb, number));
                 let (above, below) =
                     (fb.ins().fcmp(FloatCC::GreaterThan, a, zero), fb.ins().fcmp(FloatCC::LessThan, a, zero));
-                let rest = fb.ins().select(below, minus, zero);
-                fb.ins().select(above, one, rest)
+                let rest = width.select(fb, below, minus, zero);
+                width.select(fb, above, one, rest)
             }
             Function::Floor if self.calls.rounds_inline => fb.ins().floor(a),
             Function::Ceil if self.calls.rounds_inline => fb.ins().ceil(a),
@@ -261,11 +266,23 @@ impl<'a> Values<'a> {
     }
 }
 
+/// True if the node is computed without a call, as it is for two instances at once.
+pub fn is_inline(node: Node, rounds_inline: bool) -> bool {
+    match node {
+        Node::Call1(Function::Sqrt | Function::Abs | Function::Sign, _) => true,
+        Node::Call2(Function::Min | Function::Max, ..) => true,
+        Node::Call1(Function::Floor | Function::Ceil, _)
+        | Node::Call2(Function::Div | Function::Mod | Function::Rem, ..) => rounds_inline,
+        Node::Call1(..) | Node::Call2(..) | Node::Pair(..) | Node::Apply(..) => false,
+        _ => true,
+    }
+}
+
 fn real(value: Value) -> Computed {
     Computed { real: Some(value), truth: None }
 }
 
-pub(super) fn condition(relation: Relation) -> FloatCC {
+fn condition(relation: Relation) -> FloatCC {
     match relation {
         Relation::Less => FloatCC::LessThan,
         Relation::LessEqual => FloatCC::LessThanOrEqual,

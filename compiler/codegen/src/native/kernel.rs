@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 
 use super::expression::{Calls, Values};
 use super::lanes;
+use super::width::Width;
 use crate::program::{AREAS, Address, Area, HOMOTOPY, INITIAL, Kernel, TABLE_SIGN, TIME};
 
 /// Bytes of a value.
@@ -30,6 +31,27 @@ pub struct Frame<'a> {
     pub tables: Value,
     /// Function table.
     pub calls: Calls,
+}
+
+/// A loop whose counter goes from 0 in steps and stays below the count; the body must not change the current block.
+pub(super) fn counted(
+    fb: &mut FunctionBuilder<'_>,
+    count: u32,
+    step: i64,
+    each: impl FnOnce(&mut FunctionBuilder<'_>, Value),
+) {
+    let (body, after) = (fb.create_block(), fb.create_block());
+    let counter = fb.append_block_param(body, types::I64);
+    let zero = fb.ins().iconst(types::I64, 0);
+    fb.ins().jump(body, &[BlockArg::from(zero)]);
+    fb.switch_to_block(body);
+    each(fb, counter);
+    let next = fb.ins().iadd_imm_s(counter, step);
+    let more = fb.ins().icmp_imm_u(IntCC::UnsignedLessThan, next, i64::from(count));
+    fb.ins().brif(more, body, &[BlockArg::from(next)], after, &[]);
+    fb.seal_block(body);
+    fb.switch_to_block(after);
+    fb.seal_block(after);
 }
 
 /// Which instance the code is for.
@@ -63,18 +85,9 @@ impl Frame<'_> {
             }
             return;
         }
-        let (body, after) = (fb.create_block(), fb.create_block());
-        let counter = fb.append_block_param(body, types::I64);
-        let zero = fb.ins().iconst(types::I64, 0);
-        fb.ins().jump(body, &[BlockArg::from(zero)]);
-        fb.switch_to_block(body);
-        self.instance(fb, kernel, order, Instance::Counter(counter), &fixed);
-        let next = fb.ins().iadd_imm_s(counter, 1);
-        let more = fb.ins().icmp_imm_u(IntCC::UnsignedLessThan, next, i64::from(kernel.count));
-        fb.ins().brif(more, body, &[BlockArg::from(next)], after, &[]);
-        fb.seal_block(body);
-        fb.switch_to_block(after);
-        fb.seal_block(after);
+        counted(fb, kernel.count, 1, |fb, counter| {
+            self.instance(fb, kernel, order, Instance::Counter(counter), &fixed)
+        });
     }
 
     /// Values that are the same for all instances.
@@ -97,7 +110,7 @@ impl Frame<'_> {
         instance: Instance,
         fixed: &FxHashMap<NodeId, Value>,
     ) {
-        let mut values = Values::new(self.arena, self.calls);
+        let mut values = Values::new(self.arena, self.calls, Width::One);
         for &id in order {
             if let Some(&value) = fixed.get(&id) {
                 values.define(id, value);

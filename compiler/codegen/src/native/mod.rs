@@ -11,6 +11,7 @@ mod isa;
 mod kernel;
 mod lanes;
 mod split;
+mod width;
 
 use cranelift_codegen::Context as CodeContext;
 use cranelift_codegen::control::ControlPlane;
