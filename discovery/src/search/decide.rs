@@ -1,7 +1,8 @@
 //! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
 
 use super::plausible::{is_plausible, size_in_errors};
-use super::{ADEQUATE, Findings, LEAD, NEEDED, PROMISING, Pass, Search, Status, Tried};
+use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
+use super::{ADEQUATE, Findings, LEAD, PROMISING, Pass, Search, Status, Tried};
 use crate::Fault;
 use crate::catalogue::{Candidate, Kind};
 use crate::fit::Fit;
@@ -52,24 +53,28 @@ impl Search<'_> {
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });
         }
-        let leader = self.leader(pass);
+        let standings = self.standings(pass);
+        let leader = rule::leader(&standings);
         let best = leader.map_or(0.0, |k| pass.tried[k].fall);
-        let needed: Vec<f64> = pass.tried.iter().map(|tried| self.needed_for(pass, tried)).collect();
-        for (k, (tried, needed)) in pass.tried.iter_mut().zip(needed).enumerate() {
-            tried.verdict = verdict(tried, leader == Some(k), best, needed);
+        for (k, (tried, standing)) in pass.tried.iter_mut().zip(&standings).enumerate() {
+            tried.verdict = verdict(tried, standing.as_ref(), leader == Some(k), best);
         }
     }
 
-    /// The candidate of the lowest cost that brings the model nearer to the measurement by more than it needs itself, whatever else may
-    /// speak against it.
-    fn leader(&self, pass: &Pass) -> Option<usize> {
-        (0..pass.tried.len()).find(|&k| self.is_needed(pass, k))
-    }
-
-    /// True if a candidate explains more than chance would.
-    fn is_needed(&self, pass: &Pass, k: usize) -> bool {
-        let tried = &pass.tried[k];
-        tried.fit.is_some() && !tried.is_nothing() && tried.fall >= self.needed_for(pass, tried)
+    /// What each candidate's fit has brought.
+    fn standings(&self, pass: &Pass) -> Vec<Option<Standing>> {
+        let standing = |tried: &Tried| {
+            let fit = tried.fit.as_ref()?;
+            Some(Standing {
+                cost: fit.cost,
+                scale: (fit.misfit / pass.expected).max(1.0),
+                fall: tried.fall,
+                needed: self.needed_for(pass, tried),
+                errors: tried.errors,
+                is_plausible: tried.is_plausible,
+            })
+        };
+        pass.tried.iter().map(standing).collect()
     }
 
     /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs more by [`FURTHER`]:
@@ -95,37 +100,12 @@ impl Search<'_> {
 
     /// What a pass says once it is judged.
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
-        let ratio = pass.fit.misfit / pass.expected;
-        let Some((leader, fit)) = self.leader(pass).and_then(|k| Some((k, pass.tried[k].fit.as_ref()?))) else {
-            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
+        let without = Without {
+            is_adequate: pass.fit.misfit / pass.expected <= ADEQUATE,
+            is_noise: !pass.base.inserts.is_empty() || pass.fit.misfit <= noise(pass.expected),
         };
-        if is_beaten(pass, fit) {
-            return Outcome::Unexplained;
-        }
-        let scale = (fit.misfit / pass.expected).max(1.0);
-        // What explains more, though less than it needs itself, is a rival all the same.
-        let is_better = |tried: &Tried| {
-            let own = tried.fit.as_ref().filter(|_| !tried.is_nothing());
-            own.is_some_and(|own| (fit.cost - own.cost) / scale > LEAD)
-        };
-        if pass.tried.iter().any(is_better) {
-            return if ratio <= ADEQUATE { Outcome::Nothing } else { Outcome::Unexplained };
-        }
-        let is_close = |k: &usize| {
-            let own = pass.tried[*k].fit.as_ref();
-            own.is_some_and(|own| (own.cost - fit.cost) / scale < LEAD) && self.is_needed(pass, *k)
-        };
-        let is_sound = |k: &usize| pass.tried[*k].has_size() && pass.tried[*k].is_plausible;
-        let close: Vec<usize> = (0..pass.tried.len()).filter(is_close).filter(is_sound).collect();
-        // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left without it.
-        let is_noise = !pass.base.inserts.is_empty() || pass.fit.misfit <= noise(pass.expected);
-        let is_doubtful = is_noise || !pass.tried[leader].has_size();
-        match close[..] {
-            [] if ratio <= ADEQUATE && is_doubtful => Outcome::Nothing,
-            [] => Outcome::Unexplained,
-            [k] => Outcome::Name(k),
-            _ => Outcome::Several(close),
-        }
+        let is_beaten = |k: usize| pass.tried[k].fit.as_ref().is_some_and(|fit| is_beaten(pass, fit));
+        rule::outcome(&self.standings(pass), without, is_beaten)
     }
 
     pub(super) fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
@@ -232,12 +212,10 @@ fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
         return false;
     };
     let scale = (own.misfit / pass.expected).max(1.0);
-    // One of many terms explains a little of any noise.
-    let lead = if fit.misfit > noise(pass.expected) { LEAD } else { NEEDED };
     let count = pass.fit.xi.len();
     let without_prior = |fit: &Fit| fit.cost - fit.xi[count..].iter().map(|xi| xi * xi).sum::<f64>();
     let by = (without_prior(fit) - without_prior(own)) / scale;
-    term.has_size() && own.misfit / pass.expected <= ADEQUATE && by > lead
+    term.has_size() && own.misfit / pass.expected <= ADEQUATE && is_beaten_by(by, fit.misfit <= noise(pass.expected))
 }
 
 /// What speaks against an answer.
@@ -264,31 +242,20 @@ pub(super) fn noise(expected: f64) -> f64 {
 }
 
 /// Why a candidate was not named; nothing for one that could be.
-fn verdict(tried: &Tried, first: bool, best: f64, needed: f64) -> String {
+fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, Look::promise);
-    match &tried.fit {
-        None if tried.look.is_none() => "the model does not run with it".to_string(),
-        None if promise < PROMISING.0 => "its signature explains nothing of what is left".to_string(),
-        None => "others promised more, or no fit succeeded".to_string(),
-        Some(_) if tried.is_nothing() => "its size is nothing within its error".to_string(),
-        Some(_) if tried.fall < needed => "it brings the model hardly nearer to the measurement".to_string(),
-        Some(_) if !tried.has_size() => "its size is uncertain".to_string(),
-        Some(_) if !tried.is_plausible => "its numbers are beyond what is plausible".to_string(),
-        Some(_) if !first && best - tried.fall > LEAD => "another one explains more".to_string(),
-        Some(_) => String::new(),
-    }
-}
-
-/// What a pass says.
-pub(super) enum Outcome {
-    /// Nothing is missing any more.
-    Nothing,
-    /// This one.
-    Name(usize),
-    /// These explain it equally well.
-    Several(Vec<usize>),
-    /// Something is missing and nothing explains it.
-    Unexplained,
+    let words = match standing {
+        None if tried.look.is_none() => "the model does not run with it",
+        None if promise < PROMISING.0 => "its signature explains nothing of what is left",
+        None => "others promised more, or no fit succeeded",
+        Some(own) if own.is_nothing() => "its size is nothing within its error",
+        Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
+        Some(own) if !own.has_size() => "its size is uncertain",
+        Some(own) if !own.is_plausible => "its numbers are beyond what is plausible",
+        Some(own) if !is_first && best - own.fall > LEAD => "another one explains more",
+        Some(_) => "",
+    };
+    words.to_string()
 }
 
 /// No two attempts at a fit end near the lowest.

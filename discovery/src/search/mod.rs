@@ -16,6 +16,7 @@ pub mod memory;
 mod plausible;
 mod probe;
 mod revisit;
+mod rule;
 mod shortlist;
 mod terms;
 
@@ -28,8 +29,9 @@ use crate::power::{Confusion, Power};
 use crate::problem::{Problem, Weighing};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
-use decide::{Outcome, noise};
+use decide::noise;
 use memory::Memory;
+use rule::Outcome;
 use shortlist::Lowest;
 
 /// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
@@ -105,17 +107,15 @@ impl Tried {
     fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
         Self { hypothesis, look, fit: None, fall: 0.0, errors: None, is_plausible: true, verdict: String::new() }
     }
-}
 
-impl Tried {
     /// True if its size is known well enough for a name.
     pub fn has_size(&self) -> bool {
-        self.errors.is_some_and(|errors| errors >= ERRORS)
+        rule::has_size(self.errors)
     }
 
     /// True if its size is none within its error: the model without it.
     fn is_nothing(&self) -> bool {
-        self.errors.is_some_and(|errors| errors < plausible::NOTHING)
+        rule::is_nothing(self.errors)
     }
 }
 

@@ -6,6 +6,7 @@
 //! (a profile likelihood over the held numbers: Raue et al., Bioinformatics 25 (2009)).
 
 use super::look::refresh;
+use super::rule::is_taken;
 use super::shortlist::patience;
 use super::{ERRORS, LEAD, Pass, Search, by_cost, contested};
 use crate::fit::{Fit, minimise, minimise_over};
@@ -44,13 +45,9 @@ impl Search<'_> {
 
     /// The one of the lower cost, but no implausible one for a small fall.
     pub(super) fn preferred(&self, hypothesis: &Hypothesis, old: Fit, new: Fit, expected: f64) -> Fit {
-        let allowed = LEAD * (new.misfit / expected).max(1.0);
-        let spoils = || {
-            old.cost - new.cost < allowed
-                && is_plausible(hypothesis, self.setup, &old)
-                && !is_plausible(hypothesis, self.setup, &new)
-        };
-        if new.cost >= old.cost || spoils() { old } else { new }
+        let scale = (new.misfit / expected).max(1.0);
+        let plausible = |fit: &Fit| is_plausible(hypothesis, self.setup, fit);
+        if is_taken(old.cost - new.cost, scale, || plausible(&old), || plausible(&new)) { new } else { old }
     }
 
     /// The fit with plausible numbers, if it explains the measurement as well; else the fit as it is.

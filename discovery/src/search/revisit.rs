@@ -3,8 +3,8 @@
 //! Rivals were fitted in the valley that all shared then, and so was the model without any of them.  Where the fit of the model with the
 //! named effect falls further in the next pass, they are fitted again from there, and the name is given anew.
 
-use super::decide::Outcome;
 use super::plausible::is_plausible;
+use super::rule::Outcome;
 use super::shortlist::patience;
 use super::{LEAD, Pass, Search};
 use crate::Fault;

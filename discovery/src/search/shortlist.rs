@@ -7,7 +7,8 @@
 //! promises most of all.
 
 use super::decide::noise;
-use super::{ADEQUATE, LEAD, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
+use super::rule;
+use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
 use crate::Fault;
 use crate::fit::schedule::{self, Draws, lower};
 use crate::fit::{Effort, Fit, minimise};
@@ -381,12 +382,9 @@ impl Search<'_> {
 fn at_located_places(pass: &Pass, chosen: &[usize]) -> Vec<usize> {
     let promise = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
     let most = pass.tried.iter().map(promise).fold(NEEDED, f64::max);
-    let best = pass.located.iter().map(|located| located.score.gain).fold(0.0, f64::max);
-    if best < most + LEAD {
-        return Vec::new();
-    }
-    let equal = pass.located.iter().filter(|located| located.score.gain > best - LEAD);
-    let places: Vec<&str> = equal.map(|located| &*located.term.component).collect();
+    let gains: Vec<(f64, &str)> =
+        pass.located.iter().map(|located| (located.score.gain, &*located.term.component)).collect();
+    let places = rule::places_of_more(&gains, most);
     let fits = |&rank: &usize| {
         let tried = &pass.tried[rank];
         let is_there = tried.hypothesis.inserts.last().is_some_and(|own| places.contains(&own.sites[0].path.as_str()));

@@ -1,0 +1,235 @@
+//! The rule of names: from what each candidate's fit has brought to a name, to several, or to none.
+//!
+//! It knows nothing of models and measurements, so that every case of it can be stated.
+
+use super::{ERRORS, LEAD, NEEDED, plausible::NOTHING};
+
+/// What the fit of a candidate has brought.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Standing {
+    /// Where its fit ended.
+    pub cost: f64,
+    /// Its misfit per expected misfit, at least 1: what a fall of the cost is measured in.
+    pub scale: f64,
+    /// Fall of the cost against the fit without.
+    pub fall: f64,
+    /// The fall it needs.
+    pub needed: f64,
+    /// Its size in standard errors from nothing; none where it is not known.
+    pub errors: Option<f64>,
+    /// Its numbers can be.
+    pub is_plausible: bool,
+}
+
+impl Standing {
+    /// True if the size is known well enough for a name.
+    pub fn has_size(&self) -> bool {
+        has_size(self.errors)
+    }
+
+    /// True if it is the model without.
+    pub fn is_nothing(&self) -> bool {
+        is_nothing(self.errors)
+    }
+
+    /// True if it explains more than chance would.
+    fn is_needed(&self) -> bool {
+        !self.is_nothing() && self.fall >= self.needed
+    }
+}
+
+/// True if a size of so many standard errors is known well enough for a name.
+pub(super) fn has_size(errors: Option<f64>) -> bool {
+    errors.is_some_and(|errors| errors >= ERRORS)
+}
+
+/// True if a size of so many standard errors is none.
+pub(super) fn is_nothing(errors: Option<f64>) -> bool {
+    errors.is_some_and(|errors| errors < NOTHING)
+}
+
+/// How the model without any of the candidates stands.
+#[derive(Clone, Copy)]
+pub(super) struct Without {
+    /// What it leaves counts as noise ([`super::ADEQUATE`]).
+    pub is_adequate: bool,
+    /// What it leaves is within the scatter of noise, or effects were named already.
+    pub is_noise: bool,
+}
+
+/// What a pass says.
+#[derive(PartialEq, Debug)]
+pub(super) enum Outcome {
+    /// Nothing is missing any more.
+    Nothing,
+    /// This one.
+    Name(usize),
+    /// These explain it equally well.
+    Several(Vec<usize>),
+    /// Something is missing and nothing explains it.
+    Unexplained,
+}
+
+/// The candidate of the lowest cost that brings the model nearer to the measurement by more than it needs itself, whatever else may speak
+/// against it.  Candidates that were not fitted have no standing.
+pub(super) fn leader(standings: &[Option<Standing>]) -> Option<usize> {
+    let needed = standings.iter().enumerate().filter_map(|(k, own)| Some((k, own.filter(Standing::is_needed)?.cost)));
+    needed.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(k, _)| k)
+}
+
+/// What the standings say; `is_beaten` tells whether a plain term explains what the leader leaves.
+pub(super) fn outcome(
+    standings: &[Option<Standing>],
+    without: Without,
+    is_beaten: impl FnOnce(usize) -> bool,
+) -> Outcome {
+    let none = if without.is_adequate { Outcome::Nothing } else { Outcome::Unexplained };
+    let fitted = || standings.iter().enumerate().filter_map(|(k, own)| Some((k, (*own)?)));
+    let Some((at, first)) = leader(standings).and_then(|k| Some((k, standings[k]?))) else { return none };
+    if is_beaten(at) {
+        return Outcome::Unexplained;
+    }
+    let behind = |own: &Standing| (own.cost - first.cost) / first.scale;
+    // What explains more, though less than it needs itself, is a rival all the same.
+    if fitted().any(|(_, own)| !own.is_nothing() && behind(&own) < -LEAD) {
+        return none;
+    }
+    let is_close = |own: &Standing| own.is_needed() && behind(own) < LEAD;
+    let is_sound = |own: &Standing| own.has_size() && own.is_plausible;
+    let close: Vec<usize> = fitted().filter(|(_, own)| is_close(own) && is_sound(own)).map(|(k, _)| k).collect();
+    // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left without it.
+    let is_doubtful = without.is_noise || !first.has_size();
+    match close[..] {
+        [] if without.is_adequate && is_doubtful => Outcome::Nothing,
+        [] => Outcome::Unexplained,
+        [k] => Outcome::Name(k),
+        _ => Outcome::Several(close),
+    }
+}
+
+/// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in place of a plausible
+/// one for less than the lead a name takes.
+pub(super) fn is_taken(
+    fall: f64,
+    scale: f64,
+    was_plausible: impl Fn() -> bool,
+    is_plausible: impl Fn() -> bool,
+) -> bool {
+    fall > 0.0 && (fall >= LEAD * scale || !was_plausible() || is_plausible())
+}
+
+/// True if a term explains what the leading effect leaves: by more than a lead where something is left beside it, by more than a name takes
+/// where only noise is, of which one of many terms always explains a little.
+pub(super) fn is_beaten_by(lead: f64, leaves_noise: bool) -> bool {
+    lead > if leaves_noise { NEEDED } else { LEAD }
+}
+
+/// Where the terms act that explain most, if that is more than all effects promise by a lead; none else.
+pub(super) fn places_of_more<'a>(gains: &[(f64, &'a str)], most: f64) -> Vec<&'a str> {
+    let best = gains.iter().map(|(gain, _)| *gain).fold(0.0, f64::max);
+    if best < most + LEAD {
+        return Vec::new();
+    }
+    gains.iter().filter(|(gain, _)| *gain > best - LEAD).map(|&(_, place)| place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Outcome, Standing, Without, is_beaten_by, is_taken, leader, outcome, places_of_more};
+
+    const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
+    const NOISE: Without = Without { is_adequate: true, is_noise: true };
+
+    /// A sound candidate whose cost is that of a fit without (1000) less the fall.
+    fn sound(fall: f64) -> Option<Standing> {
+        let (scale, needed, errors) = (1.0, 25.0, Some(20.0));
+        Some(Standing { cost: 1000.0 - fall, scale, fall, needed, errors, is_plausible: true })
+    }
+
+    fn with(own: Option<Standing>, change: impl FnOnce(&mut Standing)) -> Option<Standing> {
+        own.map(|mut own| {
+            change(&mut own);
+            own
+        })
+    }
+
+    fn says(standings: &[Option<Standing>], without: Without) -> Outcome {
+        outcome(standings, without, |_| false)
+    }
+
+    #[test]
+    fn the_one_that_leads_by_enough_is_named() {
+        assert_eq!(says(&[sound(300.0), sound(289.0)], UNEXPLAINED), Outcome::Name(0));
+        assert_eq!(says(&[sound(300.0), sound(291.0), sound(280.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
+        // Whatever place it has in the list.
+        assert_eq!(says(&[None, sound(100.0), sound(300.0)], UNEXPLAINED), Outcome::Name(2));
+        // Where more than noise is left beside the effect, a lead is measured in that.
+        let loud = |fall| with(sound(fall), |own| own.scale = 2.0);
+        assert_eq!(says(&[loud(300.0), loud(281.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
+    }
+
+    #[test]
+    fn a_fall_below_what_it_needs_is_no_name() {
+        assert_eq!(says(&[sound(24.0)], NOISE), Outcome::Nothing);
+        assert_eq!(says(&[sound(24.0)], UNEXPLAINED), Outcome::Unexplained);
+        assert_eq!(says(&[], UNEXPLAINED), Outcome::Unexplained);
+        assert_eq!(says(&[None], NOISE), Outcome::Nothing);
+        assert_eq!(says(&[sound(26.0)], NOISE), Outcome::Name(0));
+    }
+
+    #[test]
+    fn what_needs_more_blocks_but_does_not_hide() {
+        let demanding = |fall| with(sound(fall), |own| own.needed = 400.0);
+        // It leads by more than the lead: the other one is not the explanation.
+        assert_eq!(says(&[demanding(320.0), sound(300.0)], UNEXPLAINED), Outcome::Unexplained);
+        assert_eq!(says(&[demanding(320.0), sound(300.0)], NOISE), Outcome::Nothing);
+        // It leads by less: the other one is named, and it is no rival, for chance explains as much.
+        assert_eq!(says(&[demanding(305.0), sound(300.0)], UNEXPLAINED), Outcome::Name(1));
+        // A size of nothing is the model without, however low its cost.
+        let nothing = with(sound(400.0), |own| own.errors = Some(1.0));
+        assert_eq!(says(&[nothing, sound(300.0)], UNEXPLAINED), Outcome::Name(1));
+    }
+
+    #[test]
+    fn an_uncertain_size_or_implausible_numbers_are_no_name() {
+        let uncertain = with(sound(300.0), |own| own.errors = Some(3.9));
+        let unknown = with(sound(300.0), |own| own.errors = None);
+        let odd = with(sound(300.0), |own| own.is_plausible = false);
+        for own in [uncertain, unknown, odd] {
+            assert_eq!(says(&[own], UNEXPLAINED), Outcome::Unexplained);
+            assert_eq!(says(&[own], NOISE), Outcome::Nothing);
+            // One that explains it as well is named; one that explains less is not the explanation.
+            assert_eq!(says(&[own, sound(295.0)], UNEXPLAINED), Outcome::Name(1));
+            assert_eq!(says(&[own, sound(250.0)], UNEXPLAINED), Outcome::Unexplained);
+        }
+        // More than scatter is left and something explains it with a well known size: it is missing, whatever it is.
+        let scattered = Without { is_adequate: true, is_noise: false };
+        assert_eq!(says(&[odd], scattered), Outcome::Unexplained);
+        assert_eq!(says(&[uncertain], scattered), Outcome::Nothing);
+    }
+
+    #[test]
+    fn a_term_that_explains_the_rest_refuses_the_name() {
+        let standings = [sound(100.0), sound(300.0)];
+        assert_eq!(outcome(&standings, UNEXPLAINED, |k| k == leader(&standings).unwrap_or(0)), Outcome::Unexplained);
+        assert_eq!(outcome(&standings, UNEXPLAINED, |k| k == 0), Outcome::Name(1));
+        assert!(is_beaten_by(11.0, false) && !is_beaten_by(9.0, false));
+        assert!(is_beaten_by(26.0, true) && !is_beaten_by(24.0, true));
+    }
+
+    #[test]
+    fn places_count_where_terms_promise_more_than_effects() {
+        let gains = [(300.0, "stop"), (295.0, "seat"), (280.0, "spool")];
+        assert_eq!(places_of_more(&gains, 289.0), ["stop", "seat"]);
+        assert!(places_of_more(&gains, 291.0).is_empty());
+        assert!(places_of_more(&[], 0.0).is_empty());
+    }
+
+    #[test]
+    fn a_lower_cost_is_taken_unless_it_is_bought_with_odd_numbers() {
+        let taken = |fall, was: bool, is: bool| is_taken(fall, 2.0, || was, || is);
+        assert!(taken(0.1, true, true) && taken(0.1, false, false) && taken(0.1, false, true));
+        assert!(!taken(0.1, true, false) && !taken(19.9, true, false) && taken(20.1, true, false));
+        assert!(!taken(0.0, true, true) && !taken(-1.0, false, true) && !taken(f64::NAN, false, true));
+    }
+}
