@@ -66,6 +66,8 @@ pub(crate) struct DelayWork {
     begun: Vec<f64>,
     /// A value within the step in work is not known well enough.
     coarse: bool,
+    /// The step to the point has been accepted: its values are taken as they are.
+    accepted: bool,
     /// Time for which `values` hold, if they depend on nothing else (s).
     cached: Option<f64>,
     tolerance: f64,
@@ -104,6 +106,7 @@ impl DelayWork {
     /// Prepares a run with the given relative tolerance.
     pub(crate) fn restart(&mut self, tolerance: f64) {
         self.recording = false;
+        self.accepted = false;
         self.anchor = None;
         self.cached = None;
         self.derived_off();
@@ -185,13 +188,16 @@ impl DelayWork {
         if count == 1 {
             (times[1], values[1], count) = (self.past.end(), self.begun[site], 2);
         }
-        let mut fewer = values;
-        let rougher = polynomial::through(&times[..count - 1], &mut fewer[..count - 1], at).0;
+        let fewer = |count: usize| {
+            let mut values = values;
+            polynomial::through(&times[..count], &mut values[..count], at).0
+        };
+        let (rougher, roughest) = (fewer(count - 1), fewer(count.saturating_sub(2).max(1)));
         let finer = polynomial::through(&times[..count], &mut values[..count], at);
-        // A polynomial of degree n - 1 is wrong by d, so one of degree n by about d^((n + 1)/n), relative to the values.
-        let difference = (finer.0 - rougher).abs() / self.scale[site].max(f64::MIN_POSITIVE);
-        let degree = (count - 1) as f64;
-        self.coarse |= self.anchor.is_none() && difference.powf((degree + 1.0) / degree) > self.tolerance;
+        // Each degree more makes the polynomial better by the same factor, if it makes it better at all.
+        let (last, before) = ((finer.0 - rougher).abs(), (rougher - roughest).abs());
+        let left = if before > last { last * (last / before) } else { last };
+        self.coarse |= self.anchor.is_none() && left > self.limits[site];
         finer
     }
 

@@ -55,6 +55,8 @@ impl Recorder<'_, '_> {
             return false;
         }
         let n = system.work.sites.len();
+        // The last correction of the step was small, and what it moved has not been evaluated before.
+        system.work.accepted = true;
         system.sources_at(to, self.past.y(), self.past.yp());
         system.work.anchor = Some(to);
         system.work.anchor_values.copy_from_slice(&system.work.new_sources);
@@ -67,7 +69,7 @@ impl Recorder<'_, '_> {
         self.part((from, to), &mut levels);
         let work = &mut *self.problem.system.work;
         work.record.levels = levels;
-        work.anchor = None;
+        (work.anchor, work.accepted) = (None, false);
         work.cached = None;
         work.sources.copy_from_slice(&work.anchor_values);
         let reach = work.bounds.iter().copied().fold(0.0, f64::max);

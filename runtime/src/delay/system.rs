@@ -49,7 +49,7 @@ impl<'a> Delaying<'a> {
             }
         }
         // A shorter step knows better, or reads the past alone.
-        if self.work.coarse || !settled {
+        if (self.work.coarse || !settled) && !self.work.accepted {
             self.work.values.fill(f64::NAN);
             self.hand_over();
         }
