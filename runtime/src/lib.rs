@@ -38,6 +38,7 @@ mod problem;
 mod sensitivity;
 mod simulate;
 mod statistics;
+mod tiled;
 mod weights;
 
 pub use error::{Cause, Place, SolveError, Stage, StepReport};

@@ -27,6 +27,8 @@ pub(crate) struct Output {
     y: Vec<f64>,
     yp: Vec<f64>,
     next: usize,
+    /// No output point comes before this time (s).
+    due: f64,
     reports: Vec<AssertionReport>,
     /// Which of the warnings the last point belongs to.
     open: Vec<usize>,
@@ -44,6 +46,7 @@ impl Output {
             y: vec![0.0; n],
             yp: vec![0.0; n],
             next: 0,
+            due: f64::NEG_INFINITY,
             reports: Vec::new(),
             open: Vec::new(),
             warnings: Vec::new(),
@@ -53,7 +56,7 @@ impl Output {
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
     pub(crate) fn restart(&mut self, options: &Options, extra: usize) {
         self.row.resize(self.outputs + extra, 0.0);
-        self.next = 1;
+        (self.next, self.due) = (1, f64::NEG_INFINITY);
         self.skip_to(options, options.start);
         self.reports.clear();
         self.open.clear();
@@ -111,14 +114,19 @@ impl Output {
                 Ok(())
             };
         }
+        if self.due > end {
+            return Ok(());
+        }
         let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
         while let Some(t) = options.output_time(self.next) {
             if t > end || (!inclusive && options.event_rows && t >= end - slack) {
-                break;
+                self.due = t;
+                return Ok(());
             }
             self.next += 1;
             self.point(problem, sink, (past, consistency, weights), t, sensitivity.as_deref_mut())?;
         }
+        self.due = f64::INFINITY;
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use hyd_system::DaeSystem;
 
 use crate::Statistics;
 use crate::delay::Delaying;
+use crate::tiled::sum_of_pairs;
 
 /// A system and what it has cost so far.
 pub(crate) struct Problem<'a> {
@@ -16,9 +17,14 @@ pub(crate) struct Problem<'a> {
 impl Problem<'_> {
     /// F(t, y, y') into `out`; false if a value is not finite.
     pub(crate) fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) -> bool {
+        self.evaluate(t, y, yp, out);
+        all_finite(out)
+    }
+
+    /// F(t, y, y') into `out`, be it finite or not.
+    pub(crate) fn evaluate(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.statistics.residuals += 1;
         self.system.residual(t, y, yp, out);
-        all_finite(out)
     }
 
     /// dF/dy and dF/dy' into the two value slices.
@@ -29,7 +35,8 @@ impl Problem<'_> {
 }
 
 /// True if no value is infinite or NaN.
+#[inline]
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     // 0*x is NaN exactly for the non-finite x; one sum instead of a branch per value.
-    values.iter().fold(0.0, |sum, value| sum + 0.0 * value) == 0.0
+    sum_of_pairs(values, values, |value, _| 0.0 * value) == 0.0
 }

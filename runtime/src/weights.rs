@@ -3,35 +3,43 @@
 //! `w_i = 1 / (tolerance * (|y_i| + nominal_i))` and the root mean square of `v_i w_i`: a norm of 1 is an error as large
 //! as the tolerance allows.  Source: Brenan, Campbell, Petzold 1996, section 5.2.
 
+use crate::tiled::{LANES, Tile, Tiled, over_tiles, sum, sum_of, sum_of_pairs};
+
 /// Weights of all unknowns, and of those that the error test looks at.
 #[derive(Default)]
 pub(crate) struct Weights {
     /// Weight of each unknown [1/unit of y_i].
-    pub(crate) all: Vec<f64>,
+    pub(crate) all: Tiled,
     /// The same, 0 for unknowns left out of the error test.
-    pub(crate) tested: Vec<f64>,
+    pub(crate) tested: Tiled,
     /// Nominal value of each unknown [unit of y_i].
-    pub(crate) nominals: Vec<f64>,
+    pub(crate) nominals: Tiled,
     included: Vec<bool>,
     /// Their number.
     included_count: usize,
     differential: Vec<bool>,
     tolerance: f64,
     tested_count: usize,
+    /// Inverse of the number of unknowns.
+    per_unknown: f64,
 }
 
 impl Weights {
     /// Room for n unknowns.
     pub(crate) fn new(n: usize) -> Self {
+        // What fills the last tiles has a weight like all others, of a value that is 0.
+        let mut ones = Tiled::zeros(n);
+        ones.tiles_mut().fill([1.0; LANES]);
         Self {
-            all: vec![1.0; n],
-            tested: vec![1.0; n],
-            nominals: vec![1.0; n],
+            all: ones.clone(),
+            tested: ones.clone(),
+            nominals: ones,
             included: vec![true; n],
             included_count: n,
             differential: vec![true; n],
             tolerance: 1e-6,
             tested_count: n,
+            per_unknown: (n.max(1) as f64).recip(),
         }
     }
 
@@ -43,7 +51,7 @@ impl Weights {
             *slot = value;
         }
         self.included_count = self.included.iter().filter(|&&included| included).count();
-        for nominal in &mut self.nominals {
+        for nominal in self.nominals.iter_mut() {
             *nominal = nominal.abs();
             if !(*nominal > 0.0 && nominal.is_finite()) {
                 *nominal = 1.0;
@@ -75,14 +83,21 @@ impl Weights {
     /// Recomputes the weights at `y`.
     pub(crate) fn update(&mut self, y: &[f64]) {
         self.tested_count = self.included_count;
-        for ((weight, value), nominal) in self.all.iter_mut().zip(y).zip(&self.nominals) {
+        for ((weight, value), nominal) in self.all.iter_mut().zip(y).zip(self.nominals.iter()) {
             *weight = 1.0 / (self.tolerance * (value.abs() + nominal));
         }
-        self.tested.copy_from_slice(&self.all);
+        for (tested, weight) in self.tested.tiles_mut().iter_mut().zip(self.all.tiles()) {
+            *tested = *weight;
+        }
         if self.included_count < self.included.len() {
             let left_out = self.tested.iter_mut().zip(&self.included).filter(|(_, included)| !**included);
             left_out.for_each(|(weight, _)| *weight = 0.0);
         }
+    }
+
+    /// Norm over all unknowns from the sum of squares.
+    pub(crate) fn mean(&self, squares: f64) -> f64 {
+        (squares * self.per_unknown).sqrt()
     }
 
     /// Norm over all unknowns [dimensionless].
@@ -95,15 +110,45 @@ impl Weights {
         root_mean_square(v, &self.tested, self.tested_count)
     }
 
-    /// Norm of `a + b` over the unknowns of the error test.
-    pub(crate) fn tested_norm_of_sum(&self, a: &[f64], b: &[f64], sign: f64) -> f64 {
-        let sum: f64 = a.iter().zip(b).zip(&self.tested).map(|((a, b), w)| ((a + sign * b) * w).powi(2)).sum();
+    /// Norms of `a`, `a + b` and `a + b + c` over the unknowns of the error test.
+    pub(crate) fn tested_norms(&self, a: &[Tile], b: &[Tile], c: &[Tile]) -> [f64; 3] {
+        let weights = self.tested.tiles();
+        let (a, b, c) = (&a[..weights.len()], &b[..weights.len()], &c[..weights.len()]);
+        let sums = over_tiles(
+            weights.len(),
+            #[inline(always)]
+            || {
+                let mut sums = [[0.0; LANES]; 3];
+                for (k, weight) in weights.iter().enumerate() {
+                    for lane in 0..LANES {
+                        let two = a[k][lane] + b[k][lane];
+                        let three = two + c[k][lane];
+                        for (sum, value) in sums.iter_mut().zip([a[k][lane], two, three]) {
+                            let weighted = value * weight[lane];
+                            sum[lane] += weighted * weighted;
+                        }
+                    }
+                }
+                sums
+            },
+        );
+        let per_tested = (self.tested_count.max(1) as f64).recip();
+        sums.map(|sums| (sum(sums) * per_tested).sqrt())
+    }
+
+    /// Norm of `a - b` over the unknowns of the error test.
+    pub(crate) fn tested_norm_of_difference(&self, a: &[Tile], b: &[Tile]) -> f64 {
+        let weights = self.tested.tiles();
+        let (a, b) = (&a[..weights.len()], &b[..weights.len()]);
+        let sum = sum_of(weights.len(), |k| {
+            std::array::from_fn(|lane| ((a[k][lane] - b[k][lane]) * weights[k][lane]).powi(2))
+        });
         (sum / self.tested_count.max(1) as f64).sqrt()
     }
 
     /// Position of the largest weighted value, NaN first.
     pub(crate) fn worst(&self, v: &[f64]) -> Option<usize> {
-        largest(v.iter().zip(&self.all).map(|(v, w)| v * w))
+        largest(v.iter().zip(self.all.iter()).map(|(v, w)| v * w))
     }
 }
 
@@ -120,6 +165,6 @@ pub(crate) fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
 }
 
 fn root_mean_square(v: &[f64], w: &[f64], count: usize) -> f64 {
-    let sum: f64 = v.iter().zip(w).map(|(v, w)| (v * w).powi(2)).sum();
+    let sum = sum_of_pairs(v, w, |v, w| (v * w) * (v * w));
     (sum / count.max(1) as f64).sqrt()
 }

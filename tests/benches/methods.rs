@@ -1,6 +1,6 @@
 //! Work and error of the integration methods on models of the repository.
 //!
-//! `cargo bench -p hyd-tests --bench methods -- [MODEL] [TOLERANCE] [METHOD] [CELLS]`: model `drive`, `line` or `all`, method `bdf`,
+//! `cargo bench -p hyd-tests --bench methods -- [MODEL] [TOLERANCE] [METHOD] [CELLS]`: model `drive`, `scaled` (the drive that peers run, too), `line` or `all`, method `bdf`,
 //! `esdirk`, `auto` or `all`.  One line per run: CPU seconds (best of several), counters, error.  The error is the largest
 //! difference from a run of the other method at 1e-11 over 100 points, divided by the largest value, worst of the variables shown.
 
@@ -18,12 +18,18 @@ struct Case {
     variables: &'static [&'static str],
 }
 
-const CASES: [Case; 2] = [
+const CASES: [Case; 3] = [
     Case {
         name: "drive",
         file: "models/single_acting_drive/drive.hyd",
         stop: 0.05,
         variables: &["x", "v", "y", "w", "p_R", "i"],
+    },
+    Case {
+        name: "scaled",
+        file: "benchmarks/peers/models/drive.hyd",
+        stop: 0.08,
+        variables: &["x", "v", "p", "y", "w", "i"],
     },
     Case { name: "line", file: "models/hydraulic_line/line.hyd", stop: 0.1, variables: &["q[1]", "p_end"] },
 ];

@@ -248,10 +248,10 @@ impl Instance {
 
     /// Appends the assertions that do not hold.
     pub(crate) fn failed_assertions(&mut self, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
-        let loaded = self.loaded.clone();
-        if loaded.model.checks.iter().all(|check| check.terminate) {
+        if self.loaded.model.checks.iter().all(|check| check.terminate) {
             return;
         }
+        let loaded = self.loaded.clone();
         let point = Point { unknown: y, rate: yp };
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         self.run_own(loaded.model.routines.events.checks, point);

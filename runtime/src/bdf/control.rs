@@ -9,6 +9,7 @@
 
 use super::MAX_ORDER;
 use super::history::History;
+use crate::tiled::Tiled;
 use crate::weights::Weights;
 
 /// Estimates of one step.
@@ -27,21 +28,18 @@ pub(super) struct Estimates {
 
 impl Estimates {
     /// Estimates after a correction; the error test has passed if `passed()`.
-    pub(super) fn new(history: &History, correction: &[f64], weights: &Weights, lower_sum: &mut [f64]) -> Self {
+    pub(super) fn new(history: &History, correction: &Tiled, weights: &Weights) -> Self {
         let k = history.order;
-        let norm = weights.tested_norm(correction);
+        let [norm, norm_below, second] =
+            weights.tested_norms(correction.tiles(), history.tiles(k), history.tiles(k - 1));
         let at_order = history.sigma[k] * norm;
         let term = (k + 1) as f64 * at_order;
         let mut estimates = Self { norm, norm_below: norm, at_order, below: 0.0, order: k, error: at_order };
         if k > 1 {
-            for ((sum, phi), e) in lower_sum.iter_mut().zip(history.phi(k)).zip(correction) {
-                *sum = phi + e;
-            }
-            estimates.norm_below = weights.tested_norm(lower_sum);
+            estimates.norm_below = norm_below;
             estimates.below = history.sigma[k - 1] * estimates.norm_below;
             let term_below = k as f64 * estimates.below;
             let lower = if k > 2 {
-                let second = weights.tested_norm_of_sum(history.phi(k - 1), lower_sum, 1.0);
                 let term_second = (k - 1) as f64 * history.sigma[k - 2] * second;
                 term_below.max(term_second) <= term
             } else {
@@ -123,7 +121,7 @@ impl Selection {
         &mut self,
         history: &mut History,
         estimates: &Estimates,
-        correction: &[f64],
+        correction: &Tiled,
         weights: &Weights,
         limits: (usize, f64),
     ) {
@@ -157,7 +155,7 @@ impl Selection {
     fn order(
         history: &History,
         estimates: &Estimates,
-        correction: &[f64],
+        correction: &Tiled,
         weights: &Weights,
         max_order: usize,
         raised: bool,
@@ -169,7 +167,7 @@ impl Selection {
         if k >= max_order || k + 1 >= history.steady || raised {
             return (k, estimates.at_order);
         }
-        let above = weights.tested_norm_of_sum(correction, history.phi(k + 1), -1.0);
+        let above = weights.tested_norm_of_difference(correction.tiles(), history.tiles(k + 1));
         let term = (k + 1) as f64 * estimates.at_order;
         let error_above = above / (k + 2) as f64;
         if k == 1 {

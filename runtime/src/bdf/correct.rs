@@ -12,6 +12,7 @@ use hyd_system::{Pattern, Structure};
 
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
 use crate::problem::{Problem, all_finite};
+use crate::tiled::{LANES, Tiled, over_tiles, sum};
 use crate::weights::{Weights, largest};
 
 /// Most iterations of one correction.
@@ -47,8 +48,8 @@ pub(crate) enum Correction {
 pub(crate) struct Prediction<'a> {
     pub(crate) t: f64,
     pub(crate) leading: f64,
-    pub(crate) y: &'a [f64],
-    pub(crate) yp: &'a [f64],
+    pub(crate) y: &'a Tiled,
+    pub(crate) yp: &'a Tiled,
 }
 
 /// Iteration matrix, its parts, and the vectors of the iteration.
@@ -61,13 +62,13 @@ pub(crate) struct Corrector {
     rate_values: Vec<f64>,
     values: Vec<f64>,
     /// Corrected values.
-    pub(crate) y: Vec<f64>,
-    pub(crate) yp: Vec<f64>,
+    pub(crate) y: Tiled,
+    pub(crate) yp: Tiled,
     /// Sum of all corrections, `y - y_pred`.
-    pub(crate) correction: Vec<f64>,
-    residual: Vec<f64>,
+    pub(crate) correction: Tiled,
+    residual: Tiled,
     /// Last iterate's change.
-    delta: Vec<f64>,
+    delta: Tiled,
     /// `c` in the factored matrix, and of the last correction.
     factored_leading: f64,
     last_leading: f64,
@@ -89,11 +90,11 @@ impl Corrector {
             merged,
             rate_pattern: structure.rate_pattern.clone(),
             leading_range,
-            y: vec![0.0; n],
-            yp: vec![0.0; n],
-            correction: vec![0.0; n],
-            residual: vec![0.0; n],
-            delta: vec![0.0; n],
+            y: Tiled::zeros(n),
+            yp: Tiled::zeros(n),
+            correction: Tiled::zeros(n),
+            residual: Tiled::zeros(n),
+            delta: Tiled::zeros(n),
             factored_leading: 0.0,
             last_leading: 0.0,
             rate: RATE_AFTER_CHANGE,
@@ -121,14 +122,14 @@ impl Corrector {
         }
         self.last_leading = at.leading;
         loop {
-            self.y.copy_from_slice(at.y);
-            self.yp.copy_from_slice(at.yp);
-            self.correction.fill(0.0);
-            if !problem.residual(at.t, &self.y, &self.yp, &mut self.residual) {
-                return Correction::NotFinite;
-            }
-            if renew && let Err(error) = self.renew(problem, at) {
-                return error;
+            problem.evaluate(at.t, at.y, at.yp, &mut self.residual);
+            if renew {
+                if !all_finite(&self.residual) {
+                    return self.stopped(at, Correction::NotFinite);
+                }
+                if let Err(error) = self.renew(problem, at) {
+                    return self.stopped(at, error);
+                }
             }
             match self.iterate(problem, at, weights) {
                 Correction::Converged => return Correction::Converged,
@@ -136,6 +137,14 @@ impl Corrector {
                 _ => renew = true,
             }
         }
+    }
+
+    /// What stopped the correction at the prediction, with the values at which it did.
+    fn stopped(&mut self, at: &Prediction<'_>, cause: Correction) -> Correction {
+        self.y.copy_from_slice(at.y);
+        self.yp.copy_from_slice(at.yp);
+        self.correction.fill(0.0);
+        cause
     }
 
     /// Evaluates and factors the iteration matrix at the prediction.
@@ -160,26 +169,18 @@ impl Corrector {
         let mut first_size = 0.0;
         for iteration in 0..MOST_ITERATIONS {
             problem.statistics.newton_iterations += 1;
-            self.delta.copy_from_slice(&self.residual);
-            self.solver.solve(&mut self.delta);
-            for (delta, correction) in self.delta.iter_mut().zip(&mut self.correction) {
-                *delta *= scale;
-                *correction += *delta;
+            self.solver.correct(&self.residual, &mut self.delta);
+            if iteration == 0 {
+                self.correction.tiles_mut().fill([0.0; LANES]);
             }
-            for ((y, predicted), correction) in self.y.iter_mut().zip(at.y).zip(&self.correction) {
-                *y = predicted + correction;
-            }
-            for ((yp, predicted), correction) in self.yp.iter_mut().zip(at.yp).zip(&self.correction) {
-                *yp = predicted + at.leading * correction;
-            }
-            let size = weights.norm(&self.delta);
+            let size = self.take(at, scale, weights);
             if !size.is_finite() {
                 return Correction::NotFinite;
             }
             if iteration == 0 {
                 first_size = size;
                 if size <= TINY * EPSILON {
-                    return self.checked();
+                    return Correction::Converged;
                 }
             } else {
                 let fall = size / first_size;
@@ -190,13 +191,50 @@ impl Corrector {
                 self.rate = rho / (1.0 - rho);
             }
             if self.rate * size <= EPSILON {
-                return self.checked();
+                return Correction::Converged;
             }
-            if iteration + 1 < MOST_ITERATIONS && !problem.residual(at.t, &self.y, &self.yp, &mut self.residual) {
-                return Correction::NotFinite;
+            // A residual that is not finite makes a correction that is not.
+            if iteration + 1 < MOST_ITERATIONS {
+                problem.evaluate(at.t, &self.y, &self.yp, &mut self.residual);
             }
         }
         Correction::Diverged
+    }
+
+    /// Scales the last iterate's change, adds it to the correction and moves the values by it; the norm of the change, not a number where
+    /// a value is not finite.
+    fn take(&mut self, at: &Prediction<'_>, scale: f64, weights: &Weights) -> f64 {
+        let leading = at.leading;
+        let delta = self.delta.tiles_mut();
+        let count = delta.len();
+        let correction = &mut self.correction.tiles_mut()[..count];
+        let (y, yp) = (&mut self.y.tiles_mut()[..count], &mut self.yp.tiles_mut()[..count]);
+        let (predicted, predicted_rate) = (&at.y.tiles()[..count], &at.yp.tiles()[..count]);
+        let weight = &weights.all.tiles()[..count];
+        let (squares, finite) = over_tiles(
+            count,
+            #[inline(always)]
+            || {
+                let (mut sums, mut finite) = ([0.0; LANES], [0.0; LANES]);
+                for k in 0..count {
+                    for lane in 0..LANES {
+                        let change = delta[k][lane] * scale;
+                        let all = correction[k][lane] + change;
+                        let weighted = change * weight[k][lane];
+                        delta[k][lane] = change;
+                        correction[k][lane] = all;
+                        let value = predicted[k][lane] + all;
+                        y[k][lane] = value;
+                        finite[lane] += 0.0 * value;
+                        yp[k][lane] = predicted_rate[k][lane] + leading * all;
+                        sums[lane] += weighted * weighted;
+                    }
+                }
+                (sum(sums), sum(finite))
+            },
+        );
+        // Values that are not finite make a change of no size.
+        if finite == 0.0 { weights.mean(squares) } else { f64::NAN }
     }
 
     /// `v := c (dF/dy + c dF/dy')^{-1} dF/dy' v` with the last matrix: leaves slow components of an error as they are and damps
@@ -211,10 +249,6 @@ impl Corrector {
         }
         self.solver.solve(&mut self.delta);
         v.copy_from_slice(&self.delta);
-    }
-
-    fn checked(&self) -> Correction {
-        if all_finite(&self.y) { Correction::Converged } else { Correction::NotFinite }
     }
 
     /// After divergence: the row of largest residual at the last iterate, each row measured by its largest entry.

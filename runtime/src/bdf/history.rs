@@ -12,6 +12,7 @@
 //! order.  At order `k` only `phi_0..phi_{k+1}` are meaningful.
 
 use super::MAX_ORDER;
+use crate::tiled::{LANES, Tile, Tiled, over_tiles};
 
 /// Number of stored differences: orders 0 to 6.
 const STORED: usize = MAX_ORDER + 2;
@@ -30,7 +31,9 @@ const HARMONIC: [f64; MAX_ORDER + 1] = {
 /// Differences and coefficients.
 pub(super) struct History {
     n: usize,
-    phi: Vec<f64>,
+    /// Tiles of a difference.
+    width: usize,
+    phi: Vec<Tile>,
     psi: [f64; STORED],
     alpha: [f64; STORED],
     beta: [f64; STORED],
@@ -55,9 +58,11 @@ pub(super) struct History {
 impl History {
     pub(super) fn new(n: usize) -> Self {
         let zero = [0.0; STORED];
+        let width = n.div_ceil(LANES);
         Self {
             n,
-            phi: vec![0.0; STORED * n],
+            width,
+            phi: vec![[0.0; LANES]; STORED * width],
             psi: zero,
             alpha: zero,
             beta: zero,
@@ -74,18 +79,30 @@ impl History {
         }
     }
 
+    /// Difference of order `j` in tiles.
+    pub(super) fn tiles(&self, j: usize) -> &[Tile] {
+        &self.phi[j * self.width..(j + 1) * self.width]
+    }
+
     /// Difference of order `j`.
     pub(super) fn phi(&self, j: usize) -> &[f64] {
-        &self.phi[j * self.n..(j + 1) * self.n]
+        &self.tiles(j).as_flattened()[..self.n]
     }
 
     fn phi_mut(&mut self, j: usize) -> &mut [f64] {
-        &mut self.phi[j * self.n..(j + 1) * self.n]
+        let range = j * self.width..(j + 1) * self.width;
+        &mut self.phi[range].as_flattened_mut()[..self.n]
+    }
+
+    /// `phi_j := factor phi_j`.
+    fn scale(&mut self, j: usize, factor: f64) {
+        let range = j * self.width..(j + 1) * self.width;
+        self.phi[range].as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
     }
 
     /// Forgets the past: order 1 from `(t, y, y')` with first step `h`.
     pub(super) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64], h: f64) {
-        self.phi.fill(0.0);
+        self.phi.fill([0.0; LANES]);
         self.phi_mut(0).copy_from_slice(y);
         for (target, rate) in self.phi_mut(1).iter_mut().zip(yp) {
             *target = h * rate;
@@ -102,16 +119,17 @@ impl History {
             value(t - j as f64 * h, self.phi_mut(j));
         }
         // Backward differences in place; with equal spacing they are the modified divided differences.
-        let n = self.n;
+        let width = self.width;
         for j in 1..=order {
             for i in (j..=order).rev() {
-                let (low, high) = self.phi.split_at_mut(i * n);
-                for (value, newer) in high[..n].iter_mut().zip(&low[(i - 1) * n..]) {
+                let (low, high) = self.phi.split_at_mut(i * width);
+                let newer = low[(i - 1) * width..].as_flattened();
+                for (value, newer) in high[..width].as_flattened_mut().iter_mut().zip(newer) {
                     *value = newer - *value;
                 }
             }
         }
-        self.phi[(order + 1) * n..].fill(0.0);
+        self.phi[(order + 1) * width..].fill([0.0; LANES]);
         for (j, psi) in self.psi.iter_mut().enumerate() {
             *psi = (j + 1) as f64 * h;
         }
@@ -128,15 +146,16 @@ impl History {
         self.steady = (self.steady + 1).min(self.order_used + 2);
         if k + 1 >= self.steady {
             (self.beta[0], self.alpha[0], self.gamma[0], self.sigma[0]) = (1.0, 1.0, 0.0, 1.0);
-            let mut sum = h;
+            let (mut sum, per_step) = (h, h.recip());
             for i in 1..=k {
                 let old = self.psi[i - 1];
                 self.psi[i - 1] = sum;
-                self.beta[i] = self.beta[i - 1] * sum / old;
+                // The divisions do not wait for each other.
+                self.beta[i] = self.beta[i - 1] * (sum / old);
                 sum = old + h;
                 self.alpha[i] = h / sum;
                 self.sigma[i] = i as f64 * self.sigma[i - 1] * self.alpha[i];
-                self.gamma[i] = self.gamma[i - 1] + self.alpha[i - 1] / h;
+                self.gamma[i] = self.gamma[i - 1] + self.alpha[i - 1] * per_step;
             }
             self.psi[k] = sum;
         }
@@ -145,8 +164,7 @@ impl History {
         self.leading = fixed / h;
         self.error_constant = (self.alpha[k] - fixed + variable).abs().max(self.alpha[k]);
         for j in self.steady..=k {
-            let beta = self.beta[j];
-            self.phi_mut(j).iter_mut().for_each(|value| *value *= beta);
+            self.scale(j, self.beta[j]);
         }
         std::mem::replace(&mut self.t, target)
     }
@@ -159,8 +177,7 @@ impl History {
             self.psi[j - 1] = self.psi[j] - self.h;
         }
         for j in self.steady..=k {
-            let beta = self.beta[j].recip();
-            self.phi_mut(j).iter_mut().for_each(|value| *value *= beta);
+            self.scale(j, self.beta[j].recip());
         }
     }
 
@@ -169,7 +186,7 @@ impl History {
         self.h *= factor;
         if self.order_used == 0 {
             self.psi[0] = self.h;
-            self.phi_mut(1).iter_mut().for_each(|value| *value *= factor);
+            self.scale(1, factor);
         }
     }
 
@@ -185,36 +202,54 @@ impl History {
     }
 
     /// Prediction at the new time: `y = sum phi_j`, `y' = sum gamma_j phi_j`.
-    pub(super) fn predict(&self, y: &mut [f64], yp: &mut [f64]) {
-        y.copy_from_slice(self.phi(0));
-        yp.fill(0.0);
-        for j in 1..=self.order {
-            let gamma = self.gamma[j];
-            for ((y, yp), phi) in y.iter_mut().zip(yp.iter_mut()).zip(self.phi(j)) {
-                *y += phi;
-                *yp += gamma * phi;
-            }
-        }
+    pub(super) fn predict(&self, y: &mut Tiled, yp: &mut Tiled) {
+        let (width, phi, gammas) = (self.width, self.phi.as_slice(), &self.gamma[1..=self.order]);
+        let (y, yp) = (&mut y.tiles_mut()[..width], &mut yp.tiles_mut()[..width]);
+        over_tiles(
+            width,
+            #[inline(always)]
+            || {
+                for k in 0..width {
+                    let (mut value, mut rate) = (phi[k], [0.0; LANES]);
+                    for (j, gamma) in gammas.iter().enumerate() {
+                        let phi = &phi[(j + 1) * width + k];
+                        for lane in 0..LANES {
+                            value[lane] += phi[lane];
+                            rate[lane] += gamma * phi[lane];
+                        }
+                    }
+                    (y[k], yp[k]) = (value, rate);
+                }
+            },
+        );
     }
 
     /// Takes the accepted correction `e = y - y_pred` into the differences.  `order` is still that of the step.
-    pub(super) fn accept(&mut self, correction: &[f64], max_order: usize) {
+    pub(super) fn accept(&mut self, correction: &Tiled, max_order: usize) {
         let k = self.order;
         self.order_used = k;
         self.h_used = self.h;
-        if k < max_order {
-            self.phi_mut(k + 1).copy_from_slice(correction);
-        }
-        let n = self.n;
-        for (value, e) in self.phi_mut(k).iter_mut().zip(correction) {
-            *value += e;
-        }
-        for j in (0..k).rev() {
-            let (low, high) = self.phi.split_at_mut((j + 1) * n);
-            for (value, next) in low[j * n..].iter_mut().zip(&high[..n]) {
-                *value += next;
-            }
-        }
+        let (width, phi) = (self.width, self.phi.as_mut_slice());
+        let correction = &correction.tiles()[..width];
+        over_tiles(
+            width,
+            #[inline(always)]
+            || {
+                for (at, correction) in correction.iter().enumerate() {
+                    let mut sum = *correction;
+                    if k < max_order {
+                        phi[(k + 1) * width + at] = sum;
+                    }
+                    for j in (0..=k).rev() {
+                        let own = &mut phi[j * width + at];
+                        for lane in 0..LANES {
+                            sum[lane] += own[lane];
+                        }
+                        *own = sum;
+                    }
+                }
+            },
+        );
     }
 
     /// The interpolant of the last accepted step at time `at`, value and derivative.
@@ -249,7 +284,7 @@ mod tests {
         let slope = |t: f64| 1.0 - 4.0 * t + 1.5 * t * t;
         let mut history = History::new(1);
         history.restart(0.0, &[f(0.0)], &[slope(0.0)], 0.1);
-        let (mut y, mut yp) = ([0.0], [0.0]);
+        let (mut y, mut yp, mut correction) = (Tiled::zeros(1), Tiled::zeros(1), Tiled::zeros(1));
         for (step, h) in [0.1, 0.13, 0.13, 0.2, 0.17, 0.3].into_iter().enumerate() {
             history.set_step(h);
             history.order = (step + 1).min(3);
@@ -264,7 +299,7 @@ mod tests {
             history.retreat(target - h);
             history.advance(target);
             history.predict(&mut y, &mut yp);
-            let correction = [f(target) - y[0]];
+            correction[0] = f(target) - y[0];
             history.accept(&correction, 5);
         }
         let at = history.t - 0.11;

@@ -13,6 +13,7 @@ mod history;
 use hyd_system::Structure;
 
 use crate::problem::Problem;
+use crate::tiled::Tiled;
 use crate::weights::Weights;
 use control::{Estimates, Selection};
 use correct::{Correction, Corrector, Prediction};
@@ -69,9 +70,8 @@ pub(crate) struct Bdf {
     history: History,
     corrector: Corrector,
     selection: Selection,
-    predicted: Vec<f64>,
-    predicted_rate: Vec<f64>,
-    work: Vec<f64>,
+    predicted: Tiled,
+    predicted_rate: Tiled,
     max_order: usize,
     max_step: f64,
     min_step_scale: f64,
@@ -89,9 +89,8 @@ impl Bdf {
             history: History::new(n),
             corrector: Corrector::new(structure, LEADING_RANGE),
             selection: Selection::default(),
-            predicted: vec![0.0; n],
-            predicted_rate: vec![0.0; n],
-            work: vec![0.0; n],
+            predicted: Tiled::zeros(n),
+            predicted_rate: Tiled::zeros(n),
             max_order: MAX_ORDER,
             max_step: f64::INFINITY,
             min_step_scale: 0.0,
@@ -213,7 +212,7 @@ impl Bdf {
             let outcome = self.corrector.correct(problem, &at, weights);
             let h = self.history.h;
             if outcome == Correction::Converged {
-                let estimates = Estimates::new(&self.history, &self.corrector.correction, weights, &mut self.work);
+                let estimates = Estimates::new(&self.history, &self.corrector.correction, weights);
                 if estimates.passed(self.history.error_constant) {
                     self.accept(problem, &estimates, weights, start);
                     return Ok(());

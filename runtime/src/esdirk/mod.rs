@@ -19,6 +19,7 @@ use hyd_system::Structure;
 use crate::bdf::correct::{Correction, Corrector, Prediction};
 use crate::bdf::{StepFailure, StepFault};
 use crate::problem::Problem;
+use crate::tiled::Tiled;
 use crate::weights::Weights;
 use control::StepControl;
 pub(crate) use tableau::ORDER;
@@ -49,8 +50,8 @@ pub(crate) struct Esdirk {
     y: Vec<f64>,
     yp: Vec<f64>,
     base: Vec<f64>,
-    predicted: Vec<f64>,
-    predicted_rate: Vec<f64>,
+    predicted: Tiled,
+    predicted_rate: Tiled,
     error: Vec<f64>,
     /// What kinks of the rates contribute to the error.
     kink: Vec<f64>,
@@ -85,8 +86,8 @@ impl Esdirk {
             y: zeros(),
             yp: zeros(),
             base: zeros(),
-            predicted: zeros(),
-            predicted_rate: zeros(),
+            predicted: Tiled::zeros(n),
+            predicted_rate: Tiled::zeros(n),
             error: zeros(),
             kink: zeros(),
             filtered: zeros(),
@@ -272,7 +273,7 @@ impl Esdirk {
             for j in 0..i {
                 let (a, p) = (h * A[i][j], PREDICTOR[i][j]);
                 let rate = &self.rates[j * n..(j + 1) * n];
-                for ((base, guess), rate) in self.base.iter_mut().zip(&mut self.predicted_rate).zip(rate) {
+                for ((base, guess), rate) in self.base.iter_mut().zip(self.predicted_rate.iter_mut()).zip(rate) {
                     *base += a * rate;
                     *guess += p * rate;
                 }

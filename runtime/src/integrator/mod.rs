@@ -323,14 +323,15 @@ impl Integrator {
         if self.solver != Solver::Esdirk {
             self.hand_over(problem.system.structure());
         }
-        let before = problem.statistics;
+        let watched = self.watched && self.solver != Solver::Esdirk;
+        let before = watched.then_some(problem.statistics);
         let from = self.t();
         match (self.active, &mut self.one_step) {
             (Active::OneStep, Some(one_step)) => one_step.step(problem, weights, limit)?,
             _ => self.bdf.step(problem, weights, limit)?,
         }
         let started = std::mem::take(&mut self.starting) && self.solver == Solver::Auto;
-        if self.solver != Solver::Esdirk && self.watched && !started {
+        if let Some(before) = before.filter(|_| !started) {
             self.note(self.t() - from, &before, &problem.statistics);
         }
         Ok(())

@@ -7,6 +7,7 @@
 //! Computations", section 3.5.2.
 
 mod dense;
+mod inverse;
 mod merge;
 mod small;
 mod sparse;
@@ -15,6 +16,7 @@ use hyd_system::Pattern;
 
 pub(crate) use merge::MergedPattern;
 
+use crate::tiled::{LANES, Tile, Tiled};
 use dense::Dense;
 use small::Small;
 use sparse::Sparse;
@@ -25,11 +27,6 @@ const SMALL_LIMIT: usize = 40;
 
 /// A pivot below this, relative to the largest entry of its scaled column, counts as zero.
 const PIVOT_FLOOR: f64 = 4.0 * f64::EPSILON;
-
-/// Right-hand sides that are solved together.
-pub(crate) const LANES: usize = 4;
-/// One value of each of them.
-pub(crate) type Tile = [f64; LANES];
 
 /// Why a matrix cannot be factored.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -114,6 +111,17 @@ impl LinearSolver {
         for (value, scale) in b.iter_mut().zip(&self.column_scale) {
             *value *= scale;
         }
+    }
+
+    /// `x := A^{-1} b` for the corrections of an iteration, which may be off by a few more roundings than those of [`Self::solve`].
+    pub(crate) fn correct(&mut self, b: &Tiled, x: &mut Tiled) {
+        if let Kernel::Small(small) = &mut self.kernel
+            && small.correct(b, x.tiles_mut())
+        {
+            return;
+        }
+        x.copy_from_slice(b);
+        self.solve(x);
     }
 
     /// Replaces each of several right-hand sides by its solution; `b` has `count` tiles per unknown.

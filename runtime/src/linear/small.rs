@@ -8,7 +8,9 @@
 
 use hyd_system::{Pattern, wide};
 
-use super::{FactorError, LANES, PIVOT_FLOOR, Tile, idle_column, subtract};
+use super::inverse::{self, Inverse};
+use super::{FactorError, PIVOT_FLOOR, idle_column, subtract};
+use crate::tiled::{LANES, Tile};
 
 /// A pivot is at least this part of the largest scaled entry of its column when it is chosen.
 const THRESHOLD: f64 = 0.1;
@@ -21,9 +23,9 @@ const FEW: usize = 200;
 
 /// One elimination step: where it stands in the lists.
 #[derive(Clone, Copy, Default, Debug)]
-struct Pivot {
-    row: u32,
-    column: u32,
+pub(super) struct Pivot {
+    pub(super) row: u32,
+    pub(super) column: u32,
     /// Position of the pivot; its row of U follows, then its column of L.
     at: u32,
     /// Numbers of entries in both.
@@ -54,6 +56,11 @@ pub(super) struct Small {
     full: Vec<f64>,
     filled: Vec<bool>,
     chosen: bool,
+    /// `values` hold the factors; before, they hold the matrix.
+    eliminated: bool,
+    inverse: Inverse,
+    /// Corrections have been asked for: each matrix gets its inverse, and factors only where they are asked for, too.
+    corrects: bool,
 }
 
 impl Small {
@@ -75,6 +82,9 @@ impl Small {
             full: vec![0.0; n * n],
             filled: vec![false; n * n],
             chosen: false,
+            eliminated: false,
+            inverse: Inverse::default(),
+            corrects: false,
         }
     }
 
@@ -87,12 +97,12 @@ impl Small {
     /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
         self.load(pattern, values, sizes)?;
-        if self.chosen && self.eliminate() {
+        if self.chosen && self.renew(pattern, values) {
             return Ok(());
         }
         self.choose(pattern, values, sizes)?;
         self.load(pattern, values, sizes)?;
-        if self.eliminate() {
+        if self.renew(pattern, values) {
             return Ok(());
         }
         let last = self.pivots.last().copied().unwrap_or_default();
@@ -126,8 +136,24 @@ impl Small {
         }
     }
 
-    /// Elimination along the list; false if a pivot has become too small.
-    fn eliminate(&mut self) -> bool {
+    /// The inverse or the factors of the matrix that was loaded; false if a pivot has become too small.
+    fn renew(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
+        self.inverse.drop();
+        self.eliminated = !self.corrects || self.n > inverse::LARGEST;
+        if self.eliminated { self.eliminate::<true>() } else { self.invert(pattern, values) }
+    }
+
+    /// Makes the factors, if that was left.
+    fn complete(&mut self) {
+        if !self.eliminated {
+            // Pivots have been found sound when the inverse was made.
+            self.eliminate::<false>();
+            self.eliminated = true;
+        }
+    }
+
+    /// Elimination along the list; false if a pivot has become too small, if that is watched.
+    fn eliminate<const WATCHED: bool>(&mut self) -> bool {
         let mut targets = self.targets.as_slice();
         for pivot in &self.pivots {
             let (at, upper, lower) = (pivot.at as usize, pivot.upper as usize, pivot.lower as usize);
@@ -137,7 +163,7 @@ impl Small {
             let scale = self.largest[pivot.row as usize];
             // Not a number fails too.
             let sound = value.abs() > pivot.floor * scale;
-            if !sound {
+            if WATCHED && !sound {
                 return false;
             }
             let inverse = value.recip();
@@ -146,7 +172,7 @@ impl Small {
             for (factor, &row) in own_column.iter_mut().zip(rows) {
                 *factor *= inverse;
                 let sound = PIVOT_DRIFT * (*factor * scale).abs() < self.largest[row as usize];
-                if !sound {
+                if WATCHED && !sound {
                     return false;
                 }
                 let (here, later) = targets.split_at(upper);
@@ -281,6 +307,7 @@ impl Small {
 
     /// Replaces `b` by the solution.
     pub(super) fn solve(&mut self, b: &mut [f64]) {
+        self.complete();
         for pivot in &self.pivots {
             let first = (pivot.at + 1 + pivot.upper) as usize;
             let range = first..first + pivot.lower as usize;
@@ -301,8 +328,30 @@ impl Small {
         b.copy_from_slice(&self.work);
     }
 
+    /// Makes the inverse; false if a pivot has become too small.
+    fn invert(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
+        let places = pattern.row_indices.iter().zip(&self.entry_columns);
+        let entries = places.zip(values).map(|((&row, &column), &value)| (row as usize, column as usize, value));
+        let (largest, n) = (&self.largest, self.n);
+        let sound = |pivot: &Pivot, value: f64| value.abs() > pivot.floor * largest[pivot.row as usize];
+        let small = |pivot: &Pivot, row: usize, factor: f64| {
+            PIVOT_DRIFT * (factor * largest[pivot.row as usize]).abs() < largest[row]
+        };
+        self.inverse.make(n, entries, &self.pivots, sound, small)
+    }
+
+    /// `x := A^{-1} b` by the inverse; false if there is none.
+    pub(super) fn correct(&mut self, b: &[f64], x: &mut [Tile]) -> bool {
+        self.corrects = true;
+        if self.inverse.is_made() {
+            self.inverse.apply(b, x);
+        }
+        self.inverse.is_made()
+    }
+
     /// The same for several right-hand sides: `count` tiles per unknown.
     pub(super) fn solve_tiles(&mut self, b: &mut Vec<Tile>, count: usize) {
+        self.complete();
         self.tiles.resize(self.n * count, [0.0; LANES]);
         let mut own = std::mem::take(&mut self.tiles);
         // Sums stay in registers where their number is known.

@@ -9,8 +9,9 @@ use hyd_system::{DaeSystem, Pattern, Structure, wide};
 
 use super::tangents;
 use super::trail::Trail;
-use crate::linear::{FactorError, LANES, LinearSolver, MergedPattern, Tile, subtract};
+use crate::linear::{FactorError, LinearSolver, MergedPattern, subtract};
 use crate::problem::Problem;
+use crate::tiled::{LANES, Tile};
 
 /// Change of an entry of a Jacobian that counts as a jump, as a part of it.
 const JUMP: f64 = 1e-4;

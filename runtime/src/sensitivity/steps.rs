@@ -13,8 +13,9 @@ use super::breaks::Breaks;
 use super::linear::Matrices;
 use super::trail::Trail;
 use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference, kink};
-use crate::linear::{FactorError, LANES, Tile};
+use crate::linear::FactorError;
 use crate::problem::Problem;
+use crate::tiled::{LANES, Tile};
 use hyd_system::wide;
 
 /// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the solution's own

@@ -108,7 +108,7 @@ impl Simulator {
                 continue;
             }
             let before = (self.integrator.y(), self.integrator.yp());
-            let scales = (self.weights.nominals.as_slice(), run.span());
+            let scales = (&*self.weights.nominals, run.span());
             if !jumped(before, (y, yp), self.consistency.states(), scales).is_empty() {
                 return Some(from + ahead);
             }
