@@ -385,7 +385,11 @@ impl Small {
                 subtract(&mut sum, factor, &x[column as usize]);
             }
             let inverse = self.values[at];
-            x[pivot.column as usize] = sum.map(|tile| tile.map(|sum| sum * inverse));
+            // Loops become vector instructions, nested maps of arrays do not.
+            for sum in sum.as_flattened_mut() {
+                *sum *= inverse;
+            }
+            x[pivot.column as usize] = sum;
         }
     }
 
@@ -412,7 +416,9 @@ impl Small {
             }
             let inverse = self.values[at];
             for (value, sum) in own[block(pivot.column)].iter_mut().zip(sum) {
-                *value = sum.map(|sum| sum * inverse);
+                for lane in 0..LANES {
+                    value[lane] = sum[lane] * inverse;
+                }
             }
         }
     }

@@ -345,31 +345,27 @@ impl Steps {
 
 /// `base := start + sum f_j R_j`, one pass for all rates.
 fn combine(base: &mut [Tile], start: Option<&[Tile]>, rates: &[Vec<Tile>], factors: &[f64]) {
-    match start {
-        Some(start) => base.copy_from_slice(start),
-        None => base.fill([0.0; LANES]),
-    }
     wide(
         #[inline(always)]
         || match rates.len() {
-            1 => add::<1>(base, rates, factors),
-            2 => add::<2>(base, rates, factors),
-            3 => add::<3>(base, rates, factors),
-            4 => add::<4>(base, rates, factors),
-            5 => add::<5>(base, rates, factors),
-            _ => add::<STAGES>(base, rates, factors),
+            1 => add::<1>(base, start, rates, factors),
+            2 => add::<2>(base, start, rates, factors),
+            3 => add::<3>(base, start, rates, factors),
+            4 => add::<4>(base, start, rates, factors),
+            5 => add::<5>(base, start, rates, factors),
+            _ => add::<STAGES>(base, start, rates, factors),
         },
     );
 }
 
-/// `base += sum f_j R_j` over the first `K` of them.
+/// `base := start + sum f_j R_j` over the first `K` of them.
 #[inline(always)]
-fn add<const K: usize>(base: &mut [Tile], rates: &[Vec<Tile>], factors: &[f64]) {
+fn add<const K: usize>(base: &mut [Tile], start: Option<&[Tile]>, rates: &[Vec<Tile>], factors: &[f64]) {
     let length = base.len();
     let rates: [&[Tile]; K] = std::array::from_fn(|j| &rates[j][..length]);
     let factors: [f64; K] = std::array::from_fn(|j| factors[j]);
     for (at, base) in base.iter_mut().enumerate() {
-        let mut sum = *base;
+        let mut sum = start.map_or([0.0; LANES], |start| start[at]);
         for (rates, factor) in rates.iter().zip(factors) {
             for (sum, rate) in sum.iter_mut().zip(&rates[at]) {
                 *sum += factor * rate;
