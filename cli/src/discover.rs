@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use hyd_compiler::inquiry::{annotated_classes, annotated_components};
 use hyd_compiler::render::render;
+use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
-use hyd_discovery::report::{report, table};
-use hyd_discovery::search::{NEEDED, Search};
+use hyd_discovery::report::{Report, report, table};
+use hyd_discovery::search::{Findings, NEEDED, Search};
 use hyd_discovery::variant::Workshop;
 use hyd_results::write_whole;
 
@@ -41,15 +42,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let candidates = all_candidates(&opened)?;
     let seed = arguments.study.seed;
     let hash = fingerprint(&opened, &workshop, &candidates, seed)?;
-    let needed = match arguments.calibrate {
-        None => calibration::known(&arguments.study.study, hash),
-        Some(sets) => {
-            let made = calibrate(setup, &workshop, &candidates, (sets.get(), seed), &progress).map_err(failure)?;
-            calibration::keep(&arguments.study.study, hash, &made)?;
-            Some(made)
-        }
-    };
-    let needed = needed.map_or(NEEDED, |known| known.needed());
+    let needed = threshold(arguments, (setup, &workshop, &candidates), hash, &progress)?;
     let memory = FitsFile::open(&arguments.report, hash, arguments.resume);
     let memory = memory.map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be written: {error}", arguments.report.display()))
@@ -58,28 +51,58 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         progress(&format!("{} fits are taken over", memory.taken_over()));
     }
     let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory };
-    let mut findings = search.run().map_err(failure)?;
-    let other = if findings.hidden { setup.exchanged().map_err(failure)? } else { None };
+    let (findings, other) = searched(search)?;
     let setup = other.as_ref().unwrap_or(setup);
-    if other.is_some() {
-        progress("the shots held out show a gap that the others hide: holding out others");
-        let runs = findings.runs;
-        findings = Search { setup, ..search }.run().map_err(failure)?;
-        findings.runs += runs;
-    }
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
     let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in).map_err(failure)?;
     let json = format!("{:#}\n", report.json);
+    write(arguments, setup, &report, &json)?;
+    memory.remove();
+    output::print(if arguments.json { &json } else { &report.summary })
+}
+
+/// The fall of the cost that a name needs: the usual one, or what was found for this study.
+fn threshold(
+    arguments: &Discover,
+    (setup, workshop, candidates): (&Setup, &Workshop<'_>, &[Candidate]),
+    hash: u64,
+    progress: &dyn Fn(&str),
+) -> Result<f64, Failure> {
+    let known = match arguments.calibrate {
+        None => calibration::known(&arguments.study.study, hash),
+        Some(sets) => {
+            let by = (sets.get(), arguments.study.seed);
+            let made = calibrate(setup, workshop, candidates, by, progress).map_err(failure)?;
+            calibration::keep(&arguments.study.study, hash, &made)?;
+            Some(made)
+        }
+    };
+    Ok(known.map_or(NEEDED, |known| known.needed()))
+}
+
+/// What a search finds; where the shots held out show a gap that the others hide, with others held out and the setup that does so.
+fn searched(search: Search<'_>) -> Result<(Findings, Option<Setup>), Failure> {
+    let findings = search.run().map_err(failure)?;
+    let other = if findings.hidden { search.setup.exchanged().map_err(failure)? } else { None };
+    let Some(other) = other else { return Ok((findings, None)) };
+    (search.progress)("the shots held out show a gap that the others hide: holding out others");
+    let mut again = Search { setup: &other, ..search }.run().map_err(failure)?;
+    again.runs += findings.runs;
+    Ok((again, Some(other)))
+}
+
+/// Writes the files of a report.
+fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Result<(), Failure> {
     let save = |name: &str, text: &str| {
         let path = arguments.report.join(name);
         write_whole(&path, text.as_bytes())
             .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))
     };
-    save("report.json", &json)?;
+    save("report.json", json)?;
     save("trajectories.csv", &table(&report.curves))?;
-    save("report.html", &page(&report))?;
-    if let Some(figure) = gap_picture(setup, &report) {
+    save("report.html", &page(report))?;
+    if let Some(figure) = gap_picture(setup, report) {
         write_picture(&arguments.report.join("gap.svg"), &figure)?;
     }
     let stale = arguments.report.join("discovered.hyd");
@@ -90,8 +113,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
             .map_err(|error| Failure::Fault(format!("`{}` cannot be removed: {error}", stale.display())))?,
         None => {}
     }
-    memory.remove();
-    output::print(if arguments.json { &json } else { &report.summary })
+    Ok(())
 }
 
 /// All effects of the libraries at all places of the base model.

@@ -5,10 +5,12 @@
 //! function stand for registers.  A body is made once per function and sizes of its arguments; Strings and whole numbers
 //! that size its arrays are fixed in it.  A call is a node over the nodes of the arguments.
 
+use std::ops::Range;
+
 use hyd_instance::{InstId, ScalarType};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, SlotId, Step};
-use hyd_syntax::tree::{Direction, Name};
+use hyd_syntax::tree::{Component, Direction, Name};
 
 use crate::callee::Callee;
 use crate::context::{Context, Fail, Local};
@@ -223,28 +225,12 @@ impl Flattener<'_, '_> {
         for (input, form) in callee.inputs().iter().zip(inputs) {
             inner.names.push((input.name.name.clone(), form.local(&mut nodes)));
         }
-        let mut outputs = Vec::new();
-        let mut known = Vec::new();
-        let mut made = Vec::new();
         let mut others: Vec<_> =
             callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)).collect();
         others.sort_by_key(|(_, c)| sized_by_value(c) && c.modification.binding.is_none());
-        for (frame, component) in &others {
-            inner.scope.frame = *frame;
-            if component.variability <= hyd_syntax::tree::Variability::Parameter {
-                self.declare_local(component, &mut inner)?;
-                continue;
-            }
-            let sizes = self.sizes_in_body(callee, component, &mut inner)?;
-            let form = self.declared_form(component, sizes, &mut inner)?;
-            let own = self.registers(form.scalars().len());
-            let mut nodes =
-                own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
-            inner.names.push((component.name.name.clone(), form.local(&mut nodes)));
-            if component.direction == Some(Direction::Output) {
-                made.push((component.name.name.clone(), form, own));
-            }
-        }
+        let made = self.declare_registers(callee, &others, &mut inner)?;
+        let mut outputs = Vec::new();
+        let mut known = Vec::new();
         for output in callee.outputs() {
             let Some((name, form, own)) = made.iter().find(|(name, ..)| *name == output.name.name).cloned() else {
                 continue;
@@ -255,23 +241,56 @@ impl Flattener<'_, '_> {
             known.push((name, form));
         }
         self.bodies.push(KnownBody { function: callee.inst, inputs: inputs.to_vec(), id, outputs: known, done: false });
-        for (frame, component) in others {
+        self.bind_registers(&others, &mut inner)?;
+        self.run_algorithms(span, callee, &mut inner)?;
+        Ok(outputs)
+    }
+
+    /// Registers for outputs and locals that may change, in the context by their names; those of the outputs.
+    fn declare_registers(
+        &mut self,
+        callee: &Callee,
+        components: &[&(u32, Component)],
+        inner: &mut Context,
+    ) -> Result<Vec<(Name, Form, Range<u32>)>, Fail> {
+        let mut made = Vec::new();
+        for (frame, component) in components {
+            inner.scope.frame = *frame;
+            if component.variability <= hyd_syntax::tree::Variability::Parameter {
+                self.declare_local(component, inner)?;
+                continue;
+            }
+            let sizes = self.sizes_in_body(callee, component, inner)?;
+            let form = self.declared_form(component, sizes, inner)?;
+            let own = self.registers(form.scalars().len());
+            let mut nodes =
+                own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();
+            inner.names.push((component.name.name.clone(), form.local(&mut nodes)));
+            if component.direction == Some(Direction::Output) {
+                made.push((component.name.name.clone(), form, own));
+            }
+        }
+        Ok(made)
+    }
+
+    /// What declarations say of outputs and locals that may change, as first assignments.
+    fn bind_registers(&mut self, components: &[&(u32, Component)], inner: &mut Context) -> Result<(), Fail> {
+        for (frame, component) in components {
             if component.variability <= hyd_syntax::tree::Variability::Parameter {
                 continue;
             }
-            if let Some(binding) = component.modification.binding.clone() {
+            if let Some(binding) = &component.modification.binding {
                 inner.scope.frame = *frame;
-                let value = self.local_value(&binding, &mut inner)?;
+                let value = self.local_value(binding, inner)?;
                 let target = hyd_syntax::tree::ComponentRef {
                     global: false,
                     parts: vec![hyd_syntax::tree::RefPart { name: component.name.clone(), subscripts: Vec::new() }],
                     span: component.name.span,
                 };
-                self.assign_in_body(&target, value, &mut inner)?;
+                self.assign_in_body(&target, value, inner)?;
             }
         }
-        self.run_algorithms(span, callee, &mut inner)?;
-        Ok(outputs)
+        Ok(())
     }
 
     fn finish_body(

@@ -11,6 +11,7 @@ use crate::flatten::Flattener;
 use crate::model::VarId;
 
 impl Flattener<'_, '_> {
+    /// Reports an error if what a `connect` joins does not fit.
     pub(crate) fn check_connectors(
         &mut self,
         span: Span,
@@ -20,20 +21,7 @@ impl Flattener<'_, '_> {
         right: &Side,
     ) -> Result<(), Fail> {
         if left.shape != right.shape {
-            let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
-            let sizes = |shape: &[usize]| match shape {
-                [] => "is a single connector".to_string(),
-                shape => format!("has the sizes {shape:?}"),
-            };
-            let (p, q) = (sizes(&left.shape), sizes(&right.shape));
-            let message = format!("`{}` {p}, but `{}` {q}", text(a), text(b));
-            let (first, second) = (self.tree.instances[left.inst].span, self.tree.instances[right.inst].span);
-            let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "").with(first, p);
-            if second != first {
-                diagnostic = diagnostic.with(second, q);
-            }
-            self.report(diagnostic);
-            return Err(Fail::Reported);
+            return Err(self.sizes_differ(span, (a, left), (b, right)));
         }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
         let alike = |a: &Leaf, b: &Leaf| {
@@ -57,6 +45,34 @@ impl Flattener<'_, '_> {
         if p == q {
             return Ok(());
         }
+        Err(self.kinds_differ(span, (a, &x), (b, &y)))
+    }
+
+    /// Says that one connector has other sizes than the other.
+    fn sizes_differ(
+        &mut self,
+        span: Span,
+        (a, left): (&ComponentRef, &Side),
+        (b, right): (&ComponentRef, &Side),
+    ) -> Fail {
+        let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
+        let sizes = |shape: &[usize]| match shape {
+            [] => "is a single connector".to_string(),
+            shape => format!("has the sizes {shape:?}"),
+        };
+        let (p, q) = (sizes(&left.shape), sizes(&right.shape));
+        let message = format!("`{}` {p}, but `{}` {q}", text(a), text(b));
+        let (first, second) = (self.tree.instances[left.inst].span, self.tree.instances[right.inst].span);
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "").with(first, p);
+        if second != first {
+            diagnostic = diagnostic.with(second, q);
+        }
+        self.report(diagnostic);
+        Fail::Reported
+    }
+
+    /// Says in what two connectors differ.
+    fn kinds_differ(&mut self, span: Span, (a, x): (&ComponentRef, &[Leaf]), (b, y): (&ComponentRef, &[Leaf])) -> Fail {
         let names = |leaves: &[Leaf]| {
             let dims = |l: &Leaf| self.tree.instances[l.inst].dims.clone();
             let sizes = |l: &Leaf| if dims(l).is_empty() { String::new() } else { format!("{:?}", dims(l)) };
@@ -66,21 +82,21 @@ impl Flattener<'_, '_> {
                 .collect();
             texts.join(", ")
         };
-        let (p, q) = (names(&x), names(&y));
+        let (p, q) = (names(x), names(y));
         let text = |r: &ComponentRef| self.tree.table.files.snippet(r.span).to_string();
         let message = format!("`{}` and `{}` are connectors of different kinds", text(a), text(b));
         let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message)
             .at(span, "")
             .with(a.span, format!("has {p}"))
             .with(b.span, format!("has {q}"));
-        if let Some((why, places)) = self.first_difference((&text(a), &x), (&text(b), &y)) {
+        if let Some((why, places)) = self.first_difference((&text(a), x), (&text(b), y)) {
             for place in places {
                 diagnostic = diagnostic.with(place, "declared here");
             }
             diagnostic = diagnostic.help(why);
         }
         self.report(diagnostic);
-        Err(Fail::Reported)
+        Fail::Reported
     }
 
     /// The first element in which two connectors differ, and where it is declared.

@@ -106,27 +106,9 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         let (last, _) = steps[steps.len() - 1];
+        let scalar = self.scalar_of(span, last)?;
         let instance = &self.tree.instances[last];
         let name = instance.name.clone();
-        if instance.absent {
-            let declared = instance.span;
-            self.report(
-                Diagnostic::error(Code::UnknownName, format!("`{name}` does not exist here: its condition is false"))
-                    .at(span, "")
-                    .with(declared, "declared with a condition here"),
-            );
-            return Err(Fail::Reported);
-        }
-        let Some(primitive) = &instance.primitive else {
-            if self.tree.is_broken(last) {
-                return Err(Fail::Reported);
-            }
-            return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
-        };
-        let scalar = primitive.scalar.clone();
-        if matches!(scalar, ScalarType::Text) {
-            return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
-        }
         let constant = instance.variability == Variability::Constant || !self.blocks.contains_key(&last);
         if constant
             && self.in_body(cx)
@@ -140,16 +122,7 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::ArrayShape, span, message));
         }
         if constant {
-            let value = self.tree.value_of(last, span)?;
-            let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
-            let chosen = match offset.as_constant() {
-                _ if flat.len() == 1 => flat.first(),
-                Some(k) => flat.get(k as usize),
-                None => value.uniform(),
-            };
-            let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
-            let k = if flat.len() == 1 { 0 } else { offset.as_constant().unwrap_or(0) };
-            return self.constant_of(span, last, &chosen, k as usize, cx);
+            return self.element_of_constant(span, last, &offset, cx);
         }
         if kind == Kind::Der && !matches!(scalar, ScalarType::Real) {
             let message = format!("`der` needs a Real variable, but `{name}` is {}", scalar.name());
@@ -168,6 +141,52 @@ impl Flattener<'_, '_> {
         }
         let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
         Ok(Typed { node: self.model.templates.arena.slot(slot), scalar })
+    }
+
+    /// The type of a variable that can stand in an equation.
+    fn scalar_of(&mut self, span: Span, inst: InstId) -> Result<ScalarType, Fail> {
+        let instance = &self.tree.instances[inst];
+        let name = instance.name.clone();
+        if instance.absent {
+            let declared = instance.span;
+            self.report(
+                Diagnostic::error(Code::UnknownName, format!("`{name}` does not exist here: its condition is false"))
+                    .at(span, "")
+                    .with(declared, "declared with a condition here"),
+            );
+            return Err(Fail::Reported);
+        }
+        let Some(primitive) = &instance.primitive else {
+            if self.tree.is_broken(inst) {
+                return Err(Fail::Reported);
+            }
+            return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
+        };
+        let scalar = primitive.scalar.clone();
+        if matches!(scalar, ScalarType::Text) {
+            return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
+        }
+        Ok(scalar)
+    }
+
+    /// An element of a constant, or the value of all of them where that is the same.
+    fn element_of_constant(
+        &mut self,
+        span: Span,
+        inst: InstId,
+        offset: &Affine,
+        cx: &mut Context,
+    ) -> Result<Typed, Fail> {
+        let value = self.tree.value_of(inst, span)?;
+        let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
+        let chosen = match offset.as_constant() {
+            _ if flat.len() == 1 => flat.first(),
+            Some(k) => flat.get(k as usize),
+            None => value.uniform(),
+        };
+        let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
+        let k = if flat.len() == 1 { 0 } else { offset.as_constant().unwrap_or(0) };
+        self.constant_of(span, inst, &chosen, k as usize, cx)
     }
 
     /// An element of a constant array at subscripts that the run decides, inside a compiled function.

@@ -12,8 +12,9 @@ use hyd_syntax::tree::{
 use crate::build::InstanceTree;
 use crate::class::elements;
 use crate::evaluate::{Env, widen};
-use crate::instance::Scope;
+use crate::instance::{InstId, Scope};
 use crate::lookup::Resolved;
+use crate::shape::Shape;
 use crate::value::Value;
 
 /// Most statements that all calls at translation may take together.
@@ -21,6 +22,14 @@ const MAX_STATEMENTS: u64 = 20_000_000;
 
 /// Deepest nesting of calls at translation.
 const MAX_CALLS: usize = 128;
+
+/// Arguments of a call and where they are evaluated.
+struct Given<'a> {
+    positional: &'a [Expr],
+    named: &'a [(hyd_syntax::tree::Ident, Expr)],
+    scope: Scope,
+    env: &'a Env,
+}
 
 /// How a list of statements ended.
 #[derive(PartialEq, Eq)]
@@ -53,40 +62,10 @@ impl InstanceTree<'_> {
         }
         let shape = self.table.shape(local.class)?;
         let inst = self.package_of(&local)?;
-        let mut components: Vec<(u32, Component)> = Vec::new();
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.table.class(shape.frames[element.frame as usize].class).def.clone();
-            if let Element::Component(component) = &elements(&owner)[element.position as usize] {
-                components.push((element.frame, component.clone()));
-            }
-        }
+        let components = self.components_of(&shape);
         let mut inner = Env { calls: env.calls + 1, ..Env::default() };
-        let mut position = 0;
-        for (frame, component) in &components {
-            let own = Scope { inst, frame: *frame };
-            let name = component.name.name.clone();
-            let given = if component.direction == Some(Direction::Input) {
-                position += 1;
-                let by_name = || named.iter().find(|(n, _)| n.name == name).map(|(_, e)| e);
-                positional.get(position - 1).or_else(by_name)
-            } else {
-                None
-            };
-            let value = match (given, &component.modification.binding) {
-                (Some(expr), _) => self.evaluate(expr, scope, env)?,
-                (None, Some(default)) => self.evaluate(&default.clone(), own, &inner)?,
-                (None, None) if component.direction == Some(Direction::Input) => {
-                    let message = format!("the input `{name}` has no value");
-                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-                    return Err(Reported);
-                }
-                (None, None) => match self.unset(component, own, &inner)? {
-                    Some(value) => value,
-                    None => continue,
-                },
-            };
-            inner.names.push((name, fitted(component, value)));
-        }
+        let given = Given { positional, named, scope, env };
+        self.set_components(span, &components, inst, &given, &mut inner)?;
         for (frame, part) in shape.frames.iter().enumerate() {
             let owner = self.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
@@ -103,16 +82,78 @@ impl InstanceTree<'_> {
                 }
             }
         }
+        self.outputs_of(span, &def.name.name, &components, &inner).map(Some)
+    }
+
+    /// Components of a function with the frame in which each is declared.
+    fn components_of(&self, shape: &Shape) -> Vec<(u32, Component)> {
+        let mut components = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = &self.table.class(shape.frames[element.frame as usize].class).def;
+            if let Element::Component(component) = &elements(owner)[element.position as usize] {
+                components.push((element.frame, component.clone()));
+            }
+        }
+        components
+    }
+
+    /// Gives inputs what the call says or their defaults, and the others their defaults.
+    fn set_components(
+        &mut self,
+        span: Span,
+        components: &[(u32, Component)],
+        inst: InstId,
+        given: &Given<'_>,
+        inner: &mut Env,
+    ) -> Result<(), Reported> {
+        let mut position = 0;
+        for (frame, component) in components {
+            let own = Scope { inst, frame: *frame };
+            let name = component.name.name.clone();
+            let is_input = component.direction == Some(Direction::Input);
+            let argument = if is_input {
+                position += 1;
+                let by_name = || given.named.iter().find(|(n, _)| n.name == name).map(|(_, e)| e);
+                given.positional.get(position - 1).or_else(by_name)
+            } else {
+                None
+            };
+            let value = match (argument, &component.modification.binding) {
+                (Some(expr), _) => self.evaluate(expr, given.scope, given.env)?,
+                (None, Some(default)) => self.evaluate(default, own, inner)?,
+                (None, None) if is_input => {
+                    let message = format!("the input `{name}` has no value");
+                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
+                    return Err(Reported);
+                }
+                (None, None) => match self.unset(component, own, inner)? {
+                    Some(value) => value,
+                    None => continue,
+                },
+            };
+            inner.names.push((name, fitted(component, value)));
+        }
+        Ok(())
+    }
+
+    /// Values of the outputs after a call.
+    fn outputs_of(
+        &mut self,
+        span: Span,
+        function: &str,
+        components: &[(u32, Component)],
+        inner: &Env,
+    ) -> Result<Vec<Value>, Reported> {
         let mut outputs = Vec::new();
         for (_, output) in components.iter().filter(|(_, c)| c.direction == Some(Direction::Output)) {
             let Some((_, value)) = inner.names.iter().find(|(n, _)| *n == output.name.name) else {
-                let message = format!("`{}` does not set its output `{}`", def.name.name, output.name.name);
+                let message = format!("`{function}` does not set its output `{}`", output.name.name);
                 self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
                 return Err(Reported);
             };
             outputs.push(fitted(output, value.clone()));
         }
-        Ok(Some(outputs))
+        Ok(outputs)
     }
 
     /// An array before its elements are set; nothing for a scalar, which must be set before it is read.

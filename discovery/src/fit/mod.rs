@@ -1,12 +1,12 @@
-//! Maximum a posteriori fits: Levenberg-Marquardt in the metric of the prior.
+//! Maximum a posteriori fits: how hard to try ([`Effort`]), the way down ([`minimise`]), and what is known where it ends ([`Fit`]).
 //!
-//! Minimises `C = r'r + xi'xi` (Nocedal, Wright, "Numerical Optimization", 2nd ed., section 10.3).  Between fresh Jacobians the last
-//! one is corrected by Broyden's rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an
-//! update none; a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit.
+//! Minimises `C = r'r + xi'xi` with `xi` in standard deviations of the prior, so that the prior is a unit matrix in the normal equations.
 
+mod descent;
 pub mod profile;
 pub mod schedule;
 
+pub use descent::{minimise, minimise_over};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::Fault;
@@ -31,9 +31,6 @@ pub struct Effort {
     /// Cost of a fit of something else with which this one competes: it is followed only as long as it catches up.
     pub rival: f64,
 }
-
-/// A step that promises less than this share of the distance to a rival does not catch up.
-const CATCHING_UP: f64 = 0.02;
 
 impl Effort {
     /// For stages on the way.
@@ -153,151 +150,9 @@ impl Fit {
     }
 }
 
-/// Minimises over all unknowns from `start`.  `known` is a Jacobian by the first unknowns with the weighing under which it was
-/// computed, from a fit that is not far away; only the columns that it lacks are computed at first.
-///
-/// # Errors
-/// When the model does not run at the start, or no derivative can be had.
-pub fn minimise(
-    problem: &Problem<'_>,
-    start: &[f64],
-    weighing: &Weighing,
-    effort: Effort,
-    known: Option<(&DMatrix<f64>, &Weighing)>,
-) -> Result<Fit, Fault> {
-    let free: Vec<usize> = (0..problem.unknowns.len()).collect();
-    minimise_over(problem, start, weighing, &free, effort, known)
-}
-
-/// The same over the unknowns `free` only.
-///
-/// # Errors
-/// As [`minimise`].
-pub fn minimise_over(
-    problem: &Problem<'_>,
-    start: &[f64],
-    weighing: &Weighing,
-    free: &[usize],
-    effort: Effort,
-    known: Option<(&DMatrix<f64>, &Weighing)>,
-) -> Result<Fit, Fault> {
-    let mut best = Fit::at(problem, start, weighing)?;
-    let mut damping = 1e-3;
-    let mut age = usize::MAX;
-    let mut jacobian = DMatrix::zeros(0, 0);
-    if let Some((known, under)) = known {
-        jacobian = complete(problem, (&best.xi, &best.runs), weighing, (known, under), effort.difference)?;
-        age = 1;
-    }
-    while best.steps < effort.steps {
-        let worthwhile = best.cost <= effort.worthwhile || jacobian.is_empty();
-        if age >= effort.reuse && worthwhile {
-            jacobian = problem.jacobian((&best.xi, &best.runs), weighing, free, effort.difference)?;
-            age = 0;
-        }
-        let normal = squared(&jacobian);
-        let mut gradient = jacobian.tr_mul(&best.residuals);
-        for (k, &unknown) in free.iter().enumerate() {
-            gradient[k] += best.xi[unknown];
-        }
-        let Some((step, promised)) = damped_step(&normal, &gradient, damping, effort.step_limit) else { break };
-        if promised < CATCHING_UP * (best.cost - effort.rival) {
-            best.converged = age == 0 && promised < effort.gain;
-            break;
-        }
-        if promised < effort.gain {
-            if age == 0 {
-                best.converged = true;
-                break;
-            }
-            if !worthwhile {
-                break;
-            }
-            age = usize::MAX;
-            continue;
-        }
-        let mut xi = best.xi.clone();
-        for (&unknown, change) in free.iter().zip(step.iter()) {
-            xi[unknown] = (xi[unknown] + change).clamp(-LIMIT, LIMIT);
-        }
-        best.steps += 1;
-        match Fit::at(problem, &xi, weighing) {
-            Ok(next) if next.cost < best.cost => {
-                let ratio = (best.cost - next.cost) / promised;
-                let moved = DVector::from_iterator(free.len(), free.iter().map(|&k| xi[k] - best.xi[k]));
-                let error = &next.residuals - &best.residuals - &jacobian * &moved;
-                jacobian.ger(1.0 / moved.norm_squared().max(1e-300), &error, &moved, 1.0);
-                damping = if ratio > 0.6 { damping * 0.2 } else { damping };
-                age = if ratio < 0.3 { usize::MAX } else { age.saturating_add(1) };
-                best = Fit { steps: best.steps, ..next };
-            }
-            _ => {
-                damping = (damping * 8.0).max(1e-2);
-                if age > 0 && (worthwhile || damping < 1e6) {
-                    age = usize::MAX;
-                } else if damping > 1e6 {
-                    // On a fresh Jacobian no step leads down: the floor of what differences can see.
-                    best.converged = promised < 20.0 * effort.gain;
-                    break;
-                }
-            }
-        }
-        damping = damping.max(1e-6);
-    }
-    best.fresh = age == 0 && free.len() == problem.unknowns.len();
-    best.jacobian = Some((jacobian, free.to_vec()));
-    Ok(best)
-}
-
-/// A Jacobian of which the first columns are known under another weighing.
-fn complete(
-    problem: &Problem<'_>,
-    at: (&[f64], &Runs),
-    weighing: &Weighing,
-    (known, under): (&DMatrix<f64>, &Weighing),
-    difference: f64,
-) -> Result<DMatrix<f64>, Fault> {
-    let new: Vec<usize> = (known.ncols()..problem.unknowns.len()).collect();
-    let added = problem.jacobian(at, weighing, &new, difference)?;
-    let mut jacobian = DMatrix::zeros(known.nrows(), problem.unknowns.len());
-    let (now, then) = (problem.all_weights(weighing), problem.all_weights(under));
-    for (k, column) in known.column_iter().enumerate() {
-        let scaled = column.iter().zip(now.iter().zip(&then));
-        let scaled = scaled.map(|(value, (now, then))| if *then > 0.0 { value * now / then } else { 0.0 });
-        jacobian.set_column(k, &DVector::from_iterator(known.nrows(), scaled));
-    }
-    for (k, column) in new.into_iter().zip(added.column_iter()) {
-        jacobian.set_column(k, &column);
-    }
-    Ok(jacobian)
-}
-
 /// `J'J`.  The product of a transposed copy is one of blocks, several times as fast as one of columns with each other.
 pub(crate) fn squared(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     jacobian.transpose() * jacobian
-}
-
-/// The step of the damped normal equations with the prior's unit matrix, held within `limit`, and what it promises.
-fn damped_step(
-    normal: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    damping: f64,
-    limit: f64,
-) -> Option<(DVector<f64>, f64)> {
-    let mut matrix = normal.clone();
-    for k in 0..matrix.nrows() {
-        matrix[(k, k)] += 1.0 + damping * (1.0 + normal[(k, k)]);
-    }
-    let mut step = -Cholesky::new(matrix)?.solve(gradient);
-    let largest = step.amax();
-    if !largest.is_finite() {
-        return None;
-    }
-    if largest > limit {
-        step *= limit / largest;
-    }
-    let curved = step.dot(&(normal * &step)) + step.norm_squared();
-    Some((step.clone(), -(2.0 * gradient.dot(&step) + curved)))
 }
 
 #[cfg(test)]

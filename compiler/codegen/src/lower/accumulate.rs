@@ -28,64 +28,102 @@ pub fn plan(
     (arena, batch): (&Arena, &mut Batch<'_>),
 ) -> Result<(Accumulation, PartialRows), String> {
     let (positions, first) = positions(rows, jacobian);
-    let assignments = rows.plan.assignments.len();
-    let mut starts = Vec::with_capacity(assignments + 1);
-    let mut end = first;
-    for row in 0..assignments {
-        starts.push(end);
-        end += jacobian.support.row(row).len();
-    }
-    let state = end;
-    let rate = state + patterns.0.entries();
-    let length = rate + patterns.1.entries();
-    if length >= MINUS as usize {
-        return Err("the Jacobian is too large".into());
-    }
-    let unknowns = rows.plan.unknowns.len();
-    let target = |row: usize, column: u32| -> Result<u32, String> {
-        let missing = || "a Jacobian entry lies outside its pattern".to_string();
-        if row < assignments {
-            let k = jacobian.support.row(row).binary_search(&column).map_err(|_| missing())?;
-            return Ok((starts[row] + k) as u32);
-        }
-        let residual = (row - assignments) as u32;
-        let (base, pattern, column) = if (column as usize) < unknowns {
-            (state, patterns.0, column as usize)
-        } else {
-            (rate, patterns.1, column as usize - unknowns)
-        };
-        let range = pattern.column(column);
-        let k = pattern.row_indices[range.clone()].binary_search(&residual).map_err(|_| missing())?;
-        Ok((base + range.start + k) as u32)
-    };
+    let targets = Targets::new(first, rows, jacobian, patterns)?;
+    let mut terms = terms((sorted, places, rows, jacobian), &positions, &targets)?;
     // How many products are added at each place.
-    let mut shares = vec![0u8; length];
+    let mut shares = vec![0u8; targets.length];
+    for term in &terms {
+        shares[term.to as usize] = shares[term.to as usize].saturating_add(1);
+    }
+    let is_alone = |term: &Term| term.b == 0 && term.a & MINUS == 0 && shares[term.to as usize] == 1;
+    let alone: Vec<(u32, u32)> = terms.iter().filter(|term| is_alone(term)).map(|term| (term.a, term.to)).collect();
+    terms.retain(|term| !is_alone(term));
+    let owners = add_partials((sorted, rows, jacobian), &positions, &alone, targets.length, (arena, batch))?;
+    let Targets { state, rate, length, .. } = targets;
+    Ok((Accumulation { terms, first, state, rate, length }, owners))
+}
+
+/// All products of the chain rule, row by row.
+fn terms(
+    (sorted, places, rows, jacobian): (&SortedSystem, &PlanPlaces, &Rows<'_>, &PlanJacobian),
+    positions: &Positions,
+    targets: &Targets<'_>,
+) -> Result<Vec<Term>, String> {
     let mut terms = Vec::new();
     for row in 0..rows.count() {
         let (_, operands) = rows.expression(sorted, row);
         for (j, &(slot, _)) in jacobian.partials(row).iter().enumerate() {
             let (column, negated) = rows.column(sorted, places, operands[slot.0 as usize]);
             let a = positions.of(row, j) | if negated { MINUS } else { 0 };
-            let before = terms.len();
             match column {
-                Column::Direct(c) => terms.push(Term { to: target(row, c)?, a, b: 0 }),
+                Column::Direct(c) => terms.push(Term { to: targets.of(row, c)?, a, b: 0 }),
                 Column::Assigned(m) => {
                     for (k, &c) in jacobian.support.row(m as usize).iter().enumerate() {
-                        terms.push(Term { to: target(row, c)?, a, b: (starts[m as usize] + k) as u32 });
+                        let b = (targets.starts[m as usize] + k) as u32;
+                        terms.push(Term { to: targets.of(row, c)?, a, b });
                     }
                 }
                 Column::None => {}
             }
-            for term in &terms[before..] {
-                shares[term.to as usize] = shares[term.to as usize].saturating_add(1);
-            }
         }
     }
-    let is_alone = |term: &Term| term.b == 0 && term.a & MINUS == 0 && shares[term.to as usize] == 1;
-    let alone: Vec<(u32, u32)> = terms.iter().filter(|term| is_alone(term)).map(|term| (term.a, term.to)).collect();
-    terms.retain(|term| !is_alone(term));
-    let owners = add_partials((sorted, rows, jacobian), &positions, &alone, length, (arena, batch))?;
-    Ok((Accumulation { terms, first, state, rate, length }, owners))
+    Ok(terms)
+}
+
+/// Where sums stand in the scratch array.
+struct Targets<'a> {
+    jacobian: &'a PlanJacobian,
+    /// Patterns of dF/dy and dF/dy'.
+    patterns: (&'a Pattern, &'a Pattern),
+    unknowns: usize,
+    /// Begin of the row of each assignment.
+    starts: Vec<usize>,
+    /// Begin of the entries of dF/dy and of dF/dy'.
+    state: usize,
+    rate: usize,
+    length: usize,
+}
+
+impl<'a> Targets<'a> {
+    /// Behind `first` numbers: the number 1 and the partials.
+    fn new(
+        first: usize,
+        rows: &Rows<'_>,
+        jacobian: &'a PlanJacobian,
+        patterns: (&'a Pattern, &'a Pattern),
+    ) -> Result<Self, String> {
+        let assignments = rows.plan.assignments.len();
+        let mut starts = Vec::with_capacity(assignments);
+        let mut state = first;
+        for row in 0..assignments {
+            starts.push(state);
+            state += jacobian.support.row(row).len();
+        }
+        let rate = state + patterns.0.entries();
+        let length = rate + patterns.1.entries();
+        if length >= MINUS as usize {
+            return Err("the Jacobian is too large".into());
+        }
+        Ok(Self { jacobian, patterns, unknowns: rows.plan.unknowns.len(), starts, state, rate, length })
+    }
+
+    /// The place of the derivative of a row by an unknown, or by the rate of one behind them.
+    fn of(&self, row: usize, column: u32) -> Result<u32, String> {
+        let missing = || "a Jacobian entry lies outside its pattern".to_string();
+        if let Some(start) = self.starts.get(row) {
+            let k = self.jacobian.support.row(row).binary_search(&column).map_err(|_| missing())?;
+            return Ok((start + k) as u32);
+        }
+        let residual = (row - self.starts.len()) as u32;
+        let (base, pattern, column) = if (column as usize) < self.unknowns {
+            (self.state, self.patterns.0, column as usize)
+        } else {
+            (self.rate, self.patterns.1, column as usize - self.unknowns)
+        };
+        let range = pattern.column(column);
+        let k = pattern.row_indices[range.clone()].binary_search(&residual).map_err(|_| missing())?;
+        Ok((base + range.start + k) as u32)
+    }
 }
 
 /// Scratch positions of the partials: form by form, within a form derivative by derivative, so that loops ascend evenly.
