@@ -27,7 +27,7 @@ pub(crate) struct Output {
     y: Vec<f64>,
     yp: Vec<f64>,
     next: usize,
-    /// No output point comes before this time (s).
+    /// No output point that is still to be written comes before this time (s).
     due: f64,
     reports: Vec<AssertionReport>,
     /// Which of the warnings the last point belongs to.

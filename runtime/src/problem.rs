@@ -1,6 +1,6 @@
 //! The system under solution together with the counters: every evaluation goes through here and is counted.
 //!
-//! Non-finite values are detected once per residual; what made them is asked for only when a message needs it.
+//! What made a value that is not finite is asked for only when a message needs it.
 
 use hyd_system::DaeSystem;
 

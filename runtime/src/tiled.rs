@@ -1,7 +1,8 @@
 //! Vectors in tiles of four numbers.
 //!
 //! Systems of few unknowns spend much of their time at the ends of short loops.  A vector whose last tile is filled up has no such end: a loop
-//! over tiles is a row of vector instructions.  What fills the last tile is 0, which linear operations keep.
+//! over tiles is a row of vector instructions.  What fills the last tile is 0, which linear operations with finite numbers keep, or a
+//! weight, which then counts for nothing.
 
 use std::ops::{Deref, DerefMut};
 
@@ -23,6 +24,13 @@ impl Tiled {
     /// `len` zeros.
     pub(crate) fn zeros(len: usize) -> Self {
         Self { tiles: vec![[0.0; LANES]; len.div_ceil(LANES)], len }
+    }
+
+    /// True if no value is infinite or NaN.
+    #[inline]
+    pub(crate) fn is_finite(&self) -> bool {
+        // 0*x is NaN exactly for the non-finite x; sums instead of a branch per value.
+        sum_of(self.tiles.len(), |k| self.tiles[k].map(|value| 0.0 * value)) == 0.0
     }
 
     /// All tiles.
@@ -108,6 +116,14 @@ mod tests {
             let expected: f64 = (1..=len).map(|k| (k * k) as f64).sum();
             assert_eq!(sum_of(tiled.tiles().len(), |k| tiled.tiles()[k].map(|v| v * v)), expected);
             assert_eq!(sum_of_pairs(&tiled, &tiled, |a, b| a * b), expected);
+            assert!(tiled.is_finite());
+            for k in 0..len {
+                for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    let value = std::mem::replace(&mut tiled[k], odd);
+                    assert!(!tiled.is_finite());
+                    tiled[k] = value;
+                }
+            }
         }
     }
 }

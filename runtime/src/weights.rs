@@ -95,8 +95,8 @@ impl Weights {
         }
     }
 
-    /// Norm over all unknowns from the sum of squares.
-    pub(crate) fn mean(&self, squares: f64) -> f64 {
+    /// Norm over all unknowns from the sum of squared weighted values.
+    pub(crate) fn norm_of_squares(&self, squares: f64) -> f64 {
         (squares * self.per_unknown).sqrt()
     }
 
@@ -167,4 +167,38 @@ pub(crate) fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
 fn root_mean_square(v: &[f64], w: &[f64], count: usize) -> f64 {
     let sum = sum_of_pairs(v, w, |v, w| (v * w) * (v * w));
     (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Weights;
+    use crate::tiled::Tiled;
+
+    #[test]
+    fn norms_over_tiles_are_those_over_values() {
+        for n in 1..10 {
+            let mut weights = Weights::new(n);
+            weights.configure(1e-3, (0..n).map(|k| k % 3 != 2));
+            let y: Vec<f64> = (0..n).map(|k| 1.0 + k as f64).collect();
+            weights.update(&y);
+            let vector = |factor: f64| {
+                let mut own = Tiled::zeros(n);
+                own.iter_mut().enumerate().for_each(|(k, value)| *value = (factor * (k + 1) as f64).sin());
+                own
+            };
+            let (a, b, c) = (vector(0.7), vector(1.9), vector(2.3));
+            let expected = |term: &dyn Fn(usize) -> f64| {
+                let tested: Vec<usize> = (0..n).filter(|k| k % 3 != 2).collect();
+                let weighted = |&k: &usize| term(k) / (1e-3 * (y[k] + 1.0));
+                (tested.iter().map(weighted).map(|v| v * v).sum::<f64>() / tested.len() as f64).sqrt()
+            };
+            let close = |own: f64, expected: f64| assert!((own - expected).abs() <= 1e-12 * expected, "n {n}");
+            let [one, two, three] = weights.tested_norms(a.tiles(), b.tiles(), c.tiles());
+            close(one, expected(&|k| a[k]));
+            close(two, expected(&|k| a[k] + b[k]));
+            close(three, expected(&|k| a[k] + b[k] + c[k]));
+            close(weights.tested_norm_of_difference(a.tiles(), b.tiles()), expected(&|k| a[k] - b[k]));
+            close(weights.tested_norm(&a), expected(&|k| a[k]));
+        }
+    }
 }

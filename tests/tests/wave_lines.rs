@@ -193,6 +193,26 @@ fn short_lines_run_at_loose_tolerances() {
     }
 }
 
+/// What is pumped into a closed line stays in it, also while small waves die out in steps longer than a delay.
+#[test]
+fn a_closed_line_keeps_what_it_has_got() {
+    let set = [
+        ("d", "0.007397242363395581"),
+        ("l", "0.5019708145931531"),
+        ("nu", "0.0011420589155019553"),
+        ("f", "0.21903837348639552"),
+        ("q_0", "0.00003252718828238697"),
+        ("t_up", "0.0012259506295014312"),
+    ];
+    for part in [0.96, 0.98, 1.0, 1.02, 1.04] {
+        let run = run("tests/books/wave_line_oil.hyd", &set, &on_grid(0.4, 100, part * 1e-9));
+        let through = run.values("through").into_iter().fold(0.0, f64::max);
+        let missing = run.values("balance").into_iter().map(f64::abs).fold(0.0, f64::max) / through;
+        println!("{part}: {missing:.1e}");
+        assert!(missing < 1e-7, "{missing:.1e} of the oil is missing at {part} times 1e-9");
+    }
+}
+
 /// In a line of a few centimetres waves run to and fro ten thousand times a second for as long as the drive moves.  Steps beyond the delay do not
 /// pay, and the errors that come back with each return are no reason for the derivatives to step shorter than the solution does.
 #[test]

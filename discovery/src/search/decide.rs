@@ -101,7 +101,7 @@ impl Search<'_> {
     /// What a pass says once it is judged.
     pub(super) fn outcome(&self, pass: &Pass) -> Outcome {
         let without = Without {
-            is_adequate: pass.fit.misfit / pass.expected <= ADEQUATE,
+            is_adequate: is_adequate(pass),
             is_noise: !pass.base.inserts.is_empty() || pass.fit.misfit <= noise(pass.expected),
         };
         let is_beaten = |k: usize| pass.tried[k].fit.as_ref().is_some_and(|fit| is_beaten(pass, fit));

@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 use hyd_system::{Pattern, Structure};
 
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
-use crate::problem::{Problem, all_finite};
+use crate::problem::Problem;
 use crate::tiled::{LANES, Tiled, over_tiles, sum};
 use crate::weights::{Weights, largest};
 
@@ -123,13 +123,11 @@ impl Corrector {
         self.last_leading = at.leading;
         loop {
             problem.evaluate(at.t, at.y, at.yp, &mut self.residual);
-            if renew {
-                if !all_finite(&self.residual) {
-                    return self.stopped(at, Correction::NotFinite);
-                }
-                if let Err(error) = self.renew(problem, at) {
-                    return self.stopped(at, error);
-                }
+            if !self.residual.is_finite() {
+                return self.stopped(at, Correction::NotFinite);
+            }
+            if renew && let Err(error) = self.renew(problem, at) {
+                return self.stopped(at, error);
             }
             match self.iterate(problem, at, weights) {
                 Correction::Converged => return Correction::Converged,
@@ -193,9 +191,11 @@ impl Corrector {
             if self.rate * size <= EPSILON {
                 return Correction::Converged;
             }
-            // A residual that is not finite makes a correction that is not.
             if iteration + 1 < MOST_ITERATIONS {
                 problem.evaluate(at.t, &self.y, &self.yp, &mut self.residual);
+                if !self.residual.is_finite() {
+                    return Correction::NotFinite;
+                }
             }
         }
         Correction::Diverged
@@ -234,7 +234,7 @@ impl Corrector {
             },
         );
         // Values that are not finite make a change of no size.
-        if finite == 0.0 { weights.mean(squares) } else { f64::NAN }
+        if finite == 0.0 { weights.norm_of_squares(squares) } else { f64::NAN }
     }
 
     /// `v := c (dF/dy + c dF/dy')^{-1} dF/dy' v` with the last matrix: leaves slow components of an error as they are and damps

@@ -282,9 +282,11 @@ mod tests {
     fn a_cubic_is_reproduced_at_order_three() {
         let f = |t: f64| 1.0 + t - 2.0 * t * t + 0.5 * t * t * t;
         let slope = |t: f64| 1.0 - 4.0 * t + 1.5 * t * t;
-        let mut history = History::new(1);
-        history.restart(0.0, &[f(0.0)], &[slope(0.0)], 0.1);
-        let (mut y, mut yp, mut correction) = (Tiled::zeros(1), Tiled::zeros(1), Tiled::zeros(1));
+        // So many that the last tile is not full.
+        let n = 7;
+        let mut history = History::new(n);
+        history.restart(0.0, &vec![f(0.0); n], &vec![slope(0.0); n], 0.1);
+        let (mut y, mut yp, mut correction) = (Tiled::zeros(n), Tiled::zeros(n), Tiled::zeros(n));
         for (step, h) in [0.1, 0.13, 0.13, 0.2, 0.17, 0.3].into_iter().enumerate() {
             history.set_step(h);
             history.order = (step + 1).min(3);
@@ -292,18 +294,20 @@ mod tests {
             history.advance(target);
             history.predict(&mut y, &mut yp);
             if step > 3 {
-                assert!((y[0] - f(target)).abs() < 1e-13, "prediction at {target}");
-                assert!((yp[0] - slope(target)).abs() < 1e-12);
+                assert!(y.iter().all(|y| (y - f(target)).abs() < 1e-13), "prediction at {target}");
+                assert!(yp.iter().all(|yp| (yp - slope(target)).abs() < 1e-12));
             }
             // A rejected attempt must leave no trace.
             history.retreat(target - h);
             history.advance(target);
             history.predict(&mut y, &mut yp);
-            correction[0] = f(target) - y[0];
+            let missed = f(target) - y[0];
+            correction.fill(missed);
             history.accept(&correction, 5);
         }
         let at = history.t - 0.11;
         history.interpolate(at, &mut y, &mut yp);
-        assert!((y[0] - f(at)).abs() < 1e-13 && (yp[0] - slope(at)).abs() < 1e-12);
+        assert!(y.iter().all(|y| (y - f(at)).abs() < 1e-13) && yp.iter().all(|yp| (yp - slope(at)).abs() < 1e-12));
+        assert!(history.phi.as_flattened()[n..8].iter().all(|&filling| filling == 0.0));
     }
 }

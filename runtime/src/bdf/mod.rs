@@ -313,7 +313,7 @@ impl Bdf {
         self.corrector.worst_unknown(weights, false)
     }
 
-    /// The prediction of the last attempt, for messages about values that are not finite.
+    /// Values and rates of the last attempt, for messages about values that are not finite.
     pub(crate) fn last_attempt(&self) -> (&[f64], &[f64]) {
         (&self.corrector.y, &self.corrector.yp)
     }

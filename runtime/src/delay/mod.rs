@@ -66,7 +66,7 @@ pub(crate) struct DelayWork {
     begun: Vec<f64>,
     /// A value within the step in work is not known well enough.
     coarse: bool,
-    /// The step to the point has been accepted: its values are taken as they are.
+    /// The step to the point has been accepted: its values are taken as they are, also where they have not quite come to rest.
     accepted: bool,
     /// Time for which `values` hold, if they depend on nothing else (s).
     cached: Option<f64>,
@@ -196,7 +196,12 @@ impl DelayWork {
         let finer = polynomial::through(&times[..count], &mut values[..count], at);
         // Each degree more makes the polynomial better by the same factor, if it makes it better at all.
         let (last, before) = ((finer.0 - rougher).abs(), (rougher - roughest).abs());
-        let left = if before > last { last * (last / before) } else { last };
+        let left = match count {
+            // A straight line is wrong by the square of what it changes, relative to the size.
+            2 => last * (last / self.scale[site].max(f64::MIN_POSITIVE)),
+            _ if before > last => last * (last / before),
+            _ => last,
+        };
         self.coarse |= self.anchor.is_none() && left > self.limits[site];
         finer
     }

@@ -30,8 +30,8 @@ impl Inverse {
         self.width > 0
     }
 
-    /// There is none any more.
-    pub(super) fn drop(&mut self) {
+    /// The matrix has changed.
+    pub(super) fn forget(&mut self) {
         self.width = 0;
     }
 

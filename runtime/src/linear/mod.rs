@@ -2,8 +2,9 @@
 //!
 //! `A` has a fixed pattern and changing values.  Rows are scaled by their largest entry and columns by the nominal values of
 //! the unknowns before factoring, because SI magnitudes differ by many decades and pivots are chosen by size.  Small
-//! systems are eliminated along a list of operations ([`small`]) or, if they fill up, dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after construction, except
-//! when the pivot order of a sparse matrix has to change.  Source of the scaling rule: Golub, Van Loan, "Matrix
+//! systems are eliminated along a list of operations ([`small`]), the smallest inverted for corrections ([`inverse`]); what fills up is
+//! eliminated dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after the first matrices, except when the pivot order of a
+//! sparse one has to change.  Source of the scaling rule: Golub, Van Loan, "Matrix
 //! Computations", section 3.5.2.
 
 mod dense;
@@ -257,6 +258,49 @@ mod tests {
         fn solutions_are_recovered_dense_and_sparse(seed in prop::collection::vec(-0.9f64..0.9, 97)) {
             check(12, &seed);
             check(120, &seed);
+        }
+    }
+
+    /// Corrections are solutions, whatever the size, and factors are there behind an inverse.
+    #[test]
+    fn corrections_agree_with_solutions() {
+        for n in [1usize, 3, 4, 9, 12, 13, 40] {
+            let pattern = Pattern::dense(n, n);
+            let mut solver = LinearSolver::new(&pattern);
+            let mut number = 0.37;
+            let mut next = || {
+                number = (number * 997.0_f64).fract();
+                number - 0.5
+            };
+            for round in 0..4 {
+                let entry = |k: usize, small: f64| small + if k.is_multiple_of(n + 1) { 2.0 * n as f64 } else { 0.0 };
+                let matrix: Vec<f64> = (0..n * n).map(|k| entry(k, next())).collect();
+                solver.factor(&mut matrix.clone()).unwrap();
+                let (mut b, mut x) = (Tiled::zeros(n), Tiled::zeros(n));
+                b.iter_mut().for_each(|value| *value = next());
+                solver.correct(&b, &mut x);
+                let mut solution = b.to_vec();
+                solver.solve(&mut solution);
+                for (x, solution) in x.iter().zip(&solution) {
+                    assert!((x - solution).abs() <= 1e-13, "n {n}, round {round}");
+                }
+                assert!(x.tiles().as_flattened()[n..].iter().all(|&filling| filling == 0.0));
+            }
+            // With an inverse, too, what is singular or not finite is named, and the next matrix is solved.
+            if n > 1 {
+                let mut twice: Vec<f64> = (0..n * n).map(|k| f64::from(u8::from(k % (n + 1) == 0))).collect();
+                twice[n * n - 1] = 0.0;
+                assert!(matches!(solver.factor(&mut twice.clone()), Err(FactorError::Singular { .. })), "n {n}");
+                twice[n * n - 1] = f64::NAN;
+                let named = FactorError::NotFinite { row: n - 1, column: n - 1 };
+                assert_eq!(solver.factor(&mut twice.clone()), Err(named));
+                twice[n * n - 1] = 1.0;
+                solver.factor(&mut twice).unwrap();
+                let (mut b, mut x) = (Tiled::zeros(n), Tiled::zeros(n));
+                b.fill(3.0);
+                solver.correct(&b, &mut x);
+                assert!(x.iter().all(|&x| x == 3.0));
+            }
         }
     }
 

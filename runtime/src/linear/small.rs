@@ -3,8 +3,9 @@
 //! Pivots are chosen on the scaled matrix by Markowitz's count among entries that are not much smaller than the largest of their column
 //! (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).  From then on every matrix is
 //! eliminated along the same list without search, without index work and without scaling: with given pivots scaling changes nothing but
-//! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  Systems
-//! that fill up are left to [`super::dense`].
+//! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  The smallest matrices get
+//! an inverse ([`inverse`]) where corrections are asked for, and factors only where solutions are, too.  Larger systems that fill up are
+//! left to [`super::dense`].
 
 use hyd_system::{Pattern, wide};
 
@@ -39,7 +40,7 @@ pub(super) struct Pivot {
 pub(super) struct Small {
     n: usize,
     pivots: Vec<Pivot>,
-    /// Factors; a pivot is kept as its inverse.
+    /// Factors, with each pivot as its inverse; before the elimination the matrix.
     values: Vec<f64>,
     /// Where each entry of the pattern goes, and its row and column.
     places: Vec<u32>,
@@ -91,11 +92,13 @@ impl Small {
     /// The matrix fills up so much that loops without indices are faster.
     pub(super) fn is_full(&self) -> bool {
         let full = FULL * (self.n * self.n * self.n) as f64 / 3.0;
-        self.chosen && self.targets.len() > FEW && self.targets.len() as f64 > full
+        self.n > inverse::LARGEST && self.chosen && self.targets.len() > FEW && self.targets.len() as f64 > full
     }
 
     /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+        self.inverse.forget();
+        self.eliminated = false;
         self.load(pattern, values, sizes)?;
         if self.chosen && self.renew(pattern, values) {
             return Ok(());
@@ -138,7 +141,6 @@ impl Small {
 
     /// The inverse or the factors of the matrix that was loaded; false if a pivot has become too small.
     fn renew(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
-        self.inverse.drop();
         self.eliminated = !self.corrects || self.n > inverse::LARGEST;
         if self.eliminated { self.eliminate::<true>() } else { self.invert(pattern, values) }
     }
