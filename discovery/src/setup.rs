@@ -12,7 +12,7 @@ use crate::formula::evaluate;
 use crate::machine::{Machine, ParameterPlace};
 use crate::prior::Prior;
 use crate::problem::Problem;
-use crate::study::Nuisance;
+use crate::study::{Nuisance, Shots};
 use crate::unknowns::{EffectPart, Meaning, Unknown};
 use crate::{Bench, Fault, Study};
 
@@ -147,6 +147,7 @@ impl Setup {
             self.nuisance(label, nuisance, at, &list, &mut unknowns);
         }
         self.chains(&mut unknowns);
+        self.triggers(&list, &mut unknowns)?;
         for (number, insert) in inserts.iter().enumerate() {
             self.effect(number, insert, &mut list, &mut unknowns)?;
         }
@@ -181,7 +182,7 @@ impl Setup {
         }
     }
 
-    /// Offsets and gains of the channels, and the delays of the shots.
+    /// Offsets and gains of the channels.
     fn chains(&self, unknowns: &mut Vec<Unknown>) {
         for (channel, info) in self.data.channels.iter().enumerate() {
             if info.offset > 0.0 {
@@ -193,11 +194,24 @@ impl Setup {
                 unknowns.push(Unknown { name: format!("gain of {}", info.name), meaning, shot: None, effect: None });
             }
         }
-        let sigma = self.study.shots.trigger_jitter;
-        for shot in (0..self.data.shots.len()).filter(|_| sigma > 0.0) {
-            let name = self.named("trigger", Some(shot));
-            unknowns.push(Unknown { name, meaning: Meaning::Late { sigma }, shot: Some(shot), effect: None });
+    }
+
+    /// The delays of the shots.
+    fn triggers(&self, list: &PlaceList<'_>, unknowns: &mut Vec<Unknown>) -> Result<(), Fault> {
+        let Shots { trigger_jitter: sigma, trigger_moves: moved, .. } = &self.study.shots;
+        let place = |name: &String| {
+            let known = list.names.iter().position(|known| known == name && self.study.conditions.contains_key(name));
+            known.ok_or_else(|| {
+                Fault::new(format!("`trigger_moves` of the study names `{name}`, which is none of its conditions"))
+            })
+        };
+        let places: Vec<usize> = moved.iter().map(place).collect::<Result<_, _>>()?;
+        for shot in (0..self.data.shots.len()).filter(|_| *sigma > 0.0) {
+            let (name, meaning) =
+                (self.named("trigger", Some(shot)), Meaning::Late { places: places.clone(), sigma: *sigma });
+            unknowns.push(Unknown { name, meaning, shot: Some(shot), effect: None });
         }
+        Ok(())
     }
 
     /// The parameters of an effect.

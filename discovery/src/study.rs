@@ -99,6 +99,9 @@ pub struct Shots {
     pub time_scale: f64,
     /// Standard deviation of the trigger, shot by shot (s).
     pub trigger_jitter: f64,
+    /// Conditions (parameters of the model) that are times of the trigger and move with it; where none is named the whole record is shifted,
+    /// with curves that are interpolated between the output points.
+    pub trigger_moves: Vec<String>,
     /// Tolerance of time with which fast changes are compared, in sample periods.
     pub time_tolerance: f64,
     /// The channel whose course divides a shot into phases for reports.
@@ -115,6 +118,7 @@ impl Default for Shots {
             time: "time_s".into(),
             time_scale: 1.0,
             trigger_jitter: 0.0,
+            trigger_moves: Vec::new(),
             time_tolerance: 0.1,
             phases_of: None,
             hold_out: None,

@@ -39,8 +39,10 @@ pub enum Meaning {
         /// Standard deviation.
         sigma: f64,
     },
-    /// The whole shot is late by `sigma xi` (s).
+    /// The trigger is late by `sigma xi` (s).
     Late {
+        /// Positions in the list of places of the times that move with it; without any the whole record is shifted.
+        places: Vec<usize>,
         /// Standard deviation (s).
         sigma: f64,
     },
@@ -76,14 +78,14 @@ impl Unknown {
 
     /// Does a change need another run of the model?
     pub fn is_simulated(&self) -> bool {
-        matches!(self.meaning, Meaning::Relative { .. } | Meaning::Value { .. })
+        !self.places().is_empty()
     }
 
     /// Positions in the list of places of the parameters that it changes.
     pub fn places(&self) -> &[usize] {
         match &self.meaning {
-            Meaning::Relative { places, .. } | Meaning::Value { places, .. } => places,
-            Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Late { .. } => &[],
+            Meaning::Relative { places, .. } | Meaning::Value { places, .. } | Meaning::Late { places, .. } => places,
+            Meaning::Offset { .. } | Meaning::Gain { .. } => &[],
         }
     }
 
@@ -92,7 +94,7 @@ impl Unknown {
         match &self.meaning {
             Meaning::Relative { sigma, .. } | Meaning::Gain { sigma, .. } => 1.0 + sigma * xi,
             Meaning::Value { prior, .. } => prior.value(xi),
-            Meaning::Offset { sigma, .. } | Meaning::Late { sigma } => sigma * xi,
+            Meaning::Offset { sigma, .. } | Meaning::Late { sigma, .. } => sigma * xi,
         }
     }
 
@@ -103,7 +105,7 @@ impl Unknown {
             Meaning::Relative { sigma, .. }
             | Meaning::Gain { sigma, .. }
             | Meaning::Offset { sigma, .. }
-            | Meaning::Late { sigma } => *sigma,
+            | Meaning::Late { sigma, .. } => *sigma,
         }
     }
 }

@@ -90,7 +90,8 @@ impl Problem<'_> {
             match &unknown.meaning {
                 Meaning::Relative { places, .. } => places.iter().for_each(|&k| values[k] *= unknown.value(xi)),
                 Meaning::Value { places, .. } => places.iter().for_each(|&k| values[k] = unknown.value(xi)),
-                _ => {}
+                Meaning::Late { places, .. } => places.iter().for_each(|&k| values[k] += unknown.value(xi)),
+                Meaning::Offset { .. } | Meaning::Gain { .. } => {}
             }
         }
         values
@@ -252,10 +253,12 @@ impl Problem<'_> {
         (gain, offset)
     }
 
-    /// How late a shot is (s).
+    /// How far the record of a shot is shifted (s).
     fn late(&self, xi: &[f64], shot: usize) -> f64 {
+        let is_shift =
+            |unknown: &Unknown| matches!(&unknown.meaning, Meaning::Late { places, .. } if places.is_empty());
         let own = self.unknowns.iter().zip(xi);
-        own.filter(|(unknown, _)| unknown.touches(shot) && matches!(unknown.meaning, Meaning::Late { .. }))
+        own.filter(|(unknown, _)| unknown.touches(shot) && is_shift(unknown))
             .map(|(unknown, &xi)| unknown.value(xi))
             .sum()
     }

@@ -140,7 +140,8 @@ pub static CATALOGUE: [Effect; 20] = [
         draft.machine.hidden.eddy = Some(size / 18.0);
         vec![("R_e", 18.0 / size)]
     }),
-    physics("magnetic_saturation", &["lc", "em", "magnetics"], "i_s", |size, draft, stream| {
+    // Iron that saturates and eddies stand between the same two nodes as the solenoid, each at a place of its own.
+    physics("magnetic_saturation", &["lc", "em", "magnetics", "iron"], "i_s", |size, draft, stream| {
         let (flux, power) = (stream.uniform(0.04, 0.06), stream.uniform(5.0, 9.0));
         draft.machine.hidden.saturation = Some([0.6 * size, flux, power]);
         vec![("i_s", 0.6 * size), ("lambda_s", flux), ("n", power)]

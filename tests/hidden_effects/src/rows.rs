@@ -1,6 +1,7 @@
 //! Rows of an evaluation as they are judged: what was hidden, what came out, and whether that is right.
 
 use crate::draft::Request;
+use crate::effects::Effect;
 use serde_json::Value;
 use std::path::Path;
 
@@ -127,10 +128,20 @@ impl Row {
         }
     }
 
-    /// The place in the ranking (from 1) of the first equation or place where the hidden effect may be said to be.
+    /// The rank (from 1) of the first equation or place where the hidden effect may be said to be, by the list that was drawn with it.
     pub fn place(&self) -> Option<usize> {
-        let places: Vec<&str> =
-            self.0["truth"][0]["places"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        self.rank(self.0["truth"][0]["places"].as_array().into_iter().flatten().filter_map(Value::as_str).collect())
+    }
+
+    /// The same by the list that the effect has now.
+    pub fn place_by_present_lists(&self) -> Option<usize> {
+        match self.hidden()[..] {
+            [id] => Effect::find(id).and_then(|effect| self.rank(effect.places.to_vec())),
+            _ => self.place(),
+        }
+    }
+
+    fn rank(&self, places: Vec<&str>) -> Option<usize> {
         let is_there = |site: &Value| {
             let component = site["component"].as_str().unwrap_or("");
             places.iter().any(|place| component.split('.').any(|part| part == *place))
@@ -194,7 +205,7 @@ mod tests {
         assert_eq!(row("unknown", &[], &[]).end(), End::Unknown);
         assert_eq!(row("none", &[], &[]).end(), End::None);
         let right = row("named", &["eddy_currents"], &[]);
-        assert_eq!(right.place(), Some(2));
+        assert_eq!((right.place(), right.place_by_present_lists()), (Some(2), Some(1)));
         assert!((right.pull().expect("a size") - 1.5).abs() < 1e-9);
     }
 }

@@ -4,6 +4,7 @@
 use std::fs;
 
 use hyd_tests::models::root;
+use serde_json::Value;
 
 use super::{folder, hyd, json, study};
 
@@ -13,8 +14,8 @@ const MET: f64 = 1.1;
 /// Standard errors by which an estimate may differ from what was drawn, and the largest standard error, by that.
 const ERRORS: (f64, f64) = (4.0, 0.1);
 
-/// What is found in a set: its status, the effects, and some of their numbers: effect, name, value that was drawn.
-fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)]) {
+/// What is found in a set: its status, the effects, and some of their numbers: effect, name, value that was drawn.  Returns the report.
+fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)]) -> Value {
     let folder = folder(set);
     let bench = root().join(format!("tests/data/bench/{set}.json")).display().to_string();
     let found = hyd(&folder, &["discover", &study(), "--bench", &bench, "--report", "."]);
@@ -34,6 +35,7 @@ fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)
         let words = format!("{set}, {id}.{name}: {value:e} +- {error:e} instead of {drawn:e}");
         assert!((value - drawn).abs() <= ERRORS.0 * error && error <= ERRORS.1 * drawn, "{words}");
     }
+    report
 }
 
 #[test]
@@ -58,7 +60,11 @@ fn eddy_currents() {
 
 #[test]
 fn a_late_trigger() {
-    answers("B06", "sensor", &["trigger_delay"], &[("trigger_delay", "t_d", 0.35e-3)]);
+    let report = answers("B06", "sensor", &["trigger_delay"], &[("trigger_delay", "t_d", 0.35e-3)]);
+    // A delay of every shot cannot be told from the mean of what the trigger scatters by, 10 us a shot.
+    let shots = report["shots"]["train"].as_array().expect("a list").len() as f64;
+    let error = report["effects"][0]["parameters"]["t_d"]["stderr"].as_f64().expect("a number");
+    assert!(error > 0.98e-5 / shots.sqrt() && error < 1.1e-5 / shots.sqrt(), "{error:e} with {shots} shots");
 }
 
 #[test]
