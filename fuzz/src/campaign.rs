@@ -58,6 +58,7 @@ pub(crate) fn fuzz(target: &'static Target, seconds: u64, seed: u64) -> usize {
     let given = texts.len();
     let mut source = Source::new(seed);
     let mut reached = Reached::default();
+    let _ = std::fs::create_dir_all(folder("findings"));
     let mut findings: Vec<String> = Vec::new();
     let begin = Instant::now();
     let mut cases = 0usize;
@@ -134,10 +135,14 @@ fn call(target: &'static Target, case: &[u8]) -> Result<Vec<u64>, String> {
     if let Ok(mut now) = NOW.lock() {
         *now = Some((Instant::now(), target.name, case.to_vec()));
     }
+    // What ends the whole process, such as a stack that is used up, leaves its case here.
+    let running = folder("findings").join(format!("{}-running", target.name));
+    let _ = std::fs::write(&running, case);
     let outcome = catch_unwind(AssertUnwindSafe(|| (target.call)(case)));
     if let Ok(mut now) = NOW.lock() {
         *now = None;
     }
+    let _ = std::fs::remove_file(&running);
     outcome.map_err(|_| PLACE.lock().map(|place| place.clone()).unwrap_or_default())
 }
 
