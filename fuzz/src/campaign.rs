@@ -39,7 +39,9 @@ struct Reached {
 impl Reached {
     /// How much a case adds that has just been called and told this.
     fn add(&mut self, told: &[u64]) -> usize {
-        told.iter().filter(|feature| self.told.insert(**feature)).count() + self.edges.take()
+        let new = told.iter().filter(|feature| self.told.insert(**feature)).count();
+        // Messages quote the text, so that counters, where there are any, say better what is new.
+        if Seen::are_counted() { self.edges.take() } else { new }
     }
 }
 

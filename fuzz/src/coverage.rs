@@ -21,6 +21,9 @@ pub unsafe extern "C" fn __sanitizer_cov_8bit_counters_init(start: *mut u8, stop
     LENGTH.store((stop as usize).saturating_sub(start as usize), Ordering::Relaxed);
 }
 
+/// Counters that are looked at together.
+const CHUNK: usize = 64;
+
 /// Edges and classes of counts that were seen.
 #[derive(Default)]
 pub(crate) struct Seen(Vec<u8>);
@@ -36,24 +39,33 @@ impl Seen {
         let length = LENGTH.load(Ordering::Relaxed);
         self.0.resize(length, 0);
         let mut new = 0;
-        for (k, seen) in self.0.iter_mut().enumerate() {
-            // SAFETY: `k` is below the length of the table of counters, which lives as long as the program; counters are plain bytes that
-            // instrumented code adds to without synchronisation, so they are read and written as volatile bytes.
-            let count = unsafe {
-                let place = start.add(k);
-                let count = place.read_volatile();
-                if count != 0 {
-                    place.write_volatile(0);
+        for (chunk, seen) in self.0.chunks_mut(CHUNK).enumerate() {
+            let mut counts = [0; CHUNK];
+            // SAFETY: `seen` is as long as what is left of the table of counters, which lives as long as the program; counters are plain bytes that
+            // only instrumented code adds to: none of it runs here but the watch, whose few counts may be lost.
+            unsafe {
+                let place = start.add(chunk * CHUNK);
+                place.copy_to_nonoverlapping(counts.as_mut_ptr(), seen.len());
+                // Nearly all are zero.
+                if counts == [0; CHUNK] {
+                    continue;
                 }
-                count
-            };
-            let class = class(count);
-            if class & !*seen != 0 {
-                *seen |= class;
-                new += 1;
+                place.write_bytes(0, seen.len());
+            }
+            for (seen, count) in seen.iter_mut().zip(counts) {
+                let class = class(count);
+                if class & !*seen != 0 {
+                    *seen |= class;
+                    new += 1;
+                }
             }
         }
         new
+    }
+
+    /// True if there are counters.
+    pub(crate) fn are_counted() -> bool {
+        LENGTH.load(Ordering::Relaxed) > 0
     }
 
     /// Edges that were seen at all, and all edges.

@@ -1,10 +1,14 @@
 //! A Parquet file of this crate read back.
 //!
-//! Takes flat tables of required doubles, 64-bit whole numbers and texts; anything else is refused by name.
+//! Takes flat tables of required doubles, 64-bit whole numbers and texts; anything else is refused by name.  The library behind
+//! asserts what it takes for granted, so that damaged files may end in a panic of its own; that is an error here.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
+use std::sync::Once;
 
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
@@ -23,9 +27,12 @@ pub struct Frame {
 
 impl Frame {
     /// Reads a whole file.
+    ///
+    /// # Errors
+    /// The system's where the file cannot be read, else a sentence on what is wrong with its contents.
     pub fn read(path: &Path) -> io::Result<Self> {
-        let reader = SerializedFileReader::new(File::open(path)?).map_err(into_io)?;
-        read(&reader).map_err(into_io)
+        let file = File::open(path)?;
+        guarded(|| read(&SerializedFileReader::new(file)?)).map_err(into_io)
     }
 
     /// The column with this name.
@@ -37,6 +44,28 @@ impl Frame {
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |(_, cells)| cells.len())
     }
+}
+
+thread_local! {
+    /// Panics of this thread are errors.
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What `work` gives; its panics are errors, and nothing is written about them.
+fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !GUARDED.get() {
+                before(info);
+            }
+        }));
+    });
+    GUARDED.set(true);
+    let outcome = panic::catch_unwind(AssertUnwindSafe(work));
+    GUARDED.set(false);
+    outcome.unwrap_or_else(|_| Err(ParquetError::General("the file is damaged".to_string())))
 }
 
 fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
@@ -72,7 +101,8 @@ fn append(group: &dyn RowGroupReader, column: usize, cells: &mut Cells) -> Resul
             reader.read_records(rows, None, None, values)?;
         }
         (ColumnReader::ByteArrayColumnReader(mut reader), Cells::Texts(values)) => {
-            let mut bytes = Vec::with_capacity(rows);
+            // How many rows there are is what the file says.
+            let mut bytes = Vec::new();
             reader.read_records(rows, None, None, &mut bytes)?;
             for text in bytes {
                 values.push(text.as_utf8()?.to_string());
@@ -81,4 +111,39 @@ fn append(group: &dyn RowGroupReader, column: usize, cells: &mut Cells) -> Resul
         _ => return Err(ParquetError::General("a column changes its type".to_string())),
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Frame;
+    use crate::{Cells, FrameWriter, Kind};
+
+    /// Whatever byte is wrong, the file is read or refused.
+    #[test]
+    fn a_wrong_byte_is_no_panic() {
+        let path = std::env::temp_dir().join(format!("hyd-frame-{}.parquet", std::process::id()));
+        let columns = [("time", Kind::Number), ("shot", Kind::Whole), ("note", Kind::Text)];
+        let file = std::fs::File::create(&path).expect("made");
+        let mut writer = FrameWriter::new(file, columns.into_iter(), &[("key".into(), "value".into())]).expect("begun");
+        let cells = [
+            Cells::Numbers(vec![0.0, 0.5, 1.0]),
+            Cells::Wholes(vec![1, 2, 3]),
+            Cells::Texts(["a", "", "long"].map(String::from).to_vec()),
+        ];
+        writer.group(&cells).expect("written");
+        writer.finish().expect("written");
+        assert_eq!(Frame::read(&path).expect("whole").column("shot"), Some(&cells[1]));
+        let whole = std::fs::read(&path).expect("readable");
+        let mut refused = 0;
+        for at in 0..whole.len() {
+            for wrong in [0, 0x7f, 0xff, whole[at] ^ 1] {
+                let mut bytes = whole.clone();
+                bytes[at] = wrong;
+                std::fs::write(&path, bytes).expect("written");
+                refused += usize::from(Frame::read(&path).is_err());
+            }
+        }
+        assert!(refused > whole.len() / 2, "{refused} of {}", 4 * whole.len());
+        std::fs::remove_file(&path).expect("removed");
+    }
 }
