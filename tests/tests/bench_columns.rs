@@ -1,13 +1,14 @@
 //! Derivatives of the residuals by what a measuring chain does, against differences of the residuals; and masks around a time.
 //!
-//! Offsets, gains and the delay of a shot have columns of their own that need no run of the model.  A recorded set is compared with the
+//! Offsets, gains and the shift of a record have columns of their own that need no run of the model; the delay of a trigger that moves the
+//! machine's own times has one from sensitivities.  A recorded set is compared with the
 //! drive at numbers drawn at random; correlated noise makes neighbouring rows hang together.
 
 use std::fs;
 
 use hyd::LibraryPath;
 use hyd_compiler::Sources;
-use hyd_discovery::problem::Weighing;
+use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::unknowns::Meaning;
 use hyd_discovery::variant::Workshop;
 use hyd_discovery::{Bench, Setup, Study};
@@ -23,10 +24,9 @@ fn setup(study: &str, change: impl Fn(&str) -> String) -> Setup {
     Setup::new(study, bench, 2).expect("they fit")
 }
 
-#[test]
-fn columns_of_the_measuring_chain_are_those_of_differences() {
-    let study = text_of("models/single_acting_drive/bench.toml");
-    let mut setup = setup(&study, str::to_string);
+/// What the tests do with the problem of the drive and set B01 under a study: how it is weighed, and numbers drawn at random.
+fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f64])) {
+    let mut setup = setup(study, str::to_string);
     // As if the record before the trigger had shown it.
     setup.data.channels.iter_mut().for_each(|channel| channel.noise.rho = 0.4);
     let model_file = root().join("models/single_acting_drive/drive.hyd");
@@ -48,30 +48,68 @@ fn columns_of_the_measuring_chain_are_those_of_differences() {
     let problem = setup.problem(&machine, &[]).expect("a problem");
     let weighing = Weighing { horizon: 0.6, ..Weighing::whole(&setup.train, 0.5) };
     let xi: Vec<f64> = (0..problem.unknowns.len()).map(|k| (1.7 * k as f64).sin()).collect();
-    let runs = problem.simulate(&xi, &weighing).expect("runs");
-    let chain: Vec<usize> = (0..xi.len()).filter(|&k| !problem.unknowns[k].is_simulated()).collect();
-    let late = |k: usize| matches!(problem.unknowns[k].meaning, Meaning::Late { .. });
-    assert!(chain.iter().any(|&k| late(k)) && chain.iter().filter(|&&k| !late(k)).count() >= 8);
-    let columns = problem.jacobian((&xi, &runs), &weighing, &chain, 0.05).expect("a Jacobian");
-    for (column, &k) in chain.iter().enumerate() {
-        let moved = |by: f64| {
-            let mut xi = xi.clone();
-            xi[k] += by;
-            problem.residuals(&xi, &runs, &weighing)
-        };
-        // Residuals are linear in offsets and gains; in a delay they are piecewise cubic.
-        let step = if late(k) { 1e-4 } else { 1e-2 };
-        let differences = (moved(step) - moved(-step)) / (2.0 * step);
-        let name = &problem.unknowns[k].name;
-        let unlike = (columns.column(column) - &differences).amax() / differences.amax().max(f64::MIN_POSITIVE);
-        let touched = setup.train.iter().any(|&shot| problem.unknowns[k].touches(shot));
-        assert_eq!(differences.amax() > 0.0, touched, "{name}");
-        if touched {
-            assert!(unlike < if late(k) { 2e-3 } else { 1e-9 }, "{name}: {unlike:e}");
-        } else {
-            assert_eq!(columns.column(column).amax(), 0.0, "{name}");
+    work(&setup, &problem, &weighing, &xi);
+}
+
+fn is_late(problem: &Problem<'_>, k: usize) -> bool {
+    matches!(problem.unknowns[k].meaning, Meaning::Late { .. })
+}
+
+#[test]
+fn columns_of_the_measuring_chain_are_those_of_differences() {
+    let study = text_of("models/single_acting_drive/bench.toml");
+    let shifted = study.replace("trigger_moves", "# trigger_moves");
+    assert_ne!(study, shifted);
+    with_problem(&shifted, |setup, problem, weighing, xi| {
+        let runs = problem.simulate(xi, weighing).expect("runs");
+        let chain: Vec<usize> = (0..xi.len()).filter(|&k| !problem.unknowns[k].is_simulated()).collect();
+        let late = |k: usize| is_late(problem, k);
+        assert!(chain.iter().any(|&k| late(k)) && chain.iter().filter(|&&k| !late(k)).count() >= 8);
+        let columns = problem.jacobian((xi, &runs), weighing, &chain, 0.05).expect("a Jacobian");
+        for (column, &k) in chain.iter().enumerate() {
+            let moved = |by: f64| {
+                let mut xi = xi.to_vec();
+                xi[k] += by;
+                problem.residuals(&xi, &runs, weighing)
+            };
+            // Residuals are linear in offsets and gains; in a delay they are piecewise cubic.
+            let step = if late(k) { 1e-4 } else { 1e-2 };
+            let differences = (moved(step) - moved(-step)) / (2.0 * step);
+            let name = &problem.unknowns[k].name;
+            let unlike = (columns.column(column) - &differences).amax() / differences.amax().max(f64::MIN_POSITIVE);
+            let touched = setup.train.iter().any(|&shot| problem.unknowns[k].touches(shot));
+            assert_eq!(differences.amax() > 0.0, touched, "{name}");
+            if touched {
+                assert!(unlike < if late(k) { 2e-3 } else { 1e-9 }, "{name}: {unlike:e}");
+            } else {
+                assert_eq!(columns.column(column).amax(), 0.0, "{name}");
+            }
         }
-    }
+    });
+}
+
+#[test]
+fn a_trigger_that_moves_the_machine_has_the_columns_of_differences_of_runs() {
+    // So exact that differences show more than what steps of the solver leave.
+    let study = text_of("models/single_acting_drive/bench.toml") + "\n[run]\ntolerance = 1e-10\n";
+    with_problem(&study, |setup, problem, weighing, xi| {
+        let runs = problem.simulate(xi, weighing).expect("runs");
+        let late: Vec<usize> = (0..xi.len()).filter(|&k| is_late(problem, k)).collect();
+        assert_eq!(late.len(), setup.data.shots.len());
+        let columns = problem.jacobian((xi, &runs), weighing, &late, 0.05).expect("a Jacobian");
+        for (column, &k) in late.iter().enumerate() {
+            let moved = |by: f64| {
+                let mut xi = xi.to_vec();
+                xi[k] += by;
+                problem.residuals(&xi, &problem.simulate(&xi, weighing).expect("runs"), weighing)
+            };
+            let differences = (moved(0.02) - moved(-0.02)) / (2.0 * 0.02);
+            let unlike = (columns.column(column) - &differences).norm() / differences.norm().max(f64::MIN_POSITIVE);
+            let touched = setup.train.iter().any(|&shot| problem.unknowns[k].touches(shot));
+            let name = &problem.unknowns[k].name;
+            assert!(if touched { unlike < 1e-3 } else { unlike == 0.0 }, "{name}: {unlike:e}");
+        }
+    });
 }
 
 #[test]

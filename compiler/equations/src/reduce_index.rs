@@ -119,18 +119,12 @@ fn apply(system: &mut EquationSystem, plan: &ReductionPlan) -> Result<(), Diagno
     let open = plan.sets.iter().flat_map(|set| set.candidates.iter().map(|&(_, v, order)| (v, order)));
     let derivatives = Derivatives::make(system, &variables, &open.collect::<Vec<_>>());
     let written = system.operands.len();
-    append_derivatives(system, &plan.equations, &derivatives).map_err(|eq| twice_delayed(system, eq))?;
+    append_derivatives(system, &plan.equations, &derivatives).map_err(|fault| fault.diagnostic(system))?;
     replace_rates(system, written, &derivatives);
     append_chains(system, &derivatives.chains);
     append_selections(system, &plan.sets, &derivatives);
     system.reduction.demoted.sort_unstable();
     Ok(())
-}
-
-fn twice_delayed(system: &EquationSystem, eq: EqId) -> Diagnostic {
-    let message = "a delayed value would have to be differentiated twice, because of constraints between states";
-    let fault = Diagnostic::error(Code::HighIndex, message).help("delay the derivative itself: `delay(der(x), time)`");
-    mark_equations(fault, system, &[eq])
 }
 
 /// The equations `der(x) = v` of states that are derivatives themselves.

@@ -18,6 +18,10 @@ use crate::representative::block_of_variable;
 use crate::sorted::EqId;
 use crate::start_point::{StartPoint, typical};
 use crate::system::{EquationSystem, Role};
+use crate::time_derivative::NotDifferentiable;
+
+/// An equation is differentiated at most as often as this; no model of a real thing comes near.
+const MOST_ORDER: u32 = 100;
 
 /// What is to be done.
 pub(crate) struct ReductionPlan {
@@ -78,6 +82,9 @@ pub(crate) fn plan_reduction(
         .filter(|(_, order)| **order > 0)
         .map(|(row, &o)| (pattern.rows[row.index()], o))
         .collect();
+    if let Some(&(eq, order)) = equations.iter().max_by_key(|equation| equation.1).filter(|most| most.1 > MOST_ORDER) {
+        return Err(NotDifferentiable::TooOften(eq, order).diagnostic(system));
+    }
     let values: Vec<(VarId, Column)> = unknowns
         .targets
         .iter_enumerated()

@@ -8,9 +8,11 @@
 
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::TypedIndex;
-use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, tangent};
+use hyd_source::{Code, Diagnostic};
+use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, post_order, tangent};
 use rustc_hash::FxHashMap;
 
+use crate::explain::mark_equations;
 use crate::higher::Derivatives;
 use crate::sorted::EqId;
 use crate::system::{Equation, EquationSystem};
@@ -28,29 +30,72 @@ enum Read {
 
 type Known = FxHashMap<(TemplateId, Vec<bool>), (TemplateId, Vec<SlotId>)>;
 
+/// Operations of a derivative, and its growth beyond the equation itself, from which on it is refused: derivatives of high order of products
+/// grow exponentially.
+const MOST_OPERATIONS: usize = 100_000;
+const MOST_GROWTH: usize = 50;
+
+/// Why an equation cannot be differentiated as often as it must be.
+pub(crate) enum NotDifferentiable {
+    /// A delayed rate would have to be differentiated: the past is known with its first derivative only.
+    DelayedRate(EqId),
+    /// The derivative of this order is too large.
+    TooLarge(EqId, u32),
+    /// The constraints ask for a derivative of this order.
+    TooOften(EqId, u32),
+}
+
+impl NotDifferentiable {
+    /// What the user is told.
+    pub(crate) fn diagnostic(self, system: &EquationSystem) -> Diagnostic {
+        let apart = "fewer derivatives of each other, or a state for one of them, make the system smaller";
+        let (eq, message, help) = match self {
+            Self::DelayedRate(eq) => {
+                let message =
+                    "a delayed value would have to be differentiated twice, because of constraints between states";
+                (eq, message.to_string(), "delay the derivative itself: `delay(der(x), time)`")
+            }
+            Self::TooLarge(eq, order) => {
+                let message = format!(
+                    "an equation would have to be differentiated {order} times, and its derivatives grow too large"
+                );
+                (eq, message, apart)
+            }
+            Self::TooOften(eq, order) => {
+                (eq, format!("an equation would have to be differentiated {order} times"), apart)
+            }
+        };
+        mark_equations(Diagnostic::error(Code::HighIndex, message).help(help), system, &[eq])
+    }
+}
+
 /// Appends the derivatives of the given equations up to the given orders.
 ///
 /// # Errors
-/// An equation in which a delayed rate would have to be differentiated: the past is known with its first derivative only.
+/// The first equation for which that cannot be done.
 pub(crate) fn append_derivatives(
     system: &mut EquationSystem,
     equations: &[(EqId, u32)],
     derivatives: &Derivatives,
-) -> Result<(), EqId> {
+) -> Result<(), NotDifferentiable> {
     let mut known = Known::default();
     for &(eq, order) in equations {
         let mut equation = system.equations[eq];
         let operands = system.operands_of(equation.operands);
         let mut reads: Vec<Read> = operands.iter().map(|&operand| read(system, operand)).collect();
+        let most = MOST_OPERATIONS.max(MOST_GROWTH * size(&system.flat.templates, equation.template));
         for _ in 0..order {
             if equation.order > 0 && reads.iter().any(is_delayed_rate) {
-                return Err(eq);
+                return Err(NotDifferentiable::DelayedRate(eq));
             }
             let varying: Vec<bool> = reads.iter().map(|read| !matches!(read, Read::Fixed(_))).collect();
             let templates = &mut system.flat.templates;
             let key = (equation.template, varying);
             if !known.contains_key(&key) {
                 let new = differentiate(templates, equation.template, &key.1);
+                if size(templates, new.0) > most {
+                    return Err(NotDifferentiable::TooLarge(eq, equation.order + 1));
+                }
                 known.insert(key.clone(), new);
             }
             let (template, slots) = &known[&key];
@@ -94,6 +139,12 @@ fn differentiate(templates: &mut Templates, id: TemplateId, varying: &[bool]) ->
     let right = tangent(arena, template.right, seed);
     let (new, slots) = canonical(arena, left, right);
     (templates.intern(new), slots)
+}
+
+/// Number of different operations and leaves.
+fn size(templates: &Templates, id: TemplateId) -> usize {
+    let template = templates.get(id);
+    post_order(&templates.arena, &[template.left, template.right]).len()
 }
 
 /// What a slot of the derivative reads.

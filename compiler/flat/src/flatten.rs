@@ -31,6 +31,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) whens: u32,
     /// Folds taken apart so far.
     pub(crate) folds: u32,
+    /// Expressions being worked on, one within the other, those of called functions within those of the caller.
+    pub(crate) lowering: usize,
     /// Where a `when` sets a whole variable.
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
@@ -89,6 +91,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         connections: Connections::default(),
         whens: 0,
         folds: 0,
+        lowering: 0,
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
         jumps: Vec::new(),

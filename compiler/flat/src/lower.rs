@@ -43,9 +43,24 @@ impl Typed {
 /// Most terms of a sum that is written out.
 pub(crate) const MAX_TERMS: usize = 1 << 20;
 
+/// Deepest nesting of expressions, those of called functions within those of the caller: it takes stack.
+const MAX_LOWERING: usize = 3000;
+
 impl Flattener<'_, '_> {
     /// The element of an expression.
     pub(crate) fn lower(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
+        if self.lowering >= MAX_LOWERING {
+            let message =
+                format!("expressions with those of the functions they call are nested deeper than {MAX_LOWERING}");
+            return Err(self.error(Code::Limit, expr.span, message));
+        }
+        self.lowering += 1;
+        let lowered = self.lower_kind(expr, cx, index);
+        self.lowering -= 1;
+        lowered
+    }
+
+    fn lower_kind(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
         match &expr.kind {
             ExprKind::Integer(k) => Ok(self.literal(*k as f64, ScalarType::Integer)),
             ExprKind::Real(x) => Ok(self.literal(*x, ScalarType::Real)),

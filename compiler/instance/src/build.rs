@@ -43,6 +43,8 @@ pub struct InstanceTree<'s> {
     pub(crate) depth: usize,
     /// Values being computed, with the places that ask for them.
     pub(crate) open_values: Vec<(InstId, Span)>,
+    /// Expressions being evaluated, one within the other.
+    pub(crate) evaluating: usize,
     /// Parameters that were asked for only as a guess, while a guess is computed.
     pub(crate) guessed: Option<Vec<InstId>>,
     /// Statements of functions computed so far.
@@ -66,6 +68,7 @@ pub fn instantiate<'s>(
         enumerations: FxHashMap::default(),
         depth: 0,
         open_values: Vec::new(),
+        evaluating: 0,
         guessed: None,
         statements: 0,
         pending: FxHashMap::default(),

@@ -12,6 +12,9 @@ use crate::instance::{InstId, Scope, path};
 use crate::lookup::Resolved;
 use crate::value::{Value, binary};
 
+/// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
+const MAX_EVALUATING: usize = 1500;
+
 /// Loop variables and their values, innermost last.
 #[derive(Clone, Debug, Default)]
 pub struct Env {
@@ -44,6 +47,18 @@ impl InstanceTree<'_> {
 
     /// Evaluates an expression of constants and parameters.
     pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        if self.evaluating >= MAX_EVALUATING {
+            let message = format!("values that need each other are nested deeper than {MAX_EVALUATING} expressions");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(expr.span, "needed here"));
+            return Err(Reported);
+        }
+        self.evaluating += 1;
+        let value = self.evaluate_kind(expr, scope, env);
+        self.evaluating -= 1;
+        value
+    }
+
+    fn evaluate_kind(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
         match &expr.kind {
             ExprKind::Integer(k) => Ok(Value::Integer(*k)),
             ExprKind::Real(x) => Ok(Value::Real(*x)),

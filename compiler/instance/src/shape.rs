@@ -88,6 +88,9 @@ pub fn is_builtin(name: &str) -> bool {
     matches!(name, "Real" | "Integer" | "Boolean" | "String" | "StateSelect" | "AssertionLevel")
 }
 
+/// Longest way from a class to a base class.
+const MAX_BASES: usize = 100;
+
 impl ClassTable<'_> {
     /// The shape of a class.  `Err` after a message has been given.
     pub fn shape(&mut self, class: ClassId) -> Result<Rc<Shape>, Reported> {
@@ -116,6 +119,11 @@ impl ClassTable<'_> {
         let def = self.class(class).def.clone();
         if open.contains(&class) {
             return Err(self.circle(class, open, way.from));
+        }
+        if open.len() >= MAX_BASES {
+            let message = format!("classes extend each other deeper than {MAX_BASES} levels");
+            self.report(Diagnostic::error(Code::Limit, message).at(way.from.unwrap_or(def.name.span), ""));
+            return Err(Reported);
         }
         self.check_body(&def)?;
         open.push(class);
