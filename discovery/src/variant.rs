@@ -154,12 +154,18 @@ impl Workshop<'_> {
         Ok(texts)
     }
 
-    /// Names and texts of all files that a model with effects is made of, its own text among them.
+    /// Names and texts of all files that a model with effects is made of, as users know them: of the text that is compiled only what stands
+    /// in the study's model file, and nothing where a library finds that file.
     ///
     /// # Errors
     /// The messages of the compiler.
     pub fn files(&self, inserts: &[Insert]) -> Result<Vec<(String, String)>, Fault> {
-        Ok(self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?.1)
+        let (_, mut files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?;
+        files.retain(|(name, _)| name != STUDY);
+        if !self.preamble.is_empty() {
+            files.insert(0, (self.file.clone(), self.preamble.clone()));
+        }
+        Ok(files)
     }
 
     /// A text with the channels added.

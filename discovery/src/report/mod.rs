@@ -146,9 +146,15 @@ impl Scene<'_> {
         let mut names: Vec<&str> = lists.filter_map(|own| own["file"].as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        let files = self.workshop.files(&inserts(self.setup, self.last)?)?;
-        let shown = files.into_iter().map(|(name, text)| (self.workshop.shown_file(&name).to_string(), text));
-        Ok(shown.filter(|(name, _)| names.contains(&name.as_str())).collect())
+        let mut files = self.workshop.files(&inserts(self.setup, self.last)?)?;
+        // What an effect has taken the place of is in the base model only.
+        for base in self.workshop.files(&[])? {
+            if files.iter().all(|(name, _)| *name != base.0) {
+                files.push(base);
+            }
+        }
+        files.retain(|(name, _)| names.contains(&name.as_str()));
+        Ok(files)
     }
 }
 

@@ -28,6 +28,7 @@ fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)
         let after = report["gap"][part]["after"].as_f64().expect("a number");
         assert!(after <= MET, "{set}, {part}: {after}");
     }
+    check_texts(&fs::read_to_string(folder.join("report.html")).expect("written"), &report);
     for &(id, name, drawn) in sizes {
         let effect = named.iter().find(|effect| effect["id"] == id).expect("named above");
         let number = |key: &str| effect["parameters"][name][key].as_f64().expect("a number");
@@ -36,6 +37,29 @@ fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)
         assert!((value - drawn).abs() <= ERRORS.0 * error && error <= ERRORS.1 * drawn, "{words}");
     }
     report
+}
+
+/// Each line that the report points at is in the text that its page shows under that name, and is not empty.
+fn check_texts(page: &str, report: &Value) {
+    let begin = page.find("\"texts\":").expect("texts") + "\"texts\":".len();
+    let mut values = serde_json::Deserializer::from_str(&page[begin..]).into_iter::<Value>();
+    let texts = values.next().expect("a value").expect("a list");
+    let texts: Vec<(&str, &str)> = texts
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|own| (own["name"].as_str().expect("a name"), own["text"].as_str().expect("a text")))
+        .collect();
+    for (k, (name, _)) in texts.iter().enumerate() {
+        assert!(texts[..k].iter().all(|(other, _)| other != name), "{name} twice");
+    }
+    let lists = ["effects", "location", "proposed"].into_iter().filter_map(|key| report[key].as_array()).flatten();
+    let places = lists.filter_map(|own| Some((own["file"].as_str()?, own["line"].as_u64()?)));
+    for (file, line) in places {
+        let (_, text) = texts.iter().find(|(name, _)| *name == file).unwrap_or_else(|| panic!("{file} is shown"));
+        let shown = text.lines().nth(line as usize - 1).unwrap_or_else(|| panic!("{file} has {line} lines"));
+        assert!(!shown.trim().is_empty(), "{file}:{line}");
+    }
 }
 
 #[test]
