@@ -1,7 +1,7 @@
 //! Derivatives of the residuals by the unknowns.
 //!
 //! Those by parameters of the model are sensitivities carried along with one run of each shot; runs that fail with them are
-//! differenced.  Those by offsets, gains and the delay of a shot follow from the curves of the runs.
+//! differenced.  Those by offsets, gains and the shift of a record follow from the curves of the runs.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -48,7 +48,7 @@ impl Problem<'_> {
         Ok(jacobian)
     }
 
-    /// The column of an offset, a gain or a delay.
+    /// The column of an offset, a gain or a shift.
     fn chained(&self, (xi, runs): (&[f64], &Runs), weighing: &Weighing, unknown: usize) -> DVector<f64> {
         let (own, spans) = (&self.unknowns[unknown], self.spans(weighing.horizon));
         let slope = own.slope(xi[unknown]);

@@ -1,6 +1,7 @@
 //! The comparison of one model with a set: runs, residuals in standard deviations, and their derivatives.
 //!
-//! A residual is `(measured - gain * model(t - late) - offset)/sigma`, whitened where the noise is correlated.
+//! A residual is `(measured - gain * model(t - shift) - offset)/sigma`, whitened where the noise is correlated; there is a shift only where a
+//! study does not say which times of the machine move with a trigger that scatters.
 
 mod derivatives;
 
