@@ -1,5 +1,6 @@
 //! All classes of some texts, by full name.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -8,6 +9,8 @@ use hyd_syntax::tree::{
     Argument, ClassBody, ClassDef, ComponentRef, Element, Expr, ExprKind, Modification, Path, StoredDefinition,
 };
 use hyd_syntax::visit::{Role, Visitor, walk_reference};
+
+use crate::lookup::Bases;
 
 /// A text of a library.
 #[derive(Clone, Debug)]
@@ -42,12 +45,14 @@ pub struct Library {
     /// In the order of the texts; packages before what is in them.
     pub(crate) entries: Vec<Entry>,
     pub(crate) by_name: BTreeMap<String, usize>,
+    /// By class, found when they are first needed.
+    pub(crate) bases: RefCell<Vec<Bases>>,
 }
 
 impl Library {
     /// Parses the texts; packages come before the files of their folders.  What a text with errors still holds is taken.
     pub fn new(sources: Vec<Source>) -> Self {
-        let mut library = Self { sources, entries: Vec::new(), by_name: BTreeMap::new() };
+        let mut library = Self { sources, entries: Vec::new(), by_name: BTreeMap::new(), bases: RefCell::default() };
         for source in 0..library.sources.len() {
             let mut files = Files::new();
             let text = &library.sources[source].text;
@@ -59,6 +64,7 @@ impl Library {
             }
         }
         library.place();
+        library.bases = RefCell::new(vec![Bases::Unknown; library.entries.len()]);
         library
     }
 

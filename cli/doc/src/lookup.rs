@@ -1,11 +1,25 @@
 //! Names to classes, as Modelica 3.6, section 5.3, looks them up: from the inside out, through imports and bases.
 
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
 use hyd_syntax::tree::{ClassBody, Element, ImportKind, Path};
 
 use crate::library::{Library, elements};
 
-/// Deepest chain of bases and imports; a circle ends there.
-const DEEPEST: usize = 24;
+/// Deepest chain of bases of which each is needed to look up the one before, as deep as models may be built.
+const DEEPEST: usize = 100;
+
+/// The bases of a class.
+#[derive(Clone, Debug, Default)]
+pub(crate) enum Bases {
+    /// Nobody has asked for them.
+    #[default]
+    Unknown,
+    /// They are being looked up: who needs them for that goes round in a circle and does without.
+    Sought,
+    Known(Rc<[usize]>),
+}
 
 impl Library {
     /// The class that `path` names when it stands in class `from`.
@@ -28,12 +42,19 @@ impl Library {
         rest.iter().try_fold(start, |class, name| self.member(name, class, depth))
     }
 
-    /// A class in a class or in its bases.
+    /// A class in a class or in its bases, each base once.
     fn member(&self, name: &str, class: usize, depth: usize) -> Option<usize> {
-        let entry = &self.entries[class];
-        let own = entry.children.iter().find(|child| *self.entries[**child].class.name.name == *name);
-        own.copied()
-            .or_else(|| self.bases(class, depth + 1).into_iter().find_map(|base| self.member(name, base, depth + 1)))
+        let (mut open, mut seen) = (vec![class], BTreeSet::new());
+        while let Some(class) = open.pop() {
+            let own = self.entries[class].children.iter().find(|child| *self.entries[**child].class.name.name == *name);
+            if own.is_some() {
+                return own.copied();
+            }
+            if seen.insert(class) {
+                open.extend(self.bases_within(class, depth + 1).iter().rev());
+            }
+        }
+        None
     }
 
     fn imported(&self, name: &str, class: usize, depth: usize) -> Option<usize> {
@@ -55,11 +76,26 @@ impl Library {
 
     /// The classes that a class extends, or the one that a short class stands for.  A base is looked up outside of the class, so that
     /// looking it up does not need the bases.
-    pub(crate) fn bases(&self, class: usize, depth: usize) -> Vec<usize> {
-        let entry = &self.entries[class];
+    pub(crate) fn bases(&self, class: usize) -> Rc<[usize]> {
+        self.bases_within(class, 0)
+    }
+
+    fn bases_within(&self, class: usize, depth: usize) -> Rc<[usize]> {
         if depth > DEEPEST {
-            return Vec::new();
+            return Rc::default();
         }
+        let known = std::mem::replace(&mut self.bases.borrow_mut()[class], Bases::Sought);
+        let found = match known {
+            Bases::Known(known) => known,
+            Bases::Sought => return Rc::default(),
+            Bases::Unknown => self.look_up_bases(class, depth),
+        };
+        self.bases.borrow_mut()[class] = Bases::Known(found.clone());
+        found
+    }
+
+    fn look_up_bases(&self, class: usize, depth: usize) -> Rc<[usize]> {
+        let entry = &self.entries[class];
         let paths: Vec<&Path> = match &entry.class.body {
             ClassBody::Long { elements, .. } => {
                 let bases = elements.iter().filter_map(|element| match element {

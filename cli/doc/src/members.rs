@@ -42,13 +42,13 @@ pub(crate) enum Group {
     Variable,
 }
 
-/// Deepest chain of bases that is followed.
+/// Longest chain of types or bases that is followed.
 const DEEPEST: usize = 24;
 
-/// All components of a class, those of its bases where the base is extended; protected ones are left out.
+/// All components of a class, those of its bases where the base is extended, each base once; protected ones are left out.
 pub(crate) fn members(library: &Library, class: usize) -> Vec<Member<'_>> {
     let mut found = Vec::new();
-    collect(library, class, &[], &mut found, 0);
+    collect(library, class, &[], &mut found, &mut vec![]);
     found
 }
 
@@ -57,11 +57,13 @@ fn collect<'a>(
     class: usize,
     changes: &[(&'a str, &'a Modification)],
     found: &mut Vec<Member<'a>>,
-    depth: usize,
+    seen: &mut Vec<usize>,
 ) {
-    if depth > DEEPEST {
+    // Each level adds one set of changes.
+    if seen.contains(&class) || changes.len() > DEEPEST {
         return;
     }
+    seen.push(class);
     for element in elements(&library.entries[class].class) {
         match element {
             Element::Component(component) if !component.prefixes.protected => {
@@ -73,7 +75,7 @@ fn collect<'a>(
                 if let Some(base) = library.find(&extends.base, class).filter(|base| *base != class) {
                     let mut all = vec![(library.text(class), &extends.modification)];
                     all.extend(changes);
-                    collect(library, base, &all, found, depth + 1);
+                    collect(library, base, &all, found, seen);
                 }
             }
             _ => {}
@@ -132,7 +134,7 @@ impl Member<'_> {
 pub(crate) fn of_type(library: &Library, class: usize) -> Attributes {
     let mut chain = vec![class];
     while let Some(&last) = chain.last()
-        && let Some(&base) = library.bases(last, 0).first()
+        && let Some(&base) = library.bases(last).first()
         && chain.len() < DEEPEST
     {
         chain.push(base);

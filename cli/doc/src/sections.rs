@@ -209,9 +209,7 @@ impl Sections<'_> {
     /// Its equations and those of its bases, each base once.
     fn equations(&self, class: usize) -> String {
         let mut out = equations::own(self.library, class);
-        let mut bases = Vec::new();
-        self.all_bases(class, &mut bases);
-        for base in bases {
+        for base in self.all_bases(class) {
             let inherited = equations::own(self.library, base);
             if !inherited.is_empty() {
                 let from = self.link_to(Some(base), &self.library.entries[base].class.name.name);
@@ -221,13 +219,15 @@ impl Sections<'_> {
         if out.is_empty() { out } else { format!("<h3>Equations</h3>\n{out}") }
     }
 
-    fn all_bases(&self, class: usize, found: &mut Vec<usize>) {
-        for base in self.library.bases(class, 0) {
-            if !found.contains(&base) {
-                found.push(base);
-                self.all_bases(base, found);
+    fn all_bases(&self, class: usize) -> Vec<usize> {
+        let (mut open, mut seen, mut found) = (vec![class], BTreeSet::new(), Vec::new());
+        while let Some(last) = open.pop() {
+            if seen.insert(last) {
+                found.push(last);
+                open.extend(self.library.bases(last).iter().rev());
             }
         }
+        found.split_off(1)
     }
 
     fn pictures(&self, class: usize) -> String {

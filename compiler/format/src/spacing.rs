@@ -6,7 +6,7 @@
 
 use hyd_syntax::is_keyword;
 
-use crate::tokens::{Kind, Token};
+use crate::tokens::{Kind, Token, is_long_symbol};
 
 /// Keywords that end an operand or are written like one: a sign after them is an operation, and a bracket belongs to them.
 const OPERANDS: [&str; 13] = [
@@ -52,6 +52,10 @@ pub(crate) fn signs(tokens: &[Token<'_>]) -> Vec<bool> {
 pub(crate) fn blank_between(before: &Token<'_>, token: &Token<'_>, sign: bool, import: bool) -> bool {
     const TIGHT: [&str; 4] = ["*", "/", "^", ":"];
     if before.is_comment() || token.is_comment() {
+        return true;
+    }
+    // Two tokens stay two where the language lets them stand side by side, as in what follows `external`.
+    if before.kind == Kind::Symbol && token.kind == Kind::Symbol && is_long_symbol(before.text, token.text) {
         return true;
     }
     if sign || before.opens() || before.is(".") || token.closes() || token.is_one_of(&[",", ";"]) {

@@ -53,6 +53,11 @@ impl Token<'_> {
 /// Operators of more than one character.
 const LONG_SYMBOLS: [&str; 10] = [":=", "==", "<>", "<=", ">=", ".+", ".-", ".*", "./", ".^"];
 
+/// True if the two symbols side by side would be read as one.
+pub(crate) fn is_long_symbol(first: &str, second: &str) -> bool {
+    LONG_SYMBOLS.iter().any(|symbol| symbol.strip_prefix(first) == Some(second))
+}
+
 /// All tokens of a text.
 pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens = Vec::new();

@@ -79,6 +79,12 @@ fn trees_stay_and_once_is_enough_for_all_texts() {
 }
 
 #[test]
+fn symbols_that_stand_side_by_side_stay_two() {
+    let text = "model A\nequation\n  external \"\" : = end A;\n";
+    assert!(checked(text, "external").is_some_and(|formatted| formatted.contains(": =")));
+}
+
+#[test]
 fn the_library_and_the_models_are_formatted() {
     for (path, text) in texts("stdlib").into_iter().chain(texts("models")) {
         let formatted = format(file(), &text).value;

@@ -129,3 +129,22 @@ fn a_folder_of_ones_own_is_shown_alone() {
     let outcome = run(folder.path(), &["doc", "none"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(1), "error: there is no folder `none`\n"));
 }
+
+#[test]
+fn classes_that_need_each_other_are_shown() {
+    // Whatever is asked of a class here leads to the bases of all others, once for each way round.
+    let folder = Scratch::new();
+    fs::create_dir(folder.path().join("Ring")).unwrap();
+    let mut text = String::from("package Ring\n");
+    for k in 0..12 {
+        let bases: String = (0..12).map(|j| format!("    extends Ring.A{j}(x = {j});\n")).collect();
+        text += &format!("  model A{k}\n{bases}    extends B{k};\n    Real x;\n  end A{k};\n");
+    }
+    text += "end Ring;\n";
+    folder.write("Ring/package.hyd", &text);
+    let outcome = run(folder.path(), &["doc", "Ring", "-o", "ring.html"]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "13 classes, 0 pictures of examples in ring.html\n"));
+    let page = folder.read("ring.html");
+    tags(&page);
+    assert_eq!(section(&page, "Ring.A3").matches("<code>x</code>").count(), 12);
+}
