@@ -185,6 +185,10 @@ impl Output {
         (y, yp): (&[f64], &[f64]),
     ) -> Result<(), SolveError> {
         problem.system.assertions(t, y, yp, &mut self.reports);
+        if self.reports.is_empty() {
+            self.open.clear();
+            return Ok(());
+        }
         let before = self.open.len();
         for report in self.reports.drain(..) {
             if report.error {

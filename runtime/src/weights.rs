@@ -81,10 +81,20 @@ impl Weights {
     }
 
     /// Recomputes the weights at `y`.
+    #[inline(always)]
     pub(crate) fn update(&mut self, y: &[f64]) {
         self.tested_count = self.included_count;
-        for ((weight, value), nominal) in self.all.iter_mut().zip(y).zip(self.nominals.iter()) {
-            *weight = 1.0 / (self.tolerance * (value.abs() + nominal));
+        let tolerance = self.tolerance;
+        let (tiles, rest) = y.as_chunks::<LANES>();
+        let set = |(weight, (value, nominal)): (&mut Tile, (&Tile, &Tile))| {
+            let (value, nominal) = (*value, *nominal);
+            *weight = std::array::from_fn(|lane| 1.0 / (tolerance * (value[lane].abs() + nominal[lane])));
+        };
+        let nominals = self.nominals.tiles();
+        self.all.tiles_mut().iter_mut().zip(tiles.iter().zip(nominals)).for_each(set);
+        let filled = y.len() - rest.len();
+        for ((weight, value), nominal) in self.all[filled..].iter_mut().zip(rest).zip(&self.nominals[filled..]) {
+            *weight = 1.0 / (tolerance * (value.abs() + nominal));
         }
         for (tested, weight) in self.tested.tiles_mut().iter_mut().zip(self.all.tiles()) {
             *tested = *weight;
@@ -96,6 +106,7 @@ impl Weights {
     }
 
     /// Norm over all unknowns from the sum of squared weighted values.
+    #[inline(always)]
     pub(crate) fn norm_of_squares(&self, squares: f64) -> f64 {
         (squares * self.per_unknown).sqrt()
     }
@@ -111,6 +122,7 @@ impl Weights {
     }
 
     /// Norms of `a`, `a + b` and `a + b + c` over the unknowns of the error test.
+    #[inline(always)]
     pub(crate) fn tested_norms(&self, a: &[Tile], b: &[Tile], c: &[Tile]) -> [f64; 3] {
         let weights = self.tested.tiles();
         let (a, b, c) = (&a[..weights.len()], &b[..weights.len()], &c[..weights.len()]);
@@ -137,6 +149,7 @@ impl Weights {
     }
 
     /// Norm of `a - b` over the unknowns of the error test.
+    #[inline(always)]
     pub(crate) fn tested_norm_of_difference(&self, a: &[Tile], b: &[Tile]) -> f64 {
         let weights = self.tested.tiles();
         let (a, b) = (&a[..weights.len()], &b[..weights.len()]);

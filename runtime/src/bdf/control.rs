@@ -28,6 +28,7 @@ pub(super) struct Estimates {
 
 impl Estimates {
     /// Estimates after a correction; the error test has passed if `passed()`.
+    #[inline(always)]
     pub(super) fn new(history: &History, correction: &Tiled, weights: &Weights) -> Self {
         let k = history.order;
         let [norm, norm_below, second] =
@@ -117,6 +118,7 @@ impl Selection {
 
     /// Sets order and size of the next step after an accepted one.  Call before the history takes the correction;
     /// `previous_order` is the order of the step before, `max_step` in s.
+    #[inline(always)]
     pub(super) fn next(
         &mut self,
         history: &mut History,
@@ -152,6 +154,7 @@ impl Selection {
         }
     }
 
+    #[inline(always)]
     fn order(
         history: &History,
         estimates: &Estimates,

@@ -114,6 +114,7 @@ impl Corrector {
     }
 
     /// Corrects a prediction; with an old matrix that fails, once more with a new one.
+    #[inline(always)]
     pub(crate) fn correct(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
         let ratio = at.leading / self.factored_leading;
         let mut renew = !self.have_matrix || !self.leading_range.contains(&ratio);
@@ -123,21 +124,28 @@ impl Corrector {
         self.last_leading = at.leading;
         loop {
             problem.evaluate(at.t, at.y, at.yp, &mut self.residual);
-            if !self.residual.is_finite() {
-                return self.stopped(at, Correction::NotFinite);
-            }
-            if renew && let Err(error) = self.renew(problem, at) {
-                return self.stopped(at, error);
+            if renew {
+                if !self.residual.is_finite() {
+                    return self.stopped(at, Correction::NotFinite);
+                }
+                if let Err(error) = self.renew(problem, at) {
+                    return self.stopped(at, error);
+                }
             }
             match self.iterate(problem, at, weights) {
-                Correction::Converged => return Correction::Converged,
-                failure if renew => return failure,
+                (Correction::Converged, _) => return Correction::Converged,
+                // A residual that is not finite makes the first change so, whatever the matrix.
+                (Correction::NotFinite, 0) if !self.residual.is_finite() => {
+                    return self.stopped(at, Correction::NotFinite);
+                }
+                (failure, _) if renew => return failure,
                 _ => renew = true,
             }
         }
     }
 
     /// What stopped the correction at the prediction, with the values at which it did.
+    #[cold]
     fn stopped(&mut self, at: &Prediction<'_>, cause: Correction) -> Correction {
         self.y.copy_from_slice(at.y);
         self.yp.copy_from_slice(at.yp);
@@ -146,6 +154,7 @@ impl Corrector {
     }
 
     /// Evaluates and factors the iteration matrix at the prediction.
+    #[inline(never)]
     fn renew(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>) -> Result<(), Correction> {
         problem.jacobian(at.t, at.y, at.yp, &mut self.state_values, &mut self.rate_values);
         self.merged.combine(&self.state_values, &self.rate_values, at.leading, &mut self.values);
@@ -161,7 +170,9 @@ impl Corrector {
         Ok(())
     }
 
-    fn iterate(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Correction {
+    /// What came of it, and the number of iterations before the last.
+    #[inline(always)]
+    fn iterate(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> (Correction, usize) {
         let ratio = at.leading / self.factored_leading;
         let scale = -2.0 / (1.0 + ratio);
         let mut first_size = 0.0;
@@ -173,36 +184,37 @@ impl Corrector {
             }
             let size = self.take(at, scale, weights);
             if !size.is_finite() {
-                return Correction::NotFinite;
+                return (Correction::NotFinite, iteration);
             }
             if iteration == 0 {
                 first_size = size;
                 if size <= TINY * EPSILON {
-                    return Correction::Converged;
+                    return (Correction::Converged, iteration);
                 }
             } else {
                 let fall = size / first_size;
                 let rho = if iteration == 1 { fall } else { fall.powf(1.0 / iteration as f64) };
                 if rho > SLOWEST {
-                    return Correction::Diverged;
+                    return (Correction::Diverged, iteration);
                 }
                 self.rate = rho / (1.0 - rho);
             }
             if self.rate * size <= EPSILON {
-                return Correction::Converged;
+                return (Correction::Converged, iteration);
             }
             if iteration + 1 < MOST_ITERATIONS {
                 problem.evaluate(at.t, &self.y, &self.yp, &mut self.residual);
                 if !self.residual.is_finite() {
-                    return Correction::NotFinite;
+                    return (Correction::NotFinite, iteration + 1);
                 }
             }
         }
-        Correction::Diverged
+        (Correction::Diverged, MOST_ITERATIONS)
     }
 
     /// Scales the last iterate's change, adds it to the correction and moves the values by it; the norm of the change, not a number where
     /// a value is not finite.
+    #[inline(always)]
     fn take(&mut self, at: &Prediction<'_>, scale: f64, weights: &Weights) -> f64 {
         let leading = at.leading;
         let delta = self.delta.tiles_mut();
@@ -217,18 +229,20 @@ impl Corrector {
             || {
                 let (mut sums, mut finite) = ([0.0; LANES], [0.0; LANES]);
                 for k in 0..count {
+                    // All of a tile is read before any of it is written: vectors of numbers, not numbers.
+                    let (mut change, mut all, mut value, mut rate) =
+                        (delta[k], correction[k], predicted[k], predicted_rate[k]);
+                    let weight = weight[k];
                     for lane in 0..LANES {
-                        let change = delta[k][lane] * scale;
-                        let all = correction[k][lane] + change;
-                        let weighted = change * weight[k][lane];
-                        delta[k][lane] = change;
-                        correction[k][lane] = all;
-                        let value = predicted[k][lane] + all;
-                        y[k][lane] = value;
-                        finite[lane] += 0.0 * value;
-                        yp[k][lane] = predicted_rate[k][lane] + leading * all;
+                        change[lane] *= scale;
+                        all[lane] += change[lane];
+                        value[lane] += all[lane];
+                        rate[lane] += leading * all[lane];
+                        let weighted = change[lane] * weight[lane];
+                        finite[lane] += 0.0 * value[lane];
                         sums[lane] += weighted * weighted;
                     }
+                    (delta[k], correction[k], y[k], yp[k]) = (change, all, value, rate);
                 }
                 (sum(sums), sum(finite))
             },

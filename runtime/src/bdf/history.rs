@@ -80,6 +80,7 @@ impl History {
     }
 
     /// Difference of order `j` in tiles.
+    #[inline(always)]
     pub(super) fn tiles(&self, j: usize) -> &[Tile] {
         &self.phi[j * self.width..(j + 1) * self.width]
     }
@@ -95,6 +96,7 @@ impl History {
     }
 
     /// `phi_j := factor phi_j`.
+    #[inline(always)]
     fn scale(&mut self, j: usize, factor: f64) {
         let range = j * self.width..(j + 1) * self.width;
         self.phi[range].as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
@@ -138,6 +140,7 @@ impl History {
     }
 
     /// Coefficients for a step of size `h` at the order in work; brings the differences to the new step and moves `t`.
+    #[inline(always)]
     pub(super) fn advance(&mut self, target: f64) -> f64 {
         let (h, k) = (self.h, self.order);
         if h != self.h_used || k != self.order_used {
@@ -202,6 +205,7 @@ impl History {
     }
 
     /// Prediction at the new time: `y = sum phi_j`, `y' = sum gamma_j phi_j`.
+    #[inline(always)]
     pub(super) fn predict(&self, y: &mut Tiled, yp: &mut Tiled) {
         let (width, phi, gammas) = (self.width, self.phi.as_slice(), &self.gamma[1..=self.order]);
         let (y, yp) = (&mut y.tiles_mut()[..width], &mut yp.tiles_mut()[..width]);
@@ -225,6 +229,7 @@ impl History {
     }
 
     /// Takes the accepted correction `e = y - y_pred` into the differences.  `order` is still that of the step.
+    #[inline(always)]
     pub(super) fn accept(&mut self, correction: &Tiled, max_order: usize) {
         let k = self.order;
         self.order_used = k;

@@ -193,6 +193,15 @@ impl Bdf {
         weights: &mut Weights,
         limit: f64,
     ) -> Result<(), StepFailure> {
+        // Not the single loops, which are short: the way to wide instructions is gone once.
+        hyd_system::wide(
+            #[inline(always)]
+            || self.attempt(problem, weights, limit),
+        )
+    }
+
+    #[inline(always)]
+    fn attempt(&mut self, problem: &mut Problem<'_>, weights: &mut Weights, limit: f64) -> Result<(), StepFailure> {
         weights.update(self.history.phi(0));
         if self.stuck > STUCK {
             weights.forgive_algebraic();
@@ -262,6 +271,7 @@ impl Bdf {
     }
 
     /// Fits the step in hand to the limit and returns the time it leads to.
+    #[inline(always)]
     fn aim(&mut self, start: f64, limit: f64) -> f64 {
         let rest = limit - start;
         let h = self.history.h;
@@ -276,6 +286,7 @@ impl Bdf {
         }
     }
 
+    #[inline(always)]
     fn accept(&mut self, problem: &mut Problem<'_>, estimates: &Estimates, weights: &Weights, start: f64) {
         let order = self.history.order;
         let step = self.history.h;

@@ -48,12 +48,15 @@ pub(crate) struct Recorder<'r, 'p> {
 impl Recorder<'_, '_> {
     /// Records the last step of the integrator.  True if breaks have turned out to be smooth, so that the next time event
     /// may have moved.
+    #[inline(always)]
     pub(crate) fn record_step(&mut self) -> bool {
+        let work = &self.problem.system.work;
+        !work.sites.is_empty() && work.recording && self.past.t() > self.past.t_before() && self.record()
+    }
+
+    fn record(&mut self) -> bool {
         let (from, to) = (self.past.t_before(), self.past.t());
         let system = &mut self.problem.system;
-        if system.work.sites.is_empty() || !system.work.recording || to <= from {
-            return false;
-        }
         let n = system.work.sites.len();
         // The last correction of the step was small, and what it moved has not been evaluated before.
         system.work.accepted = true;

@@ -24,10 +24,15 @@ impl<'a> Delaying<'a> {
     }
 
     /// Hands over the delayed values that belong to a point.
+    #[inline(always)]
     pub(super) fn prepare(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        if self.work.sites.is_empty() || !self.work.recording {
-            return;
+        if !self.work.sites.is_empty() && self.work.recording {
+            self.look_back(t, y, yp);
         }
+    }
+
+    #[inline(never)]
+    fn look_back(&mut self, t: f64, y: &[f64], yp: &[f64]) {
         let by_time_alone = !self.work.any_varying && (self.work.anchor.is_some() || !self.work.reaches_into_step(t));
         if by_time_alone {
             if self.work.cached != Some(t) {

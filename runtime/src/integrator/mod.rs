@@ -183,12 +183,17 @@ impl Integrator {
     }
 
     /// Hands the newest point with its past over to the method that the mode asks for.
+    #[inline(always)]
     fn hand_over(&mut self, structure: &Structure) {
         let wanted = self.wanted();
         self.limit_order();
-        if wanted == self.active {
-            return;
+        if wanted != self.active {
+            self.pass_on(structure, wanted);
         }
+    }
+
+    #[inline(never)]
+    fn pass_on(&mut self, structure: &Structure, wanted: Active) {
         let (bdf_t, bdf_h) = (self.bdf.t(), self.bdf.next_step());
         self.one_step(structure);
         let Some(one_step) = &mut self.one_step else { return };

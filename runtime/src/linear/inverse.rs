@@ -26,6 +26,7 @@ pub(super) struct Inverse {
 
 impl Inverse {
     /// True if there is one.
+    #[inline(always)]
     pub(super) fn is_made(&self) -> bool {
         self.width > 0
     }
@@ -74,6 +75,7 @@ impl Inverse {
     }
 
     /// `x := A^{-1} b`; `x` is in tiles, the last of which is filled up with zeros.
+    #[inline(always)]
     pub(super) fn apply(&self, b: &[f64], x: &mut [Tile]) {
         match self.width {
             1 => self.product::<1>(b, x),
@@ -82,21 +84,33 @@ impl Inverse {
         }
     }
 
+    #[inline(always)]
     fn product<const T: usize>(&self, b: &[f64], x: &mut [Tile]) {
         // Two sums each, so that additions need not wait for each other.
-        let mut sums = [[[0.0; LANES]; T]; 2];
-        for (k, (column, value)) in self.columns.as_chunks::<T>().0.iter().zip(b).enumerate() {
-            for (sum, entry) in sums[k % 2].iter_mut().zip(column) {
-                for lane in 0..LANES {
-                    sum[lane] += entry[lane] * value;
-                }
-            }
+        let (mut even, mut odd) = ([[0.0; LANES]; T], [[0.0; LANES]; T]);
+        let (columns, last) = self.columns.as_chunks::<T>().0.as_chunks::<2>();
+        let (values, value) = b.as_chunks::<2>();
+        for ([first, second], [a, b]) in columns.iter().zip(values) {
+            add_multiple(&mut even, first, *a);
+            add_multiple(&mut odd, second, *b);
         }
-        let [even, odd] = sums;
+        if let ([column], [value]) = (last, value) {
+            add_multiple(&mut even, column, *value);
+        }
         for (x, (even, odd)) in x.iter_mut().zip(even.iter().zip(&odd)) {
             for lane in 0..LANES {
                 x[lane] = even[lane] + odd[lane];
             }
+        }
+    }
+}
+
+/// `sum += value column`
+#[inline(always)]
+fn add_multiple<const T: usize>(sum: &mut [Tile; T], column: &[Tile; T], value: f64) {
+    for (sum, entry) in sum.iter_mut().zip(column) {
+        for lane in 0..LANES {
+            sum[lane] += entry[lane] * value;
         }
     }
 }
@@ -114,8 +128,9 @@ fn eliminate<const T: usize>(
     for pivot in pivots {
         let (row, column) = (pivot.row as usize, pivot.column as usize);
         // Numbers are masked, not replaced one by one: a vector is not read where a number was just written.
-        let (mut kept, mut unit) = ([[1.0; LANES]; T], [[0.0; LANES]; T]);
-        (kept[column / LANES][column % LANES], unit[column / LANES][column % LANES]) = (0.0, 1.0);
+        let unit: [Tile; T] =
+            std::array::from_fn(|k| std::array::from_fn(|lane| if k * LANES + lane == column { 1.0 } else { 0.0 }));
+        let kept = unit.map(|unit| unit.map(|one| 1.0 - one));
         let mut own = rows[row];
         let value = own[column / LANES][column % LANES];
         if !sound(pivot, value) {

@@ -115,6 +115,7 @@ impl LinearSolver {
     }
 
     /// `x := A^{-1} b` for the corrections of an iteration, which may be off by a few more roundings than those of [`Self::solve`].
+    #[inline(always)]
     pub(crate) fn correct(&mut self, b: &Tiled, x: &mut Tiled) {
         if let Kernel::Small(small) = &mut self.kernel
             && small.correct(b, x.tiles_mut())

@@ -343,6 +343,7 @@ impl Small {
     }
 
     /// `x := A^{-1} b` by the inverse; false if there is none.
+    #[inline(always)]
     pub(super) fn correct(&mut self, b: &[f64], x: &mut [Tile]) -> bool {
         self.corrects = true;
         if self.inverse.is_made() {
