@@ -2,7 +2,8 @@
 //!
 //! Text is made by codespan-reporting, which only this file uses; JSON is one object per line with lines and columns counted
 //! from 1 (columns in characters) and byte offsets from 0.  Spans that do not fit their file are cut to it, so that a
-//! message is never lost to a mistake of ours.
+//! message is never lost to a mistake of ours.  Text for people is kept to what people read: so many messages of each kind, and no
+//! excerpts of lines as long as machines write them.
 
 use std::fmt::Write as _;
 
@@ -12,7 +13,13 @@ use codespan_reporting::term::{self, termcolor};
 use hyd_index::TypedIndex;
 use hyd_source::{Diagnostic, Files, Label, Severity, Span};
 
-/// All messages as text with the marked places, an empty line after each; `color`: with ANSI escapes for terminals.
+/// Most errors, warnings and notes that are shown as text.
+const MOST: usize = 100;
+/// Bytes of a line of which an excerpt is shown.
+const LONGEST_LINE: usize = 1000;
+
+/// Messages as text with the marked places, an empty line after each; `color`: with ANSI escapes for terminals.  Of each severity the first
+/// hundred, with the number of all others at the end.
 pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String {
     let mut shown = SimpleFiles::new();
     for id in files.ids() {
@@ -20,7 +27,17 @@ pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String 
     }
     let config = term::Config { tab_width: 4, ..Default::default() };
     let mut text = String::new();
+    let mut counts = [0; 3];
     for diagnostic in diagnostics {
+        let count = &mut counts[diagnostic.severity as usize];
+        *count += 1;
+        if *count > MOST {
+            continue;
+        }
+        if diagnostic.labels.iter().any(|label| has_long_line(files, label.span)) {
+            text.push_str(&plain(files, diagnostic));
+            continue;
+        }
         let message = translate(files, diagnostic);
         let emitted = if color {
             let mut buffer = termcolor::Ansi::new(Vec::new());
@@ -31,7 +48,24 @@ pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String 
         };
         text.push_str(&emitted.unwrap_or_else(|_| plain(files, diagnostic)));
     }
+    for severity in [Severity::Error, Severity::Warning, Severity::Note] {
+        let count = counts[severity as usize];
+        if count > MOST {
+            // Writing to a string cannot fail.
+            let _ =
+                writeln!(text, "{} more messages of the kind `{}` are not shown\n", count - MOST, name_of(severity));
+        }
+    }
     text
+}
+
+/// True if a line that the span touches is too long to be shown.
+fn has_long_line(files: &Files, span: Span) -> bool {
+    let text = files.text(span.file);
+    let range = cut(files, span);
+    let begin = text[..range.start].rfind('\n').map_or(0, |at| at + 1);
+    let end = text[range.end..].find('\n').map_or(text.len(), |at| range.end + at);
+    end - begin > LONGEST_LINE && text[begin..end].lines().any(|line| line.len() > LONGEST_LINE)
 }
 
 fn translate(files: &Files, diagnostic: &Diagnostic) -> out::Diagnostic<usize> {
@@ -63,8 +97,9 @@ fn plain(files: &Files, diagnostic: &Diagnostic) -> String {
     let mut text = format!("{}[{}]: {}\n", severity_name(diagnostic), diagnostic.code, diagnostic.message);
     for label in &diagnostic.labels {
         let at = files.location(label.span);
+        let says = if label.message.is_empty() { String::new() } else { format!(": {}", label.message) };
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {}:{}:{}: {}", files.name(label.span.file), at.line, at.column, label.message);
+        let _ = writeln!(text, "  {}:{}:{}{says}", files.name(label.span.file), at.line, at.column);
     }
     for note in &diagnostic.notes {
         let _ = writeln!(text, "  = {note}");
@@ -74,7 +109,11 @@ fn plain(files: &Files, diagnostic: &Diagnostic) -> String {
 }
 
 fn severity_name(diagnostic: &Diagnostic) -> &'static str {
-    match diagnostic.severity {
+    name_of(diagnostic.severity)
+}
+
+fn name_of(severity: Severity) -> &'static str {
+    match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
         Severity::Note => "note",
@@ -225,6 +264,21 @@ at all
         let mut odd = String::new();
         push_string(&mut odd, "\"\\\t\u{1}ö");
         assert_eq!(odd, r#""\"\\\t\u0001ö""#);
+    }
+
+    #[test]
+    fn of_many_messages_the_first_are_shown_and_of_long_lines_the_place() {
+        let mut files = Files::new();
+        let id = files.add("long.hyd", format!("model A\n{}\n", "x ".repeat(40_000)));
+        let at = |k: usize| Span::new(id, 8 + 2 * k, 9 + 2 * k);
+        let mut diagnostics: Vec<_> = (0..5000).map(|k| Diagnostic::error(Code::Unused, "odd").at(at(k), "")).collect();
+        diagnostics.push(Diagnostic::warning(Code::Syntax, "the last").at(at(5000), "here"));
+        let text = render(&files, &diagnostics, false);
+        assert!(text.len() < 10_000, "{} bytes", text.len());
+        assert!(text.starts_with("error[W0201]: odd\n  long.hyd:2:1\n"), "{}", &text[..60]);
+        assert!(text.contains("warning[E0101]: the last\n  long.hyd:2:10001: here\n"));
+        assert!(text.ends_with("4900 more messages of the kind `error` are not shown\n\n"));
+        assert_eq!(render_json(&files, &diagnostics).lines().count(), 5001);
     }
 
     #[test]
