@@ -17,12 +17,13 @@ from pathlib import Path
 
 from run import HERE, LIBRARIES, ROOT, at_error
 
-PROBLEMS = ["robertson", "hires", "akzo_nobel", "ring_modulator"]
+PROBLEMS = ["robertson", "hires", "akzo_nobel", "ring_modulator", "squeezing_mechanism"]
 NAMES = {
     "robertson": ["a", "b", "c"],
     "hires": [f"y[{k}]" for k in range(1, 9)],
     "akzo_nobel": [f"y[{k}]" for k in range(1, 6)],
     "ring_modulator": [f"u[{k}]" for k in range(1, 8)] + [f"i[{k}]" for k in range(1, 9)],
+    "squeezing_mechanism": ["beta", "theta", "gamma", "phi", "delta", "omega", "epsilon"] + [f"w[{k}]" for k in range(1, 8)],
 }
 TOLERANCES = ["1e-4", "1e-5", "1e-6", "1e-7", "1e-8"]
 

@@ -6,9 +6,7 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use diffsol::{
-    FaerSparseLU, FaerSparseMat, NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod, Vector,
-};
+use diffsol::{FaerSparseLU, FaerSparseMat, NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod, Vector};
 
 fn cpu() -> f64 {
     let mut t = libc::timespec { tv_sec: 0, tv_nsec: 0 };
@@ -169,7 +167,8 @@ macro_rules! by_method {
 
 fn main() {
     let a: Vec<String> = std::env::args().collect();
-    let (method, tolerance, cells) = (a[1].as_str(), a[3].parse::<f64>().expect("tolerance"), a[4].parse().expect("cells"));
+    let (method, tolerance, cells) =
+        (a[1].as_str(), a[3].parse::<f64>().expect("tolerance"), a[4].parse().expect("cells"));
     let file = a.get(5);
     let times = |n: usize, stop: f64| (1..=n).map(|k| stop * k as f64 / n as f64).collect::<Vec<_>>();
     let n: usize = cells;

@@ -1,7 +1,7 @@
-//! Small known problems with diffsol: known (bdf|esdirk34|tr_bdf2) (robertson|hires|akzo_nobel|ring_modulator) TOLERANCE.
+//! Small known problems with diffsol: known (bdf|esdirk34|tr_bdf2) (robertson|hires|akzo_nobel|ring_modulator|squeezing_mechanism) TOLERANCE.
 //!
 //! Prints CPU seconds (best of several), steps, and the values at the end.  Equations, ends and nominal values are those of
-//! `../../../tests/numerics`, the Jacobian is that of `../sundials/known.c`; absolute tolerances are the relative one of the nominal values.
+//! `../../../tests/numerics`, the Jacobian is that of `../sundials/known.c`, differences for the mechanism; absolute tolerances are the relative one of the nominal values.
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,8 @@ struct Problem {
     start: &'static [f64],
     nominal: &'static [f64],
     rates: fn(f64, &[f64], &mut [f64]),
-    jacobian: fn(f64, &[f64], &mut Matrix),
+    /// None: by differences.
+    jacobian: Option<fn(f64, &[f64], &mut Matrix)>,
 }
 
 fn robertson(_t: f64, y: &[f64], f: &mut [f64]) {
@@ -100,8 +101,13 @@ const ACROSS: [[f64; 5]; 4] =
     [[1.0, 0.0, -1.0, 0.0, -1.0], [0.0, -1.0, 0.0, 1.0, -1.0], [0.0, 1.0, 1.0, 0.0, 1.0], [-1.0, 0.0, 0.0, -1.0, 1.0]];
 const CARRIER: [f64; 4] = [-1.0, -1.0, 1.0, 1.0];
 /// Of the diodes' currents in the equations 2 to 6.
-const INTO: [[f64; 4]; 5] =
-    [[-1.0, 0.0, 0.0, 1.0], [0.0, 1.0, -1.0, 0.0], [1.0, 0.0, -1.0, 0.0], [0.0, -1.0, 0.0, 1.0], [1.0, 1.0, -1.0, -1.0]];
+const INTO: [[f64; 4]; 5] = [
+    [-1.0, 0.0, 0.0, 1.0],
+    [0.0, 1.0, -1.0, 0.0],
+    [1.0, 0.0, -1.0, 0.0],
+    [0.0, -1.0, 0.0, 1.0],
+    [1.0, 1.0, -1.0, -1.0],
+];
 
 /// Currents and slopes of the diodes.
 fn diodes(t: f64, y: &[f64]) -> ([f64; 4], [f64; 4]) {
@@ -180,6 +186,112 @@ fn ring_modulator_jacobian(t: f64, y: &[f64], j: &mut Matrix) {
     }
 }
 
+const MASS: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
+const INERTIA: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
+
+/// 13 linear equations, the right-hand sides in the last column, which becomes the solution.
+fn solve(a: &mut [[f64; 14]; 13]) {
+    for k in 0..13 {
+        let pivot = (k..13).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).unwrap_or(k);
+        a.swap(k, pivot);
+        let own = a[k];
+        for row in &mut a[k + 1..] {
+            let factor = row[k] / own[k];
+            if factor != 0.0 {
+                for c in k + 1..14 {
+                    row[c] -= factor * own[c];
+                }
+            }
+        }
+    }
+    for k in (0..13).rev() {
+        let sum: f64 = (k + 1..13).map(|c| a[k][c] * a[c][13]).sum();
+        a[k][13] = (a[k][13] - sum) / a[k][k];
+    }
+}
+
+/// Andrews' mechanism as an ordinary system, as in `../sundials/known.c`.
+fn squeezing_mechanism(_t: f64, z: &[f64], f: &mut [f64]) {
+    let (xb, yb, xc, yc, d, da, e, rr, ra) = (-0.03635, 0.03273, 0.014, 0.072, 0.028, 0.0115, 0.02, 0.007, 0.00092);
+    let (ss, sa, sb, sc, sd, ta, tb, u, ua) = (0.035, 0.01874, 0.01043, 0.018, 0.02, 0.02308, 0.00916, 0.04, 0.01228);
+    let (ub, zf, zt, c0, l0, torque, e4, e6) =
+        (0.00449, 0.02, 0.04, 4530.0, 0.07785, 0.033, 0.02 - 0.01421, 0.02 - 0.01421);
+    let (m, j, w) = (&MASS, &INERTIA, &z[7..]);
+    let ((sbe, cbe), (sbt, cbt), (sth, cth)) = (z[0].sin_cos(), (z[0] + z[1]).sin_cos(), z[1].sin_cos());
+    let ((sga, cga), (sph, cph), (sde, cde)) = (z[2].sin_cos(), z[3].sin_cos(), z[4].sin_cos());
+    let ((spd, cpd), (som, com), (sep, cep)) = ((z[3] + z[4]).sin_cos(), z[5].sin_cos(), z[6].sin_cos());
+    let (soe, coe) = (z[5] + z[6]).sin_cos();
+    let (dx, dy): (f64, f64) = (sd * cga + sc * sga + xb - xc, sd * sga - sc * cga + yb - yc);
+    let pull = c0 * (l0 / (dx * dx + dy * dy).sqrt() - 1.0);
+    let (w12, w45, w67) = (w[0] + w[1], w[3] + w[4], w[5] + w[6]);
+    let mut a = [[0.0; 14]; 13];
+    a[0][0] = m[0] * ra * ra + m[1] * (rr * rr - 2.0 * da * rr * cth + da * da) + j[0] + j[1];
+    a[0][1] = m[1] * (da * da - da * rr * cth) + j[1];
+    a[1][1] = m[1] * da * da + j[1];
+    a[2][2] = m[2] * (sa * sa + sb * sb) + j[2];
+    a[3][3] = m[3] * e4 * e4 + j[3];
+    a[3][4] = m[3] * (e4 * e4 + zt * e4 * sph) + j[3];
+    a[4][4] = m[3] * (zt * zt + 2.0 * zt * e4 * sph + e4 * e4) + m[4] * (ta * ta + tb * tb) + j[3] + j[4];
+    a[5][5] = m[5] * e6 * e6 + j[5];
+    a[5][6] = m[5] * (e6 * e6 - u * e6 * som) + j[5];
+    a[6][6] = m[5] * (e6 * e6 - 2.0 * u * e6 * som + u * u) + m[6] * (ua * ua + ub * ub) + j[5] + j[6];
+    (a[1][0], a[4][3], a[6][5]) = (a[0][1], a[3][4], a[5][6]);
+    let forces = [
+        torque - m[1] * da * rr * w[1] * (w[1] + 2.0 * w[0]) * sth,
+        m[1] * da * rr * w[0] * w[0] * sth,
+        pull * (dx * (sc * cga - sd * sga) + dy * (sd * cga + sc * sga)),
+        m[3] * zt * e4 * w[4] * w[4] * cph,
+        -m[3] * zt * e4 * w[3] * (w[3] + 2.0 * w[4]) * cph,
+        -m[5] * u * e6 * w[6] * w[6] * com,
+        m[5] * u * e6 * w[5] * (w[5] + 2.0 * w[6]) * com,
+    ];
+    let (bend_x, bend_y) =
+        (-rr * cbe * w[0] * w[0] + d * cbt * w12 * w12, -rr * sbe * w[0] * w[0] + d * sbt * w12 * w12);
+    let rows: [(f64, &[(usize, f64)]); 6] = [
+        (-bend_x - ss * sga * w[2] * w[2], &[(2, -ss * cga)]),
+        (-bend_y + ss * cga * w[2] * w[2], &[(2, -ss * sga)]),
+        (-bend_x - e * spd * w45 * w45 - zt * cde * w[4] * w[4], &[(3, -e * cpd), (4, -e * cpd + zt * sde)]),
+        (-bend_y + e * cpd * w45 * w45 - zt * sde * w[4] * w[4], &[(3, -e * spd), (4, -e * spd - zt * cde)]),
+        (-bend_x - zf * coe * w67 * w67 - u * sep * w[6] * w[6], &[(5, zf * soe), (6, zf * soe - u * cep)]),
+        (-bend_y - zf * soe * w67 * w67 + u * cep * w[6] * w[6], &[(5, -zf * coe), (6, -zf * coe - u * sep)]),
+    ];
+    for (k, (right, entries)) in rows.into_iter().enumerate() {
+        let crank = if k % 2 == 0 {
+            [(0, -rr * sbe + d * sbt), (1, d * sbt)]
+        } else {
+            [(0, rr * cbe - d * cbt), (1, -d * cbt)]
+        };
+        for (c, value) in crank.iter().chain(entries) {
+            (a[7 + k][*c], a[*c][7 + k]) = (*value, *value);
+        }
+        a[7 + k][13] = right;
+    }
+    for (row, force) in a.iter_mut().zip(forces) {
+        row[13] = force;
+    }
+    solve(&mut a);
+    for k in 0..7 {
+        (f[k], f[7 + k]) = (w[k], a[k][13]);
+    }
+}
+
+/// Directional derivative by central differences.
+fn difference(rates: fn(f64, &[f64], &mut [f64]), t: f64, y: &[f64], v: &[f64], f: &mut [f64]) {
+    let size = v.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    if size == 0.0 {
+        return f.fill(0.0);
+    }
+    let scale = y.iter().zip(v).filter(|(_, v)| **v != 0.0).fold(1e-3f64, |most, (y, _)| most.max(y.abs()));
+    let h = 1e-7 * scale / size;
+    let (mut low, mut high) = ([0.0; MOST], [0.0; MOST]);
+    let moved = |sign: f64| y.iter().zip(v).map(|(y, v)| y + sign * h * v).collect::<Vec<f64>>();
+    rates(t, &moved(-1.0), &mut low);
+    rates(t, &moved(1.0), &mut high);
+    for (f, (low, high)) in f.iter_mut().zip(low.iter().zip(&high)) {
+        *f = (high - low) / (2.0 * h);
+    }
+}
+
 fn problem(name: &str) -> Problem {
     match name {
         "robertson" => Problem {
@@ -187,28 +299,50 @@ fn problem(name: &str) -> Problem {
             start: &[1.0, 0.0, 0.0],
             nominal: &[1e-7, 1e-13, 1.0],
             rates: robertson,
-            jacobian: robertson_jacobian,
+            jacobian: Some(robertson_jacobian),
         },
         "hires" => Problem {
             stop: 321.8122,
             start: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0057],
             nominal: &[1e-3; 8],
             rates: hires,
-            jacobian: hires_jacobian,
+            jacobian: Some(hires_jacobian),
         },
         "akzo_nobel" => Problem {
             stop: 180.0,
             start: &[0.444, 0.00123, 0.0, 0.007, 0.0],
             nominal: &[0.1, 1e-3, 0.1, 1e-3, 1e-2],
             rates: akzo_nobel,
-            jacobian: akzo_nobel_jacobian,
+            jacobian: Some(akzo_nobel_jacobian),
         },
         "ring_modulator" => Problem {
             stop: 1e-3,
             start: &[0.0; 15],
             nominal: &[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 1e-6, 1e-6, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3],
             rates: ring_modulator,
-            jacobian: ring_modulator_jacobian,
+            jacobian: Some(ring_modulator_jacobian),
+        },
+        "squeezing_mechanism" => Problem {
+            stop: 0.03,
+            start: &[
+                -0.0617138900142764496,
+                0.0,
+                0.455279819163070380,
+                0.222668390165885885,
+                0.487364979543842550,
+                -0.222668390165885885,
+                1.23054744454982119,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ],
+            nominal: &[1.0; 14],
+            rates: squeezing_mechanism,
+            jacobian: None,
         },
         other => panic!("no problem {other}"),
     }
@@ -241,6 +375,7 @@ fn main() {
     let (own, tolerance) = (problem(&a[2]), a[3].parse::<f64>().expect("tolerance"));
     let (rates, jacobian, start, stop) = (own.rates, own.jacobian, own.start, own.stop);
     let slope = move |t: f64, y: &[f64], v: &[f64], f: &mut [f64]| {
+        let Some(jacobian) = jacobian else { return difference(rates, t, y, v, f) };
         let mut j = [[0.0; MOST]; MOST];
         jacobian(t, y, &mut j);
         for (f, row) in f.iter_mut().zip(&j) {
