@@ -22,9 +22,11 @@ use crate::sensitivity::{EventSource, Sensitivity};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
+mod choosing;
 mod jump;
 mod stall;
 
+use choosing::Choosing;
 pub use jump::Jump;
 use stall::Stall;
 
@@ -78,6 +80,7 @@ pub struct Simulator {
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
     states: Vec<bool>,
+    choosing: Choosing,
     /// Present in runs that ask for sensitivities, and kept for the next one that does.
     sensitivity: Option<Box<Sensitivity>>,
     kept: Option<Box<Sensitivity>>,
@@ -138,6 +141,7 @@ impl Simulator {
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
+            choosing: Choosing::new(),
             sensitivity: None,
             kept: None,
             jumps: Vec::new(),
@@ -279,6 +283,7 @@ impl Simulator {
         self.weights.update(&self.point.y);
         self.consistency.choose_states(run.problem, t, &self.point.y, &self.point.yp);
         self.states.copy_from_slice(self.consistency.states());
+        self.choosing = Choosing::new();
         let smallest = 16.0 * self.integrator.smallest_step(t);
         let first = match run.options.initial_step {
             Some(h) => FirstSteps { first_order: h, fourth_order: h },
@@ -345,6 +350,7 @@ impl Simulator {
                 limit = limit.min(from + shortest);
             }
         }
+        let failures = run.problem.statistics.convergence_failures;
         if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
             if let Some(t) = self.jump(run, &failure, (from, limit))? {
                 return Ok(t);
@@ -373,10 +379,14 @@ impl Simulator {
         }
         if !is_event {
             self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
-            if self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp()) {
-                // The past of the unknowns is as good as before; only the equations that hold them together have changed.
-                run.problem.statistics.state_choices += 1;
-                self.integrator.drop_matrix();
+            if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
+                let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
+                self.choosing.note(t, judged);
+                if judged.changed {
+                    // The past of the unknowns is as good as before; only the equations that hold them together have changed.
+                    run.problem.statistics.state_choices += 1;
+                    self.integrator.drop_matrix();
+                }
             }
             return Ok(t);
         }

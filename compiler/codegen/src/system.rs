@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use hyd_payload::Instance;
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, Tangents,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
+    Tangents,
 };
 
 use crate::model::{CompiledModel, Shared};
@@ -98,7 +99,7 @@ impl DaeSystem for CompiledSystem {
         self.instance.states(out);
     }
 
-    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
         self.instance.choose_states(t, y, yp)
     }
 

@@ -7,6 +7,8 @@
 //! *How to find a good submatrix*).  Switching late and then going all the way keeps the choice from flipping to and fro.
 //! Nothing is evaluated here but numbers: the entries come from the model's code.
 
+use hyd_system::StateChoice;
+
 /// The choice is changed when an exchange would enlarge the determinant by this factor.
 const WORTH_A_CHANGE: f64 = 2.5;
 /// Exchanges then go on down to this factor.
@@ -41,6 +43,12 @@ pub(crate) struct Choice {
     /// Candidate that is a state, for each equation of the set.
     states: Vec<u32>,
     matrix: Vec<f64>,
+    /// Rows of the matrix that have had their pivot.
+    done: Vec<bool>,
+    /// Open rows and candidates.
+    values: Vec<f64>,
+    /// By candidate: it is dependent.
+    is_dependent: Vec<bool>,
 }
 
 impl CandidateSet {
@@ -52,6 +60,9 @@ impl CandidateSet {
             dependent: (0..open).collect(),
             states: (open..count).collect(),
             matrix: vec![0.0; (rows * columns) as usize],
+            done: vec![false; rows as usize],
+            values: vec![0.0; (open * count) as usize],
+            is_dependent: vec![false; count as usize],
         }
     }
 
@@ -60,34 +71,36 @@ impl CandidateSet {
         (self.candidates.len() - self.open.len()) * self.candidates.len()
     }
 
-    /// Judges the choice by the entries of the Jacobian; true if it was changed.
-    pub(crate) fn judge(&self, entries: &[f64], choice: &mut Choice) -> bool {
+    /// Judges the choice by the entries of the Jacobian.
+    pub(crate) fn judge(&self, entries: &[f64], choice: &mut Choice) -> StateChoice {
         if entries.iter().any(|value| !value.is_finite()) {
-            return false;
+            return StateChoice { changed: false, room: 0.0 };
         }
         let columns = self.size.1 as usize;
         choice.matrix.fill(0.0);
         for (&(row, column), value) in self.entries.iter().zip(entries) {
             choice.matrix[row as usize * columns + column as usize] += value;
         }
-        self.eliminate_fixed(&mut choice.matrix);
-        let mut open = self.open_part(&choice.matrix);
-        let mut dependent = choice.dependent.clone();
-        if !open.solve_for(&dependent) {
-            open = self.open_part(&choice.matrix);
-            dependent = open.choose();
-        } else if open.largest(&dependent).0 <= WORTH_A_CHANGE {
-            return false;
-        }
-        for _ in 0..MOST_EXCHANGES {
-            let (ratio, row, column) = open.largest(&dependent);
-            if ratio <= GOOD {
-                break;
+        self.eliminate_fixed(&mut choice.matrix, &mut choice.done);
+        self.open_part(&choice.matrix, &mut choice.values);
+        let (rows, columns) = (self.open.len(), self.candidates.len());
+        let mut open = Open { rows, columns, values: &mut choice.values };
+        let is_dependent = &mut choice.is_dependent;
+        mark(&choice.dependent, is_dependent);
+        let dependent = if open.solve_for(&choice.dependent) {
+            let ratio = open.largest(is_dependent).0;
+            if ratio <= WORTH_A_CHANGE {
+                return StateChoice { changed: false, room: (WORTH_A_CHANGE / ratio).ln() };
             }
-            open.exchange(row, column);
-            dependent[row] = column as u32;
-        }
-        choice.adopt(dependent)
+            choice.dependent.clone()
+        } else {
+            self.open_part(&choice.matrix, open.values);
+            let chosen = open.choose();
+            mark(&chosen, is_dependent);
+            chosen
+        };
+        let better = open.improve(dependent, is_dependent);
+        StateChoice { changed: choice.adopt(better), room: 0.0 }
     }
 
     /// Writes the choices into their place in the data area.
@@ -110,9 +123,9 @@ impl CandidateSet {
         }
     }
 
-    fn eliminate_fixed(&self, matrix: &mut [f64]) {
+    fn eliminate_fixed(&self, matrix: &mut [f64], done: &mut [bool]) {
         let (rows, columns) = (self.size.0 as usize, self.size.1 as usize);
-        let mut done = vec![false; rows];
+        done.fill(false);
         for &(pivot_row, column) in &self.pivots {
             let (pivot_row, column) = (pivot_row as usize, column as usize);
             done[pivot_row] = true;
@@ -129,15 +142,20 @@ impl CandidateSet {
         }
     }
 
-    fn open_part(&self, matrix: &[f64]) -> Open {
+    fn open_part(&self, matrix: &[f64], values: &mut [f64]) {
         let columns = self.size.1 as usize;
-        let mut values = Vec::with_capacity(self.open.len() * self.candidates.len());
-        for &row in &self.open {
+        for (&row, values) in self.open.iter().zip(values.chunks_exact_mut(self.candidates.len())) {
             let own = &matrix[row as usize * columns..][..columns];
-            values.extend(self.candidates.iter().map(|c| own[c.0 as usize] * c.1));
+            for (value, candidate) in values.iter_mut().zip(&self.candidates) {
+                *value = own[candidate.0 as usize] * candidate.1;
+            }
         }
-        Open { rows: self.open.len(), columns: self.candidates.len(), values }
     }
+}
+
+fn mark(dependent: &[u32], is_dependent: &mut [bool]) {
+    is_dependent.fill(false);
+    dependent.iter().for_each(|&column| is_dependent[column as usize] = true);
 }
 
 impl Choice {
@@ -156,13 +174,13 @@ impl Choice {
 }
 
 /// The matrix of open rows and candidates, brought to the unit matrix in the dependent columns.
-struct Open {
+struct Open<'a> {
     rows: usize,
     columns: usize,
-    values: Vec<f64>,
+    values: &'a mut [f64],
 }
 
-impl Open {
+impl Open<'_> {
     /// Makes the dependent columns a unit matrix, rows in their order; false if they are singular.
     fn solve_for(&mut self, dependent: &[u32]) -> bool {
         for (k, &column) in dependent.iter().enumerate() {
@@ -205,11 +223,26 @@ impl Open {
         dependent
     }
 
+    /// Exchanges columns while that enlarges the determinant; gives the dependent ones.
+    fn improve(&mut self, mut dependent: Vec<u32>, is_dependent: &mut [bool]) -> Vec<u32> {
+        for _ in 0..MOST_EXCHANGES {
+            let (ratio, row, column) = self.largest(is_dependent);
+            if ratio <= GOOD {
+                break;
+            }
+            self.exchange(row, column);
+            is_dependent[dependent[row] as usize] = false;
+            is_dependent[column] = true;
+            dependent[row] = column as u32;
+        }
+        dependent
+    }
+
     /// The largest entry outside the dependent columns: size, row, column.
-    fn largest(&self, dependent: &[u32]) -> (f64, usize, usize) {
+    fn largest(&self, is_dependent: &[bool]) -> (f64, usize, usize) {
         let mut best = (0.0, 0, 0);
         for row in 0..self.rows {
-            for column in (0..self.columns).filter(|&column| !dependent.contains(&(column as u32))) {
+            for column in (0..self.columns).filter(|&column| !is_dependent[column]) {
                 let size = self.values[row * self.columns + column].abs();
                 if size > best.0 {
                     best = (size, row, column);
@@ -290,9 +323,10 @@ mod tests {
                 }
                 let size = |dependent: &[u32]| volume(&values, (rows, columns), pivots, dependent);
                 let before = choice.clone();
-                let changed = set.judge(&values, &mut choice);
+                let StateChoice { changed, room } = set.judge(&values, &mut choice);
                 let kept = choice.dependent == before.dependent;
                 prop_assert_eq!(changed, choice.states != before.states);
+                prop_assert!(room >= 0.0 && !(changed && room > 0.0));
                 let limit = if kept { WORTH_A_CHANGE } else { GOOD };
                 let own = size(&choice.dependent);
                 for k in 0..open {

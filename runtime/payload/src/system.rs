@@ -6,7 +6,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, ValueKind,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
+    ValueKind,
 };
 
 use crate::engine::Engine;
@@ -379,9 +380,9 @@ impl DaeSystem for Instance {
         }
     }
 
-    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
         if self.loaded.model.candidates.is_empty() {
-            return false;
+            return StateChoice::default();
         }
         self.set_time(t, false);
         let loaded = self.loaded.clone();
@@ -389,15 +390,16 @@ impl DaeSystem for Instance {
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         self.run_own(loaded.model.routines.events.pivots, point);
         let mut first = 0;
-        let mut changed = false;
+        let mut all = StateChoice::default();
         for (set, choice) in loaded.model.candidates.iter().zip(&mut self.memory.choices) {
-            changed |= set.judge(&self.memory.out[first..first + set.entries.len()], choice);
+            let judged = set.judge(&self.memory.out[first..first + set.entries.len()], choice);
+            all = StateChoice { changed: all.changed | judged.changed, room: all.room.min(judged.room) };
             first += set.entries.len();
         }
-        if changed {
+        if all.changed {
             self.write_choices();
         }
-        changed
+        all
     }
 
     fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, Structure, Tables, Tangents,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
+    Tangents,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -228,7 +229,7 @@ impl DaeSystem for Delaying<'_> {
         self.inner.states(out);
     }
 
-    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
         self.prepare(t, y, yp);
         self.inner.choose_states(t, y, yp)
     }

@@ -6,7 +6,7 @@
 //! it is regular for systems of index 1 whose differential equations determine the rates.  Two ways:
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
-use hyd_system::{DaeSystem, Pattern, Structure};
+use hyd_system::{DaeSystem, Pattern, StateChoice, Structure};
 
 use crate::fold;
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
@@ -129,12 +129,12 @@ impl Consistency {
     }
 
     /// Judges the choice of states at consistent values; true if it was changed.
-    pub(crate) fn choose_states(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) -> bool {
-        let changed = problem.system.choose_states(t, y, yp);
-        if changed {
+    pub(crate) fn choose_states(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
+        let judged = problem.system.choose_states(t, y, yp);
+        if judged.changed {
             self.read_states(problem);
         }
-        changed
+        judged
     }
 
     /// Takes over which unknowns are states.

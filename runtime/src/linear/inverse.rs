@@ -11,8 +11,9 @@ use hyd_system::wide;
 use super::small::Pivot;
 use crate::tiled::{LANES, Tile};
 
-/// Matrices of more rows have no inverse here: sums of a row no longer stay in registers, and zeros of the factors are worth more.
-pub(super) const LARGEST: usize = 3 * LANES;
+/// Matrices of more rows have no inverse here: it takes longer to make than products save, and zeros of the factors are worth more (15 unknowns
+/// of few matrices take a quarter less with it, 20 and 23 up to a quarter more).
+pub(super) const LARGEST: usize = 4 * LANES;
 
 /// An inverse, column by column.
 #[derive(Default)]
@@ -59,7 +60,8 @@ impl Inverse {
             || match width {
                 1 => eliminate::<1>(rows, pivots, sound, small),
                 2 => eliminate::<2>(rows, pivots, sound, small),
-                _ => eliminate::<3>(rows, pivots, sound, small),
+                3 => eliminate::<3>(rows, pivots, sound, small),
+                _ => eliminate::<4>(rows, pivots, sound, small),
             },
         );
         self.width = if is_made { width } else { 0 };
@@ -80,7 +82,8 @@ impl Inverse {
         match self.width {
             1 => self.product::<1>(b, x),
             2 => self.product::<2>(b, x),
-            _ => self.product::<3>(b, x),
+            3 => self.product::<3>(b, x),
+            _ => self.product::<4>(b, x),
         }
     }
 

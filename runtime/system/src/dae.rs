@@ -94,6 +94,23 @@ pub struct InitialStructure {
     pub pattern: Pattern,
 }
 
+/// What came of judging a choice of states, see [`DaeSystem::choose_states`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct StateChoice {
+    /// Other unknowns are states now.
+    pub changed: bool,
+    /// How far the choice is from being changed: logarithm of the factor by which another one may still become better, infinite
+    /// where there is nothing to choose.
+    pub room: f64,
+}
+
+impl Default for StateChoice {
+    /// Nothing to choose.
+    fn default() -> Self {
+        Self { changed: false, room: f64::INFINITY }
+    }
+}
+
 /// An evaluation that has no finite value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct EvalFailure {
@@ -210,11 +227,10 @@ pub trait DaeSystem: Send {
         out.copy_from_slice(&self.structure().differential);
     }
 
-    /// Judges the choice of states at consistent values, and changes it where another one is clearly better; true if it was
-    /// changed.  Values stay consistent and every unknown stays as smooth as it was, so that the past of an integrator keeps its
-    /// worth; matrices do not.
-    fn choose_states(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> bool {
-        false
+    /// Judges the choice of states at consistent values, and changes it where another one is clearly better.  Values stay consistent and
+    /// every unknown stays as smooth as it was, so that the past of an integrator keeps its worth; matrices do not.
+    fn choose_states(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> StateChoice {
+        StateChoice::default()
     }
 
     /// Values of dF/dy and dF/dy' on their patterns.

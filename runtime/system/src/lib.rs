@@ -16,7 +16,7 @@ mod text;
 
 pub use dae::{
     AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError,
-    Pattern, Structure,
+    Pattern, StateChoice, Structure,
 };
 pub use lanes::wide;
 pub use tables::{

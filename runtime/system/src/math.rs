@@ -137,6 +137,7 @@ impl Function {
     }
 
     /// The value; `b` is ignored by functions of one argument.  NaN where the function is not defined.
+    #[inline]
     pub fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Function::Sin => libm::sin(a),
