@@ -15,7 +15,7 @@ use hyd_system::{
     EquationInfo, LoopInfo, NamePattern, Place as ValuePlace, RootInfo, Settable, Source, Tables, ValueKind,
     Variability, VariableInfo,
 };
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::layout::{Layout, Place, resolve};
 use crate::lower::Lowered;
@@ -67,26 +67,31 @@ impl Describe<'_> {
     /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
     pub fn tables(&self) -> Result<(Tables, Vec<Limit>), String> {
         let flat = self.flat();
-        let mut delayed: Vec<VarId> = flat.delays.iter().flat_map(|d| [d.source, d.value, d.time]).collect();
-        delayed.sort_unstable();
-        let unknown_blocks = match delayed.is_empty() {
-            true => Vec::new(),
-            false => self.unknown_blocks(),
+        let unknown_blocks = match flat.variables.iter().any(|block| block.internal) {
+            true => self.unknown_blocks(),
+            false => Vec::new(),
         };
         let mut variables = Vec::new();
         let mut shown: Vec<Option<u32>> = Vec::with_capacity(flat.variables.len());
         for block in flat.variables.iter() {
-            let hide = block.internal && block.variability != Variability::Continuous
-                || block.count == 0
-                || delayed.binary_search(&block.first).is_ok() && unknown_blocks.binary_search(&block.first).is_err();
+            // Of the variables of the translation unknowns are shown, because messages name them, and derivatives.
+            let own = block.internal && !block.name.derivative;
+            let hide = block.count == 0 || own && unknown_blocks.binary_search(&block.first).is_err();
             shown.push((!hide).then_some(variables.len() as u32));
             if !hide {
                 variables.push(self.variable(block)?);
             }
         }
         let named = self.differentiated();
+        let is_unknown = |block: &&VariableBlock| unknown_blocks.binary_search(&block.first).is_ok();
+        let own = flat.variables.iter().filter(|block| block.internal && block.count == 1).filter(is_unknown);
+        let rates: FxHashSet<String> =
+            own.map(|block| block.name.element(0)).filter(|n| n.starts_with("der(")).collect();
         for block in flat.variables.iter().filter(|block| !block.internal) {
-            self.derivatives(block, &named, &mut variables);
+            // A derivative that is differentiated itself may be an unknown with this name.
+            if !(block.count == 1 && !rates.is_empty() && rates.contains(&format!("der({})", block.name.element(0)))) {
+                self.derivatives(block, &named, &mut variables);
+            }
         }
         let unknown = |target: Target| match target {
             Target::Var(v) => {

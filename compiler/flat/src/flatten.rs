@@ -31,6 +31,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) whens: u32,
     /// Folds taken apart so far.
     pub(crate) folds: u32,
+    /// Variables made for derivatives of derivatives: of which variable, at which places, in loops of which counts.
+    pub(crate) rates: FxHashMap<(VarId, Affine, Vec<usize>), VarId>,
     /// Expressions being worked on, one within the other, those of called functions within those of the caller.
     pub(crate) lowering: usize,
     /// Where a `when` sets a whole variable.
@@ -91,6 +93,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         connections: Connections::default(),
         whens: 0,
         folds: 0,
+        rates: FxHashMap::default(),
         lowering: 0,
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
