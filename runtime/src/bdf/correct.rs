@@ -104,7 +104,7 @@ impl Corrector {
 
     /// Sets the sizes of the unknowns and drops the matrix.
     pub(crate) fn reset(&mut self, nominals: &[f64]) {
-        self.solver.set_column_scale(nominals);
+        self.solver.begin(nominals);
         self.drop_matrix();
     }
 

@@ -124,7 +124,7 @@ impl Consistency {
 
     /// Sets the sizes of the unknowns and drops the matrix.
     pub(crate) fn reset(&mut self, nominals: &[f64]) {
-        self.core.solver.set_column_scale(nominals);
+        self.core.solver.begin(nominals);
         self.have_matrix = false;
     }
 

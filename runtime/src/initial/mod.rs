@@ -98,7 +98,7 @@ impl InitialSystem {
         let result = problem.system.initial_guess(t, &mut self.newton.x);
         result.map_err(|failure| failed(failure, problem))?;
         problem.system.initial_nominals(&mut self.newton.nominals);
-        self.core.solver.set_column_scale(&self.newton.nominals);
+        self.core.solver.begin(&self.newton.nominals);
         let mut before = vec![false; problem.system.structure().roots];
         let mut terminated = None;
         let mut reinitialised = false;

@@ -74,9 +74,15 @@ impl LinearSolver {
         Self { pattern: pattern.clone(), row_scale: vec![1.0; n], column_scale: vec![1.0; n], kernel }
     }
 
-    /// Sets the size of each unknown (n values > 0).
-    pub(crate) fn set_column_scale(&mut self, nominals: &[f64]) {
+    /// Prepares a run in which the unknowns are of these sizes (n values > 0).  Pivots that were chosen before are forgotten, so that a run gives
+    /// the same bits whatever was solved before it.
+    pub(crate) fn begin(&mut self, nominals: &[f64]) {
         self.column_scale.copy_from_slice(nominals);
+        match &mut self.kernel {
+            Kernel::Small(small) => small.forget(),
+            Kernel::Sparse(sparse) => sparse.forget(),
+            Kernel::Dense(_) => self.kernel = Kernel::Small(Box::new(Small::new(&self.pattern))),
+        }
     }
 
     /// Factors the matrix with these values on the pattern; `values` are scaled in place.
@@ -220,7 +226,7 @@ mod tests {
         let pattern = Pattern::from_pairs(n, n, &pairs);
         let mut solver = LinearSolver::new(&pattern);
         let nominals: Vec<f64> = (0..n).map(|k| [1e7, 1.0, 1e-4][k % 3]).collect();
-        solver.set_column_scale(&nominals);
+        solver.begin(&nominals);
         let mut shift = 0;
         for round in 0..3 {
             let mut values = vec![0.0; pattern.entries()];

@@ -89,6 +89,11 @@ impl Small {
         }
     }
 
+    /// Chooses pivots anew for the next matrix.
+    pub(super) fn forget(&mut self) {
+        (self.chosen, self.corrects) = (false, false);
+    }
+
     /// The matrix fills up so much that loops without indices are faster.
     pub(super) fn is_full(&self) -> bool {
         let full = FULL * (self.n * self.n * self.n) as f64 / 3.0;

@@ -93,6 +93,11 @@ impl Sparse {
         }
     }
 
+    /// Chooses pivots anew for the next matrix.
+    pub(super) fn forget(&mut self) {
+        self.pivoted = false;
+    }
+
     /// Factors the matrix with scaled `values` on `pattern`: along the known pivots if they serve, else with new ones.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<(), FactorError> {
         if self.pivoted && self.refactor(pattern, values) {

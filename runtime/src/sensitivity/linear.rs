@@ -59,7 +59,7 @@ impl Matrices {
 
     /// Sets the sizes of the unknowns.
     pub(super) fn reset(&mut self, nominals: &[f64]) {
-        self.solver.set_column_scale(nominals);
+        self.solver.begin(nominals);
     }
 
     /// Factors `dF/dy + c dF/dy'` at a point, and gives the tangent of F with the unknowns held.
@@ -197,7 +197,7 @@ impl Matrices {
             return Err(FactorError::NotFinite { row: 0, column: 0 });
         }
         problem.system.initial_nominals(&mut self.initial_column);
-        self.initial_solver.set_column_scale(&self.initial_column);
+        self.initial_solver.begin(&self.initial_column);
         self.initial_solver.factor(&mut self.initial_values)?;
         solve_columns(&mut self.initial_solver, &mut self.initial_column, b, width);
         Ok(())
