@@ -69,8 +69,9 @@ fn table(names: &[String], info: &[Vec<f64>], fixed: &[Vec<f64>], varying: Vec<V
     Ok(table)
 }
 
-fn matrices(mut bytes: &[u8]) -> Result<Vec<Matrix<'_>>, String> {
+fn matrices(file: &[u8]) -> Result<Vec<Matrix<'_>>, String> {
     let mut all = Vec::new();
+    let mut bytes = file;
     while !bytes.is_empty() {
         let word = |k: usize| {
             let at = bytes.get(4 * k..4 * k + 4).and_then(|b| b.try_into().ok());
@@ -93,6 +94,12 @@ fn matrices(mut bytes: &[u8]) -> Result<Vec<Matrix<'_>>, String> {
         let total = rows.checked_mul(columns).and_then(|n| n.checked_mul(size));
         let end = total.and_then(|n| n.checked_add(20 + length)).filter(|&end| end <= bytes.len());
         let shown = String::from_utf8_lossy(name);
+        // A matrix without elements has any number of rows or columns in no bytes, and each of them becomes a vector.
+        if rows.max(columns) > file.len() {
+            return Err(format!(
+                "matrix `{shown}` has {rows} rows and {columns} columns, more than such a file can hold"
+            ));
+        }
         let end = end.ok_or_else(|| format!("the file ends within matrix `{shown}`"))?;
         all.push(Matrix { name, precision, rows, columns, bytes: &bytes[20 + length..end] });
         bytes = &bytes[end..];

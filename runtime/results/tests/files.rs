@@ -105,6 +105,18 @@ fn mat_files_read_back_with_signs_and_constants() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+/// A matrix without elements needs no bytes, whatever its header says of rows and columns.
+#[test]
+fn a_matrix_cannot_have_more_rows_or_columns_than_the_file_has_bytes() {
+    for (rows, columns) in [(u32::MAX, 0), (0, u32::MAX)] {
+        let words = [51, rows, columns, 0, 7];
+        let mut file: Vec<u8> = words.iter().flat_map(|word: &u32| word.to_le_bytes()).collect();
+        file.extend(b"Aclass\0");
+        let refused = Table::from_mat(&file).unwrap_err().to_string();
+        assert!(refused.contains("`Aclass`") && refused.contains("4294967295"), "{refused}");
+    }
+}
+
 #[test]
 fn a_mat_file_that_is_not_finished_is_readable() {
     let folder = std::env::temp_dir().join(format!("hyd-mat-killed-{}", std::process::id()));
