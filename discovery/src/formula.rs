@@ -4,9 +4,12 @@
 
 use crate::Fault;
 
+/// Signs and parentheses inside each other, each of which is a call inside a call.
+const DEEPEST: usize = 64;
+
 /// The value of a formula; `value_of` gives the value of a name.
 pub(crate) fn evaluate(text: &str, value_of: &dyn Fn(&str) -> Option<f64>) -> Result<f64, Fault> {
-    let mut reader = Reader { text, rest: text, value_of };
+    let mut reader = Reader { text, rest: text, value_of, depth: 0 };
     let value = reader.sum()?;
     match reader.rest.trim_start() {
         "" => Ok(value),
@@ -18,6 +21,7 @@ struct Reader<'a> {
     text: &'a str,
     rest: &'a str,
     value_of: &'a dyn Fn(&str) -> Option<f64>,
+    depth: usize,
 }
 
 impl Reader<'_> {
@@ -50,12 +54,27 @@ impl Reader<'_> {
         Ok(value)
     }
 
+    /// What stands behind a sign or within parentheses.
+    fn inside(&mut self, part: fn(&mut Self) -> Result<f64, Fault>) -> Result<f64, Fault> {
+        if self.depth == DEEPEST {
+            // The formula itself may be as long as it is deep.
+            let start: String = self.text.chars().take(DEEPEST).collect();
+            return Err(Fault::new(format!(
+                "the formula `{start}...` nests signs and parentheses deeper than {DEEPEST} levels"
+            )));
+        }
+        self.depth += 1;
+        let value = part(self)?;
+        self.depth -= 1;
+        Ok(value)
+    }
+
     fn factor(&mut self) -> Result<f64, Fault> {
         if self.accept(&['-']).is_some() {
-            return Ok(-self.factor()?);
+            return Ok(-self.inside(Self::factor)?);
         }
         if self.accept(&['(']).is_some() {
-            let value = self.sum()?;
+            let value = self.inside(Self::sum)?;
             return self.accept(&[')']).map(|_| value).ok_or_else(|| self.wrong("a `)` is missing"));
         }
         self.rest = self.rest.trim_start();
@@ -108,6 +127,19 @@ mod tests {
         {
             let fault = value(text).unwrap_err();
             assert!(fault.sentence.contains(part) && fault.sentence.contains(text), "{fault}");
+        }
+    }
+
+    #[test]
+    fn depth_has_a_limit() {
+        let nested = |open: &str, close: &str, n: usize| value(&format!("{}a{}", open.repeat(n), close.repeat(n)));
+        assert_eq!(nested("(", ")", 64).unwrap(), 2.0);
+        assert_eq!(nested("-", "", 63).unwrap(), -2.0);
+        // Parentheses and signs beside each other are not inside each other.
+        assert_eq!(value(&vec!["(-a)"; 1000].join("+")).unwrap(), -2000.0);
+        for (open, close, n) in [("(", ")", 65), ("(", ")", 50_000), ("-", "", 300_000), ("-(", ")", 33)] {
+            let fault = nested(open, close, n).unwrap_err();
+            assert!(fault.sentence.contains("64 levels") && fault.sentence.len() < 200, "{fault}");
         }
     }
 }
