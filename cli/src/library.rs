@@ -11,13 +11,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hyd_compiler::{SourceText, Sources};
+use hyd_compiler::{Head, SourceText, Sources, head};
 
 use hyd_run::{TextError, read_text};
-
-mod head;
-
-use head::{Head, head};
 
 include!(concat!(env!("OUT_DIR"), "/standard_library.rs"));
 
@@ -55,7 +51,7 @@ impl LibraryPath {
 
     /// Adds the folder of the main file if its text says that it belongs to a package.
     pub fn add_main_file(&mut self, file: &Path, text: &str) {
-        let Head { within, package } = head(text);
+        let Head { within, package, .. } = head(text);
         let mut prefix = within;
         let is_package_file =
             EXTENSIONS.iter().any(|extension| file_name(file).eq_ignore_ascii_case(&format!("package.{extension}")));
@@ -81,7 +77,7 @@ impl LibraryPath {
         if let Some(name) = file_of(&names, "package") {
             let path = folder.join(name);
             let text = read_text(&path).map_err(|error| error.to_string())?;
-            let Head { mut within, package } = head(&text);
+            let Head { mut within, package, .. } = head(&text);
             within.extend(package);
             self.roots.push(Root { prefix: within, folder: folder.to_path_buf() });
         } else {

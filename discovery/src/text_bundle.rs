@@ -1,20 +1,23 @@
 //! One text out of the files of a package, so that a model runs where its package is not.
 //!
 //! Files of a package stored as a folder begin with `within P;`; here each class is written into its package, right after the
-//! package's description.  Only the heads of the files are read: a scanner that knows comments and strings finds them.
+//! package's description.  Only the heads of the files are read.
+
+use hyd_compiler::head;
 
 /// Puts texts together: packages first, each with its classes, then texts that belong to no package.
 pub fn bundle(texts: &[String]) -> String {
     let mut root = Package::default();
     for text in texts {
-        let (within, rest) = split_within(text);
-        match package_name(rest) {
-            Some(name) => {
-                let mut path = within.clone();
+        let head = head(text);
+        match (head.package, head.elements) {
+            (Some(name), Some(elements)) => {
+                let mut path = head.within;
                 path.push(name);
-                root.at(&path).own = Some(rest.trim().to_string());
+                let (front, back) = (&text[head.after_within..elements], &text[elements..]);
+                root.at(&path).own = Some((front.trim_start().to_string(), back.trim().to_string()));
             }
-            None => root.at(&within).classes.push(rest.trim().to_string()),
+            _ => root.at(&head.within).classes.push(text[head.after_within..].trim().to_string()),
         }
     }
     root.print_inside()
@@ -22,7 +25,8 @@ pub fn bundle(texts: &[String]) -> String {
 
 #[derive(Default)]
 struct Package {
-    own: Option<String>,
+    /// Its text up to the end of its description, and from there on.
+    own: Option<(String, String)>,
     classes: Vec<String>,
     inside: Vec<(String, Package)>,
 }
@@ -46,10 +50,7 @@ impl Package {
             let inside = package.print_inside();
             match &package.own {
                 None => text.push_str(&format!("package {name}\n{inside}end {name};\n")),
-                Some(own) => {
-                    let at = head_end(own);
-                    text.push_str(&format!("{}\n{inside}{}\n", &own[..at], own[at..].trim_start()));
-                }
+                Some((front, back)) => text.push_str(&format!("{front}\n{inside}{back}\n")),
             }
         }
         for class in &self.classes {
@@ -57,76 +58,6 @@ impl Package {
             text.push_str("\n\n");
         }
         text
-    }
-}
-
-/// A word, a string or a symbol of a text with its end; comments are passed over.
-fn token(text: &str, from: usize) -> Option<(&str, usize)> {
-    let mut at = from;
-    loop {
-        at += text[at..].len() - text[at..].trim_start().len();
-        let rest = &text[at..];
-        if let Some(comment) = rest.strip_prefix("//") {
-            at += 2 + comment.find('\n').unwrap_or(comment.len());
-        } else if let Some(comment) = rest.strip_prefix("/*") {
-            at += 2 + comment.find("*/").map_or(comment.len(), |end| end + 2);
-        } else {
-            break;
-        }
-    }
-    let rest = &text[at..];
-    let first = rest.chars().next()?;
-    let length = if first == '"' {
-        let mut escaped = false;
-        let close = rest[1..].find(|c: char| {
-            let closes = c == '"' && !escaped;
-            escaped = c == '\\' && !escaped;
-            closes
-        });
-        close.map_or(rest.len(), |close| close + 2)
-    } else if first.is_alphanumeric() || first == '_' {
-        rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).unwrap_or(rest.len())
-    } else {
-        first.len_utf8()
-    };
-    Some((&rest[..length], at + length))
-}
-
-/// The package that a text says it stands in, and what follows.
-fn split_within(text: &str) -> (Vec<String>, &str) {
-    let Some(("within", at)) = token(text, 0) else { return (Vec::new(), text) };
-    match token(text, at) {
-        Some((";", end)) => (Vec::new(), &text[end..]),
-        Some((path, at)) => {
-            let end = token(text, at).map_or(at, |(_, end)| end);
-            (path.split('.').map(str::to_string).collect(), &text[end..])
-        }
-        None => (Vec::new(), text),
-    }
-}
-
-/// The name of the package that a text defines.
-fn package_name(text: &str) -> Option<String> {
-    let (mut word, mut at) = token(text, 0)?;
-    while word == "encapsulated" || word == "partial" {
-        (word, at) = token(text, at)?;
-    }
-    if word == "package" { token(text, at).map(|(name, _)| name.to_string()) } else { None }
-}
-
-/// Where the elements of a package may begin: after its name and description.
-fn head_end(text: &str) -> usize {
-    let mut at = 0;
-    while let Some((word, end)) = token(text, at) {
-        at = end;
-        if word == "package" {
-            break;
-        }
-    }
-    at = token(text, at).map_or(at, |(_, end)| end);
-    match token(text, at) {
-        Some((word, end)) if word.starts_with('"') => end,
-        _ => at,
     }
 }
 
@@ -148,5 +79,28 @@ mod tests {
         assert!(at("package P") < at("package Q") && at("model B") < at("end Q;") && at("end Q;") < at("model A"));
         assert!(at("model A") < at("annotation(version") && at("end P;") < at("model C"));
         assert!(!text.contains("within P"));
+    }
+
+    /// Every legal head is understood: quoted names, prefixes, descriptions of several strings, blanks around dots.
+    #[test]
+    fn heads_of_all_forms_give_one_package() {
+        let bundled = |package: &str, within: &str| {
+            bundle(&[package.to_string(), format!("within {within};\nmodel A\nend A;\n")])
+        };
+        let model = "model A\nend A;\n\n";
+        assert_eq!(
+            bundled("package 'my lib' \"d\"\nend 'my lib';", "'my lib'"),
+            format!("package 'my lib' \"d\"\n{model}end 'my lib';\n")
+        );
+        assert_eq!(bundled("final package P\nend P;", "P"), format!("final package P\n{model}end P;\n"));
+        assert_eq!(
+            bundled("package P \"a\" +\n\"b\" annotation(x = 1);\nend P;", "P"),
+            format!("package P \"a\" +\n\"b\"\n{model}annotation(x = 1);\nend P;\n")
+        );
+        assert_eq!(
+            bundled("within P . Q ;\npackage R\nend R;", "P . Q . R"),
+            format!("package P\npackage Q\npackage R\n{model}end R;\nend Q;\nend P;\n")
+        );
+        assert_eq!(bundled("package P = Q;", "R"), format!("package R\n{model}end R;\npackage P = Q;\n\n"));
     }
 }

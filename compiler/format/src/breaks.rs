@@ -6,7 +6,7 @@
 //! the author broke it or it is long.
 
 use crate::spacing::{blank_between, is_operand, signs};
-use crate::tokens::{Kind, Token};
+use hyd_syntax::tokens::{Kind, Token};
 
 /// Whether a line may end before a token.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -99,7 +99,8 @@ impl Place<'_, '_> {
         }
         if let Some(bracket) = brackets.last() {
             let separator = last.is(if bracket.matrix { ";" } else { "," });
-            if bracket.table && (separator || last.opens()) && !token.opens_nothing() {
+            // Only what closes a table at once can follow its opening bracket or a separator without being a row.
+            if bracket.table && (separator || last.opens()) && !token.closes() {
                 return if bracket.rows { Break::Always } else { Break::Never };
             }
             if bracket.subscripts {
@@ -155,13 +156,6 @@ impl Place<'_, '_> {
             "*" | "/" | ".*" | "./" => 160,
             _ => return None,
         })
-    }
-}
-
-impl Token<'_> {
-    /// Only what closes a table at once can follow its opening bracket or a separator without being a row.
-    fn opens_nothing(&self) -> bool {
-        self.closes()
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::tokens::{Kind, Token};
+use hyd_syntax::tokens::{Kind, Token};
 
 /// What begins on a line of its own.
 #[derive(Debug)]
@@ -227,10 +227,10 @@ impl Reader<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::items;
-    use crate::tokens::tokens;
+    use hyd_syntax::tokens::{Token, tokens};
 
     fn outline(text: &str) -> Vec<String> {
-        let tokens = tokens(text);
+        let tokens: Vec<Token<'_>> = tokens(text).collect();
         let line = |item: &super::Item| {
             let words: Vec<&str> = tokens[item.tokens.clone()].iter().map(|token| token.text).collect();
             format!("{}{} {}", if item.blank { "+" } else { "" }, item.depth, words.join(" "))

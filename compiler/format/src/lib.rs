@@ -1,7 +1,7 @@
 //! The text of a model laid out in one way: `hyd fmt`.
 //!
 //! [`format`] parses the text, and leaves it alone if that finds errors.  Then it works on the tokens and not on the tree, so
-//! that comments, spellings of numbers and strings stay as they were written: tokens (`tokens`), grouped to items of one
+//! that comments, spellings of numbers and strings stay as they were written: tokens ([`hyd_syntax::tokens`]), grouped to items of one
 //! indentation each (`items`), spaces between them (`spacing`), places where a line may end (`breaks`), and the cheapest choice
 //! among these places (`lines`).  Only the space between tokens changes, which is checked before the text is handed out.  Line
 //! ends of the author are not kept, but for an empty line between items and for the rows of tables.
@@ -10,10 +10,9 @@ mod breaks;
 mod items;
 mod lines;
 mod spacing;
-mod tokens;
 
 use hyd_source::{Code, Diagnostic, FileId, Outcome, Severity};
-use tokens::{Kind, Token};
+use hyd_syntax::tokens::{Kind, Token, tokens};
 
 /// Columns of a line; a line is longer only where it holds what cannot be broken.
 pub const WIDTH: usize = 120;
@@ -29,9 +28,9 @@ pub fn format(file: FileId, text: &str) -> Outcome<Option<String>> {
     if !parsed.is_empty() {
         return Outcome { value: None, diagnostics: parsed };
     }
-    let tokens = tokens::tokens(text);
-    let formatted = lay_out(&tokens, if text.contains("\r\n") { "\r\n" } else { "\n" });
-    if same_tokens(&tokens, &tokens::tokens(&formatted)) {
+    let before: Vec<Token<'_>> = tokens(text).collect();
+    let formatted = lay_out(&before, if text.contains("\r\n") { "\r\n" } else { "\n" });
+    if same_tokens(&before, &tokens(&formatted).collect::<Vec<_>>()) {
         return Outcome { value: Some(formatted), diagnostics: Vec::new() };
     }
     let message = "the formatter would change more than the layout of this text, so the text is left as it is";

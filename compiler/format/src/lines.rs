@@ -6,8 +6,8 @@
 
 use crate::breaks::{Break, Piece, pieces};
 use crate::items::Item;
-use crate::tokens::Token;
 use crate::{STEP, WIDTH};
+use hyd_syntax::tokens::Token;
 
 /// Cost of a line, above that of any place.
 const LINE: u64 = 1_000;

@@ -6,7 +6,7 @@
 
 use hyd_syntax::is_keyword;
 
-use crate::tokens::{Kind, Token, is_long_symbol};
+use hyd_syntax::tokens::{Kind, Token, is_long_symbol};
 
 /// Keywords that end an operand or are written like one: a sign after them is an operation, and a bracket belongs to them.
 const OPERANDS: [&str; 13] = [

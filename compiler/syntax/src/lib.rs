@@ -13,14 +13,17 @@ mod build_expr;
 mod build_file;
 mod build_modification;
 mod grammar;
+mod head;
 mod printer;
 mod recovery;
 mod scan;
 mod slips;
+pub mod tokens;
 pub mod tree;
 pub mod visit;
 pub mod visit_mut;
 
 pub use build_file::parse;
+pub use head::{Head, head};
 pub use printer::{print_expr, print_path, print_reference};
 pub use recovery::is_keyword;

@@ -1,13 +1,16 @@
 //! A text to its tokens, comments among them, each with the number of line ends before it.
 //!
-//! The text is known to be correct, so that nothing is reported here; characters that the language does not know (blanks of
+//! Nothing is reported here: that is what [`crate::parse`] is for.  Characters that the language does not know (blanks of
 //! other alphabets, control characters) separate tokens and are dropped, as the parser does.
+
+use crate::scan::number_end;
 
 /// What a token is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// A keyword or a name, quoted or not.
     Word,
+    /// A number without sign.
     Number,
     /// A string with its quotes.
     Text,
@@ -21,31 +24,40 @@ pub(crate) enum Kind {
 
 /// A token.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Token<'t> {
-    pub(crate) kind: Kind,
-    pub(crate) text: &'t str,
+pub struct Token<'t> {
+    /// What it is.
+    pub kind: Kind,
+    /// Its text.
+    pub text: &'t str,
+    /// Where it begins, in bytes.
+    pub at: usize,
     /// Line ends between the token before and this one; 2 stands for more.
-    pub(crate) breaks: u8,
+    pub breaks: u8,
 }
 
 impl Token<'_> {
-    pub(crate) fn is(&self, text: &str) -> bool {
+    /// True for this word or symbol.
+    pub fn is(&self, text: &str) -> bool {
         self.text == text && matches!(self.kind, Kind::Word | Kind::Symbol)
     }
 
-    pub(crate) fn is_one_of(&self, list: &[&str]) -> bool {
+    /// True for one of these words and symbols.
+    pub fn is_one_of(&self, list: &[&str]) -> bool {
         matches!(self.kind, Kind::Word | Kind::Symbol) && list.contains(&self.text)
     }
 
-    pub(crate) fn is_comment(&self) -> bool {
+    /// True for both kinds of comments.
+    pub fn is_comment(&self) -> bool {
         matches!(self.kind, Kind::LineComment | Kind::BlockComment)
     }
 
-    pub(crate) fn opens(&self) -> bool {
+    /// True for an opening bracket.
+    pub fn opens(&self) -> bool {
         self.is_one_of(&["(", "[", "{"])
     }
 
-    pub(crate) fn closes(&self) -> bool {
+    /// True for a closing bracket.
+    pub fn closes(&self) -> bool {
         self.is_one_of(&[")", "]", "}"])
     }
 }
@@ -54,28 +66,40 @@ impl Token<'_> {
 const LONG_SYMBOLS: [&str; 10] = [":=", "==", "<>", "<=", ">=", ".+", ".-", ".*", "./", ".^"];
 
 /// True if the two symbols side by side would be read as one.
-pub(crate) fn is_long_symbol(first: &str, second: &str) -> bool {
+pub fn is_long_symbol(first: &str, second: &str) -> bool {
     LONG_SYMBOLS.iter().any(|symbol| symbol.strip_prefix(first) == Some(second))
 }
 
+/// The tokens of a text, one after the other.
+#[derive(Clone, Debug)]
+pub struct Tokens<'t> {
+    text: &'t str,
+    at: usize,
+}
+
 /// All tokens of a text.
-pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
-    let mut tokens = Vec::new();
-    let mut at = 0;
-    let mut breaks = 0u8;
-    while let Some(first) = text[at..].chars().next() {
-        let rest = &text[at..];
-        let Some((kind, length)) = token(rest, first) else {
-            breaks = if first == '\n' { (breaks + 1).min(2) } else { breaks };
-            at += first.len_utf8();
-            continue;
-        };
-        let found = if kind == Kind::LineComment { rest[..length].trim_end() } else { &rest[..length] };
-        tokens.push(Token { kind, text: found, breaks });
-        breaks = 0;
-        at += length;
+pub fn tokens(text: &str) -> Tokens<'_> {
+    Tokens { text, at: 0 }
+}
+
+impl<'t> Iterator for Tokens<'t> {
+    type Item = Token<'t>;
+
+    fn next(&mut self) -> Option<Token<'t>> {
+        let mut breaks = 0u8;
+        loop {
+            let (at, rest) = (self.at, &self.text[self.at..]);
+            let first = rest.chars().next()?;
+            let Some((kind, length)) = token(rest, first) else {
+                breaks = if first == '\n' { (breaks + 1).min(2) } else { breaks };
+                self.at += first.len_utf8();
+                continue;
+            };
+            self.at += length;
+            let text = if kind == Kind::LineComment { rest[..length].trim_end() } else { &rest[..length] };
+            return Some(Token { kind, text, at, breaks });
+        }
     }
-    tokens
 }
 
 /// Kind and length of the token at the start of `rest`; none for what only separates.
@@ -92,7 +116,7 @@ fn token(rest: &str, first: char) -> Option<(Kind, usize)> {
             let inside = |c: char| c.is_ascii_alphanumeric() || c == '_';
             (Kind::Word, rest.find(|c| !inside(c)).unwrap_or(rest.len()))
         }
-        '0'..='9' => (Kind::Number, number(bytes)),
+        '0'..='9' => (Kind::Number, number_end(bytes, 0)),
         '!'..='~' => {
             // Comments are taken out first: in `.//` and `./*` the dot stands alone.
             let comment = bytes.get(1) == Some(&b'/') && matches!(bytes.get(2), Some(b'/' | b'*'));
@@ -113,32 +137,12 @@ fn quoted(bytes: &[u8], quote: u8) -> usize {
     (end + 1).min(bytes.len())
 }
 
-fn number(bytes: &[u8]) -> usize {
-    let digits = |mut k: usize| {
-        while bytes.get(k).is_some_and(u8::is_ascii_digit) {
-            k += 1;
-        }
-        k
-    };
-    let mut end = digits(0);
-    if bytes.get(end) == Some(&b'.') {
-        end = digits(end + 1);
-    }
-    if matches!(bytes.get(end), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        if bytes.get(end + 1 + sign).is_some_and(u8::is_ascii_digit) {
-            end = digits(end + 1 + sign);
-        }
-    }
-    end
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Kind, tokens};
+    use super::{Kind, Token, tokens};
 
     fn texts(text: &str) -> Vec<&str> {
-        tokens(text).iter().map(|token| token.text).collect()
+        tokens(text).map(|token| token.text).collect()
     }
 
     #[test]
@@ -159,7 +163,7 @@ mod tests {
 
     #[test]
     fn comments_end_where_they_end() {
-        let found = tokens("a // one  \r\n\n\n/* two\n */ b");
+        let found: Vec<Token> = tokens("a // one  \r\n\n\n/* two\n */ b").collect();
         let kinds: Vec<(Kind, &str, u8)> = found.iter().map(|token| (token.kind, token.text, token.breaks)).collect();
         assert_eq!(
             kinds,
