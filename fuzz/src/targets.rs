@@ -5,8 +5,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hyd::LibraryPath;
-use hyd_compiler::{Diagnostic, Goal, Options, compile};
-use hyd_discovery::{Bench, Fault, Study};
+use hyd_compiler::{Diagnostic, Goal, Options, Sources, compile};
+use hyd_discovery::variant::Workshop;
+use hyd_discovery::{Bench, Fault, Setup, Study};
 use hyd_frames::Frame;
 use hyd_results::{Table, Trajectory};
 use hyd_runtime::Simulator;
@@ -139,17 +140,68 @@ fn payload(case: &[u8]) -> Vec<u64> {
     vec![hyd_payload::format::read(&bytes, false).map_or_else(|error| feature(&error.to_string()), |_| 1)]
 }
 
-/// A study, or after the first line of dashes a set.
+/// A study, and after the first line of dashes a set.
 fn study(case: &[u8]) -> Vec<u64> {
+    match setup(case).and_then(|setup| unknowns(&setup)) {
+        Err(fault) => vec![feature(&fault.to_string())],
+        Ok(count) => vec![count as u64],
+    }
+}
+
+/// Study and set put together, with masks applied.
+pub(crate) fn setup(case: &[u8]) -> Result<Setup, Fault> {
     let text = String::from_utf8_lossy(case);
     let (study, bench) = text.split_once("\n-----\n").unwrap_or((&text, ""));
-    let study = match Study::parse(study) {
-        Ok(study) => study,
-        Err(fault) => return vec![feature(&fault.to_string())],
+    let study = Study::parse(study)?;
+    let mut shot = 0;
+    let table = shot_table(&study);
+    let mut read = |_: &str| -> Result<String, Fault> {
+        shot += 1;
+        Ok(table(shot))
     };
-    let mut read = |_: &str| -> Result<String, Fault> { Ok("time_s,y_m\n0,0\n1e-3,1e-6\n2e-3,\n".to_string()) };
-    match Bench::parse(Path::new("set.json"), bench, &study, &mut read) {
-        Err(fault) => vec![feature(&fault.to_string())],
-        Ok(bench) => vec![hash(hyd_discovery::Setup::new(study, bench, 1).map_err(|fault| fault.to_string()).is_ok())],
+    let bench = Bench::parse(Path::new("set.json"), bench, &study, &mut read)?;
+    Setup::new(study, bench, 1)
+}
+
+/// Rows of a table of a shot: a set with fewer than twenty is refused, however right it is.
+const ROWS: usize = 40;
+
+/// Makes the table of a shot that a study asks for: every channel goes up and comes back, with gaps.
+fn shot_table(study: &Study) -> impl Fn(usize) -> String + use<> {
+    let quoted = |name: &str| format!("\"{}\"", name.replace('"', "\"\""));
+    let columns: Vec<String> =
+        study.channels.keys().filter(|name| **name != study.shots.time).map(|name| quoted(name)).collect();
+    let header = std::iter::once(quoted(&study.shots.time)).chain(columns.iter().cloned()).collect::<Vec<_>>();
+    let (header, width) = (header.join(","), columns.len());
+    move |shot| {
+        let mut text = header.clone();
+        for row in 0..ROWS {
+            text += &format!("\n{}", row as f64 * 5e-4 - 2e-3);
+            for column in 0..width {
+                let value = (row.min(ROWS - row) * shot) as f64 * 1e-6;
+                text += &if row == 7 + column { ",".to_string() } else { format!(",{value}") };
+            }
+        }
+        text
     }
+}
+
+/// A model small enough to be translated for every case, with the names that the study of a new project has.
+const DRIVE: &str = "model Drive\n  record Spring\n    parameter Real k = 1e4;\n  end Spring;\n  record Valve\n    \
+    parameter Real m = 0.1;\n  end Valve;\n  record Friction\n    parameter Real d = 10;\n  end Friction;\n  \
+    parameter Real p0 = 1e7;\n  Spring spring;\n  Valve valve;\n  Friction friction;\n  Real y(start = 0, fixed = true);\n  \
+    Real p;\nequation\n  friction.d*der(y) = valve.m*p - spring.k*y;\n  p = p0;\nend Drive;\n";
+
+/// How many unknowns the comparison of a small model with the shots has; conditions and nuisances are what makes them.
+pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
+    let sources = || -> Box<dyn Sources> { Box::new(LibraryPath::new()) };
+    let workshop = Workshop {
+        sources: &sources,
+        preamble: DRIVE.to_string(),
+        file: setup.study.file.clone(),
+        class: "Drive".to_string(),
+        channels: setup.expressions(),
+    };
+    let machine = setup.machine(&*workshop.translate(&[])?)?;
+    Ok(setup.problem(&machine, &[])?.unknowns.len())
 }
