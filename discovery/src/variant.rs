@@ -11,7 +11,7 @@ use std::sync::Arc;
 use hyd_compiler::render::render;
 use hyd_compiler::{
     Compilation, CompiledModel, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile_with,
-    injection_sites,
+    injection_sites, print_string,
 };
 
 use crate::Fault;
@@ -102,7 +102,8 @@ impl Workshop<'_> {
         let inside = modifications(inserts, extra);
         let class = &self.class;
         let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
-        format!("model {EXTENDED} \"{description}\"\n  extends {class}{list};\n{annotation}end {EXTENDED};\n")
+        let description = print_string(description);
+        format!("model {EXTENDED} {description}\n  extends {class}{list};\n{annotation}end {EXTENDED};\n")
     }
 
     /// Translates a model with effects whose parameters are set at run time.

@@ -25,5 +25,5 @@ pub mod visit_mut;
 
 pub use build_file::parse;
 pub use head::{Head, head};
-pub use printer::{print_expr, print_path, print_reference};
+pub use printer::{print_expr, print_path, print_reference, print_string};
 pub use recovery::is_keyword;

@@ -26,8 +26,8 @@ pub fn print_path(path: &Path) -> String {
     format!("{}{}", if path.global { "." } else { "" }, parts.join("."))
 }
 
-/// A string literal with its quotes.
-fn print_string(text: &str) -> String {
+/// A string literal with its quotes: whatever the text holds, reading the literal gives it back.
+pub fn print_string(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {

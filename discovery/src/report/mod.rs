@@ -9,6 +9,7 @@ mod phases;
 mod summary;
 mod trajectories;
 
+use hyd_compiler::print_string;
 use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
@@ -103,6 +104,12 @@ pub fn report(
     Ok(Report { json, model: extended.map(|own| own.whole), curves, summary, texts })
 }
 
+/// Where a model comes from, for its annotation.
+fn discovered(class: &str, status: &str, set: &str) -> String {
+    let [class, status, set] = [class, status, set].map(print_string);
+    format!("discovered(from = {class}, status = {status}, set = {set})")
+}
+
 fn is_named(status: Status) -> bool {
     matches!(status, Status::Named | Status::Sensor)
 }
@@ -124,17 +131,14 @@ impl Scene<'_> {
         // Records of a clock that counts from elsewhere.
         let start = setup.data.shots.iter().map(|shot| shot.span.start).fold(f64::INFINITY, f64::min);
         let start = if start > 0.0 { format!("StartTime = {start:e}, ") } else { String::new() };
-        let annotation = format!(
-            "  annotation(experiment({start}StopTime = {:e}, Tolerance = 1e-7), __hyd(discovered(from = \"{}\", status = \"{}\", set = \"{}\")));\n",
-            setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max),
-            workshop.class,
-            self.findings.status.word(),
-            setup.bench.name
-        );
+        let stop = setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max);
+        let origin = discovered(&workshop.class, self.findings.status.word(), &setup.bench.name);
+        let annotation =
+            format!("  annotation(experiment({start}StopTime = {stop:e}, Tolerance = 1e-7), __hyd({origin}));\n");
         let words: Vec<&str> = inserts.iter().map(|insert| &*insert.candidate.effect.words).collect();
         let description = format!("{} with {}", workshop.class, words.join(" and "));
         let mut whole = bundle(&workshop.texts(&inserts, built_in)?);
-        let own = workshop.extended(&inserts, &description.replace('"', "'"), &[], &annotation);
+        let own = workshop.extended(&inserts, &description, &[], &annotation);
         whole.push_str(&own);
         let machine = setup.machine(&*workshop.translate_whole(&whole)?)?;
         Ok(Extended { whole, own, machine, candidates: inserts.into_iter().map(|insert| insert.candidate).collect() })
@@ -178,4 +182,44 @@ fn inserts(setup: &Setup, pass: &Pass) -> Result<Vec<Insert>, Fault> {
 /// A number, or null where there is none.
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_compiler::{Goal, Options, SourceText, Sources, compile};
+
+    use super::discovered;
+    use crate::variant::Workshop;
+
+    struct Nothing;
+
+    impl Sources for Nothing {
+        fn find(&mut self, _: &[std::sync::Arc<str>]) -> Result<Option<SourceText>, String> {
+            Ok(None)
+        }
+    }
+
+    /// The name of a set and the words of a library are anybody's.
+    #[test]
+    fn no_name_and_no_words_break_the_text() {
+        let nasty = "a \"quoted\" \\ word\nand an end \\";
+        let workshop = Workshop {
+            sources: &|| Box::new(Nothing),
+            preamble: String::new(),
+            file: "base.hyd".into(),
+            class: "'my \\\"own\\\"'".into(),
+            channels: Vec::new(),
+        };
+        let annotation = format!("  annotation(__hyd({}));\n", discovered(&workshop.class, "named", nasty));
+        let base = format!("model {0}\n  Real x = 1;\nend {0};\n", workshop.class);
+        let text = base + &workshop.extended(&[], nasty, &[], &annotation);
+        let options = Options { model: Some("Discovered".into()), set: Vec::new(), goal: Goal::Flat, clock: || 0.0 };
+        let compilation = compile(&mut Nothing, "discovered.hyd", &text, &options);
+        assert!(
+            compilation.diagnostics.is_empty() && compilation.flat.is_some(),
+            "{text}\n{:?}",
+            compilation.diagnostics
+        );
+        assert!(text.contains(r#"set = "a \"quoted\" \\ word\nand an end \\""#), "{text}");
+    }
 }
