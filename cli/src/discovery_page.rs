@@ -1,7 +1,7 @@
 //! A report of a search as one page that works without a network.
 //!
-//! Findings, curves and texts become JSON in front of `discovery_page.js`, which draws them; style and script stand in files of
-//! their own and are put together here.
+//! Findings, curves and texts become JSON in front of a script, which draws them; page, style and script (`discovery_page/page.html`,
+//! `page.css`, `page.js` and `curves.js`) stand in files of their own and are put together here.
 
 use hyd_discovery::report::{Report, ShotCurves};
 use serde_json::{Value, json};

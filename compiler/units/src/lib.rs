@@ -6,8 +6,8 @@
 //! simple fractions and multiples of pi have no unit, other literals may have any.  A variable without `unit` is
 //! unknown, not dimensionless; what stays unknown is listed.  A contradiction that rests only on the seconds of `der` and
 //! `time`, without any declared unit, is no mistake: such a model says nothing about units.
-//! Equations are looked at once per template and tuple of units.  Declared units of function arguments are not seen
-//! here, because the flat model holds functions already put in.
+//! Equations are looked at once per template and tuple of units.  The flat model holds functions already put in; what their inputs and
+//! outputs declare comes along as claims about the expressions in their place ([`hyd_flat::FlatModel::claims`]).
 
 mod check;
 mod class;

@@ -1,5 +1,6 @@
-//! Mapping machine code executable and calling it: the only place with `unsafe`.
+//! Mapping machine code executable and calling it: here stands all `unsafe` but the two calls of [`Code::new`].
 //!
+//! These calls, in `format.rs` and in the code generator, promise that the bytes are code that the compiler made.
 //! The bytes are written to fresh pages which then become executable, never both at once.  Each call checks the sizes
 //! of its memory against what the routine touches, so that [`NativeCode::call`] is safe for its callers.
 
