@@ -8,8 +8,8 @@ use hyd_compiler::Goal;
 use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
 use hyd_run::parameters::varied;
-use hyd_run::significant;
 use hyd_runtime::{LinearModel, OperatingPoint, Options, SolveError, linearize as linear_model, simulate};
+use hyd_system::significant;
 use hyd_system::{DaeSystem, Source, Tables};
 use serde_json::json;
 

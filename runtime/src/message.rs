@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, RootInfo};
+use hyd_system::{EquationInfo, RootInfo, significant};
 
 use crate::Jump;
 use crate::error::{Cause, Place, SolveError, Stage, StepReport};
@@ -14,7 +14,7 @@ impl Display for SolveError {
         match self {
             SolveError::Option(error) => write!(f, "{error}"),
             SolveError::Evaluation { stage, time, failure, equation } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), failure.reason)?;
                 if let Some(variable) = &failure.variable {
                     write!(f, " in the computation of {variable}")?;
@@ -22,7 +22,7 @@ impl Display for SolveError {
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
             }
             SolveError::Initial { time, cause, place } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
                 match cause {
@@ -35,13 +35,13 @@ impl Display for SolveError {
                 }
             }
             SolveError::Inconsistent { stage, time, cause, place } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "{} at t = {time} s: no consistent values found: {}", stage.words(), cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
                 hint(f, "the algebraic equations may have no solution for these states")
             }
             SolveError::StepTooSmall(report) => {
-                write!(f, "the step size collapsed at t = {} s", shown(report.time))?;
+                write!(f, "the step size collapsed at t = {} s", significant(report.time))?;
                 if let Some(variable) = &report.place.variable {
                     write!(f, ": the error of {variable} stays above the tolerance")?;
                 }
@@ -52,7 +52,7 @@ impl Display for SolveError {
                 write!(
                     f,
                     "the equations could not be solved beyond t = {} s: Newton's method diverges",
-                    shown(report.time)
+                    significant(report.time)
                 )?;
                 step_lines(f, report)?;
                 hint(f, "look for a discontinuity without event, or for an equation without solution")
@@ -61,14 +61,14 @@ impl Display for SolveError {
                 write!(
                     f,
                     "no finite value beyond t = {} s: {}",
-                    shown(report.time),
+                    significant(report.time),
                     Cause::NotFinite.words(&report.place)
                 )?;
                 step_lines(f, report)?;
                 hint(f, "keep arguments of division, sqrt and log inside their range")
             }
             SolveError::Singular(report) => {
-                write!(f, "the equations are singular at t = {} s", shown(report.time))?;
+                write!(f, "the equations are singular at t = {} s", significant(report.time))?;
                 if let Some(variable) = &report.place.variable {
                     write!(f, ": {variable} is not determined")?;
                 }
@@ -79,19 +79,19 @@ impl Display for SolveError {
                 )
             }
             SolveError::EventLoop { time, passes, relations } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "the event at t = {time} s does not settle: relations still change after {passes} passes")?;
                 relation_lines(f, relations)?;
                 hint(f, "two conditions may switch each other; `pre` breaks such a loop")
             }
             SolveError::Chattering { time, events, accumulating: false, relations } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "chattering at t = {time} s: {events} events without time going on")?;
                 relation_lines(f, relations)?;
                 hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
             }
             SolveError::Chattering { time, accumulating: true, relations, .. } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "events accumulate at t = {time} s: each follows the last sooner than that the one before")?;
                 relation_lines(f, relations)?;
                 hint(
@@ -100,11 +100,11 @@ impl Display for SolveError {
                 )
             }
             SolveError::Assertion { time, report } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "assertion failed at t = {time} s: {}\n  at {}:{}", report.message, report.file, report.line)
             }
             SolveError::TooManySteps { time, steps, step, place } => {
-                let time = shown(*time);
+                let time = significant(*time);
                 write!(f, "gave up at t = {time} s after {steps} steps, the step size being {step:.3e} s")?;
                 if let Some(variable) = &place.variable {
                     write!(f, "\n  largest error: {variable}")?;
@@ -133,7 +133,7 @@ impl Display for Jump {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        let time = shown(self.time);
+        let time = significant(self.time);
         write!(
             f,
             "at t = {time} s the solution for {names}{more} ends, and the run goes on with another one of the same equations:"
@@ -141,7 +141,7 @@ impl Display for Jump {
         for (k, (name, before, after, unit)) in self.changes.iter().take(MOST_NAMED).enumerate() {
             let comma = if k == 0 { "" } else { "," };
             let space = if unit.is_empty() { "" } else { " " };
-            write!(f, "{comma} {name} from {} to {}{space}{unit}", shown(*before), shown(*after))?;
+            write!(f, "{comma} {name} from {} to {}{space}{unit}", significant(*before), significant(*after))?;
         }
         self.equations.iter().take(MOST_NAMED).try_for_each(|equation| line_of(f, equation))
     }
@@ -192,7 +192,7 @@ fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result
     for (k, (name, value, unit)) in place.values.iter().enumerate() {
         let comma = if k == 0 { "" } else { ", " };
         let space = if unit.is_empty() { "" } else { " " };
-        let value = shown(*value);
+        let value = significant(*value);
         write!(f, "{comma}{name} = {value}{space}{unit}")?;
     }
     Ok(())
@@ -213,33 +213,6 @@ fn relation_lines(f: &mut Formatter<'_>, relations: &[RootInfo]) -> fmt::Result 
     Ok(())
 }
 
-/// A number for people: seven digits, powers of ten where there would be many zeros.
-fn shown(value: f64) -> String {
-    let exponent = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    if (-4..7).contains(&exponent) {
-        let digits = (6 - exponent).max(0) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
-    } else {
-        let text = format!("{value:.6e}");
-        match text.split_once('e') {
-            Some((mantissa, power)) => format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.')),
-            None => text,
-        }
-    }
-}
-
 fn hint(f: &mut Formatter<'_>, text: &str) -> fmt::Result {
     write!(f, "\n  hint: {text}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::shown;
-
-    #[test]
-    fn numbers_are_short() {
-        let shorts = [0.0, 0.334, -29.27933, 1e-17, 123456789.0, f64::NAN].map(shown);
-        assert_eq!(shorts, ["0", "0.334", "-29.27933", "1e-17", "1.234568e8", "NaN"]);
-    }
 }

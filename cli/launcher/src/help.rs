@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use hyd_payload::{Loaded, Model};
-use hyd_run::significant;
+use hyd_system::significant;
 use hyd_system::{DaeSystem, Place, Settable, ValueKind, VariableInfo};
 
 /// Parameters that are listed.

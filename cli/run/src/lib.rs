@@ -20,7 +20,7 @@ mod text_file;
 pub use arguments::{BackendName, DrawMethod, MessageFormat, Names, RunArguments, Solver, SweepArguments};
 pub use hyd_ensemble::Plan;
 pub use recorder::Recorder;
-pub use run_summary::{FinalValues, MethodUse, RunSummary, Status, significant};
+pub use run_summary::{FinalValues, MethodUse, RunSummary, Status};
 pub use selection::{MOST_CURVES, Selection, Shown};
 pub use simulate::{Facts, Outcome, check_usage, finish, options, simulate, tell};
 pub use sweep::{Prepared, Subject, join, override_plan, prepare, read_plan};

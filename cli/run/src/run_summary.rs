@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use hyd_runtime::{MethodPhase, Statistics};
+use hyd_system::significant;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// Counters of the solver.
@@ -221,47 +222,9 @@ fn duration(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
 }
 
-/// A number with seven significant digits, shortest of the usual forms.
-pub fn significant(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{}", value + 0.0);
-    }
-    let scientific = format!("{value:.6e}");
-    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let strip = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text.to_string(),
-    };
-    if (-4..7).contains(&exponent) {
-        strip(&format!("{value:.*}", (6 - exponent).max(0) as usize))
-    } else {
-        format!("{}e{exponent}", strip(mantissa))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        let cases = [
-            (0.0, "0"),
-            (-0.0, "0"),
-            (1.0, "1"),
-            (-0.00012345678, "-0.0001234568"),
-            (1.0e7, "1e7"),
-            (1234567.89, "1234568"),
-            (9.9999999e-5, "0.0001"),
-            (3.0e-9, "3e-9"),
-            (100.0, "100"),
-            (f64::NAN, "NaN"),
-        ];
-        for (value, text) in cases {
-            assert_eq!(significant(value), text);
-        }
-    }
 
     #[test]
     fn the_summary_as_text_and_json() {

@@ -24,4 +24,4 @@ pub use tables::{
     VariableInfo,
 };
 pub use tangents::{Along, Direction, DirectionError, Tangents};
-pub use text::TextFormat;
+pub use text::{TextFormat, significant};

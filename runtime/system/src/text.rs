@@ -117,6 +117,25 @@ fn general(value: f64, digits: usize, upper: bool, keep_zeros: bool) -> String {
     trimmed(&format!("{value:.*}", (digits as i32 - 1 - power).max(0) as usize))
 }
 
+/// A number for people: seven significant digits, powers of ten where there would be many zeros.
+pub fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{}", value + 0.0);
+    }
+    let scientific = format!("{value:.6e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let strip = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text.to_string(),
+    };
+    if (-4..7).contains(&exponent) {
+        strip(&format!("{value:.*}", (6 - exponent).max(0) as usize))
+    } else {
+        format!("{}e{exponent}", strip(mantissa))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,5 +172,29 @@ mod tests {
         assert_eq!(text(1.0, &ValueKind::Boolean), "true");
         let wide = TextFormat { minimum_length: 5, left_justified: false, ..TextFormat::default() };
         assert_eq!(wide.text(12.0, &ValueKind::Integer), "   12");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1.0, "1"),
+            (-0.00012345678, "-0.0001234568"),
+            (1.0e7, "1e7"),
+            (1234567.89, "1234568"),
+            // Rounding decides the power of ten.
+            (9.9999999e-5, "0.0001"),
+            (9_999_999.7, "1e7"),
+            (-29.27933, "-29.27933"),
+            (123_456_789.0, "1.234568e8"),
+            (f64::NEG_INFINITY, "-inf"),
+            (3.0e-9, "3e-9"),
+            (100.0, "100"),
+            (f64::NAN, "NaN"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
     }
 }
