@@ -13,7 +13,6 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::range::Range;
 use crate::statement::Flow;
 
 /// Most turns of a loop that is written out.
@@ -257,13 +256,7 @@ impl Flattener<'_, '_> {
         }
         let (mut steps, ()) = self.block(|flat| {
             for k in 0..range.count() {
-                let local = match &range {
-                    Range::Steps { start, step, .. } => {
-                        Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
-                    }
-                    Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                    Range::Nodes(values) => Local::Node(values[k].clone()),
-                };
+                let local = range.local(k)?;
                 cx.names.push((iterator.name.name.clone(), local));
                 let done = flat.build_for(rest, body, cx);
                 cx.names.pop();

@@ -213,13 +213,7 @@ impl Flattener<'_, '_> {
         };
         let range = self.range(first, cx)?;
         for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                Range::Nodes(values) => Local::Node(values[k].clone()),
-            };
+            let local = range.local(k)?;
             cx.names.push((first.name.name.clone(), local));
             let done = self.loop_rows(rest, body, cx, around, rows);
             cx.names.pop();

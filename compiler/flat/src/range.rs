@@ -10,7 +10,7 @@ use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, Iterator};
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
-use crate::lower::Typed;
+use crate::lower::{Typed, local_of};
 
 /// The values of a loop variable.
 pub(crate) enum Range {
@@ -37,6 +37,17 @@ impl Range {
             Range::Values(values) => values.len(),
             Range::Nodes(values) => values.len(),
         }
+    }
+
+    /// What the loop variable stands for in turn `k`, counted from 0.
+    pub(crate) fn local(&self, k: usize) -> Result<Local, Fail> {
+        Ok(match self {
+            Range::Steps { start, step, .. } => {
+                Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
+            }
+            Range::Values(values) => local_of(values[k].clone()),
+            Range::Nodes(values) => Local::Node(values[k].clone()),
+        })
     }
 }
 

@@ -10,7 +10,6 @@ use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Iterator, Name};
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
-use crate::range::Range;
 
 type Fields = Vec<(Name, Local)>;
 
@@ -178,13 +177,7 @@ impl Flattener<'_, '_> {
         let range = self.range(outer, cx)?;
         let mut all = Vec::with_capacity(range.count());
         for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                Range::Nodes(values) => Local::Node(values[k].clone()),
-            };
+            let local = range.local(k)?;
             let mark = cx.names.len();
             cx.names.push((outer.name.name.clone(), local));
             let value = self.records_for(body, inner, cx);

@@ -126,14 +126,7 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Limit, body.span, message));
         }
         for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    let value = start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?;
-                    crate::context::Local::Index(value)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                Range::Nodes(values) => crate::context::Local::Node(values[k].clone()),
-            };
+            let local = range.local(k)?;
             cx.names.push((iterator.name.name.clone(), local));
             let result = self.collect_terms(body, rest, cx, all);
             cx.names.pop();

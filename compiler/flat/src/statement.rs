@@ -14,7 +14,6 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-use crate::range::Range;
 
 /// Most turns of a `while` that is decided at translation.
 const MAX_TURNS: usize = 100_000;
@@ -306,13 +305,7 @@ impl Flattener<'_, '_> {
         let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx) };
         let range = self.range(iterator, cx)?;
         for k in 0..range.count() {
-            let local = match &range {
-                Range::Steps { start, step, .. } => {
-                    Local::Index(start.add_scaled(&Affine::constant(k as i64), *step).ok_or(Fail::NeedsExpansion)?)
-                }
-                Range::Values(values) => crate::lower::local_of(values[k].clone()),
-                Range::Nodes(values) => Local::Node(values[k].clone()),
-            };
+            let local = range.local(k)?;
             cx.names.push((iterator.name.name.clone(), local));
             let flow = self.run_for(rest, body, cx)?;
             if let Some(position) = cx.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
