@@ -65,6 +65,19 @@ pub(crate) struct StepFailure {
     pub(crate) unknown: Option<usize>,
 }
 
+impl StepFailure {
+    /// The failure behind a correction that did not converge; `failure` makes one of a fault, where nothing is known of row and unknown.
+    pub(crate) fn of_correction(outcome: Correction, failure: impl FnOnce(StepFault) -> Self) -> Self {
+        let at_fault = |row, column, failure| Self { row: Some(row), unknown: Some(column), ..failure };
+        match outcome {
+            Correction::Converged | Correction::Diverged => failure(StepFault::Convergence),
+            Correction::NotFinite => failure(StepFault::NotFinite),
+            Correction::SlopeNotFinite { row, column } => at_fault(row, column, failure(StepFault::NotFinite)),
+            Correction::Singular { row, column } => at_fault(row, column, failure(StepFault::Singular)),
+        }
+    }
+}
+
 /// The integrator with all its work space.
 pub(crate) struct Bdf {
     history: History,
@@ -249,24 +262,10 @@ impl Bdf {
             self.history.retreat(start);
             self.history.resize(0.25);
             if other_failures >= MOST_FAILURES || self.history.h <= self.smallest_step(start) {
-                return Err(self.correction_failure(outcome, (target, h, order), weights));
+                return Err(StepFailure::of_correction(outcome, |fault| {
+                    self.failure(fault, (target, h, order), weights)
+                }));
             }
-        }
-    }
-
-    /// The failure behind a correction that did not converge.
-    fn correction_failure(&self, outcome: Correction, at: (f64, f64, usize), weights: &Weights) -> StepFailure {
-        let fault = match outcome {
-            Correction::NotFinite | Correction::SlopeNotFinite { .. } => StepFault::NotFinite,
-            Correction::Singular { .. } => StepFault::Singular,
-            Correction::Converged | Correction::Diverged => StepFault::Convergence,
-        };
-        let failure = self.failure(fault, at, weights);
-        match outcome {
-            Correction::Singular { row, column } | Correction::SlopeNotFinite { row, column } => {
-                StepFailure { row: Some(row), unknown: Some(column), ..failure }
-            }
-            _ => failure,
         }
     }
 

@@ -206,7 +206,7 @@ impl Esdirk {
             if outcome != Correction::Converged {
                 problem.statistics.convergence_failures += 1;
                 failures += 1;
-                let failure = self.correction_failure(outcome, target, weights);
+                let failure = StepFailure::of_correction(outcome, |fault| self.failure(fault, target, weights));
                 self.h *= self.control.after_divergence();
                 if failures >= MOST_FAILURES || self.h <= self.smallest_step() {
                     return Err(failure);
@@ -361,21 +361,6 @@ impl Esdirk {
         self.yp.copy_from_slice(&self.corrector.yp);
         (self.t_before, self.t, self.h_used) = (self.t, target, self.h);
         self.h = (self.h * self.control.after_success(error)).min(self.max_step);
-    }
-
-    fn correction_failure(&self, outcome: Correction, target: f64, weights: &Weights) -> StepFailure {
-        let fault = match outcome {
-            Correction::NotFinite | Correction::SlopeNotFinite { .. } => StepFault::NotFinite,
-            Correction::Singular { .. } => StepFault::Singular,
-            Correction::Converged | Correction::Diverged => StepFault::Convergence,
-        };
-        let failure = self.failure(fault, target, weights);
-        match outcome {
-            Correction::Singular { row, column } | Correction::SlopeNotFinite { row, column } => {
-                StepFailure { row: Some(row), unknown: Some(column), ..failure }
-            }
-            _ => failure,
-        }
     }
 
     fn failure(&self, fault: StepFault, t: f64, weights: &Weights) -> StepFailure {
