@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use hyd_syntax::print_path;
-use hyd_syntax::tree::{ClassBody, ClassKind, Path};
+use hyd_syntax::tree::{ClassBody, Path};
 
 use crate::html::{documentation, escape};
 use crate::library::{Library, annotated, text_of};
@@ -289,16 +289,6 @@ impl Sections<'_> {
 /// The word that a class begins with.
 pub(crate) fn kind(library: &Library, class: usize) -> String {
     let class = &library.entries[class].class;
-    let word = match class.kind {
-        ClassKind::Class => "class",
-        ClassKind::Model => "model",
-        ClassKind::Block => "block",
-        ClassKind::Connector => "connector",
-        ClassKind::Record => "record",
-        ClassKind::Type => "type",
-        ClassKind::Package => "package",
-        ClassKind::Function => "function",
-        ClassKind::Operator => "operator",
-    };
+    let word = class.kind.keyword();
     if class.partial { format!("partial {word}") } else { word.to_string() }
 }

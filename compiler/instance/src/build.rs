@@ -75,7 +75,7 @@ pub fn instantiate<'s>(
     };
     let def = tree.table.class(class).def.clone();
     if !matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) {
-        let kind = crate::component::kind_name(def.kind);
+        let kind = def.kind.keyword();
         let message = format!("`{}` is a {kind} and cannot be simulated", tree.table.full_name(class));
         tree.table.report(
             Diagnostic::error(Code::Misplaced, message)

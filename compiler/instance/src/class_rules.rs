@@ -9,7 +9,6 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, ElementPrefixes};
 
 use crate::class::{ClassId, ClassTable, elements};
-use crate::component::kind_name;
 use crate::modifier::AstMod;
 use crate::shape::Shape;
 
@@ -48,8 +47,8 @@ impl ClassTable<'_> {
         let statement =
             algorithms.iter().find_map(|section| section.statements.first()).map(|s| (s.span, "statements"));
         let Some((span, what)) = equation.or(statement) else { return Ok(()) };
-        let message = format!("a {} cannot hold {what}", kind_name(def.kind));
-        let declared = format!("`{}` is a {}", def.name.name, kind_name(def.kind));
+        let message = format!("a {} cannot hold {what}", def.kind.keyword());
+        let declared = format!("`{}` is a {}", def.name.name, def.kind.keyword());
         self.report(Diagnostic::error(Code::Misplaced, message).at(span, "").with(def.name.span, declared));
         Err(Reported)
     }

@@ -222,7 +222,7 @@ impl InstanceTree<'_> {
         let full = self.table.full_name(class);
         let fault = match def.kind {
             ClassKind::Package | ClassKind::Function => {
-                Some((Code::Misplaced, format!("`{full}` is a {} and cannot be a component", kind_name(def.kind))))
+                Some((Code::Misplaced, format!("`{full}` is a {} and cannot be a component", def.kind.keyword())))
             }
             ClassKind::Operator => Some((
                 Code::OutsideProfile,
@@ -266,19 +266,4 @@ impl InstanceTree<'_> {
 pub(crate) enum TypeOf {
     Scalar(ScalarType),
     Class(LocalClass, Rc<Shape>),
-}
-
-/// The keyword of a class kind.
-pub(crate) fn kind_name(kind: ClassKind) -> &'static str {
-    match kind {
-        ClassKind::Class => "class",
-        ClassKind::Model => "model",
-        ClassKind::Block => "block",
-        ClassKind::Connector => "connector",
-        ClassKind::Record => "record",
-        ClassKind::Type => "type",
-        ClassKind::Package => "package",
-        ClassKind::Function => "function",
-        ClassKind::Operator => "operator",
-    }
 }

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use crate::build::InstanceTree;
-use crate::component::kind_name;
 use crate::instance::InstId;
 
 impl fmt::Display for InstanceTree<'_> {
@@ -17,7 +16,7 @@ impl InstanceTree<'_> {
         let instance = &self.instances[inst];
         let what = match (&instance.primitive, instance.class) {
             (Some(primitive), _) => primitive.scalar.name().to_string(),
-            (None, Some(class)) => format!("{} {}", kind_name(instance.kind), self.table.full_name(class)),
+            (None, Some(class)) => format!("{} {}", instance.kind.keyword(), self.table.full_name(class)),
             (None, None) => "?".to_string(),
         };
         let sizes = if instance.dims.is_empty() { String::new() } else { format!("{:?}", instance.dims) };

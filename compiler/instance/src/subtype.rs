@@ -241,6 +241,5 @@ fn unlike_kinds((new, wanted): (ClassKind, ClassKind), name: &str, other: &str) 
     if new == wanted || !special(new) && !special(wanted) {
         return None;
     }
-    let text = crate::component::kind_name;
-    Some(format!("`{name}` is a {}, but `{other}` is a {}", text(new), text(wanted)))
+    Some(format!("`{name}` is a {}, but `{other}` is a {}", new.keyword(), wanted.keyword()))
 }

@@ -65,6 +65,23 @@ pub enum ClassKind {
     Operator,
 }
 
+impl ClassKind {
+    /// The word that such a class begins with.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            ClassKind::Class => "class",
+            ClassKind::Model => "model",
+            ClassKind::Block => "block",
+            ClassKind::Connector => "connector",
+            ClassKind::Record => "record",
+            ClassKind::Type => "type",
+            ClassKind::Package => "package",
+            ClassKind::Function => "function",
+            ClassKind::Operator => "operator",
+        }
+    }
+}
+
 /// A class definition.
 #[derive(Clone, Debug)]
 pub struct ClassDef {
