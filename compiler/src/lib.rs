@@ -6,6 +6,7 @@
 
 mod injection;
 pub mod inquiry;
+mod json;
 mod limits;
 mod override_value;
 mod page;

@@ -4,11 +4,11 @@
 //! sorting, blocks, states, what index reduction did, aliases, each with the line of text it comes from; the texts are
 //! embedded.  Of very large systems only the first blocks are drawn, and the page says so.
 
-use std::fmt::Write;
-
 use hyd_equations::{EquationSystem, Matrix, Resolution, Role, SortedSystem, equation_text, matrix};
 use hyd_flat::{Operand, Target, VarId};
 use hyd_source::{Files, Origin};
+
+use crate::json::quote;
 
 /// The page without its data.
 const PAGE: &str = include_str!("page.html");
@@ -192,35 +192,6 @@ fn list(items: impl IntoIterator<Item = String>) -> String {
     format!("[{}]", items.into_iter().collect::<Vec<_>>().join(","))
 }
 
-/// A JSON string that may stand inside a script element.
-fn quote(text: &str) -> String {
-    let mut quoted = String::with_capacity(text.len() + 2);
-    quoted.push('"');
-    for c in text.chars() {
-        match c {
-            '"' => quoted.push_str("\\\""),
-            '\\' => quoted.push_str("\\\\"),
-            '\n' => quoted.push_str("\\n"),
-            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' | '\0'..='\u{1f}' => {
-                let _ = write!(quoted, "\\u{:04x}", c as u32);
-            }
-            _ => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
-}
-
 fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_cannot_leave_the_script() {
-        assert_eq!(quote("a\"\\</script>\n\t"), "\"a\\\"\\\\\\u003c/script\\u003e\\n\\u0009\"");
-    }
 }

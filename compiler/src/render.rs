@@ -13,6 +13,8 @@ use codespan_reporting::term::{self, termcolor};
 use hyd_index::TypedIndex;
 use hyd_source::{Diagnostic, Files, Label, Severity, Span};
 
+use crate::json::push_string;
+
 /// Most errors, warnings and notes that are shown as text.
 const MOST: usize = 100;
 /// Bytes of a line of which an excerpt is shown.
@@ -163,25 +165,6 @@ fn push_label(json: &mut String, files: &Files, label: &Label) {
     json.push('}');
 }
 
-/// A JSON string (RFC 8259, section 7).
-fn push_string(json: &mut String, text: &str) {
-    json.push('"');
-    for c in text.chars() {
-        match c {
-            '"' => json.push_str("\\\""),
-            '\\' => json.push_str("\\\\"),
-            '\n' => json.push_str("\\n"),
-            '\r' => json.push_str("\\r"),
-            '\t' => json.push_str("\\t"),
-            c if c < ' ' => {
-                let _ = write!(json, "\\u{:04x}", c as u32);
-            }
-            c => json.push(c),
-        }
-    }
-    json.push('"');
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -261,9 +244,6 @@ at all
             "\n"
         );
         assert_eq!(render_json(&files, &diagnostics), expected);
-        let mut odd = String::new();
-        push_string(&mut odd, "\"\\\t\u{1}ö");
-        assert_eq!(odd, r#""\"\\\t\u0001ö""#);
     }
 
     #[test]
