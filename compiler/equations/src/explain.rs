@@ -77,12 +77,14 @@ pub(crate) fn variable_span(system: &EquationSystem, v: VarId) -> Span {
 /// Names in backquotes, the first few of them.
 pub(crate) fn list_names(names: impl IntoIterator<Item = String>) -> String {
     let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
-    let more = names.len().saturating_sub(MOST_NAMED);
-    let mut text = names[..names.len() - more].join(", ");
-    if more > 0 {
-        text.push_str(&format!(" and {more} more"));
-    }
-    text
+    first_of(&names, MOST_NAMED)
+}
+
+/// The first names of a list, and how many there are more.
+pub(crate) fn first_of(names: &[String], most: usize) -> String {
+    let more = names.len().saturating_sub(most);
+    let text = names[..names.len() - more].join(", ");
+    if more > 0 { format!("{text} and {more} more") } else { text }
 }
 
 /// The variable behind a target.

@@ -12,7 +12,7 @@ use hyd_source::{Files, Origin, did_you_mean};
 use hyd_symbolic::alias;
 use rustc_hash::FxHashMap;
 
-use crate::explain::{counted, equation_text, variable_of};
+use crate::explain::{counted, equation_text, first_of, variable_of};
 use crate::linearity::{block_targets, is_linear};
 use crate::print::equation;
 use crate::sorted::{Assignment, Block, EqId, Plan, SortedSystem};
@@ -285,11 +285,7 @@ impl Report<'_> {
         let names: Vec<String> = block_targets(plan, block)
             .map(|target| self.system.flat.operand_name(hyd_flat::Operand::new(target)))
             .collect();
-        let more = names.len().saturating_sub(MOST_NAMED);
-        let mut list = names[..names.len() - more].join(", ");
-        if more > 0 {
-            let _ = write!(list, " and {more} more");
-        }
+        let list = first_of(&names, MOST_NAMED);
         let iterated = counted(block.unknowns.len(), "unknown");
         let text = format!(
             "{} of {total}: {kind}, {} for {list}; {iterated} left to the solver after tearing",
