@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Builds the peers, runs them and `hyd` on the same equations, prints the tables of docs/performance.md.
 
-usage: run.py [--hyd PATH] [--sundials PREFIX] [--work DIR] [--tolerances 1e-4,1e-6,1e-8]
+usage: run.py [--sundials PREFIX] [--work DIR] [--tolerances 1e-4,1e-6,1e-8]
 
 Needs a C compiler, SUNDIALS 6.4 with KLU (Debian: libsundials-dev, libsuitesparse-dev; PREFIX if unpacked elsewhere than /usr)
-and cargo.  What is missing is left out with a note.  Times are CPU seconds of the process, best of several runs; the error is
+and cargo.  What is missing is left out with a note.  Times are CPU seconds of the process, best of up to 20 runs in one process, the making
+of the solver and the samples included; the error is
 the largest difference from the reference over all samples and variables, each relative to its largest value.  The reference
 is CVODE at 1e-12 (drive), IDA at 1e-11 (line), the closed form (cord).
 """
@@ -25,7 +26,6 @@ LIBRARIES = [
     "sundials_sunmatrixsparse", "sundials_sunmatrixdense", "sundials_generic", "klu", "amd", "colamd", "btf",
     "suitesparseconfig",
 ]
-DRIVE = ["q", "i", "x", "v", "p", "y", "w", "p_s"]
 
 
 def build_sundials(prefix, work):
@@ -63,32 +63,14 @@ def peer(program, arguments, file):
     return float(seconds), int(steps), int(rejected), table(file)
 
 
-def ours(hyd, problem, tolerance, solver, file):
-    model = {"drive": HERE / "models/drive.hyd", "cord": HERE / "models/cord.hyd",
-             "line": ROOT / "models/hydraulic_line/line.hyd"}[problem]
-    middle = CELLS // 2
-    names, scale, stop, samples = {
-        "drive": (DRIVE, [1.0] * 8, 0.08, 80),
-        "line": (["q[1]", f"p[{middle}]", f"p[{CELLS}]"], [1e3, 1e-6, 1e-6], 0.1, 50),
-        "cord": (["y[1]", f"y[{middle}]", f"y[{CELLS}]"], [1.0] * 3, 5.0, 50),
-    }[problem]
-    regex = "^(" + "|".join(n.replace("[", r"\[").replace("]", r"\]") for n in names) + ")$"
-    command = [hyd, "simulate", str(model), "--tolerance", str(tolerance), "--solver", solver, "--stop", str(stop),
-               "--intervals", str(samples), "--variables", regex, "--result", str(file), "--json"]
-    if problem != "drive":
-        command += ["--set", f"N={CELLS}"]
-    best, summary = math.inf, None
-    for _ in range(7):
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            print(done.stderr)
-            return None
-        summary = json.loads(done.stdout)
-        best = min(best, summary["simulate_s"])
-    rows = list(csv.DictReader(open(file)))
-    series = [[float(r["time"])] + [s * float(r[n]) for n, s in zip(names, scale)] for r in rows if float(r["time"]) > 0]
-    counters = summary["counters"]
-    return best, counters["steps"], counters["error_rejections"], series
+def build_own():
+    """Path of the benchmark that runs `hyd` as a peer."""
+    command = ["cargo", "bench", "-q", "-p", "hyd-tests", "--bench", "beside_peers", "--no-run", "--message-format", "json"]
+    for line in subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["target"]["name"] == "beside_peers":
+            return message["executable"]
+    raise SystemExit("cargo names no benchmark `beside_peers`")
 
 
 def cord_exact():
@@ -118,14 +100,13 @@ def at_error(points, level):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--hyd", default=str(ROOT / "target/release/hyd"))
     parser.add_argument("--sundials", default="/usr")
     parser.add_argument("--work", default=str(HERE / "work"))
     parser.add_argument("--tolerances", default="1e-4,1e-5,1e-6,1e-7,1e-8")
     options = parser.parse_args()
     work = Path(options.work).resolve()
     work.mkdir(parents=True, exist_ok=True)
-    sundials, diffsol = build_sundials(Path(options.sundials), work), build_diffsol(work)
+    own, sundials, diffsol = build_own(), build_sundials(Path(options.sundials), work), build_diffsol(work)
     tolerances = options.tolerances.split(",")
     for problem, levels in [("drive", [1e-2, 1e-3, 1e-4]), ("line", [1e-2, 1e-3, 1e-4]), ("cord", [1e-3, 1e-4, 1e-5])]:
         if problem == "cord":
@@ -136,7 +117,7 @@ def main():
         else:
             print(f"{problem}: no reference without SUNDIALS")
             continue
-        methods = {f"hyd {s}": (lambda t, f, s=s: ours(options.hyd, problem, t, s, f)) for s in ("auto", "bdf", "esdirk")}
+        methods = {f"hyd {s}": (lambda t, f, s=s: peer(own, [s, problem, t, str(CELLS)], f)) for s in ("auto", "bdf", "esdirk")}
         if sundials:
             for name, code, order in [("IDA", "ida", "5"), ("IDA, order 2", "ida", "2"), ("CVODE", "cvode", "5")]:
                 methods[name] = lambda t, f, c=code, o=order: peer(sundials, [c, problem, t, str(CELLS), o], f)
