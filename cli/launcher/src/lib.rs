@@ -44,8 +44,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let model = match model {
         Ok(model) => model,
         Err(format::FormatError::Foreign) => {
-            let text =
-                "this is the launcher of hyd and holds no model; `hyd build FILE -o EXE` makes an executable of it";
+            let text = "this is the launcher of hyd and holds no model, or the file was cut off; `hyd build FILE -o EXE` \
+                        makes an executable";
             return Failure::Fault(text.to_string()).report(MessageFormat::Text);
         }
         Err(error) => return Failure::Fault(format!("`{name}` cannot run: {error}")).report(MessageFormat::Text),

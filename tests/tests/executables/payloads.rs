@@ -56,7 +56,10 @@ fn executables_say_what_is_wrong_with_them() {
     damaged[middle] ^= 4;
     let cases = [
         (damaged, "error: `m` cannot run: its model is damaged"),
-        (whole[..whole.len() - 40].to_vec(), "error: this is the launcher of hyd and holds no model"),
+        (
+            whole[..whole.len() - 40].to_vec(),
+            "error: this is the launcher of hyd and holds no model, or the file was cut off",
+        ),
         ([&whole[..100_000], &whole[100_001..]].concat(), "error: `m` cannot run: it was cut off or has grown"),
     ];
     for (k, (bytes, message)) in cases.into_iter().enumerate() {
