@@ -35,7 +35,8 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
         Ok(Box::new(system) as Box<dyn DaeSystem>)
     };
     let payload = model.payload();
-    let subject = Subject { sources: payload.identity.sources, experiment: payload.experiment, make: &make };
+    let limits = &payload.parameters.limits;
+    let subject = Subject { sources: payload.identity.sources, experiment: payload.experiment, limits, make: &make };
     prepared.run(&subject, "hyd sweep merge")
 }
 

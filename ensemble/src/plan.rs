@@ -71,8 +71,10 @@ pub enum PlanError {
     Twice(String),
     /// Nothing is varied.
     Nothing,
-    /// Values are drawn, but nobody says how many.
-    NoSamples(String),
+    /// Values are drawn, but nobody says how many: the parameter and the text of its values.
+    NoSamples(String, String),
+    /// Nobody wants a sample.
+    NoRuns,
     /// There would be more members than can be counted in a lifetime.
     TooMany,
 }
@@ -84,7 +86,12 @@ impl fmt::Display for PlanError {
             PlanError::Values(name, reason) => write!(f, "values of `{name}`: {reason}"),
             PlanError::Twice(name) => write!(f, "`{name}` is varied twice"),
             PlanError::Nothing => write!(f, "nothing is varied"),
-            PlanError::NoSamples(name) => write!(f, "`{name}` is drawn from a distribution; say how many samples"),
+            PlanError::NoSamples(name, values) => {
+                write!(f, "`{name}` is drawn from a distribution; say how many samples")?;
+                // Two ends are a distribution, but who writes them may have a grid in mind.
+                if values.contains(':') { write!(f, ", or write `{values}:COUNT` for a grid") } else { Ok(()) }
+            }
+            PlanError::NoRuns => write!(f, "0 samples make no run"),
             PlanError::TooMany => write!(f, "these values make more than a thousand million runs"),
         }
     }
@@ -108,9 +115,12 @@ impl Plan {
             let variation = Variation::parse(&vary.values);
             let variation = variation.map_err(|error| PlanError::Values(vary.parameter.clone(), error))?;
             if variation.is_drawn() && self.samples.is_none() {
-                return Err(PlanError::NoSamples(vary.parameter.clone()));
+                return Err(PlanError::NoSamples(vary.parameter.clone(), vary.values.trim().to_string()));
             }
             variations.push(variation);
+        }
+        if self.samples == Some(0) {
+            return Err(PlanError::NoRuns);
         }
         if variations.is_empty() {
             return Err(PlanError::Nothing);
@@ -162,7 +172,9 @@ mod tests {
         assert!(matches!(Plan::parse("sample = 3\n"), Err(PlanError::Text(text)) if text.contains("sample")));
         assert_eq!(Plan::parse("").unwrap().members().unwrap_err(), PlanError::Nothing);
         let drawn = Plan { samples: None, ..plan.clone() };
-        assert_eq!(drawn.members().unwrap_err(), PlanError::NoSamples("a.b".into()));
+        assert_eq!(drawn.members().unwrap_err(), PlanError::NoSamples("a.b".into(), "1:3".into()));
+        let none = Plan { samples: Some(0), ..plan.clone() };
+        assert_eq!(none.members().unwrap_err(), PlanError::NoRuns);
         let twice = Plan { vary: [plan.vary.clone(), plan.vary.clone()].concat(), ..plan };
         assert_eq!(twice.members().unwrap_err(), PlanError::Twice("a.b".into()));
     }

@@ -31,6 +31,8 @@ pub struct Job<'a> {
     pub names: Vec<String>,
     /// For each of them where it stands in `DaeSystem::parameters` (an array may take several places), with its sign.
     pub places: Vec<Vec<(usize, f64)>>,
+    /// Why the values of a system are not to be run, if they are not.
+    pub refuse: &'a (dyn Fn(&mut dyn DaeSystem) -> Option<String> + Sync),
     /// Makes a system, ready but for the varied parameters.
     pub system: &'a (dyn Fn() -> Box<dyn DaeSystem> + Sync),
     /// Times and tolerance of every run.
@@ -167,6 +169,9 @@ fn one(
                 return Ok(Some(Ending { status: "failed", message, time: start }));
             }
         }
+    }
+    if let Some(message) = (job.refuse)(system) {
+        return Ok(Some(Ending { status: "failed", message, time: start }));
     }
     Ok(Some(match simulator.run(system, &job.options, recorder, halt) {
         Ok(Summary { terminated: Some(message), time, .. }) => Ending { status: "terminated", message, time },

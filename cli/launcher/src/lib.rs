@@ -192,7 +192,8 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
         Ok(Box::new(system) as Box<dyn DaeSystem>)
     };
     let model = &loaded.model;
-    let subject = Subject { sources: model.identity.sources, experiment: model.experiment, make: &make };
+    let limits = &model.parameters.limits;
+    let subject = Subject { sources: model.identity.sources, experiment: model.experiment, limits, make: &make };
     prepared.run(&subject, &format!("{name} sweep merge"))
 }
 

@@ -63,7 +63,14 @@ pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
             _ => return None,
         };
         let name = variable.name.element(limit.element as usize);
-        Some(format!("`{name}` is {value}, {words} its `{attribute}` {bound}"))
+        let text = |value: f64| match &variable.kind {
+            ValueKind::Enumeration(literals) => {
+                let literal = literals.get((value as usize).wrapping_sub(1));
+                literal.map_or_else(|| value.to_string(), |literal| format!("`{literal}`"))
+            }
+            _ => value.to_string(),
+        };
+        Some(format!("`{name}` is {}, {words} its `{attribute}` {}", text(value), text(bound)))
     })
 }
 

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use hyd_ensemble::{Folder, Job, Kept, Members, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
-use hyd_payload::Experiment;
+use hyd_payload::{Experiment, Limit};
 use hyd_results::is_variable;
 use hyd_runtime::Options;
 use hyd_system::{DaeSystem, VariableInfo};
@@ -25,6 +25,8 @@ pub struct Subject<'a> {
     pub sources: u64,
     /// When the model runs if nobody says otherwise.
     pub experiment: Experiment,
+    /// The limits of its parameters.
+    pub limits: &'a [Limit],
     /// Makes a system, ready but for the varied parameters.
     pub make: &'a (dyn Fn() -> Result<Box<dyn DaeSystem>, String> + Sync),
 }
@@ -111,6 +113,12 @@ impl Prepared<'_> {
         };
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
         let options = options(plan, &subject.experiment)?;
+        let start = options.start;
+        // Where values make no sense the run says so itself.
+        let refuse = |system: &mut dyn DaeSystem| match subject.limits.is_empty() || system.bind(start).is_err() {
+            true => None,
+            false => parameters::outside(subject.limits, system),
+        };
         // Only now, so that a command that is refused leaves no folder behind.
         let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
         let folder = Folder::open(self.root, &identity, self.members.count());
@@ -119,6 +127,7 @@ impl Prepared<'_> {
             members: &self.members,
             names,
             places,
+            refuse: &refuse,
             // The same call has just succeeded with the same values.
             system: &|| (subject.make)().expect("invariant: systems are made of the same values every time"),
             options,

@@ -101,6 +101,37 @@ fn a_member_that_fails_is_a_row_that_says_so() {
     assert!((times[1] - 0.25).abs() < 1e-3 && times[2] == 1.0, "{times:?}");
 }
 
+/// What `--set` refuses fails a run, with the same words: a listed value, a drawn one, and one that follows from what varies.
+#[test]
+fn a_value_outside_its_limits_fails_its_run() {
+    let folder = Scratch::new();
+    let text = "model Limited\n  type Mode = enumeration(slow, fast, off);\n  parameter Real k(min = 0) = 1;\n  \
+                parameter Real m(max = 10) = 2*k;\n  parameter Mode e(max = Mode.fast) = Mode.slow;\n  \
+                Real x(start = 1, fixed = true);\nequation\n  der(x) = -(k + m + (if e == Mode.fast then 1 else 0))*x;\n\
+                end Limited;\n";
+    folder.write("limited.hyd", text);
+    let messages = |vary: &str, rest: &[&str]| {
+        let arguments = [&["sweep", "limited.hyd", "--vary", vary, "--result", "s"], rest].concat();
+        let outcome = run(folder.path(), &arguments);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+        std::fs::remove_dir_all(folder.path().join("s")).unwrap();
+        match members.column("message") {
+            Some(Cells::Texts(messages)) => messages.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let cases = [
+        ("k=-5,5,6", ["`k` is -5, below its `min` 0", "", "`m` is 12, above its `max` 10"]),
+        ("e=1,2,3", ["", "", "`e` is `off`, above its `max` `fast`"]),
+    ];
+    for (vary, expected) in cases {
+        assert_eq!(messages(vary, &[]), expected, "{vary}");
+    }
+    let drawn = messages("k=uniform(-1, 1)", &["--samples", "10"]);
+    assert_eq!(drawn.iter().filter(|message| message.contains("below its `min` 0")).count(), 5, "{drawn:?}");
+}
+
 #[test]
 fn a_plan_says_the_same_as_the_options() {
     let folder = folder();
@@ -117,7 +148,13 @@ fn a_plan_says_the_same_as_the_options() {
 
 #[test]
 fn what_cannot_be_done_is_refused_and_leaves_nothing() {
-    let cases: [(&[&str], i32, &str); 7] = [
+    let cases: [(&[&str], i32, &str); 9] = [
+        (
+            &["--vary", "a=1:5"],
+            2,
+            "error: `a` is drawn from a distribution; say how many samples, or write `1:5:COUNT`",
+        ),
+        (&["--vary", "a=1:5", "--samples", "0"], 2, "error: 0 samples make no run"),
         (&["--vary", "c=1:2:3"], 1, "error: the model has no parameter `c`"),
         (&["--vary", "n=1,2"], 1, "error: `n` cannot be varied: it decides sizes or structure"),
         (&["--vary", "x=1,2"], 1, "error: `x` cannot be varied: it is a variable, not a parameter"),
