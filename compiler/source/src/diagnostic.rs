@@ -104,10 +104,12 @@ impl<T> Outcome<T> {
 /// (Damerau 1964), if it is close enough to be a slip of the pen.
 pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let limit = wrong.chars().count().div_ceil(3).max(1);
-    let lower = wrong.to_lowercase();
+    // Letters that are large or small and underscores are what slips most.
+    let plain = |name: &str| name.replace('_', "").to_lowercase();
+    let same = plain(wrong);
     candidates
         .into_iter()
-        .map(|c| (if c.to_lowercase() == lower { 0 } else { edit_distance(wrong, c) }, c))
+        .map(|c| (if plain(c) == same { 0 } else { edit_distance(wrong, c) }, c))
         // Any other letter is close to a name of one letter.
         .filter(|(distance, c)| *distance <= limit && *distance < wrong.chars().count().max(c.chars().count()))
         .min()
@@ -142,6 +144,7 @@ mod tests {
         let names = ["pressure", "position", "p", "Velocity"];
         assert_eq!(did_you_mean("presure", names), Some("did you mean `pressure`?".into()));
         assert_eq!(did_you_mean("velocity", names), Some("did you mean `Velocity`?".into()));
+        assert_eq!(did_you_mean("F0", ["F", "F_0", "G0"]), Some("did you mean `F_0`?".into()));
         assert_eq!(did_you_mean("stiffness", names), None);
         assert_eq!(did_you_mean("k", names), None);
         assert_eq!(did_you_mean("P", names), Some("did you mean `p`?".into()));
