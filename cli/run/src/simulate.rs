@@ -129,6 +129,10 @@ pub fn check_usage(arguments: &RunArguments, model: Option<&Path>) -> Result<(),
                 "--result `{path}` would replace a source text; results end in .csv, .mat or .parquet"
             )));
         }
+        if !matches!(extension.as_str(), "" | "csv" | "mat" | "parquet") {
+            let path = path.display();
+            return Err(Failure::Usage(format!("--result `{path}`: results end in .csv, .mat or .parquet")));
+        }
     }
     Selection::new(arguments.variables.as_deref()).map(|_| ())
 }

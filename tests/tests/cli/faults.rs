@@ -131,9 +131,8 @@ fn pictures_and_pages_are_not_written_over_folders() {
     let folder = Scratch::new();
     folder.write("decay.hyd", DECAY);
     fs::create_dir(folder.path().join("p.svg")).unwrap();
-    let cases: [&[&str]; 4] = [
+    let cases: [&[&str]; 3] = [
         &["simulate", "decay.hyd", "--plot", "p.svg"],
-        &["simulate", "decay.hyd", "--result", "p.svg"],
         &["equations", "decay.hyd", "--html", "p.svg"],
         &["doc", "--no-pictures", "--output", "p.svg"],
     ];

@@ -36,6 +36,7 @@ fn places_that_cannot_be_written_are_named() {
     refused("--plot", "none/p.svg", 1);
     refused("--plot", "decay.hyd/p.png", 1);
     refused("--plot", "p.jpg", 2);
+    refused("--result", "r.xyz", 2);
 }
 
 #[test]
