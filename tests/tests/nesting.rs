@@ -73,6 +73,14 @@ fn classes_that_extend_each_other() {
     assert_eq!(answer(format!("{some} model A extends M89; end A;")).0, [""; 0]);
 }
 
+/// The number that the language's reference states.
+#[test]
+fn brackets_within_brackets() {
+    let model = |count: usize| format!("model A Real x = {}1{}; end A;", "(".repeat(count), ")".repeat(count));
+    assert_eq!(answer(model(200)).0, [""; 0]);
+    is_refused(model(201), "E0103", "more than 200 deep");
+}
+
 #[test]
 fn functions_within_functions() {
     let nest = |inner: &str, name: &str| (0..190).fold(inner.to_string(), |text, _| format!("{name}({text})"));

@@ -339,7 +339,8 @@ impl Scanner<'_> {
     }
 
     fn check_nesting(&mut self, at: usize) {
-        if self.levels.len() + self.ifs > MAX_NESTING {
+        // The first level is outside of all brackets.
+        if self.levels.len().saturating_sub(1) + self.ifs > MAX_NESTING {
             let message = format!("brackets and `if`s are nested more than {MAX_NESTING} deep");
             self.stop(at, message, "give parts of the expression their own variables");
         }
