@@ -126,9 +126,10 @@ fn refuse(
     let Contradiction { equation, sides: [left, right] } = contradiction;
     let text = equation_text(system, *equation);
     let names = part_names(system, unknowns, part);
-    let message = format!(
-        "the initial conditions of {names} contradict each other: in `{text}` the sides are {left} and {right}"
-    );
+    // Sections of algorithms have unknowns without a name of the user's.
+    let of = if names.is_empty() { String::new() } else { format!(" of {names}") };
+    let message =
+        format!("the initial conditions{of} contradict each other: in `{text}` the sides are {left} and {right}");
     explain_part(Diagnostic::error(Code::InitialUnbalanced, message), system, pattern, unknowns, part)
 }
 
