@@ -8,7 +8,6 @@ mod injection;
 pub mod inquiry;
 mod json;
 mod limits;
-mod override_value;
 mod page;
 mod pipeline;
 pub mod render;

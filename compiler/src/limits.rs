@@ -7,11 +7,8 @@ use std::collections::HashMap;
 
 use hyd_equations::{SortedSystem, parameter_values};
 use hyd_flat::{Section, Target, VarId, VariableBlock};
-use hyd_instance::Value;
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_system::{NamePattern, ValueKind, Variability};
-
-use crate::override_value::read_value;
 
 /// At most so many messages.
 const MOST: usize = 20;
@@ -100,11 +97,11 @@ fn binding_span(sorted: &SortedSystem, v: VarId) -> Option<Span> {
 fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMap<VarId, f64> {
     let mut given = HashMap::new();
     for (name, text) in set {
-        let Some(value) = read_value(text) else { continue };
-        let numbers: Vec<f64> = value.flatten().iter().filter_map(|v| Value::as_stored(v)).collect();
         let Some((block, elements)) = variables.iter().find_map(|b| Some((b, elements(&b.name, name)?))) else {
             continue;
         };
+        let leaves = text.split(|c| matches!(c, '{' | '}' | ',')).map(str::trim).filter(|leaf| !leaf.is_empty());
+        let numbers: Vec<f64> = leaves.filter_map(|leaf| stored(&block.kind, leaf)).collect();
         for (position, k) in elements.enumerate() {
             if let Some(&number) = numbers.get(position).or(numbers.first().filter(|_| numbers.len() == 1)) {
                 given.insert(VarId(block.first.0 + k as u32), number);
@@ -112,6 +109,17 @@ fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMa
         }
     }
     given
+}
+
+/// A value as it is stored in a run.
+fn stored(kind: &ValueKind, text: &str) -> Option<f64> {
+    match kind {
+        ValueKind::Enumeration(literals) => {
+            let last = text.rsplit('.').next()?;
+            literals.iter().position(|literal| **literal == *last).map(|k| (k + 1) as f64)
+        }
+        _ => text.parse::<f64>().ok().filter(|number| number.is_finite()),
+    }
 }
 
 /// The elements that a name means: all of an array, or one.

@@ -12,7 +12,6 @@ use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
 use crate::injection::refusals;
 use crate::limits::check_limits;
-use crate::override_value::read_value;
 
 /// How far to go.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -188,10 +187,10 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
     let parsed = (options.clock)();
     let broken = table.diagnostics.iter().any(|d| d.severity == Severity::Error);
     let chosen = if broken { None } else { choose(&mut table, name, &classes, options.model.as_deref()) };
-    let overrides = read_overrides(&mut table, &options.set);
-    let (Some(class), Some(overrides)) = (chosen, overrides) else {
-        return Compilation::new(table.files, table.diagnostics);
-    };
+    let Some(class) = chosen else { return Compilation::new(table.files, table.diagnostics) };
+    let overrides = options.set.iter();
+    let overrides = overrides.map(|(path, text)| Override { path: path.clone(), text: text.clone(), used: false });
+    let overrides = overrides.collect();
     let model_name: Arc<str> = table.full_name(class).into();
     let mut result = match hyd_instance::instantiate(table, class, overrides) {
         Err(table) => Compilation::new(table.files, table.diagnostics),
@@ -272,24 +271,6 @@ fn generate(result: &mut Compilation, sorted: &mut SortedSystem, jacobian: &Plan
         Ok(model) => result.model = Some(Arc::new(model)),
         Err(diagnostic) => result.diagnostics.push(diagnostic),
     }
-}
-
-fn read_overrides(table: &mut ClassTable<'_>, set: &[(String, String)]) -> Option<Vec<Override>> {
-    let mut overrides = Vec::new();
-    let mut complete = true;
-    for (path, text) in set {
-        match read_value(text) {
-            Some(value) => overrides.push(Override { path: path.clone(), value, used: false }),
-            None => {
-                let message = format!("`{text}` is not a value for `{path}`");
-                let help =
-                    "a value is a number such as `1.5e-3`, `true`, `false`, or a list in braces such as `{1, 2}`";
-                table.report(Diagnostic::error(Code::Value, message).help(help));
-                complete = false;
-            }
-        }
-    }
-    complete.then_some(overrides)
 }
 
 /// The class to instantiate: the one named, else the last complete model of the text.

@@ -378,8 +378,12 @@ impl Flattener<'_, '_> {
     /// A parameter whose value was set from outside before translation and used there.
     pub(crate) fn overridden(&mut self, inst: InstId) -> bool {
         let path = self.path(inst);
-        let Some(found) = self.tree.overrides.iter().find(|o| o.used && *o.path == *path) else { return false };
-        let values: Vec<f64> = found.value.flatten().iter().filter_map(|v| v.as_stored()).collect();
+        if !self.tree.overrides.iter().any(|o| o.used && *o.path == *path) {
+            return false;
+        }
+        let span = self.tree.instances[inst].span;
+        let Ok(value) = self.tree.value_of(inst, span) else { return false };
+        let values: Vec<f64> = value.flatten().iter().filter_map(|v| v.as_stored()).collect();
         let block = &self.model.variables[self.blocks[&inst]];
         let (first, count, origin) = (block.first, block.count as usize, block.origin.clone());
         for k in 0..count {

@@ -15,15 +15,15 @@ use crate::class::{ClassId, ClassTable, elements};
 use crate::instance::{InstId, Instance, Instances, Known, LocalClass, Scope};
 use crate::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
 use crate::shape::{Shape, ShapeElement};
-use crate::value::{EnumType, Value};
+use crate::value::EnumType;
 
 /// A value set from outside by instance path.
 #[derive(Clone, Debug)]
 pub struct Override {
     /// Instance path.
     pub path: String,
-    /// The value.
-    pub value: Value,
+    /// The value as it was written; its type says what it means.
+    pub text: String,
     /// It was needed at translation.
     pub used: bool,
 }

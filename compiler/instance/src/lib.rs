@@ -23,6 +23,7 @@ mod interpret;
 mod lookup;
 pub mod modifier;
 mod outer;
+mod override_value;
 mod parameter_value;
 mod primitive;
 mod print;

@@ -9,6 +9,7 @@ use crate::build::InstanceTree;
 use crate::evaluate::{Env, widen};
 use crate::instance::{InstId, Known, ScalarType, path};
 use crate::modifier::Applied;
+use crate::override_value::read_value;
 use crate::value::Value;
 
 impl InstanceTree<'_> {
@@ -89,15 +90,18 @@ impl InstanceTree<'_> {
         let integer = matches!(primitive.scalar, ScalarType::Integer);
         let real = matches!(primitive.scalar, ScalarType::Real);
         let settable = instance.variability == Variability::Parameter && !primitive.is_final;
-        if let Some(known) = self.overrides.iter_mut().find(|o| o.path == name).filter(|_| settable) {
+        // What is said last holds.
+        if let Some(known) = self.overrides.iter_mut().rev().find(|o| o.path == name).filter(|_| settable) {
             known.used |= self.guessed.is_none();
-            if integer && known.value.flatten().iter().any(|v| v.as_integer().is_none()) {
-                let (text, declared) = (known.value.text(), instance.span);
-                let message = format!("`{name}` cannot be set to `{text}`: it is an Integer and needs a whole number");
-                self.table.report(Diagnostic::error(Code::NoSuchParameter, message).with(declared, "declared here"));
-                return Err(Reported);
-            }
-            return Ok(if real { widen(known.value.clone()) } else { known.value.clone() });
+            return match read_value(&primitive.scalar, &known.text) {
+                Ok(value) => Ok(if real { widen(value) } else { value }),
+                Err(reason) => {
+                    let message = format!("`{name}` cannot be set to `{}`: {reason}", known.text);
+                    let diagnostic = Diagnostic::error(Code::NoSuchParameter, message);
+                    self.table.report(diagnostic.with(instance.span, "declared here"));
+                    Err(Reported)
+                }
+            };
         }
         let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
         let Some(applied) = primitive.binding.clone().or(start) else {

@@ -1,0 +1,53 @@
+//! What `--set` takes: values as the model would write them, literals and strings by their bare name.
+
+use crate::process::{Scratch, assert_no_panic, run};
+
+const MODEL: &str = "model M\n  type E = enumeration(a, b);\n  parameter E e = E.a;\n  parameter E size = E.a;\n  \
+                     parameter E all[2] = {E.a, E.b};\n  parameter String s = \"one\";\n  \
+                     Real v[if size == E.a then 1 else 2];\n  Real x = if e == E.a then 10 else 20;\n  \
+                     Real y = if s == \"one\" then 1 else 2;\n  Real z = if all[1] == E.a then 3 else 4;\n\
+                     equation\n  v = fill(5, if size == E.a then 1 else 2);\nend M;\n";
+
+fn last_row(set: &str) -> (String, String) {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    let outcome = run(folder.path(), &["simulate", "m.hyd", "--set", set, "--intervals", "1", "--result", "r.csv"]);
+    assert_no_panic(&outcome);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{set}");
+    let text = folder.read("r.csv");
+    let lines: Vec<&str> = text.lines().collect();
+    (lines[0].to_string(), lines[lines.len() - 1].to_string())
+}
+
+#[test]
+fn literals_and_strings_are_set_by_their_name() {
+    let value = |set: &str, name: &str| {
+        let (head, row) = last_row(set);
+        let at = head.split(',').position(|column| column.trim_matches('"') == name);
+        row.split(',').nth(at.unwrap()).unwrap().parse::<f64>().unwrap()
+    };
+    for set in ["e=b", "e=E.b"] {
+        assert_eq!(value(set, "x"), 20.0, "{set}");
+    }
+    for set in ["s=two", "s=\"two\""] {
+        assert_eq!(value(set, "y"), 2.0, "{set}");
+    }
+    assert_eq!(value("s=one", "y"), 1.0);
+    assert_eq!(value("all={b, b}", "z"), 4.0);
+    assert_eq!(value("all[1]=E.b", "z"), 4.0);
+    // What decides a size is read before translation.
+    assert_eq!(value("size=b", "v[2]"), 5.0);
+}
+
+#[test]
+fn what_is_no_literal_is_refused_with_those_there_are() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    for set in ["e=c", "e=2", "size=c", "size=2"] {
+        let outcome = run(folder.path(), &["check", "m.hyd", "--set", set]);
+        assert_eq!(outcome.code, Some(1), "{set}");
+        let (name, value) = set.split_once('=').unwrap();
+        let message = format!("error[E0215]: `{name}` cannot be set to `{value}`: it is one of a, b");
+        assert!(outcome.stderr.starts_with(&message), "{set}: {}", outcome.stderr);
+    }
+}
