@@ -100,7 +100,7 @@ fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMa
         let Some((block, elements)) = variables.iter().find_map(|b| Some((b, elements(&b.name, name)?))) else {
             continue;
         };
-        let leaves = text.split(|c| matches!(c, '{' | '}' | ',')).map(str::trim).filter(|leaf| !leaf.is_empty());
+        let leaves = text.split(['{', '}', ',']).map(str::trim).filter(|leaf| !leaf.is_empty());
         let numbers: Vec<f64> = leaves.filter_map(|leaf| stored(&block.kind, leaf)).collect();
         for (position, k) in elements.enumerate() {
             if let Some(&number) = numbers.get(position).or(numbers.first().filter(|_| numbers.len() == 1)) {

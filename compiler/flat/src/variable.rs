@@ -377,12 +377,9 @@ impl Flattener<'_, '_> {
 
     /// A parameter whose value was set from outside before translation and used there.
     pub(crate) fn overridden(&mut self, inst: InstId) -> bool {
-        let path = self.path(inst);
-        if !self.tree.overrides.iter().any(|o| o.used && *o.path == *path) {
-            return false;
-        }
-        let span = self.tree.instances[inst].span;
-        let Ok(value) = self.tree.value_of(inst, span) else { return false };
+        let (path, span) = (self.path(inst), self.tree.instances[inst].span);
+        let used = self.tree.overrides.iter().any(|o| o.used && *o.path == *path);
+        let Some(Ok(value)) = used.then(|| self.tree.value_of(inst, span)) else { return false };
         let values: Vec<f64> = value.flatten().iter().filter_map(|v| v.as_stored()).collect();
         let block = &self.model.variables[self.blocks[&inst]];
         let (first, count, origin) = (block.first, block.count as usize, block.origin.clone());
