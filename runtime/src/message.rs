@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, RootInfo, significant};
+use hyd_system::{EquationInfo, EvalFailure, RootInfo, significant};
 
 use crate::Jump;
 use crate::error::{Cause, Place, SolveError, Stage, StepReport};
@@ -15,10 +15,7 @@ impl Display for SolveError {
             SolveError::Option(error) => write!(f, "{error}"),
             SolveError::Evaluation { stage, time, failure, equation } => {
                 let time = significant(*time);
-                write!(f, "{} at t = {time} s failed: {}", stage.words(), failure.reason)?;
-                if let Some(variable) = &failure.variable {
-                    write!(f, " in the computation of {variable}")?;
-                }
+                write!(f, "{} at t = {time} s failed: {}", stage.words(), evaluation(failure))?;
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
             }
             SolveError::Initial { time, cause, place } => {
@@ -160,10 +157,7 @@ impl Stage {
 impl Cause {
     fn words(self, place: &Place) -> String {
         match (self, &place.evaluation, &place.variable) {
-            (Cause::NotFinite, Some(failure), _) => match &failure.variable {
-                Some(variable) => format!("{} in the computation of {variable}", failure.reason),
-                None => failure.reason.clone(),
-            },
+            (Cause::NotFinite, Some(failure), _) => evaluation(failure),
             (Cause::NotFinite, None, Some(variable)) => {
                 format!("the derivative with respect to {variable} is not finite")
             }
@@ -173,6 +167,18 @@ impl Cause {
             (Cause::NoConvergence, _, Some(variable)) => format!("no convergence, worst in {variable}"),
             (Cause::NoConvergence, _, None) => "no convergence".to_string(),
         }
+    }
+}
+
+/// What failed, and for which variable.  A reason that is a sentence or ends with the user's own text stands last, so that nothing
+/// runs into it.
+fn evaluation(failure: &EvalFailure) -> String {
+    match &failure.variable {
+        Some(variable) if failure.reason.contains([':', ',']) => {
+            format!("in the computation of {variable}, {}", failure.reason)
+        }
+        Some(variable) => format!("{} in the computation of {variable}", failure.reason),
+        None => failure.reason.clone(),
     }
 }
 

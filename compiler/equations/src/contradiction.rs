@@ -18,7 +18,7 @@ use crate::start_point::StartPoint;
 use crate::system::EquationSystem;
 
 /// An equation holds if it is violated by at most this, relative to its sides or to 1.
-const TOLERANCE: f64 = 1e-6;
+pub(crate) const TOLERANCE: f64 = 1e-6;
 /// Larger sets are left to the start.
 const MOST_EQUATIONS: usize = 200;
 
