@@ -11,7 +11,8 @@ use hyd_structure::{Matching, maximum_matching};
 
 use crate::algebra::Algebra;
 use crate::explain::{
-    counted, explain_parts, list_names, mark_equations, mark_variables, name_components, smallest_over, variable_of,
+    counted, explain_parts, list_names, made_variables, mark_equations, mark_variables, name_components, smallest_over,
+    variable_of,
 };
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::sorted::EqId;
@@ -98,18 +99,19 @@ pub(crate) fn simulation_equations(system: &EquationSystem) -> Vec<EqId> {
 
 fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     let (rows, columns) = (pattern.rows.len(), unknowns.targets.len());
-    // Aliases that were eliminated count on both sides.
-    let eliminated = system.flat.count(Section::Continuous) - rows;
+    // Aliases that were eliminated count on both sides, parts of long sums on none.
+    let written = system.flat.count(Section::Continuous).saturating_sub(made_variables(system));
+    let needed = (columns + written).saturating_sub(rows);
     let code = if rows == columns { Code::Singular } else { Code::Unbalanced };
     let message = match rows == columns {
         true => format!(
             "the model is structurally singular: {}",
-            match rows + eliminated {
+            match written {
                 1 => "1 equation does not determine the only unknown".to_string(),
                 n => format!("{n} equations do not determine as many unknowns"),
             }
         ),
-        false => format!("{} for {}", counted(rows + eliminated, "equation"), counted(columns + eliminated, "unknown")),
+        false => format!("{} for {}", counted(written, "equation"), counted(needed, "unknown")),
     };
     let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
     let mut by_value = unknowns.clone();

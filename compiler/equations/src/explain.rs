@@ -3,12 +3,13 @@
 //! The smallest over- or under-determined set is found by the Dulmage-Mendelsohn decomposition; here it becomes a
 //! sentence with labels at the equations and declarations.  Long lists are cut.
 
-use hyd_flat::{Operand, Section, Target, VarId};
+use hyd_flat::{Operand, Section, Target, VarId, VariableBlock};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{
     Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined, smallest_overdetermined,
     smallest_underdetermined,
 };
+use hyd_symbolic::Node;
 use hyd_system::Variability;
 
 use crate::incidence::{Pattern, Unknowns};
@@ -41,6 +42,38 @@ pub fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     }
 }
 
+/// The text of an equation for messages: without variables of the translation.
+pub(crate) fn written_text(system: &EquationSystem, eq: EqId) -> String {
+    without_made(&equation_text(system, eq))
+}
+
+/// A text with `$sum1` and `$sum1.part[2]` and `$sum1.part[2]`, variables of the translation, as `sum(...)`.
+fn without_made(side: &str) -> String {
+    let mut text = String::with_capacity(side.len());
+    let mut rest = side;
+    while let Some(at) = rest.find('$') {
+        let name = &rest[at + 1..];
+        let fold = ["sum", "product", "min", "max"]
+            .into_iter()
+            .find(|fold| name.strip_prefix(fold).is_some_and(|after| after.starts_with(|c: char| c.is_ascii_digit())));
+        let Some(fold) = fold else {
+            text.push_str(&rest[..=at]);
+            rest = name;
+            continue;
+        };
+        text.push_str(&rest[..at]);
+        text.push_str(fold);
+        text.push_str("(...)");
+        let end = name.find(|c: char| !(c.is_ascii_alphanumeric() || c == '.')).unwrap_or(name.len());
+        rest = &name[end..];
+        if let Some(subscripts) = rest.strip_prefix('[') {
+            rest = subscripts.split_once(']').map_or("", |(_, after)| after);
+        }
+    }
+    text.push_str(rest);
+    text
+}
+
 /// What the equation `sum_k c_k (der(x_k) - z_k) = 0` says.
 fn choice_text(system: &EquationSystem, operands: &[Operand]) -> String {
     let rates = operands.iter().filter(|operand| matches!(operand.target(), Target::Der(_)));
@@ -56,6 +89,23 @@ pub(crate) fn is_hidden(system: &EquationSystem, target: Target) -> bool {
 /// A variable that the translation made.
 fn is_internal(system: &EquationSystem, v: VarId) -> bool {
     system.flat.variables[system.flat.locate(v).0].internal
+}
+
+/// How many continuous variables the translation made; each has one equation, which no one wrote.
+pub(crate) fn made_variables(system: &EquationSystem) -> usize {
+    let made = |block: &&VariableBlock| block.internal && block.variability == Variability::Continuous;
+    system.flat.variables.iter().filter(made).map(|block| block.count as usize).sum()
+}
+
+/// True for an equation that only says what a continuous variable of the translation is, such as a part of a long sum.
+fn is_made(system: &EquationSystem, eq: EqId) -> bool {
+    let equation = system.equations[eq];
+    let block = &system.flat.equations[equation.block as usize];
+    let template = system.flat.templates.get(block.template);
+    let Node::Slot(left) = system.flat.templates.arena.node(template.left) else { return false };
+    let operands = block.operands_of(equation.element as usize, template.arity as usize);
+    let made = |v: VarId| is_internal(system, v) && !is_condition(system, v);
+    matches!(operands[left.0 as usize].target(), Target::Var(v) if made(v))
 }
 
 /// A condition of `when`, which the translation made a variable.
@@ -103,11 +153,11 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
 /// Labels at the equations.
 pub(crate) fn mark_equations(mut diagnostic: Diagnostic, system: &EquationSystem, equations: &[EqId]) -> Diagnostic {
     let mut seen = Vec::new();
-    for &eq in equations {
+    for &eq in equations.iter().filter(|&&eq| !is_made(system, eq)) {
         let span = equation_span(system, eq);
         if !seen.contains(&span) && seen.len() < MOST_NAMED {
             seen.push(span);
-            diagnostic = diagnostic.at(span, equation_text(system, eq));
+            diagnostic = diagnostic.at(span, written_text(system, eq));
         }
     }
     diagnostic
@@ -168,7 +218,7 @@ pub(crate) fn explain_over(
     let rest: Vec<EqId> = rows.filter(|eq| !seen.contains(eq)).collect();
     if !rest.is_empty() && shown > 0 {
         diagnostic = mark_equations(diagnostic, system, &rest);
-        let texts = list_names(rest.iter().map(|&eq| equation_text(system, eq)));
+        let texts = list_names(rest.iter().map(|&eq| written_text(system, eq)));
         diagnostic = diagnostic.help(format!("left over as well: {texts}"));
     }
     diagnostic
@@ -259,7 +309,7 @@ pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSyste
             "`{class}` is balanced as a component: {names} {get} where it is used; check a model that connects {their}"
         ));
     }
-    let total = system.flat.count(Section::Continuous);
+    let total = system.flat.count(Section::Continuous) - made_variables(system);
     if let Some(fault) = all.iter().find(|fault| fault.component.is_empty() && fault.given != total) {
         let fate = if fault.given < fault.needed { "missing" } else { "too many" };
         diagnostic = diagnostic.help(format!(
@@ -332,9 +382,17 @@ pub(crate) fn part_names(system: &EquationSystem, unknowns: &Unknowns, part: &Pa
     list_names(targets.map(|target| system.flat.operand_name(Operand::new(target))))
 }
 
+/// The equations of a part, their number and that of its unknowns, all without what the translation made.
+fn in_the_text(system: &EquationSystem, part: &Part, equations: &[EqId]) -> (String, usize, usize) {
+    let written: Vec<EqId> = equations.iter().copied().filter(|&eq| !is_made(system, eq)).collect();
+    let made = equations.len() - written.len();
+    let texts = list_names(written.iter().map(|&eq| written_text(system, eq)));
+    (texts, written.len(), part.columns.len().saturating_sub(made))
+}
+
 fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
-    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
-    match (equations.len(), part.columns.len()) {
+    let (texts, rows, columns) = in_the_text(system, part, equations);
+    match (rows, columns) {
         (_, 0) => format!("{texts} contains no unknown that is left to determine"),
         (rows, columns) => format!(
             "{} determine {} {}: {texts}",
@@ -347,8 +405,8 @@ fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equa
 
 fn under_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
     let names = part_names(system, unknowns, part);
-    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
-    match (equations.len(), part.columns.len()) {
+    let (texts, rows, columns) = in_the_text(system, part, equations);
+    match (rows, columns) {
         (0, 1) => format!("no equation determines {names}"),
         (0, _) => format!("no equation determines any of {names}"),
         (rows, columns) => format!(

@@ -14,7 +14,7 @@ use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
 use crate::contradiction::{Contradiction, find_contradiction, start_numbers};
-use crate::explain::{equation_text, explain_part, list_names, part_names};
+use crate::explain::{explain_part, list_names, part_names, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::initial::first_matching;
 use crate::sorted::{EqId, Redundant, Residual};
@@ -124,7 +124,7 @@ fn refuse(
     contradiction: &Contradiction,
 ) -> Diagnostic {
     let Contradiction { equation, sides: [left, right] } = contradiction;
-    let text = equation_text(system, *equation);
+    let text = written_text(system, *equation);
     let names = part_names(system, unknowns, part);
     // Sections of algorithms have unknowns without a name of the user's.
     let of = if names.is_empty() { String::new() } else { format!(" of {names}") };
@@ -138,7 +138,7 @@ pub(crate) fn note_redundant(system: &EquationSystem, redundant: &[Redundant]) -
     let starts: Vec<VarId> = redundant.iter().filter_map(|r| r.start_of).collect();
     let equations: Vec<EqId> = redundant.iter().filter(|r| r.start_of.is_none()).map(|r| r.left.equation).collect();
     let names = list_names(starts.iter().map(|&v| system.flat.var_name(v)));
-    let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
+    let texts = list_names(equations.iter().map(|&eq| written_text(system, eq)));
     let words = |count: usize| match count {
         1 => ("", "follows", "is"),
         _ => ("s", "follow", "are"),

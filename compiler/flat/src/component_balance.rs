@@ -124,7 +124,8 @@ impl Flattener<'_, '_> {
         let made: Vec<(Arc<str>, i64)> = own.map(|v| (v.origin.path.clone(), i64::from(v.count))).collect();
         let paths = self.components_by_path();
         for (path, count) in made {
-            tally.entry(paths.get(&path).copied().unwrap_or(root)).or_default().0 += count;
+            // Each has an equation of its own, and the user wrote neither.
+            tally.entry(paths.get(&path).copied().unwrap_or(root)).or_default().1 -= count;
         }
         inputs
     }
