@@ -9,7 +9,7 @@ use hyd_discovery::fit::profile::{Profile, profiles};
 use hyd_discovery::fit::schedule::{self, Record};
 use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::proof::{Gap, gap};
-use hyd_discovery::unknowns::Meaning;
+use hyd_discovery::unknowns::{Meaning, Unknown};
 use serde_json::{Value, json};
 
 use crate::arguments::Fit;
@@ -67,6 +67,11 @@ impl Outcome<'_> {
         self.found.standard_error(unknown).unwrap_or(f64::NAN)
     }
 
+    /// What belongs to a shot that was held out stays where its prior has it.
+    fn is_fitted(&self, unknown: &Unknown) -> bool {
+        unknown.shot.is_none_or(|shot| !self.setup.held_out.contains(&shot))
+    }
+
     fn json(&self) -> Value {
         let channels = |gap: &Gap| -> Value {
             let names = self.setup.data.channels.iter().map(|channel| channel.name.clone());
@@ -74,7 +79,8 @@ impl Outcome<'_> {
         };
         let found = &self.found;
         let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
-            json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k)})
+            json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k),
+                "fitted": self.is_fitted(unknown)})
         });
         let attempts = self
             .record
@@ -107,7 +113,7 @@ impl Outcome<'_> {
             let _ = writeln!(text, "  {:22} {:8.2}  {unseen:8.2}", channel.name, self.train.channels[k]);
         }
         let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
-        for (k, unknown) in self.problem.unknowns.iter().enumerate() {
+        for (k, unknown) in self.problem.unknowns.iter().enumerate().filter(|(_, unknown)| self.is_fitted(unknown)) {
             let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
             let (sign, xi) = (if factor { "x" } else { " " }, self.found.xi[k]);
             let (value, error) = (unknown.value(xi), self.error(k));
