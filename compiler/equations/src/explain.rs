@@ -47,7 +47,7 @@ pub(crate) fn written_text(system: &EquationSystem, eq: EqId) -> String {
     without_made(&equation_text(system, eq))
 }
 
-/// A text with `$sum1` and `$sum1.part[2]` and `$sum1.part[2]`, variables of the translation, as `sum(...)`.
+/// A text with `$sum1` and `$sum1.part[2]`, variables of the translation, as `sum(...)`.
 fn without_made(side: &str) -> String {
     let mut text = String::with_capacity(side.len());
     let mut rest = side;

@@ -90,7 +90,8 @@ impl CandidateSet {
         let dependent = if open.solve_for(&choice.dependent) {
             let ratio = open.largest(is_dependent).0;
             if ratio <= WORTH_A_CHANGE {
-                return StateChoice { changed: false, room: (WORTH_A_CHANGE / ratio).ln() };
+                // An infinite room says that there is nothing to choose; a ratio of zero is one of this moment.
+                return StateChoice { changed: false, room: (WORTH_A_CHANGE / ratio.max(f64::MIN_POSITIVE)).ln() };
             }
             choice.dependent.clone()
         } else {
@@ -326,7 +327,7 @@ mod tests {
                 let StateChoice { changed, room } = set.judge(&values, &mut choice);
                 let kept = choice.dependent == before.dependent;
                 prop_assert_eq!(changed, choice.states != before.states);
-                prop_assert!(room >= 0.0 && !(changed && room > 0.0));
+                prop_assert!(room >= 0.0 && room.is_finite() && !(changed && room > 0.0));
                 let limit = if kept { WORTH_A_CHANGE } else { GOOD };
                 let own = size(&choice.dependent);
                 for k in 0..open {
