@@ -10,7 +10,8 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+
+use hyd::clock::cpu_seconds;
 
 use crate::coverage::Seen;
 use crate::mutate::Source;
@@ -25,7 +26,7 @@ const LARGEST: usize = 4096;
 const MOST_DISTILLED: usize = 150;
 
 /// What runs now, for the watch: when it began, target and case.
-pub(crate) static NOW: Mutex<Option<(Instant, &'static str, Vec<u8>)>> = Mutex::new(None);
+pub(crate) static NOW: Mutex<Option<(f64, &'static str, Vec<u8>)>> = Mutex::new(None);
 /// Where the last panic was.
 pub(crate) static PLACE: Mutex<String> = Mutex::new(String::new());
 
@@ -62,9 +63,9 @@ pub(crate) fn fuzz(target: &'static Target, seconds: u64, seed: u64) -> usize {
     let mut reached = Reached::default();
     let _ = std::fs::create_dir_all(folder("findings"));
     let mut findings: Vec<String> = Vec::new();
-    let begin = Instant::now();
+    let begin = cpu_seconds();
     let mut cases = 0usize;
-    while begin.elapsed() < Duration::from_secs(seconds) && findings.len() < MOST_FINDINGS {
+    while cpu_seconds() - begin < seconds as f64 && findings.len() < MOST_FINDINGS {
         // The texts as they are come first.
         let case = if cases < given { texts[cases].clone() } else { source.mutate(&texts) };
         cases += 1;
@@ -90,9 +91,9 @@ pub(crate) fn fuzz(target: &'static Target, seconds: u64, seed: u64) -> usize {
         }
     }
     let (edges, all) = reached.edges.edges();
-    let (kept, told, seconds) = (texts.len() - given, reached.told.len(), begin.elapsed().as_secs());
+    let (kept, told, seconds) = (texts.len() - given, reached.told.len(), cpu_seconds() - begin);
     println!(
-        "{}: {cases} cases in {seconds} s, {kept} kept, {told} messages, {edges} of {all} edges, {} findings",
+        "{}: {cases} cases in {seconds:.0} CPU seconds, {kept} kept, {told} messages, {edges} of {all} edges, {} findings",
         target.name,
         findings.len()
     );
@@ -135,7 +136,7 @@ pub(crate) fn distil(target: &'static Target, folder: &Path) -> io::Result<()> {
 /// What a target tells about a case, or where it failed.
 fn call(target: &'static Target, case: &[u8]) -> Result<Vec<u64>, String> {
     if let Ok(mut now) = NOW.lock() {
-        *now = Some((Instant::now(), target.name, case.to_vec()));
+        *now = Some((cpu_seconds(), target.name, case.to_vec()));
     }
     // What ends the whole process, such as a stack that is used up, leaves its case here.
     let running = folder("findings").join(format!("{}-running", target.name));

@@ -14,10 +14,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use campaign::{NOW, PLACE};
+use hyd::clock::cpu_seconds;
 use targets::{TARGETS, Target};
 
-/// Seconds for one case.
-const PATIENCE: u64 = 60;
+/// CPU seconds for one case.
+const PATIENCE: f64 = 60.0;
 
 /// What is to be done with the targets.
 enum Job {
@@ -88,10 +89,10 @@ fn watch() {
         std::thread::sleep(Duration::from_millis(500));
         let now = NOW.lock().ok().and_then(|now| now.clone());
         if let Some((begin, target, case)) = now
-            && begin.elapsed() > Duration::from_secs(PATIENCE)
+            && cpu_seconds() - begin > PATIENCE
         {
             let path = campaign::write(&Path::new(env!("CARGO_MANIFEST_DIR")).join("findings"), target, &case);
-            eprintln!("{target}: no end after {PATIENCE} s: {}", path.display());
+            eprintln!("{target}: no end after {PATIENCE} CPU seconds: {}", path.display());
             std::process::exit(1);
         }
     }
