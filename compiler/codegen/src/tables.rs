@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, Block, EventRelation, Plan, Resolution, Role, SortedSystem, rate_unit};
-use hyd_flat::{FlatModel, Operand, Target, VarId, VariableBlock};
+use hyd_equations::{Assignment, Block, EventRelation, Plan, Resolution, Role, SortedSystem};
+use hyd_flat::{FlatModel, Made, Operand, Target, VarId, VariableBlock, rate_unit};
 use hyd_index::TypedIndex;
 use hyd_payload::{Limit, OutputRow};
 use hyd_source::{Files, Origin, Span};
@@ -67,31 +67,34 @@ impl Describe<'_> {
     /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
     pub fn tables(&self) -> Result<(Tables, Vec<Limit>), String> {
         let flat = self.flat();
-        let unknown_blocks = match flat.variables.iter().any(|block| block.internal) {
-            true => self.unknown_blocks(),
-            false => Vec::new(),
-        };
+        let unknown_blocks = self.unknown_blocks();
         let mut variables = Vec::new();
         let mut shown: Vec<Option<u32>> = Vec::with_capacity(flat.variables.len());
         for block in flat.variables.iter() {
-            // Of the variables of the translation unknowns are shown, because messages name them, and derivatives.
-            let own = block.internal && !block.name.derivative;
-            let hide = block.count == 0 || own && unknown_blocks.binary_search(&block.first).is_err();
+            // Of what the translation made derivatives are shown, and unknowns, because messages name them.
+            let hide = match block.made {
+                None | Some(Made::Derivative { .. }) => block.count == 0,
+                Some(_) => unknown_blocks.binary_search(&block.first).is_err(),
+            };
             shown.push((!hide).then_some(variables.len() as u32));
             if !hide {
                 variables.push(self.variable(block)?);
             }
         }
         let named = self.differentiated();
-        let is_unknown = |block: &&VariableBlock| unknown_blocks.binary_search(&block.first).is_ok();
-        let own = flat.variables.iter().filter(|block| block.internal && block.count == 1).filter(is_unknown);
-        let rates: FxHashSet<String> =
-            own.map(|block| block.name.element(0)).filter(|n| n.starts_with("der(")).collect();
-        for block in flat.variables.iter().filter(|block| !block.internal) {
-            // A derivative that is differentiated itself may be an unknown with this name.
-            if !(block.count == 1 && !rates.is_empty() && rates.contains(&format!("der({})", block.name.element(0)))) {
-                self.derivatives(block, &named, &mut variables);
-            }
+        let with_rate = self.with_rate();
+        for block in flat.variables.iter() {
+            // The variable that a block is the derivative of, and its order.
+            let (of, order) = match block.made {
+                None => (block.first, 0),
+                Some(Made::Derivative { of, order }) => (of, order),
+                Some(_) => continue,
+            };
+            let has_none = |k: u32| {
+                !with_rate.contains(&(VarId(of.0 + k), order + 1))
+                    && !with_rate.contains(&(VarId(block.first.0 + k), 1))
+            };
+            self.derivatives(block, |k| has_none(k).then(|| named[block.first.index() + k as usize]), &mut variables);
         }
         let unknown = |target: Target| match target {
             Target::Var(v) => {
@@ -233,20 +236,37 @@ impl Describe<'_> {
         named
     }
 
-    /// `der(x)` of the states of a block and of variables equal to them whose derivative is named: as an array if all
+    /// Variables (with an order from 1) whose derivative is a variable of its own.
+    fn with_rate(&self) -> FxHashSet<(VarId, u32)> {
+        let of = |block: &VariableBlock| match block.made {
+            Some(Made::Derivative { of, order }) => Some((of.0..of.0 + block.count, order)),
+            _ => None,
+        };
+        let rates = self.flat().variables.iter().filter_map(of);
+        rates.flat_map(|(of, order)| of.map(move |v| (VarId(v), order))).collect()
+    }
+
+    /// `der(x)` of the states of a block and of variables equal to them whose derivative is named (`None` where it is a variable): as an array if all
     /// elements have one, else one by one.
-    fn derivatives(&self, block: &VariableBlock, named: &[bool], variables: &mut Vec<VariableInfo>) {
-        let source = |v: VarId| {
+    fn derivatives(
+        &self,
+        block: &VariableBlock,
+        named: impl Fn(u32) -> Option<bool>,
+        variables: &mut Vec<VariableInfo>,
+    ) {
+        let source = |k: u32| {
+            let v = VarId(block.first.0 + k);
+            let named = named(k)?;
             let own = self.sorted.system.resolution[v] == Resolution::Own;
             let role = self.sorted.system.roles[v];
             // The derivative of a candidate is a variable of its own.
-            let wanted = role != Role::Candidate && (named[v.index()] || own && role == Role::State);
+            let wanted = role != Role::Candidate && (named || own && role == Role::State);
             let (target, negated) = resolve(self.sorted, Operand::new(Target::Der(v)));
             let place = self.lowered.places.get(target).filter(|_| wanted)?;
             let output = position(self.row, &self.lowered.layout, place)?;
             Some(Source { place: ValuePlace::Output(output), negated })
         };
-        let sources: Vec<Option<Source>> = (0..block.count).map(|k| source(VarId(block.first.0 + k))).collect();
+        let sources: Vec<Option<Source>> = (0..block.count).map(source).collect();
         let info = |name: NamePattern, sources: Vec<Source>| VariableInfo {
             name,
             unit: rate_unit(block.unit.as_deref().unwrap_or("")).into(),
@@ -344,12 +364,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_of_rates_are_legal_unit_strings() {
-        let pairs =
-            [("m", "m/s"), ("m/s", "m/s2"), ("kg/m3", "kg/(m3.s)"), ("J/(kg.K)", "J/(kg.K.s)"), ("", ""), ("1", "1/s")];
-        for (unit, rate) in pairs {
-            assert_eq!(rate_unit(unit), rate);
-        }
+    fn texts_of_equations_take_one_line() {
         assert_eq!(one_line("x =\n    y + 1"), "x = y + 1");
     }
 }

@@ -11,7 +11,7 @@ use hyd_structure::{Matching, maximum_matching};
 
 use crate::algebra::Algebra;
 use crate::explain::{
-    counted, explain_parts, list_names, made_variables, mark_equations, mark_variables, name_components, smallest_over,
+    counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };
 use crate::incidence::{Pattern, Unknowns, pattern};
@@ -100,7 +100,7 @@ pub(crate) fn simulation_equations(system: &EquationSystem) -> Vec<EqId> {
 fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     let (rows, columns) = (pattern.rows.len(), unknowns.targets.len());
     // Aliases that were eliminated count on both sides, parts of long sums on none.
-    let written = system.flat.count(Section::Continuous).saturating_sub(made_variables(system));
+    let written = system.flat.count(Section::Continuous).saturating_sub(made_equations(system));
     let needed = (columns + written).saturating_sub(rows);
     let code = if rows == columns { Code::Singular } else { Code::Unbalanced };
     let message = match rows == columns {

@@ -3,14 +3,13 @@
 //! The smallest over- or under-determined set is found by the Dulmage-Mendelsohn decomposition; here it becomes a
 //! sentence with labels at the equations and declarations.  Long lists are cut.
 
-use hyd_flat::{Operand, Section, Target, VarId, VariableBlock};
+use hyd_flat::{EquationBlock, FlatModel, Made, Operand, Section, Target, VarId};
 use hyd_source::{Diagnostic, Span};
 use hyd_structure::{
     Incidence, Matching, Part, minimal_overdetermined, minimal_underdetermined, smallest_overdetermined,
     smallest_underdetermined,
 };
-use hyd_symbolic::Node;
-use hyd_system::Variability;
+use hyd_symbolic::{Node, Template};
 
 use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::EqId;
@@ -26,6 +25,19 @@ const MOST_TRIED: usize = 32;
 /// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that, and in words
 /// what makes states of the candidates chosen.
 pub fn equation_text(system: &EquationSystem, eq: EqId) -> String {
+    text_of(system, eq, FlatModel::print_sides)
+}
+
+/// The text of an equation for messages: without names that the translation gave.
+pub(crate) fn written_text(system: &EquationSystem, eq: EqId) -> String {
+    text_of(system, eq, FlatModel::written_sides)
+}
+
+fn text_of(
+    system: &EquationSystem,
+    eq: EqId,
+    sides: impl Fn(&FlatModel, &Template, &[Operand]) -> (String, String),
+) -> String {
     let equation = system.equations[eq];
     let block = &system.flat.equations[equation.block as usize];
     let template = system.flat.templates.get(block.template);
@@ -33,45 +45,13 @@ pub fn equation_text(system: &EquationSystem, eq: EqId) -> String {
     if operands.iter().any(|operand| matches!(operand.target(), Target::Chosen(_))) {
         return choice_text(system, operands);
     }
-    let (left, right) = system.flat.print_sides(&template, operands);
+    let (left, right) = sides(&system.flat, &template, operands);
     let condition = |operand: &Operand| variable_of(operand.target()).is_some_and(|v| is_condition(system, v));
     match operands.iter().find(|operand| condition(operand)) {
         None => format!("{left} = {right}"),
         Some(operand) if system.flat.operand_name(*operand) == left => format!("when {right}"),
         Some(_) => format!("{left} := ... in a when"),
     }
-}
-
-/// The text of an equation for messages: without variables of the translation.
-pub(crate) fn written_text(system: &EquationSystem, eq: EqId) -> String {
-    without_made(&equation_text(system, eq))
-}
-
-/// A text with `$sum1` and `$sum1.part[2]`, variables of the translation, as `sum(...)`.
-fn without_made(side: &str) -> String {
-    let mut text = String::with_capacity(side.len());
-    let mut rest = side;
-    while let Some(at) = rest.find('$') {
-        let name = &rest[at + 1..];
-        let fold = ["sum", "product", "min", "max"]
-            .into_iter()
-            .find(|fold| name.strip_prefix(fold).is_some_and(|after| after.starts_with(|c: char| c.is_ascii_digit())));
-        let Some(fold) = fold else {
-            text.push_str(&rest[..=at]);
-            rest = name;
-            continue;
-        };
-        text.push_str(&rest[..at]);
-        text.push_str(fold);
-        text.push_str("(...)");
-        let end = name.find(|c: char| !(c.is_ascii_alphanumeric() || c == '.')).unwrap_or(name.len());
-        rest = &name[end..];
-        if let Some(subscripts) = rest.strip_prefix('[') {
-            rest = subscripts.split_once(']').map_or("", |(_, after)| after);
-        }
-    }
-    text.push_str(rest);
-    text
 }
 
 /// What the equation `sum_k c_k (der(x_k) - z_k) = 0` says.
@@ -83,35 +63,50 @@ fn choice_text(system: &EquationSystem, operands: &[Operand]) -> String {
 
 /// True for what the translation made, such as conditions of `when`.
 pub(crate) fn is_hidden(system: &EquationSystem, target: Target) -> bool {
-    variable_of(target).is_some_and(|v| is_internal(system, v))
+    variable_of(target).is_some_and(|v| is_of_translation(system, v))
 }
 
 /// A variable that the translation made.
-fn is_internal(system: &EquationSystem, v: VarId) -> bool {
-    system.flat.variables[system.flat.locate(v).0].internal
+fn is_of_translation(system: &EquationSystem, v: VarId) -> bool {
+    system.flat.variables[system.flat.locate(v).0].made.is_some()
 }
 
-/// How many continuous variables the translation made; each has one equation, which no one wrote.
-pub(crate) fn made_variables(system: &EquationSystem) -> usize {
-    let made = |block: &&VariableBlock| block.internal && block.variability == Variability::Continuous;
-    system.flat.variables.iter().filter(made).map(|block| block.count as usize).sum()
+/// How many continuous equations the translation made, each for a variable of its own.
+pub(crate) fn made_equations(system: &EquationSystem) -> usize {
+    let made = |block: &&EquationBlock| block.made && block.section == Section::Continuous;
+    system.flat.equations.iter().filter(made).map(|block| block.count as usize).sum()
 }
 
-/// True for an equation that only says what a continuous variable of the translation is, such as a part of a long sum.
+/// True for an equation that only says what a variable of the translation is, such as a part of a long sum.
 fn is_made(system: &EquationSystem, eq: EqId) -> bool {
-    let equation = system.equations[eq];
-    let block = &system.flat.equations[equation.block as usize];
-    let template = system.flat.templates.get(block.template);
-    let Node::Slot(left) = system.flat.templates.arena.node(template.left) else { return false };
-    let operands = block.operands_of(equation.element as usize, template.arity as usize);
-    let made = |v: VarId| is_internal(system, v) && !is_condition(system, v);
-    matches!(operands[left.0 as usize].target(), Target::Var(v) if made(v))
+    system.flat.equations[system.equations[eq].block as usize].made
+}
+
+/// The equation itself, or, where it says what a variable of the translation is, the equations in which that stands.
+fn written_for(system: &EquationSystem, eq: EqId) -> Vec<EqId> {
+    let (mut open, mut written) = (vec![eq], Vec::new());
+    while let Some(eq) = open.pop() {
+        let equation = system.equations[eq];
+        let template = system.flat.templates.get(equation.template);
+        let left = match system.flat.templates.arena.node(template.left) {
+            Node::Slot(slot) if is_made(system, eq) => system.operands_of(equation.operands)[slot.0 as usize].target(),
+            _ => {
+                written.push(eq);
+                continue;
+            }
+        };
+        let reads =
+            |other: &EqId| system.operands_of(system.equations[*other].operands).iter().any(|o| o.target() == left);
+        open.extend(system.equations.indices().filter(|other| *other != eq && reads(other)));
+    }
+    written.sort_unstable();
+    written.dedup();
+    written
 }
 
 /// A condition of `when`, which the translation made a variable.
 fn is_condition(system: &EquationSystem, v: VarId) -> bool {
-    let block = &system.flat.variables[system.flat.locate(v).0];
-    block.internal && block.variability != Variability::Continuous
+    system.flat.variables[system.flat.locate(v).0].made == Some(Made::Event)
 }
 
 /// Where an equation stands.
@@ -165,7 +160,7 @@ pub(crate) fn mark_equations(mut diagnostic: Diagnostic, system: &EquationSystem
 
 /// Labels at the declarations.
 pub(crate) fn mark_variables(mut diagnostic: Diagnostic, system: &EquationSystem, variables: &[VarId]) -> Diagnostic {
-    for &v in variables.iter().filter(|&&v| !is_internal(system, v)).take(MOST_NAMED) {
+    for &v in variables.iter().filter(|&&v| !is_of_translation(system, v)).take(MOST_NAMED) {
         let name = system.flat.var_name(v);
         diagnostic = diagnostic.with(variable_span(system, v), format!("`{name}` is declared here"));
     }
@@ -215,7 +210,8 @@ pub(crate) fn explain_over(
         shown += 1;
     }
     let rows = matching.unmatched_rows().map(|row| pattern.rows[hyd_index::TypedIndex::index(row)]);
-    let rest: Vec<EqId> = rows.filter(|eq| !seen.contains(eq)).collect();
+    let rest = rows.filter(|eq| !seen.contains(eq)).flat_map(|eq| written_for(system, eq));
+    let rest: Vec<EqId> = rest.filter(|eq| !seen.contains(eq)).collect();
     if !rest.is_empty() && shown > 0 {
         diagnostic = mark_equations(diagnostic, system, &rest);
         let texts = list_names(rest.iter().map(|&eq| written_text(system, eq)));
@@ -309,7 +305,7 @@ pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSyste
             "`{class}` is balanced as a component: {names} {get} where it is used; check a model that connects {their}"
         ));
     }
-    let total = system.flat.count(Section::Continuous) - made_variables(system);
+    let total = system.flat.count(Section::Continuous) - made_equations(system);
     if let Some(fault) = all.iter().find(|fault| fault.component.is_empty() && fault.given != total) {
         let fate = if fault.given < fault.needed { "missing" } else { "too many" };
         diagnostic = diagnostic.help(format!(
@@ -377,7 +373,7 @@ fn part_variables(unknowns: &Unknowns, part: &Part) -> Vec<VarId> {
 
 /// Names of a part's unknowns, each variable once.
 pub(crate) fn part_names(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> String {
-    let named = |target: &Target| variable_of(*target).is_none_or(|v| !is_internal(system, v));
+    let named = |target: &Target| variable_of(*target).is_none_or(|v| !is_of_translation(system, v));
     let targets = part.columns.iter().map(|&column| unknowns.targets[column]).filter(named);
     list_names(targets.map(|target| system.flat.operand_name(Operand::new(target))))
 }

@@ -84,7 +84,7 @@ impl Report<'_> {
     fn declaration(&mut self, v: VarId) {
         let block = &self.system.flat.variables[self.system.flat.locate(v).0];
         let unit = block.unit.as_ref().map(|unit| format!(", in {unit}")).unwrap_or_default();
-        let by = if block.internal { "by the translation for the following" } else { "by the following" };
+        let by = if block.made.is_some() { "by the translation for the following" } else { "by the following" };
         self.line("declared", &format!("{by}{unit}"));
         self.place(&block.origin.clone());
     }

@@ -5,9 +5,8 @@
 //! variables named `der(x)`, `der(der(x))`.  Where the choice is left to the run, all derivatives are variables.  New variables are appended in blocks, whole arrays in one, so that they share
 //! templates and code as the declared ones do.
 
-use hyd_flat::{PerElement, StateSelect, Target, VarId, VariableBlock};
+use hyd_flat::{Target, VarId, derivative_block};
 use hyd_index::IndexVec;
-use hyd_system::{NamePattern, Settable};
 
 use crate::system::{EquationSystem, Resolution, Role};
 
@@ -100,9 +99,8 @@ impl Derivatives {
             let count = block.count as usize;
             let whole = element == 0 && rest.len() >= count && rest[count - 1].0 == v.0 + count as u32 - 1;
             let taken = if whole { count } else { 1 };
-            let name = if whole { block.name.clone() } else { NamePattern::scalar(block.name.element(element)) };
             let first = VarId(system.flat.scalars);
-            let new = derivative_block(block, wrap(name, order), order, first, taken as u32);
+            let new = derivative_block(block, (element, taken), order, first);
             system.flat.variables.push(new);
             system.flat.scalars += taken as u32;
             for (k, &v) in rest[..taken].iter().enumerate() {
@@ -117,52 +115,5 @@ impl Derivatives {
             }
             rest = &rest[taken..];
         }
-    }
-}
-
-/// `der(...)` around a name, `order` times.
-fn wrap(name: NamePattern, order: u32) -> NamePattern {
-    let mut parts = name.parts;
-    let open = "der(".repeat(order as usize);
-    match parts.first_mut() {
-        Some((text, _)) => *text = format!("{open}{text}").into(),
-        None => parts.push((open.into(), Vec::new())),
-    }
-    parts.push((")".repeat(order as usize).into(), Vec::new()));
-    NamePattern { parts, derivative: name.derivative }
-}
-
-fn derivative_block(of: &VariableBlock, name: NamePattern, order: u32, first: VarId, count: u32) -> VariableBlock {
-    VariableBlock {
-        name,
-        first,
-        count,
-        unit: (0..order).fold(of.unit.clone(), |unit, _| unit.map(|unit| rate_unit(&unit).into())),
-        element_units: Vec::new(),
-        display_unit: None,
-        description: None,
-        settable: Settable::No,
-        internal: true,
-        has_start: false,
-        fixed: PerElement::All(false),
-        min: PerElement::All(f64::NEG_INFINITY),
-        max: PerElement::All(f64::INFINITY),
-        limit_spans: [None, None],
-        nominal: PerElement::All(None),
-        state_select: StateSelect::Default,
-        ..of.clone()
-    }
-}
-
-/// Unit of a time derivative: `m` to `m/s`, `m/s` to `m/s2`, `kg/m3` to `kg/(m3.s)`; unknown stays unknown.
-pub fn rate_unit(unit: &str) -> String {
-    match unit.split_once('/') {
-        _ if unit.is_empty() => String::new(),
-        None => format!("{unit}/s"),
-        Some((above, "s")) => format!("{above}/s2"),
-        Some((above, below)) => match below.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
-            Some(inner) => format!("{above}/({inner}.s)"),
-            None => format!("{above}/({below}.s)"),
-        },
     }
 }

@@ -324,7 +324,14 @@ fn fixed_numbers(system: &mut EquationSystem) -> Result<Vec<(VarId, EqId)>, Box<
         let range = crate::relations::append(system, &operands);
         let equation = Equation { template, operands: range, block, element: 0, order: 0 };
         conditions.push((v, system.equations.push(equation)));
-        system.flat.equations.push(EquationBlock { section: Section::Initial, template, count: 1, operands, origin });
+        system.flat.equations.push(EquationBlock {
+            section: Section::Initial,
+            made: false,
+            template,
+            count: 1,
+            operands,
+            origin,
+        });
     }
     Ok(conditions)
 }
@@ -371,7 +378,7 @@ fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<
             added.push(system.equations.push(Equation { template, operands, block, element, order: 0 }));
         }
         let (section, count) = (Section::Initial, group.len() as u32);
-        system.flat.equations.push(EquationBlock { section, template, count, operands, origin });
+        system.flat.equations.push(EquationBlock { section, made: false, template, count, operands, origin });
     }
     added
 }

@@ -52,7 +52,6 @@ mod verify_system;
 pub use alias::eliminate_aliases;
 pub use explain::equation_text;
 pub use explain_variable::explain_variable;
-pub use higher::rate_unit;
 pub use jacobian::{Lists, Places, PlanJacobian, PlanPlace, differentiate};
 pub use matrix::{Matrix, matrix};
 pub use parameter_values::parameter_values;

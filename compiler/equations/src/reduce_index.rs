@@ -140,6 +140,7 @@ fn append_chains(system: &mut EquationSystem, chains: &[(VarId, VarId)]) {
         system.equations.push(Equation { template, operands: range, block, element: 0, order: 0 });
         system.flat.equations.push(EquationBlock {
             section: Section::Continuous,
+            made: true,
             template,
             count: 1,
             operands,

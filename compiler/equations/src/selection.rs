@@ -171,5 +171,12 @@ fn append(
         system.equations.push(Equation { template, operands, block, element, order: 0 });
     }
     let count = rows.len() as u32;
-    system.flat.equations.push(EquationBlock { section, template, count, operands: rows.concat(), origin });
+    system.flat.equations.push(EquationBlock {
+        section,
+        made: false,
+        template,
+        count,
+        operands: rows.concat(),
+        origin,
+    });
 }

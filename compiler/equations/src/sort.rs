@@ -130,7 +130,7 @@ pub(crate) fn wishes(system: &EquationSystem, unknowns: &Unknowns) -> IndexVec<C
     let wish = |target: &Target| match *target {
         Target::Var(v) => {
             let block = &system.flat.variables.raw[blocks[v] as usize];
-            i8::from(block.has_start) - i8::from(block.internal)
+            i8::from(block.has_start) - i8::from(block.made.is_some())
         }
         _ => 0,
     };

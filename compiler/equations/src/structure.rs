@@ -304,7 +304,7 @@ impl Wishes {
         let select = block.state_select as u8;
         debug_assert!(StateSelect::Never < StateSelect::Always);
         let was_state = system.roles[v] == Role::State;
-        let flags = [self.is_reinitialised[v], fixed, self.has_start[v], !block.internal, was_state];
+        let flags = [self.is_reinitialised[v], fixed, self.has_start[v], block.made.is_none(), was_state];
         (order == 0, select, flags, std::cmp::Reverse(v))
     }
 }

@@ -3,10 +3,9 @@
 //! Eliminating a variable puts its support into every row that reads it; bounding the support bounds the fill of the
 //! composed Jacobian.  Supports are short sorted lists, merged as assignments are made.
 
-use hyd_flat::{FlatModel, Operand, Target, VarId};
+use hyd_flat::{FlatModel, Made, Operand, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_structure::Column;
-use hyd_system::Variability;
 
 use crate::incidence::Unknowns;
 use crate::plan::WIDEST_SUPPORT;
@@ -16,7 +15,7 @@ use crate::system::{EquationSystem, Role};
 pub(crate) struct Supports {
     /// Range in `members`, for assigned columns.
     range: IndexVec<Column, Option<(u32, u32)>>,
-    /// Parts of long folds: continuous variables of the translation.
+    /// Parts of long folds.
     parts: IndexVec<VarId, bool>,
     /// Keys of values (even) and derivatives (odd).
     members: Vec<u32>,
@@ -27,7 +26,7 @@ impl Supports {
     /// No assignments yet among `count` columns.
     pub fn new(flat: &FlatModel, count: usize) -> Self {
         let mut parts = IndexVec::filled(false, flat.scalars as usize);
-        for block in flat.variables.iter().filter(|b| b.internal && b.variability == Variability::Continuous) {
+        for block in flat.variables.iter().filter(|block| matches!(block.made, Some(Made::Fold(_)))) {
             for k in 0..block.count {
                 parts[VarId(block.first.0 + k)] = true;
             }

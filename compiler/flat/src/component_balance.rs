@@ -14,7 +14,7 @@ use hyd_system::Variability;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::flatten::Flattener;
-use crate::model::{BlockId, Imbalance, Section, Target};
+use crate::model::{BlockId, Imbalance, Section, Target, VariableBlock};
 
 /// What is needed and given, by component.
 type Tally = FxHashMap<InstId, (i64, i64)>;
@@ -120,7 +120,8 @@ impl Flattener<'_, '_> {
         }
         open.sort_unstable();
         self.model.open_inputs = open;
-        let own = self.model.variables.raw.iter().filter(|v| v.internal && v.variability == Variability::Continuous);
+        let is_made = |v: &&VariableBlock| v.made.is_some() && v.variability == Variability::Continuous;
+        let own = self.model.variables.raw.iter().filter(is_made);
         let made: Vec<(Arc<str>, i64)> = own.map(|v| (v.origin.path.clone(), i64::from(v.count))).collect();
         let paths = self.components_by_path();
         for (path, count) in made {

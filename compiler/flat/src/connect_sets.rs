@@ -194,7 +194,14 @@ impl Flattener<'_, '_> {
                 joints.groups.insert((id, span), self.model.equations.len());
                 let origin = Origin { path: self.path(self.tree.root), span };
                 let operands = ordered.collect();
-                self.model.equations.push(EquationBlock { section, template: id, count: 1, operands, origin });
+                self.model.equations.push(EquationBlock {
+                    section,
+                    made: false,
+                    template: id,
+                    count: 1,
+                    operands,
+                    origin,
+                });
             }
         }
     }

@@ -16,6 +16,7 @@ use crate::context::{Context, Fail};
 use crate::flatten::{Flattener, scale};
 use crate::index::{Affine, CounterId, Kind, SlotKey};
 use crate::lower::Typed;
+use crate::made::Made;
 use crate::model::{DelayBlock, Message, Section, VarId};
 
 /// The parts of a call, lowered.
@@ -105,13 +106,14 @@ impl Flattener<'_, '_> {
         let name = self.site_name(span, &origin);
         let real = |variability| (ValueKind::Real, variability);
         let moving = real(Variability::Continuous);
-        let source = self.internal(format!("{name}.source"), &dims, origin.clone(), moving.clone());
-        let value = self.internal(name.clone(), &dims, origin.clone(), moving);
+        let source = self.make(Made::Delay, format!("{name}.source"), &dims, moving.clone(), origin.clone());
+        let value = self.make(Made::Delay, name.clone(), &dims, moving, origin.clone());
         let kind = if parts.varying { Variability::Continuous } else { Variability::Parameter };
-        let time = self.internal(format!("{name}.time"), &dims, origin.clone(), real(kind));
+        let time = self.make(Made::Delay, format!("{name}.time"), &dims, real(kind), origin.clone());
         self.give_unit(time, "s");
         let most = parts.most.map(|_| {
-            let most = self.internal(format!("{name}.most"), &dims, origin.clone(), real(Variability::Parameter));
+            let most =
+                self.make(Made::Delay, format!("{name}.most"), &dims, real(Variability::Parameter), origin.clone());
             self.give_unit(most, "s");
             most
         });
@@ -135,13 +137,15 @@ impl Flattener<'_, '_> {
             }
             false => delayed,
         };
-        let timed = if parts.varying { Section::Continuous } else { Section::Binding };
-        self.emit(Section::Continuous, source, parts.value, &dims, &origin);
-        self.emit(timed, time, parts.time, &dims, &origin);
+        self.define(source, parts.value, &dims, &origin);
+        match parts.varying {
+            true => self.define(time, parts.time, &dims, &origin),
+            false => self.emit(Section::Binding, time, parts.time, &dims, &origin),
+        }
         if let (Some(most), Some(bound)) = (most, parts.most) {
             self.emit(Section::Binding, most, bound, &dims, &origin);
         }
-        self.emit(Section::Continuous, value, delayed, &dims, &origin);
+        self.define(value, delayed, &dims, &origin);
         self.emit(Section::Initial, value, source, &dims, &origin);
         if self.model.templates.arena.as_constant(parts.time).is_none() {
             self.check_time(time, most, &dims, &origin);

@@ -33,7 +33,7 @@ impl Flattener<'_, '_> {
         let Some(block) = self.equations_over(section, left, right, counts, origin) else { return };
         // Loops that had to be run through give neighbours with one template.
         if let Some(last) = self.model.equations.last_mut()
-            && (last.section, last.template) == (section, block.template)
+            && (last.section, last.template, last.made) == (section, block.template, false)
             && last.origin == *origin
         {
             last.count += block.count;
@@ -64,7 +64,8 @@ impl Flattener<'_, '_> {
             advance(&mut counters, counts);
         }
         let origin = origin.clone();
-        (total > 0).then_some(EquationBlock { section, template: id, count: total as u32, operands, origin })
+        let count = total as u32;
+        (total > 0).then_some(EquationBlock { section, made: false, template: id, count, operands, origin })
     }
 
     pub(crate) fn operand(&mut self, key: &SlotKey, counters: &[i64]) -> Operand {

@@ -31,8 +31,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) whens: u32,
     /// Folds taken apart so far.
     pub(crate) folds: u32,
-    /// Variables made for derivatives of derivatives: of which variable, at which places, in loops of which counts.
-    pub(crate) rates: FxHashMap<(VarId, Affine, Vec<usize>), VarId>,
+    /// Variables made for derivatives that are differentiated.
+    pub(crate) rates: FxHashMap<VarId, VarId>,
     /// Expressions being worked on, one within the other, those of called functions within those of the caller.
     pub(crate) lowering: usize,
     /// Where a `when` sets a whole variable.
@@ -65,7 +65,7 @@ pub struct Flattener<'t, 's> {
 }
 
 /// Lengths of the tables of the model.
-struct Made {
+struct Mark {
     variables: usize,
     scalars: u32,
     equations: usize,
@@ -168,7 +168,7 @@ impl Flattener<'_, '_> {
         self.slots = Slots::default();
         let mut cx = start.clone();
         let mark = self.tree.table.diagnostics.len();
-        let made = self.made();
+        let made = self.mark();
         match body(self, &mut cx) {
             Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
@@ -199,7 +199,7 @@ impl Flattener<'_, '_> {
         let errors = self.tree.table.diagnostics.len();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         self.slots = Slots::default();
-        let made = self.made();
+        let made = self.mark();
         match body(self, &mut cx) {
             Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
             Err(Fail::NeedsExpansion) => {
@@ -234,8 +234,8 @@ impl Flattener<'_, '_> {
     }
 
     /// What there is before an attempt.
-    fn made(&self) -> Made {
-        Made {
+    fn mark(&self) -> Mark {
+        Mark {
             variables: self.model.variables.len(),
             scalars: self.model.scalars,
             equations: self.model.equations.len(),
@@ -246,7 +246,7 @@ impl Flattener<'_, '_> {
     }
 
     /// Takes back what an attempt has made beside its own equation (delays, samples).
-    fn take_back(&mut self, made: &Made) {
+    fn take_back(&mut self, made: &Mark) {
         self.model.variables.raw.truncate(made.variables);
         self.model.scalars = made.scalars;
         self.model.equations.truncate(made.equations);
@@ -255,6 +255,8 @@ impl Flattener<'_, '_> {
         self.model.claims.truncate(made.claims);
         self.discrete_equations.retain(|&at| at < made.equations);
         self.samples.retain(|_, due| due.0 < made.scalars);
+        self.jumps.retain(|(_, whole)| whole.0 < made.scalars);
+        self.rates.retain(|_, rate| rate.0 < made.scalars);
     }
 
     fn read_experiment(&mut self) {

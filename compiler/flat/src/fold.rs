@@ -9,12 +9,13 @@
 
 use hyd_source::{Origin, Span};
 use hyd_symbolic::{Arena, Function, NodeId, SlotId};
-use hyd_system::{NamePattern, ValueKind, Variability};
+use hyd_system::{ValueKind, Variability};
 
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, CounterId, Kind, SlotKey};
 use crate::lower::Typed;
+use crate::made::Made;
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
 use hyd_instance::ScalarType;
 
@@ -146,7 +147,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let number = self.folds + 1;
         self.folds = number;
         let sizes: Vec<usize> = around.iter().copied().filter(|&count| count > 1).chain([pieces]).collect();
-        let parts = self.auxiliary(format!("${}{number}.part", fold.name()), &sizes, origin.clone());
+        let parts = self.auxiliary(fold, format!("${}{number}.part", fold.name()), &sizes, origin.clone());
         let strides = strides(&around);
         let scaled = crate::flatten::scale(&strides, pieces);
         let target = scaled.add_scaled(&piece, 1).ok_or(Fail::NeedsExpansion)?;
@@ -185,7 +186,7 @@ impl<'t, 's> Flattener<'t, 's> {
     fn emit_piece(&mut self, parts: VarId, target: Affine, value: NodeId, counts: &[usize], origin: &Origin) {
         let slot = self.slots.slot(SlotKey::Variable(Kind::Var, parts, target));
         let left = self.model.templates.arena.slot(slot);
-        self.emit(Section::Continuous, left, value, counts, origin);
+        self.define(left, value, counts, origin);
     }
 
     /// Folds rows of `count` neighbouring variables until one is left in each row.
@@ -203,7 +204,7 @@ impl<'t, 's> Flattener<'t, 's> {
                 1 => (sizes.to_vec(), name.to_string()),
                 _ => (sizes.iter().copied().chain([next]).collect(), format!("{name}.part{level}")),
             };
-            let target = self.auxiliary(name, &sizes, origin.clone());
+            let target = self.auxiliary(fold, name, &sizes, origin.clone());
             let neutral = Operand::new(Target::Const(self.number(fold.neutral())));
             let mut operands = Vec::with_capacity(rows * next * (PIECE + 1));
             for row in 0..rows {
@@ -232,7 +233,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let mut level = 1;
         while terms.len() > PIECE {
             let next = terms.len().div_ceil(PIECE);
-            let target = self.auxiliary(format!("{name}.part{level}"), &[next], origin.clone());
+            let target = self.auxiliary(Fold::Sum, format!("{name}.part{level}"), &[next], origin.clone());
             let mut operands = Vec::with_capacity(next * (PIECE + 1));
             for (k, piece) in terms.chunks(PIECE).enumerate() {
                 operands.push(Operand::new(Target::Var(VarId(target.0 + k as u32))));
@@ -259,6 +260,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let count = (operands.len() / width) as u32;
         self.model.equations.push(EquationBlock {
             section: Section::Continuous,
+            made: true,
             template: id,
             count,
             operands: ordered,
@@ -266,11 +268,9 @@ impl<'t, 's> Flattener<'t, 's> {
         });
     }
 
-    /// Continuous variables of the translation.
-    fn auxiliary(&mut self, name: String, sizes: &[usize], origin: Origin) -> VarId {
-        let sizes: Vec<u32> = sizes.iter().map(|&size| size as u32).collect();
-        let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
-        self.internal_variable(pattern, (ValueKind::Real, Variability::Continuous), origin)
+    /// Variables for a fold or its parts.
+    fn auxiliary(&mut self, fold: Fold, name: String, sizes: &[usize], origin: Origin) -> VarId {
+        self.make(Made::Fold(fold.name()), name, sizes, (ValueKind::Real, Variability::Continuous), origin)
     }
 }
 

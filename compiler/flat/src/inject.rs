@@ -173,7 +173,7 @@ impl Flattener<'_, '_> {
             TermShape::PiecewiseLinear(times) => (term.name.clone(), vec![times.len()]),
             _ => (term.name.clone(), Vec::new()),
         };
-        let first = self.internal_boolean(name.clone(), &sizes, origin.clone());
+        let first = self.made_boolean(name.clone(), &sizes, origin.clone());
         let (block, _) = self.model.locate(first);
         let variable = &mut self.model.variables[block];
         variable.name = NamePattern {
@@ -184,7 +184,7 @@ impl Flattener<'_, '_> {
         variable.variability = Variability::Parameter;
         variable.settable = Settable::Yes;
         variable.description = Some("amplitude of an injected term".into());
-        variable.internal = false;
+        variable.made = None;
         variable.protected = false;
         variable.fixed = PerElement::All(true);
         self.injections[k].variable = Some(first);

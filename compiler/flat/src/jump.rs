@@ -90,7 +90,7 @@ impl Flattener<'_, '_> {
             None => {
                 let origin = Origin { path: self.path(cx.scope.inst), span };
                 let name = format!("$whole{}", self.jumps.len() + 1);
-                let first = self.internal_boolean(name, &counts, origin.clone());
+                let first = self.made_boolean(name, &counts, origin.clone());
                 let (block, _) = self.model.locate(first);
                 self.model.variables[block].kind = ValueKind::Integer;
                 self.jumps.push((key, first));

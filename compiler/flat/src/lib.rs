@@ -33,6 +33,7 @@ mod index;
 mod inject;
 mod jump;
 mod lower;
+mod made;
 pub mod model;
 mod model_ends;
 mod operator;
@@ -61,6 +62,7 @@ mod when_body;
 
 pub use flatten::{flatten, flatten_with};
 pub use inject::{Injection, TermShape};
+pub use made::{Made, derivative_block, rate_unit};
 pub use model::{
     BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart, Operand,
     PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,

@@ -12,6 +12,8 @@ use hyd_source::{Origin, Span};
 use hyd_symbolic::{BodyId, TemplateId, Templates};
 use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
 
+use crate::made::Made;
+
 typed_index!(
     /// A scalar variable, parameter or constant.
     VarId,
@@ -151,7 +153,7 @@ pub enum StateSelect {
     Always,
 }
 
-/// A declared variable with all its elements.
+/// A variable with all its elements.
 #[derive(Clone, PartialEq, Debug)]
 pub struct VariableBlock {
     /// Name with subscripts.
@@ -176,8 +178,8 @@ pub struct VariableBlock {
     pub settable: Settable,
     /// Declared in a protected section.
     pub protected: bool,
-    /// Made by the translation (conditions of `when`); not shown in results.
-    pub internal: bool,
+    /// What the translation made it for; `None` for what is declared.
+    pub made: Option<Made>,
     /// A start value was written (a `Start` equation exists).
     pub has_start: bool,
     /// The `fixed` attribute, default filled in (parameters and constants true, others false).
@@ -226,6 +228,8 @@ pub enum Section {
 pub struct EquationBlock {
     /// What they are for.
     pub section: Section,
+    /// They say what a variable is that the translation made, and nobody wrote them.
+    pub made: bool,
     /// Their template.
     pub template: TemplateId,
     /// How many.
@@ -441,6 +445,18 @@ impl FlatModel {
         }
     }
 
+    /// The same for messages about what is written: a long sum is `sum(...)`, whatever variables stand for it and its parts.
+    pub(crate) fn written_name(&self, operand: Operand) -> String {
+        let fold = |v: VarId| match self.variables[self.locate(v).0].made {
+            Some(Made::Fold(name)) => Some(name),
+            _ => None,
+        };
+        match operand.target() {
+            Target::Var(v) => fold(v).map_or_else(|| self.var_name(v), |name| format!("{name}(...)")),
+            _ => self.target_name(operand),
+        }
+    }
+
     /// What a slot reads, in the user's words.
     pub fn operand_name(&self, operand: Operand) -> String {
         let text = self.target_name(operand);
@@ -449,7 +465,17 @@ impl FlatModel {
 
     /// An expression over the operands as text.
     pub fn print(&self, root: hyd_symbolic::NodeId, operands: &[Operand]) -> String {
-        let name = |slot: hyd_symbolic::SlotId| self.target_name(operands[slot.index()]);
+        self.print_named(&|operand| self.target_name(operand), root, operands)
+    }
+
+    /// The same with names of what slots read.
+    pub(crate) fn print_named(
+        &self,
+        name: &dyn Fn(Operand) -> String,
+        root: hyd_symbolic::NodeId,
+        operands: &[Operand],
+    ) -> String {
+        let name = |slot: hyd_symbolic::SlotId| name(operands[slot.index()]);
         let negated = |slot: hyd_symbolic::SlotId| operands[slot.index()].negated();
         hyd_symbolic::print_signed(&self.templates.arena, root, &name, &negated, false)
     }

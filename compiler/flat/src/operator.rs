@@ -1,16 +1,16 @@
 //! Operators with special meaning: `der`, `pre`, `edge`, `change`, `noEvent`, `semiLinear` (Modelica 3.6, sections 3.7.2 to 3.7.5).
 
 use hyd_instance::{Resolved, ScalarType};
-use hyd_source::{Code, Origin, Span};
+use hyd_source::{Code, Span};
 use hyd_symbolic::{Node, Relation};
 use hyd_syntax::tree::{Expr, ExprKind};
-use hyd_system::{ValueKind, Variability};
+use hyd_system::Variability;
 
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
-use crate::model::{Section, VarId};
+use crate::model::VarId;
 
 impl Flattener<'_, '_> {
     pub(crate) fn without_events(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
@@ -66,7 +66,7 @@ impl Flattener<'_, '_> {
                     self.model.templates.arena.slot(rate)
                 }
                 SlotKey::Variable(Kind::Der, v, offset) if self.varies(v) => {
-                    let (rate, at) = self.rate_variable(expr.span, v, offset, cx)?;
+                    let (rate, at) = self.rate_variable(expr.span, v, &offset, cx)?;
                     let rate = self.slots.slot(SlotKey::Variable(Kind::Der, rate, at));
                     self.model.templates.arena.slot(rate)
                 }
@@ -82,29 +82,6 @@ impl Flattener<'_, '_> {
             _ => None,
         };
         Ok(Typed::real(hyd_symbolic::tangent(&mut self.model.templates.arena, value.node, seed)))
-    }
-
-    /// An internal variable with the equation `w = der(v)`, one per value of the counters around, and its place: a derivative is
-    /// differentiated as a variable of its own.
-    fn rate_variable(&mut self, span: Span, v: VarId, offset: Affine, cx: &Context) -> Result<(VarId, Affine), Fail> {
-        let origin = Origin { path: self.path(cx.scope.inst), span };
-        let (dims, at) = (cx.loop_counts(), crate::delay::offset(cx)?);
-        let key = (v, offset.clone(), dims.clone());
-        if let Some(&known) = self.rates.get(&key) {
-            return Ok((known, at));
-        }
-        let (block, _) = self.model.locate(v);
-        let parts: Vec<&str> = self.model.variables[block].name.parts.iter().map(|(part, _)| &**part).collect();
-        let name = format!("der({})", parts.join("."));
-        let made = self.internal(name, &dims, origin.clone(), (ValueKind::Real, Variability::Continuous));
-        let mut slot = |kind: Kind, first: VarId, at: Affine| {
-            let slot = self.slots.slot(SlotKey::Variable(kind, first, at));
-            self.model.templates.arena.slot(slot)
-        };
-        let (own, rate) = (slot(Kind::Var, made, at.clone()), slot(Kind::Der, v, offset));
-        self.emit(Section::Continuous, own, rate, &dims, &origin);
-        self.rates.insert(key, made);
-        Ok((made, at))
     }
 
     /// True for a continuous variable.

@@ -100,12 +100,22 @@ impl FlatModel {
 
     /// Both sides of an equation as text.
     pub fn print_sides(&self, template: &Template, operands: &[Operand]) -> (String, String) {
+        self.sides(&|operand| self.target_name(operand), template, operands)
+    }
+
+    /// The same for messages about what is written, without names that the translation gave.
+    pub fn written_sides(&self, template: &Template, operands: &[Operand]) -> (String, String) {
+        self.sides(&|operand| self.written_name(operand), template, operands)
+    }
+
+    fn sides(&self, name: &dyn Fn(Operand) -> String, template: &Template, operands: &[Operand]) -> (String, String) {
         let kind = |side: NodeId| match self.templates.arena.node(side) {
             Node::Slot(slot) => self.kind_of(operands[slot.index()].target()),
             _ => None,
         };
         let (left, right) = (kind(template.right), kind(template.left));
-        (self.print_as(left, template.left, operands), self.print_as(right, template.right, operands))
+        let side = |kind, root| self.print_typed(name, kind, root, operands);
+        (side(left, template.left), side(right, template.right))
     }
 
     /// The type of what a target reads; none for numbers and relations.
@@ -118,6 +128,16 @@ impl FlatModel {
 
     /// An expression whose value has that type: numbers alone are printed as `true`, `false` or the literal.
     pub fn print_as(&self, kind: Option<&ValueKind>, root: NodeId, operands: &[Operand]) -> String {
+        self.print_typed(&|operand| self.target_name(operand), kind, root, operands)
+    }
+
+    fn print_typed(
+        &self,
+        name: &dyn Fn(Operand) -> String,
+        kind: Option<&ValueKind>,
+        root: NodeId,
+        operands: &[Operand],
+    ) -> String {
         let number = match self.templates.arena.node(root) {
             Node::Slot(slot) => match operands[slot.index()].target() {
                 Target::Const(c) => Some(self.constants[c]),
@@ -131,7 +151,7 @@ impl FlatModel {
                 let literal = literals.get((number as usize).wrapping_sub(1));
                 literal.map_or_else(|| format_number(number), |literal| literal.to_string())
             }
-            _ => self.print(root, operands),
+            _ => self.print_named(name, root, operands),
         }
     }
 

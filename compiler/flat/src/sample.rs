@@ -14,6 +14,7 @@ use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
+use crate::made::Made;
 use crate::model::{Section, VarId};
 
 impl Flattener<'_, '_> {
@@ -56,10 +57,10 @@ impl Flattener<'_, '_> {
         let shape = (ValueKind::Real, Variability::Discrete);
         let dims = cx.loop_counts();
         let at = crate::delay::offset(cx)?;
-        let next = self.internal(format!("$sample{number}.next"), &dims, origin.clone(), shape);
+        let next = self.make(Made::Event, format!("$sample{number}.next"), &dims, shape, origin.clone());
         let (block, _) = self.model.locate(next);
         self.model.variables[block].has_start = true;
-        let due = self.internal_boolean(format!("$sample{number}.due"), &dims, origin.clone());
+        let due = self.made_boolean(format!("$sample{number}.due"), &dims, origin.clone());
         let mut slot = |kind: Kind, v: VarId| self.variable_slot(kind, v, &at);
         let (next_start, next_pre) = (slot(Kind::Start, next), slot(Kind::Pre, next));
         let (next_now, due_now) = (slot(Kind::Var, next), slot(Kind::Var, due));

@@ -67,7 +67,7 @@ impl Flattener<'_, '_> {
             description: instance.description.clone(),
             settable: Settable::No,
             protected: instance.protected,
-            internal: false,
+            made: None,
             has_start: false,
             fixed: PerElement::All(known),
             min: PerElement::All(f64::NEG_INFINITY),
@@ -84,59 +84,6 @@ impl Flattener<'_, '_> {
         }
         self.model.scalars += count as u32;
         self.blocks.insert(inst, id);
-    }
-
-    /// A discrete Boolean that the translation needs (a condition of a `when`), one per element of the loops around it.
-    pub(crate) fn internal_boolean(&mut self, name: String, dims: &[usize], origin: Origin) -> VarId {
-        self.internal(name, dims, origin, (ValueKind::Boolean, Variability::Discrete))
-    }
-
-    /// A variable that the translation needs, one per element of the loops around it.
-    pub(crate) fn internal(
-        &mut self,
-        name: String,
-        dims: &[usize],
-        origin: Origin,
-        (kind, variability): (ValueKind, Variability),
-    ) -> VarId {
-        let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
-        let pattern = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
-        self.internal_variable(pattern, (kind, variability), origin)
-    }
-
-    /// Variables that the translation needs.
-    pub(crate) fn internal_variable(
-        &mut self,
-        pattern: NamePattern,
-        (kind, variability): (ValueKind, Variability),
-        origin: Origin,
-    ) -> VarId {
-        let first = VarId(self.model.scalars);
-        let count = pattern.count() as u32;
-        self.model.scalars += count;
-        self.model.variables.push(VariableBlock {
-            name: pattern,
-            first,
-            count,
-            kind,
-            variability,
-            unit: None,
-            element_units: Vec::new(),
-            display_unit: None,
-            description: None,
-            settable: Settable::No,
-            protected: true,
-            internal: true,
-            has_start: false,
-            fixed: PerElement::All(variability <= Variability::Parameter),
-            min: PerElement::All(f64::NEG_INFINITY),
-            max: PerElement::All(f64::INFINITY),
-            limit_spans: [None, None],
-            nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
-            origin,
-        });
-        first
     }
 
     pub(crate) fn name_pattern(&self, inst: InstId) -> NamePattern {

@@ -78,7 +78,14 @@ mod tests {
         let template = model.templates.intern(Template { left: slot, right: zero, arity: 1 });
         let origin = Origin { path: "".into(), span: Span::new(FileId(0), 0, 0) };
         let operands = vec![Operand::new(Target::Var(VarId(3)))];
-        model.equations.push(EquationBlock { section: Section::Continuous, template, count: 1, operands, origin });
+        model.equations.push(EquationBlock {
+            section: Section::Continuous,
+            made: false,
+            template,
+            count: 1,
+            operands,
+            origin,
+        });
         assert!(verify(&model).is_err());
         model.equations[0].operands.clear();
         assert!(verify(&model).is_err());

@@ -121,7 +121,7 @@ impl Flattener<'_, '_> {
             }
         };
         let name = format!("$when{number}.{}.{}", part.0 + 1, part.1 + 1);
-        let first = self.internal_boolean(name, &sizes, origin.clone());
+        let first = self.made_boolean(name, &sizes, origin.clone());
         let start = self.context_of(scope);
         let before = self.tree.table.diagnostics.len();
         self.with_loops(start, &mut |flat, cx| {

@@ -264,7 +264,7 @@ impl<'a> Pass<'a> {
     fn list(&self, report: &mut UnitReport) {
         for (id, block) in self.flat.variables.iter_enumerated() {
             let open = block.kind == ValueKind::Real && block.unit.as_ref().is_none_or(|t| t.is_empty());
-            if !open || block.internal {
+            if !open || block.made.is_some() {
                 continue;
             }
             let step = if self.classes.split { 1 } else { block.count.max(1) };

@@ -212,8 +212,9 @@ impl Tables {
     /// The variable and element with this full name, such as `a[2].b` or `der(x)`.  Linear in the number of variables.
     pub fn find(&self, name: &str) -> Option<(&VariableInfo, usize)> {
         self.variables.iter().find_map(|variable| {
+            // A derivative is one by its pattern, or a variable with such a name.
             let first = &variable.name.parts[0].0;
-            if !name.trim_start_matches("der(").starts_with(first.as_ref()) {
+            if !name.trim_start_matches("der(").starts_with(first.trim_start_matches("der(")) {
                 return None;
             }
             (0..variable.name.count()).find(|&k| variable.name.element(k) == name).map(|k| (variable, k))

@@ -1,9 +1,12 @@
 //! A folder for one test, and programs run from it with an empty environment.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
 
 /// A folder of its own, removed at the end.
 pub struct Scratch(PathBuf);
@@ -35,7 +38,14 @@ impl Scratch {
     }
 
     fn output(&self, command: &mut Command) -> Output {
-        command.current_dir(&self.0).stdin(Stdio::null()).output().unwrap()
+        command.current_dir(&self.0).stdin(Stdio::null());
+        loop {
+            match command.output() {
+                // A test beside this one was just starting a program while the file was still open for writing here.
+                Err(error) if error.kind() == ErrorKind::ExecutableFileBusy => thread::sleep(Duration::from_millis(5)),
+                outcome => return outcome.unwrap(),
+            }
+        }
     }
 }
 

@@ -140,7 +140,7 @@ impl Maker {
             description: None,
             settable: if role == Role::Parameter { Settable::Yes } else { Settable::No },
             protected: false,
-            internal: false,
+            made: None,
             has_start: false,
             fixed: PerElement::All(false),
             min: PerElement::All(f64::NEG_INFINITY),
@@ -179,6 +179,7 @@ impl Maker {
         let block = flat.equations.len() as u32;
         flat.equations.push(EquationBlock {
             section: Section::Continuous,
+            made: false,
             template,
             count: 1,
             operands,

@@ -140,7 +140,7 @@ fn conditions_are_kept_and_terminations_make_events() {
         let template = model.flat.templates.intern(Template { left, right, arity: 1 });
         let operands = vec![Operand::new(Target::Var(model.var("x")))];
         let origin = model.origin();
-        model.flat.equations.push(EquationBlock { section, template, count: 1, operands, origin });
+        model.flat.equations.push(EquationBlock { section, made: false, template, count: 1, operands, origin });
     }
     let sorted = sorted(&model);
     assert_eq!(sorted.checks.iter().map(|c| (c.message, c.terminate)).collect::<Vec<_>>(), [(0, false), (1, true)]);

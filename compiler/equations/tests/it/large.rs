@@ -38,7 +38,7 @@ fn line(n: u32) -> Model {
         let (count, section) = (rows.len() as u32, Section::Continuous);
         let operands = rows.into_iter().flatten().map(Operand::new).collect();
         let origin = model.origin();
-        model.flat.equations.push(EquationBlock { section, template, count, operands, origin });
+        model.flat.equations.push(EquationBlock { section, made: false, template, count, operands, origin });
     };
     add(product, (1..=n).map(|k| vec![der(p(k)), c, q(k - 1), r(k)]).collect());
     add(product, (0..n).map(|k| vec![r(k), g, p(k), p(k + 1)]).collect());
@@ -97,7 +97,7 @@ fn chain(n: u32) -> Model {
     for (template, operands) in [(step, steps), (rate, rates)] {
         let origin = model.origin();
         let section = Section::Continuous;
-        model.flat.equations.push(EquationBlock { section, template, count: n, operands, origin });
+        model.flat.equations.push(EquationBlock { section, made: false, template, count: n, operands, origin });
     }
     model
 }
@@ -144,7 +144,7 @@ fn wide(n: u32) -> Model {
     let rates = (0..n).flat_map(|k| [Target::Der(x(k)), Target::Var(x(k)), Target::Var(VarId(0))].map(Operand::new));
     for (template, count, operands) in [(sum, 1, all), (rate, n, rates.collect())] {
         let (origin, section) = (model.origin(), Section::Continuous);
-        model.flat.equations.push(EquationBlock { section, template, count, operands, origin });
+        model.flat.equations.push(EquationBlock { section, made: false, template, count, operands, origin });
     }
     model
 }

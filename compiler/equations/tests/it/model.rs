@@ -4,7 +4,9 @@
 //! `discrete d`, `boolean b`, `internal b`; equations `left = right` with a section.  Precedence: or, and, not, relation,
 //! sum, product, sign, power.  Each distinct operand of an equation gets one slot.
 
-use hyd_flat::{EquationBlock, FlatModel, Operand, PerElement, Section, StateSelect, Target, VarId, VariableBlock};
+use hyd_flat::{
+    EquationBlock, FlatModel, Made, Operand, PerElement, Section, StateSelect, Target, VarId, VariableBlock,
+};
 use hyd_source::{FileId, Origin, Span};
 use hyd_symbolic::{Function, Node, NodeId, Relation, SlotId, canonical};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
@@ -80,7 +82,7 @@ impl Model {
             description: None,
             settable: Settable::Yes,
             protected: false,
-            internal: kind == "internal",
+            made: (kind == "internal").then_some(Made::Event),
             has_start,
             fixed: PerElement::All(matches!(kind, "fixed" | "param" | "const")),
             min: PerElement::All(f64::NEG_INFINITY),
@@ -102,7 +104,7 @@ impl Model {
         let operands = slots.iter().map(|slot| operands[slot.0 as usize]).collect();
         let template = self.flat.templates.intern(template);
         let origin = self.origin();
-        self.flat.equations.push(EquationBlock { section, template, count: 1, operands, origin });
+        self.flat.equations.push(EquationBlock { section, made: false, template, count: 1, operands, origin });
     }
 
     pub fn var(&self, name: &str) -> VarId {
