@@ -38,7 +38,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let model = opened.workshop(&make).translate(&[]).map_err(failure)?;
     let machine = setup.machine(&model).map_err(failure)?;
     let problem = setup.problem(&machine, &[]).map_err(failure)?;
-    let wanted = wanted(&arguments.profile, &problem)?;
+    let wanted = wanted(&arguments.profile, setup, &problem)?;
     let begin = Instant::now();
     let tau = setup.study.shots.time_tolerance;
     let whole = Weighing::whole(&setup.train, tau);
@@ -67,11 +67,6 @@ impl Outcome<'_> {
         self.found.standard_error(unknown).unwrap_or(f64::NAN)
     }
 
-    /// What belongs to a shot that was held out stays where its prior has it.
-    fn is_fitted(&self, unknown: &Unknown) -> bool {
-        unknown.shot.is_none_or(|shot| !self.setup.held_out.contains(&shot))
-    }
-
     fn json(&self) -> Value {
         let channels = |gap: &Gap| -> Value {
             let names = self.setup.data.channels.iter().map(|channel| channel.name.clone());
@@ -80,7 +75,7 @@ impl Outcome<'_> {
         let found = &self.found;
         let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
             json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k),
-                "fitted": self.is_fitted(unknown)})
+                "fitted": is_fitted(self.setup, unknown)})
         });
         let attempts = self
             .record
@@ -113,7 +108,9 @@ impl Outcome<'_> {
             let _ = writeln!(text, "  {:22} {:8.2}  {unseen:8.2}", channel.name, self.train.channels[k]);
         }
         let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
-        for (k, unknown) in self.problem.unknowns.iter().enumerate().filter(|(_, unknown)| self.is_fitted(unknown)) {
+        for (k, unknown) in
+            self.problem.unknowns.iter().enumerate().filter(|(_, unknown)| is_fitted(self.setup, unknown))
+        {
             let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
             let (sign, xi) = (if factor { "x" } else { " " }, self.found.xi[k]);
             let (value, error) = (unknown.value(xi), self.error(k));
@@ -134,13 +131,21 @@ impl Outcome<'_> {
     }
 }
 
+/// What belongs to a shot that was held out stays where its prior has it.
+fn is_fitted(setup: &Setup, unknown: &Unknown) -> bool {
+    unknown.shot.is_none_or(|shot| !setup.held_out.contains(&shot))
+}
+
 /// Numbers of the unknowns whose profiles are asked for.
-fn wanted(names: &[String], problem: &Problem<'_>) -> Result<Vec<usize>, Failure> {
-    let find = |name: &String| {
-        problem.unknowns.iter().position(|unknown| unknown.name == *name).ok_or_else(|| {
-            let known: Vec<&str> = problem.unknowns.iter().map(|unknown| unknown.name.as_str()).collect();
-            Failure::Usage(format!("`{name}` is not among what may be off: {}", known.join(", ")))
-        })
+fn wanted(names: &[String], setup: &Setup, problem: &Problem<'_>) -> Result<Vec<usize>, Failure> {
+    let find = |name: &String| match problem.unknowns.iter().position(|unknown| unknown.name == *name) {
+        Some(k) if is_fitted(setup, &problem.unknowns[k]) => Ok(k),
+        Some(_) => Err(Failure::Usage(format!("`{name}` is not fitted: its shot is held out"))),
+        None => {
+            let fitted = problem.unknowns.iter().filter(|unknown| is_fitted(setup, unknown));
+            let known: Vec<&str> = fitted.map(|unknown| unknown.name.as_str()).collect();
+            Err(Failure::Usage(format!("`{name}` is not among what may be off: {}", known.join(", "))))
+        }
     };
     names.iter().map(find).collect()
 }

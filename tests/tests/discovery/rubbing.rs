@@ -131,6 +131,36 @@ fn a_clock_that_counts_from_elsewhere_is_told_by_the_study() {
     let _ = fs::remove_dir_all(&folder);
 }
 
+/// The trigger of a shot that was held out is not fitted: it is not among the results, and has no interval.
+#[test]
+fn what_was_not_fitted_is_not_listed() {
+    let folder = folder("rubbing-held-out");
+    write(&folder, 0.0, "[shots]\ntrigger_jitter = 2e-5\nhold_out = [1, 4]\n");
+    let arguments = ["fit", "study.toml", "--bench", "set.json"];
+    let fitted = hyd(&folder, &arguments);
+    assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
+    let listed =
+        |text: &str| (1..=5).filter(|shot| text.contains(&format!("trigger (shot {shot})"))).collect::<Vec<_>>();
+    assert_eq!(listed(&fitted.stdout), [2, 3, 5], "{}", fitted.stdout);
+    let report = json(&hyd(&folder, &[&arguments[..], &["--json"]].concat()).stdout);
+    for unknown in report["unknowns"].as_array().expect("a list") {
+        let number = |key: &str| unknown[key].as_f64().expect("a number");
+        let held_out = ["trigger (shot 1)", "trigger (shot 4)"].contains(&unknown["name"].as_str().expect("a name"));
+        assert_eq!(unknown["fitted"], !held_out, "{unknown}");
+        // Nothing but its prior is known of it.
+        assert_eq!(number("sd").abs() < 1e-9 && (number("sd_error") - 1.0).abs() < 1e-9, held_out, "{unknown}");
+    }
+    for (name, code) in [("trigger (shot 2)", 0), ("trigger (shot 4)", 2)] {
+        let outcome = hyd(&folder, &[&arguments[..], &["--profile", name]].concat());
+        assert_eq!(outcome.code, Some(code), "{name}: {}{}", outcome.stdout, outcome.stderr);
+        let message = "error: `trigger (shot 4)` is not fitted: its shot is held out\n";
+        assert!(code == 0 || outcome.stderr == message, "{}", outcome.stderr);
+    }
+    let unknown = hyd(&folder, &[&arguments[..], &["--profile", "nothing"]].concat());
+    assert_eq!(listed(&unknown.stderr), [2, 3, 5], "{}", unknown.stderr);
+    let _ = fs::remove_dir_all(&folder);
+}
+
 /// Nothing to compare is no answer.
 #[test]
 fn shots_that_are_masked_throughout_are_refused() {
