@@ -94,6 +94,25 @@ fn a_run_that_fails_keeps_what_it_computed_under_another_name() {
     assert!(rows.last().unwrap().0 > 0.9);
 }
 
+/// Of the variables of the translation only unknowns: each derivative once, no sums of sums.
+#[test]
+fn a_result_has_the_columns_of_the_text() {
+    let folder = Scratch::new();
+    let sum = "  Real s;\n  Real p[100];\n";
+    for (name, declared, equations, expected) in [
+        ("order", "", "  der(der(x)) = -x;\n", "time,x,der(x)"),
+        ("sum", sum, "  der(x) = -s;\n  p = (1:100)*x;\n  s = sum(p);\n", "time,x,s,der(x)"),
+    ] {
+        let model = format!("model M\n  Real x(start = 1, fixed = true);\n{declared}equation\n{equations}end M;\n");
+        folder.write("m.hyd", model);
+        let result = run(folder.path(), &["simulate", "m.hyd", "--intervals", "1", "--result", "r.csv"]);
+        assert_eq!(result.code, Some(0), "{name}: {}", result.stderr);
+        let text = folder.read("r.csv");
+        let columns = text.lines().next().unwrap().split(',').filter(|column| !column.starts_with("p["));
+        assert_eq!(columns.collect::<Vec<_>>().join(","), expected, "{name}");
+    }
+}
+
 #[test]
 fn formats_hold_the_same_values_and_compare_says_so() {
     let folder = decay();
