@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use hyd_frames::{Cells, Frame};
 use hyd_results::Table;
 
 use crate::scratch::{Scratch, messages, printed};
@@ -136,6 +137,26 @@ fn shards_of_an_executable_are_those_of_hyd() {
     assert!(read("own") == read("exe"));
     let output = scratch.bare("decay", &["sweep", "--vary", "n=1,2", "--result", "no"]);
     assert!(messages(&output).contains("`n` cannot be varied: it decides sizes or structure"), "{}", messages(&output));
+}
+
+/// A value outside its limits fails its run and no other, a listed one and one that follows from what varies; with the bytes of `hyd`.
+#[test]
+fn limits_hold_in_sweeps_of_an_executable() {
+    let scratch = Scratch::new();
+    let text = DECAY.replace("Real x0 = 1", "Real x0(max = 10) = 2*k");
+    fs::write(scratch.file("decay.hyd"), text).unwrap();
+    assert!(scratch.hyd(&["build", "decay.hyd", "-o", "decay"]).status.success());
+    let vary = ["--vary", "k=-5,5,6"];
+    let by_hyd = scratch.hyd(&[&["sweep", "decay.hyd"], &vary[..], &["--result", "own"]].concat());
+    assert!(by_hyd.status.success(), "{}", messages(&by_hyd));
+    let output = scratch.bare("decay", &[&["sweep"], &vary[..], &["--result", "exe"]].concat());
+    assert!(output.status.success(), "{}", messages(&output));
+    assert!(messages(&output).contains("2 failed") || printed(&output).contains("2 failed"), "{}", printed(&output));
+    let members = Frame::read(&scratch.file("exe/members.parquet")).unwrap();
+    let Some(Cells::Texts(said)) = members.column("message") else { panic!("no messages") };
+    assert_eq!(said, &["`k` is -5, below its `min` 0", "", "`x0` is 12, above its `max` 10"]);
+    let read = |folder: &str| fs::read(scratch.file(folder).join("members.parquet")).unwrap();
+    assert!(read("own") == read("exe"));
 }
 
 #[test]
