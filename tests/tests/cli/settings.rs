@@ -1,11 +1,12 @@
-//! What `--set` takes: values as the model would write them, literals and strings by their bare name.
+//! What `--set` takes: values as the model would write them, literals and strings by their bare name; the last one said, within limits.
 
 use crate::process::{Scratch, assert_no_panic, run};
 
 const MODEL: &str = "model M\n  type E = enumeration(a, b);\n  parameter E e = E.a;\n  parameter E size = E.a;\n  \
                      parameter E all[2] = {E.a, E.b};\n  parameter String s = \"one\";\n  \
                      Real v[if size == E.a then 1 else 2];\n  Real x = if e == E.a then 10 else 20;\n  \
-                     Real y = if s == \"one\" then 1 else 2;\n  Real z = if all[1] == E.a then 3 else 4;\n\
+                     Real y = if s == \"one\" then 1 else 2;\n  Real z = if all[1] == E.a then 3 else 4;\n  \
+                     Real w = if size == E.a then 6 else 7;\n\
                      equation\n  v = fill(5, if size == E.a then 1 else 2);\nend M;\n";
 
 fn last_row(set: &str) -> (String, String) {
@@ -36,7 +37,36 @@ fn literals_and_strings_are_set_by_their_name() {
     assert_eq!(value("all={b, b}", "z"), 4.0);
     assert_eq!(value("all[1]=E.b", "z"), 4.0);
     // What decides a size is read before translation.
-    assert_eq!(value("size=b", "v[2]"), 5.0);
+    for set in ["size=b", "size=E.b"] {
+        assert_eq!((value(set, "v[2]"), value(set, "w")), (5.0, 7.0), "{set}");
+    }
+}
+
+/// Of a parameter that is set twice, whether it is read before translation or afterwards.
+#[test]
+fn what_is_said_last_holds() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    for (first, last, head) in [("e=a", "e=b", "x 20"), ("size=b", "size=a", "v[1] 5 x 10")] {
+        let outcome = run(folder.path(), &["simulate", "m.hyd", "--set", first, "--set", last]);
+        let (_, values) = outcome.stdout.split_once("values at 1 s").unwrap();
+        let values = values.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(values.contains(head) && !values.contains("v[2]"), "{first}, {last}: {values}");
+    }
+}
+
+#[test]
+fn limits_hold_for_literals() {
+    let folder = Scratch::new();
+    let text = MODEL.replace("E e =", "E e(max = E.a) =").replace("E size =", "E size(max = E.a) =");
+    folder.write("m.hyd", text);
+    for set in ["e=b", "e=E.b", "size=b"] {
+        let outcome = run(folder.path(), &["check", "m.hyd", "--set", set]);
+        let name = set.split('=').next().unwrap();
+        let message = format!("error[E0217]: `{name}` is `b`, above its `max` `a`\n");
+        assert!(outcome.code == Some(1) && outcome.stderr.starts_with(&message), "{set}: {}", outcome.stderr);
+        assert_eq!(run(folder.path(), &["check", "m.hyd", "--set", &format!("{name}=a")]).code, Some(0));
+    }
 }
 
 #[test]
