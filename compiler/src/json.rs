@@ -51,6 +51,6 @@ mod tests {
 
     #[test]
     fn text_cannot_leave_the_script() {
-        assert_eq!(quote("a\"\\</script>\n\u{2028}"), r#""a\"\\\u003c/script\u003e\n\u2028""#);
+        assert_eq!(quote("a\"\\</script>\n\u{2028}&\u{2029}"), r#""a\"\\\u003c/script\u003e\n\u2028\u0026\u2029""#);
     }
 }

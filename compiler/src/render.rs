@@ -261,6 +261,17 @@ at all
         assert_eq!(render_json(&files, &diagnostics).lines().count(), 5001);
     }
 
+    /// What is long is the line, not the place.
+    #[test]
+    fn of_many_short_lines_an_excerpt_is_shown() {
+        let mut files = Files::new();
+        let text = "x = 1;\n".repeat(1000);
+        let id = files.add("short.hyd", text.clone());
+        let whole = Diagnostic::error(Code::Syntax, "odd").at(Span::new(id, 0, text.len() - 1), "all of this");
+        let shown = render(&files, &[whole], false);
+        assert!(shown.contains("1 │ ╭ x = 1;") && shown.contains("all of this"), "{shown}");
+    }
+
     #[test]
     fn spans_beyond_the_text_are_cut() {
         let mut files = Files::new();

@@ -271,7 +271,7 @@ mod tests {
     /// Corrections are solutions, whatever the size, and factors are there behind an inverse.
     #[test]
     fn corrections_agree_with_solutions() {
-        for n in [1usize, 3, 4, 9, 12, 13, 40] {
+        for n in [1usize, 3, 4, 9, 12, 13, inverse::LARGEST, inverse::LARGEST + 1, 40] {
             let pattern = Pattern::dense(n, n);
             let mut solver = LinearSolver::new(&pattern);
             let mut number = 0.37;
@@ -309,6 +309,56 @@ mod tests {
                 assert!(x.iter().all(|&x| x == 3.0));
             }
         }
+    }
+
+    /// Solution and correction of one right-hand side.
+    fn answers(solver: &mut LinearSolver, values: &[f64]) -> Vec<u64> {
+        let n = solver.row_scale.len();
+        solver.factor(&mut values.to_vec()).unwrap();
+        let (mut b, mut x) = (Tiled::zeros(n), Tiled::zeros(n));
+        b.iter_mut().enumerate().for_each(|(k, value)| *value = (1.0 + k as f64).sqrt());
+        solver.correct(&b, &mut x);
+        let mut solution = b.to_vec();
+        solver.solve(&mut solution);
+        x.iter().chain(&solution).map(|value| value.to_bits()).collect()
+    }
+
+    /// A solver that has chosen pivots by another matrix gives the bits of a new one.
+    #[test]
+    fn a_begun_run_knows_nothing_of_matrices_before() {
+        for n in [6u32, 14, 20, 60] {
+            // An arrow: all is filled if its head is the first pivot, nothing if it is the last one.
+            let pairs = (0..n).flat_map(|k| [(k, k), (0, k), (k, 0)]);
+            let pattern = Pattern::from_pairs(
+                n as usize,
+                n as usize,
+                &pairs.collect::<std::collections::BTreeSet<_>>().into_iter().collect::<Vec<_>>(),
+            );
+            let matrix = |shaft: f64| -> Vec<f64> {
+                let entries = (0..n as usize).flat_map(|column| pattern.column(column).map(move |e| (e, column)));
+                let value = |(e, column): (usize, usize)| match (pattern.row_indices[e] as usize, column) {
+                    (row, column) if row == column && row > 0 => shaft * (1.0 + 0.1 * (row as f64).sin()),
+                    (row, column) => 1.0 + 0.3 * ((3 * row + column) as f64).cos(),
+                };
+                entries.map(value).collect()
+            };
+            let (other, own) = (matrix(1e-3), matrix(0.7));
+            let new = || LinearSolver::new(&pattern);
+            let alone = answers(&mut new(), &own);
+            let mut used = new();
+            answers(&mut used, &other);
+            let without = answers(&mut used, &own);
+            assert!(without != alone, "{n}: what was chosen before changes nothing");
+            answers(&mut used, &other);
+            used.begin(&vec![1.0; n as usize]);
+            assert!(answers(&mut used, &own) == alone, "{n}");
+        }
+        // Whether a matrix fills up depends on its pivots, too.
+        let mut used = LinearSolver::new(&Pattern::dense(20, 20));
+        answers(&mut used, &(0..400).map(|k| f64::from(k * k).sin()).collect::<Vec<_>>());
+        assert!(matches!(used.kernel, Kernel::Dense(_)));
+        used.begin(&[1.0; 20]);
+        assert!(matches!(used.kernel, Kernel::Small(_)));
     }
 
     /// A chain of differences in which unknown `free` occurs only through its sum with the next one.
