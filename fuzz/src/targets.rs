@@ -37,6 +37,9 @@ pub(crate) const TARGETS: [Target; 8] = [
     Target { name: "study", call: study, texts: studies },
 ];
 
+/// Bytes of all messages of a case: some hundred with a few lines each.
+const MESSAGES: usize = 1_000_000;
+
 /// Seconds of a simulation.
 const RUN: Duration = Duration::from_millis(300);
 
@@ -61,8 +64,9 @@ fn compiled(case: &[u8], goal: Goal) -> hyd_compiler::Compilation {
     let text = String::from_utf8_lossy(case);
     let options = Options { model: None, set: Vec::new(), goal, clock: || 0.0 };
     let compilation = compile(&mut LibraryPath::new(), "case.hyd", &text, &options);
-    // Messages must be printable, wherever they point.
-    let _ = hyd_compiler::render::render(&compilation.files, &compilation.diagnostics, false);
+    // Messages must be printable, wherever they point, and short enough to be read.
+    let messages = hyd_compiler::render::render(&compilation.files, &compilation.diagnostics, false);
+    assert!(messages.len() < MESSAGES, "{} bytes of messages", messages.len());
     compilation
 }
 
