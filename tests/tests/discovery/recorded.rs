@@ -40,7 +40,7 @@ fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)
 }
 
 /// Each line that the report points at is in the text that its page shows under that name, and is not empty.
-fn check_texts(page: &str, report: &Value) {
+pub(super) fn check_texts(page: &str, report: &Value) {
     let begin = page.find("\"texts\":").expect("texts") + "\"texts\":".len();
     let mut values = serde_json::Deserializer::from_str(&page[begin..]).into_iter::<Value>();
     let texts = values.next().expect("a value").expect("a list");
@@ -55,6 +55,8 @@ fn check_texts(page: &str, report: &Value) {
     }
     let lists = ["effects", "location", "proposed"].into_iter().filter_map(|key| report[key].as_array()).flatten();
     let places = lists.filter_map(|own| Some((own["file"].as_str()?, own["line"].as_u64()?)));
+    let places: Vec<_> = places.collect();
+    assert!(!places.is_empty() || report["effects"].as_array().is_some_and(Vec::is_empty), "no effect has a place");
     for (file, line) in places {
         let (_, text) = texts.iter().find(|(name, _)| *name == file).unwrap_or_else(|| panic!("{file} is shown"));
         let shown = text.lines().nth(line as usize - 1).unwrap_or_else(|| panic!("{file} has {line} lines"));

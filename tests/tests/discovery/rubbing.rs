@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use crate::recorded::check_texts;
 use crate::{Draws, folder, hyd, json};
 
 const MASS: f64 = 0.5;
@@ -90,6 +91,12 @@ fn a_mass_that_rubs_is_found_from_its_closed_form() {
         assert_eq!(found.code, Some(0), "{}", found.stderr);
         let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
         assert_eq!((&report["status"], &report["effects"][0]["id"]), (&"named".into(), &"piston_friction".into()));
+        // The place is in the model of one's own, and what stood there before is in the library.
+        let places = report["location"].as_array().expect("a list");
+        for file in ["swing.hyd", "<built-in>/Hyd/Places/NoForce.hyd"] {
+            assert!(places.iter().any(|place| place["file"] == file), "{file}: {places:?}");
+        }
+        check_texts(&fs::read_to_string(folder.join("report/report.html")).expect("written"), &report);
         let size = &report["effects"][0]["parameters"]["F_c"];
         let number = |value: &serde_json::Value| value.as_f64().expect("a number");
         let (value, error) = (number(&size["value"]), number(&size["stderr"]));
