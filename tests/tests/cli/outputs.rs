@@ -100,7 +100,13 @@ fn a_result_has_the_columns_of_the_text() {
     let folder = Scratch::new();
     let sum = "  Real s;\n  Real p[100];\n";
     for (name, declared, equations, expected) in [
-        ("order", "", "  der(der(x)) = -x;\n", "time,x,der(x)"),
+        ("order", "", "  der(der(x)) = -x;\n", "time,x,der(x),der(der(x))"),
+        (
+            "reduced",
+            "  Real v;\n  Real a;\n",
+            "  der(x) = v;\n  der(v) = a;\n  x = cos(time);\n",
+            "time,x,v,a,der(x),der(v),der(der(x))",
+        ),
         ("sum", sum, "  der(x) = -s;\n  p = (1:100)*x;\n  s = sum(p);\n", "time,x,s,der(x)"),
     ] {
         let model = format!("model M\n  Real x(start = 1, fixed = true);\n{declared}equation\n{equations}end M;\n");
