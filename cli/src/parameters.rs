@@ -4,9 +4,9 @@
 
 use hyd_compiler::{Code, Diagnostic};
 use hyd_flat::{FlatModel, VariableBlock};
-use hyd_run::parameters::{Elements, elements, values};
+use hyd_run::parameters::{Elements, elements, sizes};
 use hyd_source::did_you_mean;
-use hyd_system::{Settable, Variability};
+use hyd_system::{Settable, Variability, given};
 
 pub(crate) use hyd_run::parameters::{apply, changes};
 
@@ -44,9 +44,8 @@ fn unknown(flat: &FlatModel, name: &str) -> Diagnostic {
 fn refuse(block: &VariableBlock, elements: Elements, name: &str, value: &str) -> Option<Diagnostic> {
     let reason = match block.settable {
         Settable::Yes => {
-            let count = if elements == Elements::All { block.count as usize } else { 1 };
-            return values(&block.kind, value, count).err().map(|reason| {
-                Diagnostic::error(Code::NoSuchParameter, format!("`{name}` cannot be set to `{value}`: {reason}"))
+            return given::numbers(&block.kind, value, &sizes(&block.name, elements)).err().map(|reason| {
+                Diagnostic::error(Code::Value, format!("`{name}` cannot be set to `{value}`: {reason}"))
                     .with(block.origin.span, "declared here")
             });
         }

@@ -170,7 +170,7 @@ fn parameters_are_set_or_refused_with_the_reason() {
         ),
         (
             "k=true",
-            "error[E0215]: `k` cannot be set to `true`: it is a Real and needs a finite number\n  \
+            "error[E0217]: `k` cannot be set to `true`: it is a Real and needs a finite number\n  \
              ┌─ decay.hyd:2:18\n  │\n2 │   parameter Real k = 2;\n  │                  - declared here\n\n",
         ),
     ];

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use hyd_equations::{SortedSystem, parameter_values};
 use hyd_flat::{Section, Target, VarId, VariableBlock};
 use hyd_source::{Code, Diagnostic, Span};
+use hyd_system::given::{self, Outside};
 use hyd_system::{NamePattern, ValueKind, Variability};
 
 /// At most so many messages.
@@ -24,20 +25,18 @@ pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> V
     if blocks.is_empty() {
         return Vec::new();
     }
-    let given = values_given(&flat.variables.raw, set);
-    let values = parameter_values(sorted, &|v| given.get(&v).copied());
+    let set = values_given(&flat.variables.raw, set);
+    let values = parameter_values(sorted, &|v| set.get(&v).copied());
     let mut messages = Vec::new();
     for block in blocks {
         for k in 0..block.count as usize {
             let v = VarId(block.first.0 + k as u32);
-            let (value, low, high) = (values[v], block.min.get(k), block.max.get(k));
-            let (side, limit) = match value {
-                value if value < low => (Side::Below, low),
-                value if value > high => (Side::Above, high),
-                _ => continue,
+            let limits = (block.min.get(k), block.max.get(k));
+            let Some(outside) = given::outside(&block.name.element(k), &block.kind, values[v], limits) else {
+                continue;
             };
-            let place = binding_span(sorted, v).filter(|_| !given.contains_key(&v));
-            messages.push(message(block, k, value, side, limit, place));
+            let place = binding_span(sorted, v).filter(|_| !set.contains_key(&v));
+            messages.push(message(block, outside, place));
             if messages.len() == MOST {
                 return messages;
             }
@@ -46,28 +45,11 @@ pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> V
     messages
 }
 
-#[derive(Clone, Copy)]
-enum Side {
-    Below,
-    Above,
-}
-
-fn message(block: &VariableBlock, k: usize, value: f64, side: Side, limit: f64, place: Option<Span>) -> Diagnostic {
-    let text = |value: f64| match &block.kind {
-        ValueKind::Enumeration(literals) => {
-            let literal = literals.get(value as usize - 1);
-            literal.map_or_else(|| value.to_string(), |l| format!("`{l}`"))
-        }
-        _ => value.to_string(),
-    };
-    let (words, attribute, limit_at) = match side {
-        Side::Below => ("below", "min", block.limit_spans[0]),
-        Side::Above => ("above", "max", block.limit_spans[1]),
-    };
-    let name = block.name.element(k);
-    let message = format!("`{name}` is {}, {words} its `{attribute}` {}", text(value), text(limit));
+fn message(block: &VariableBlock, outside: Outside, place: Option<Span>) -> Diagnostic {
+    let (attribute, limit_at) =
+        if outside.is_below { ("min", block.limit_spans[0]) } else { ("max", block.limit_spans[1]) };
     let declared = block.origin.span;
-    let mut diagnostic = Diagnostic::error(Code::Value, message);
+    let mut diagnostic = Diagnostic::error(Code::Value, outside.message);
     diagnostic = match place.filter(|place| *place != declared) {
         Some(place) => diagnostic.at(place, "this is its value"),
         None => diagnostic.at(declared, "declared here"),
@@ -95,31 +77,19 @@ fn binding_span(sorted: &SortedSystem, v: VarId) -> Option<Span> {
 
 /// Values from outside for scalar variables; what names nothing or is no number is refused elsewhere.
 fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMap<VarId, f64> {
-    let mut given = HashMap::new();
+    let mut known = HashMap::new();
     for (name, text) in set {
         let Some((block, elements)) = variables.iter().find_map(|b| Some((b, elements(&b.name, name)?))) else {
             continue;
         };
-        let leaves = text.split(['{', '}', ',']).map(str::trim).filter(|leaf| !leaf.is_empty());
-        let numbers: Vec<f64> = leaves.filter_map(|leaf| stored(&block.kind, leaf)).collect();
-        for (position, k) in elements.enumerate() {
-            if let Some(&number) = numbers.get(position).or(numbers.first().filter(|_| numbers.len() == 1)) {
-                given.insert(VarId(block.first.0 + k as u32), number);
-            }
-        }
+        let sizes = match elements.len() == block.count as usize {
+            true => block.name.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect(),
+            false => Vec::new(),
+        };
+        let numbers = given::numbers(&block.kind, text, &sizes).unwrap_or_default();
+        known.extend(elements.zip(numbers).map(|(k, number)| (VarId(block.first.0 + k as u32), number)));
     }
-    given
-}
-
-/// A value as it is stored in a run.
-fn stored(kind: &ValueKind, text: &str) -> Option<f64> {
-    match kind {
-        ValueKind::Enumeration(literals) => {
-            let last = text.rsplit('.').next()?;
-            literals.iter().position(|literal| **literal == *last).map(|k| (k + 1) as f64)
-        }
-        _ => text.parse::<f64>().ok().filter(|number| number.is_finite()),
-    }
+    known
 }
 
 /// The elements that a name means: all of an array, or one.

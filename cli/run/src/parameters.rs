@@ -2,7 +2,7 @@
 
 use hyd_payload::Limit;
 use hyd_source::did_you_mean;
-use hyd_system::{DaeSystem, NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
+use hyd_system::{DaeSystem, NamePattern, Place, Settable, Source, Tables, Variability, VariableInfo, given};
 
 /// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -57,20 +57,8 @@ pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
             Place::Output(_) => return None,
         };
         let value = if source.negated { -value } else { value };
-        let (words, attribute, bound) = match value {
-            value if value < limit.min => ("below", "min", limit.min),
-            value if value > limit.max => ("above", "max", limit.max),
-            _ => return None,
-        };
         let name = variable.name.element(limit.element as usize);
-        let text = |value: f64| match &variable.kind {
-            ValueKind::Enumeration(literals) => {
-                let literal = literals.get((value as usize).wrapping_sub(1));
-                literal.map_or_else(|| value.to_string(), |literal| format!("`{literal}`"))
-            }
-            _ => value.to_string(),
-        };
-        Some(format!("`{name}` is {}, {words} its `{attribute}` {}", text(value), text(bound)))
+        given::outside(&name, &variable.kind, value, (limit.min, limit.max)).map(|outside| outside.message)
     })
 }
 
@@ -128,7 +116,7 @@ fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(us
         Elements::One(k) => k..k + 1,
         Elements::All => 0..info.sources.len(),
     };
-    let values = values(&info.kind, text, range.len())?;
+    let values = given::numbers(&info.kind, text, &sizes(&info.name, elements))?;
     let mut places = Vec::new();
     let sources = info.sources.get(range).unwrap_or_default();
     for (source, value) in sources.iter().zip(values) {
@@ -138,6 +126,14 @@ fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(us
         }
     }
     Ok(places)
+}
+
+/// The sizes of what a name means.
+pub fn sizes(pattern: &NamePattern, elements: Elements) -> Vec<usize> {
+    match elements {
+        Elements::One(_) => Vec::new(),
+        Elements::All => pattern.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect(),
+    }
 }
 
 /// Which elements of a pattern a name means.
@@ -152,42 +148,6 @@ pub fn elements(pattern: &NamePattern, name: &str) -> Option<Elements> {
     } else {
         let spaceless: String = name.chars().filter(|c| !c.is_whitespace()).collect();
         (0..pattern.count()).find(|&k| pattern.element(k) == spaceless).map(Elements::One)
-    }
-}
-
-/// `count` numbers from a text: one value for all, or a list in braces, nested as the array is.
-///
-/// # Errors
-/// Why it is no value of this type.
-pub fn values(kind: &ValueKind, text: &str, count: usize) -> Result<Vec<f64>, String> {
-    if !text.starts_with('{') {
-        return value(kind, text).map(|value| vec![value; count]);
-    }
-    let inner: String = text.chars().filter(|c| !matches!(c, '{' | '}')).collect();
-    let list = inner.split(',').map(|item| value(kind, item.trim())).collect::<Result<Vec<f64>, String>>()?;
-    if list.len() == count { Ok(list) } else { Err(format!("it has {count} elements, not {}", list.len())) }
-}
-
-fn value(kind: &ValueKind, text: &str) -> Result<f64, String> {
-    match kind {
-        ValueKind::Real => {
-            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| "it is a Real and needs a finite number".to_string())
-        }
-        ValueKind::Integer => {
-            let number = text.parse::<i32>().map_err(|_| "it is an Integer and needs a whole number".to_string());
-            number.map(f64::from)
-        }
-        ValueKind::Boolean => match text {
-            "true" => Ok(1.0),
-            "false" => Ok(0.0),
-            _ => Err("it is a Boolean: `true` or `false`".to_string()),
-        },
-        ValueKind::Enumeration(literals) => {
-            let last = text.rsplit('.').next().unwrap_or(text);
-            let position = literals.iter().position(|literal| **literal == *last);
-            position.map(|k| (k + 1) as f64).ok_or_else(|| format!("it is one of {}", literals.join(", ")))
-        }
     }
 }
 
@@ -206,26 +166,5 @@ mod tests {
         assert_eq!(elements(&array(), "a[5].b[1,1]"), None);
         assert_eq!(elements(&NamePattern::scalar("m"), "m"), Some(Elements::One(0)));
         assert_eq!(elements(&NamePattern::scalar("m"), "mm"), None);
-    }
-
-    #[test]
-    fn values_fit_their_type() {
-        let modes = ValueKind::Enumeration(["off".into(), "on".into()].into());
-        assert_eq!(values(&ValueKind::Real, "1.5e-3", 1), Ok(vec![1.5e-3]));
-        assert_eq!(values(&ValueKind::Real, "{{1, 2}, {3, 4}}", 4), Ok(vec![1.0, 2.0, 3.0, 4.0]));
-        assert_eq!(values(&ValueKind::Real, "7", 3), Ok(vec![7.0; 3]));
-        assert_eq!(values(&ValueKind::Boolean, "true", 1), Ok(vec![1.0]));
-        assert_eq!(values(&modes, "Pkg.Mode.on", 1), Ok(vec![2.0]));
-        let refused: [(&ValueKind, &str, usize, &str); 6] = [
-            (&ValueKind::Real, "abc", 1, "it is a Real and needs a finite number"),
-            (&ValueKind::Real, "inf", 1, "it is a Real and needs a finite number"),
-            (&ValueKind::Integer, "1.5", 1, "it is an Integer and needs a whole number"),
-            (&ValueKind::Boolean, "1", 1, "it is a Boolean: `true` or `false`"),
-            (&modes, "auto", 1, "it is one of off, on"),
-            (&ValueKind::Real, "{1, 2}", 3, "it has 3 elements, not 2"),
-        ];
-        for (kind, text, count, reason) in refused {
-            assert_eq!(values(kind, text, count), Err(reason.to_string()));
-        }
     }
 }

@@ -12,7 +12,7 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
 use hyd_symbolic::{Node, NodeId, SlotId, Template};
-use hyd_system::Variability;
+use hyd_system::{Variability, told_apart};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
@@ -307,8 +307,10 @@ fn fixed_numbers(system: &mut EquationSystem) -> Result<Vec<(VarId, EqId)>, Box<
                 Some(start) if (start - known).abs() <= TOLERANCE * start.abs().max(known.abs()).max(1.0) => {}
                 Some(start) => {
                     let name = flat.var_name(v);
+                    let [start, known] = told_apart(start, known);
                     let message = format!("`{name}` is fixed to start at {start}, but the equations make it {known}");
-                    let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
+                    let help = "leave out `fixed = true`, or give it the start value that the equations give it";
+                    let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message).help(help);
                     return Err(Box::new(mark_variables(diagnostic, system, &[v])));
                 }
             }

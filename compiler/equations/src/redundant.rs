@@ -10,6 +10,7 @@ use hyd_flat::VarId;
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Part};
+use hyd_system::told_apart;
 use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
@@ -123,7 +124,8 @@ fn refuse(
     part: &Part,
     contradiction: &Contradiction,
 ) -> Diagnostic {
-    let Contradiction { equation, sides: [left, right] } = contradiction;
+    let Contradiction { equation, sides } = contradiction;
+    let [left, right] = told_apart(sides[0], sides[1]);
     let text = written_text(system, *equation);
     let names = part_names(system, unknowns, part);
     // Sections of algorithms have unknowns without a name of the user's.

@@ -7,7 +7,7 @@ use hyd_syntax::tree::Variability;
 
 use crate::build::InstanceTree;
 use crate::evaluate::{Env, widen};
-use crate::instance::{InstId, Known, ScalarType, path};
+use crate::instance::{InstId, Known, ScalarType, chain, path};
 use crate::modifier::Applied;
 use crate::override_value::read_value;
 use crate::value::Value;
@@ -93,11 +93,14 @@ impl InstanceTree<'_> {
         // What is said last holds.
         if let Some(known) = self.overrides.iter_mut().rev().find(|o| o.path == name).filter(|_| settable) {
             known.used |= self.guessed.is_none();
-            return match read_value(&primitive.scalar, &known.text) {
+            let own = &instance.dims;
+            let all: Vec<usize> =
+                chain(&self.instances, inst).into_iter().flat_map(|i| self.instances[i].dims.clone()).collect();
+            return match read_value(&primitive.scalar, &known.text, own, &all) {
                 Ok(value) => Ok(if real { widen(value) } else { value }),
                 Err(reason) => {
                     let message = format!("`{name}` cannot be set to `{}`: {reason}", known.text);
-                    let diagnostic = Diagnostic::error(Code::NoSuchParameter, message);
+                    let diagnostic = Diagnostic::error(Code::Value, message);
                     self.table.report(diagnostic.with(instance.span, "declared here"));
                     Err(Reported)
                 }

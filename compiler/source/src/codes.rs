@@ -77,7 +77,7 @@ codes! {
     Misplaced = "E0216", "not allowed here",
         "The construct exists, but not at this place, such as `reinit` outside a `when`.";
     Value = "E0217", "a value is out of range",
-        "A value violates a limit stated in the text (`min`, `max`) or has no meaning, such as a negative size.";
+        "A value violates a limit stated in the text (`min`, `max`) or has no meaning, such as a negative size or, given on the command line, one of another type.";
     DiscreteTime = "E0218", "not a discrete-time expression",
         "Integer, Boolean and enumeration variables, and those declared `discrete`, change at events only. Outside a `when` they take values made of discrete variables, parameters and relations, which cause events (Modelica 3.6, section 3.8.3). A relation in `noEvent` or inside a function causes none, so its value may change at any time.";
     OpenInput = "E0219", "an input has no value",

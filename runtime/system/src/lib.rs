@@ -8,6 +8,7 @@
 //! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
 
 mod dae;
+pub mod given;
 mod lanes;
 pub mod math;
 mod tables;
@@ -24,4 +25,4 @@ pub use tables::{
     VariableInfo,
 };
 pub use tangents::{Along, Direction, DirectionError, Tangents};
-pub use text::{TextFormat, significant};
+pub use text::{TextFormat, significant, told_apart};

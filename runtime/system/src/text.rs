@@ -136,6 +136,18 @@ pub fn significant(value: f64) -> String {
     }
 }
 
+/// Two different numbers for people: short where that shows the difference, else with all digits.
+pub fn told_apart(a: f64, b: f64) -> [String; 2] {
+    let short = [significant(a), significant(b)];
+    if short[0] != short[1] {
+        return short;
+    }
+    [a, b].map(|value| {
+        let text = format!("{value:?}");
+        text.strip_suffix(".0").map(str::to_string).unwrap_or(text)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

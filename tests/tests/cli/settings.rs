@@ -3,9 +3,9 @@
 use crate::process::{Scratch, assert_no_panic, run};
 
 const MODEL: &str = "model M\n  type E = enumeration(a, b);\n  parameter E e = E.a;\n  parameter E size = E.a;\n  \
-                     parameter E all[2] = {E.a, E.b};\n  parameter String s = \"one\";\n  \
+                     parameter E all[2] = {E.a, E.b};\n  parameter String pair[2] = {\"x\", \"y\"};\n  parameter String s = \"one\";\n  \
                      Real v[if size == E.a then 1 else 2];\n  Real x = if e == E.a then 10 else 20;\n  \
-                     Real y = if s == \"one\" then 1 else 2;\n  Real z = if all[1] == E.a then 3 else 4;\n  \
+                     Real y = if s == \"one\" then 1 else 2;\n  Real z = if all[1] == E.a then 3 else 4;\n  Real u = if pair[1] == \"a,b\" then 5 else 6;\n  \
                      Real w = if size == E.a then 6 else 7;\n\
                      equation\n  v = fill(5, if size == E.a then 1 else 2);\nend M;\n";
 
@@ -77,7 +77,34 @@ fn what_is_no_literal_is_refused_with_those_there_are() {
         let outcome = run(folder.path(), &["check", "m.hyd", "--set", set]);
         assert_eq!(outcome.code, Some(1), "{set}");
         let (name, value) = set.split_once('=').unwrap();
-        let message = format!("error[E0215]: `{name}` cannot be set to `{value}`: it is one of a, b");
+        let message = format!("error[E0217]: `{name}` cannot be set to `{value}`: it is one of a, b");
         assert!(outcome.stderr.starts_with(&message), "{set}: {}", outcome.stderr);
     }
+}
+
+/// At translation (strings, sizes) and behind it a list is one only if it has the sizes of what it is for.
+#[test]
+fn lists_have_the_sizes_of_what_they_are_for() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    for (set, reason) in [
+        ("all={{{a,b}", "its braces do not pair"),
+        ("all={a,b}}", "`}` follows its end"),
+        ("all={a}", "it has 2 elements, not 1"),
+        ("all={{a,b}}", "it has 2 elements, not 1 by 2"),
+        ("e={a}", "it is no array"),
+        ("size={a}", "it is no array"),
+        ("s={x}", "it is no array"),
+        ("s=\"two", "its quotes do not pair"),
+        ("pair={p}", "it has 2 elements, not 1"),
+        ("pair={p, q, r}", "it has 2 elements, not 3"),
+    ] {
+        let outcome = run(folder.path(), &["check", "m.hyd", "--set", set]);
+        let (name, value) = set.split_once('=').unwrap();
+        let message = format!("error[E0217]: `{name}` cannot be set to `{value}`: {reason}\n");
+        assert!(outcome.code == Some(1) && outcome.stderr.starts_with(&message), "{set}: {}", outcome.stderr);
+    }
+    let (head, row) = last_row("pair={\"a,b\", c}");
+    let at = head.split(',').position(|column| column == "u").unwrap();
+    assert_eq!(row.split(',').nth(at).unwrap().parse(), Ok(5.0));
 }
