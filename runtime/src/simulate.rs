@@ -383,9 +383,14 @@ impl Simulator {
                 let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
                 self.choosing.note(t, judged);
                 if judged.changed {
-                    // The past of the unknowns is as good as before; only the equations that hold them together have changed.
                     run.problem.statistics.state_choices += 1;
-                    self.integrator.drop_matrix();
+                    let Point { y, yp } = &mut self.point;
+                    y.copy_from_slice(self.integrator.y());
+                    yp.copy_from_slice(self.integrator.yp());
+                    if self.integrator.begins_with_rates() {
+                        self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
+                    }
+                    self.integrator.set_states(y, yp, self.consistency.states());
                 }
             }
             return Ok(t);

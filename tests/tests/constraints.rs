@@ -4,7 +4,7 @@
 //! length is exact in every row although the solution itself is not.  Compared with the length, and with the angle that solves
 //! the equation of the pendulum in the same run.
 
-use hyd_runtime::Options;
+use hyd_runtime::{Options, Solver};
 use hyd_tests::runs::{Run, on_grid, run};
 
 const MODEL: &str = "tests/language/index_reduction/pendulum_over_the_top.hyd";
@@ -42,4 +42,20 @@ fn the_error_of_many_revolutions_shrinks_with_the_tolerance() {
     };
     let errors = [1e-6, 1e-8, 1e-10].map(error);
     assert!(errors[0] < 2e-2 && errors[1] < 5e-4 && errors[2] < 1e-5, "{errors:?}");
+}
+
+/// A one-step method begins with the rates of the new states, which were formal ones before.
+#[test]
+fn the_one_step_method_goes_on_with_other_states() {
+    let error = |tolerance: f64| {
+        let options = Options { solver: Solver::Esdirk, ..on_grid(20.0, 100, tolerance) };
+        let run = run(MODEL, &[], &options);
+        let statistics = &run.summary.statistics;
+        assert!(statistics.state_choices >= 30 && largest(&run, "length") <= 1e-10, "{tolerance:e}");
+        let most = 400.0 * (1e-2 / tolerance).powf(0.25);
+        assert!((statistics.steps as f64) < most, "{tolerance:e}: {} steps", statistics.steps);
+        largest(&run, "dx").max(largest(&run, "dy"))
+    };
+    let errors = [1e-3, 1e-5, 1e-7, 1e-9].map(error);
+    assert!(errors[1] < 0.5 && errors[2] < 5e-3 && errors[3] < 5e-5, "{errors:?}");
 }

@@ -56,8 +56,8 @@ pub(crate) struct Esdirk {
     /// What kinks of the rates contribute to the error.
     kink: Vec<f64>,
     filtered: Vec<f64>,
-    /// Unknowns that occur with their derivatives.
-    differential: Vec<bool>,
+    /// Unknowns that are states now.
+    states: Vec<bool>,
     has_algebraic: bool,
     t: f64,
     t_before: f64,
@@ -91,7 +91,7 @@ impl Esdirk {
             error: zeros(),
             kink: zeros(),
             filtered: zeros(),
-            differential: structure.differential.clone(),
+            states: structure.differential.clone(),
             has_algebraic: structure.differential.contains(&false),
             t: 0.0,
             t_before: 0.0,
@@ -117,14 +117,21 @@ impl Esdirk {
 
     /// Starts from consistent values with first step `h` (s).  `noisy`: they come from steps at the limit of stability, which
     /// leave stiff components of about the tolerance that mean nothing; the first steps damp them instead of following them.
-    pub(crate) fn restart(&mut self, t: f64, y: &[f64], yp: &[f64], h: f64, noisy: bool) {
+    pub(crate) fn restart(&mut self, t: f64, (y, yp, states): (&[f64], &[f64], &[bool]), h: f64, noisy: bool) {
         self.forgiving = if noisy { FORGIVING_STEPS } else { 0 };
-        self.y.copy_from_slice(y);
-        self.yp.copy_from_slice(yp);
+        self.set_states(y, yp, states);
         self.bend.fill(0.0);
         self.twist.fill(0.0);
         (self.t, self.t_before, self.h, self.h_used) = (t, t, h.min(self.max_step), 0.0);
         self.control = StepControl::default();
+    }
+
+    /// Goes on from the same values with other states: rates that were formal have become those of states, and are given.
+    pub(crate) fn set_states(&mut self, y: &[f64], yp: &[f64], states: &[bool]) {
+        self.y.copy_from_slice(y);
+        self.yp.copy_from_slice(yp);
+        self.states.copy_from_slice(states);
+        self.has_algebraic = states.contains(&false);
     }
 
     pub(crate) fn t(&self) -> f64 {
@@ -343,8 +350,8 @@ impl Esdirk {
     fn follow_states(&mut self) {
         self.filtered.copy_from_slice(&self.error);
         self.corrector.filter(&mut self.filtered);
-        for (k, differential) in self.differential.iter().enumerate() {
-            if !differential {
+        for (k, is_state) in self.states.iter().enumerate() {
+            if !is_state {
                 self.error[k] = self.filtered[k];
             }
         }

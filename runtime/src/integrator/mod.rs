@@ -154,7 +154,7 @@ impl Integrator {
         self.drop_matrix();
         self.active = self.wanted();
         match self.active {
-            Active::OneStep => self.one_step(structure).restart(t, y, yp, first.fourth_order, false),
+            Active::OneStep => self.one_step(structure).restart(t, (y, yp, states), first.fourth_order, false),
             Active::Bdf => self.bdf.restart(t, y, yp, first.first_order),
         }
         self.limit_order();
@@ -169,8 +169,22 @@ impl Integrator {
         })
     }
 
+    /// The next step begins with the rates at hand, not with a past of values.
+    pub(crate) fn begins_with_rates(&self) -> bool {
+        self.active == Active::OneStep
+    }
+
+    /// Goes on with other states, whose consistent values and rates these are.  The past of BDF, which is made of values, keeps its worth; a
+    /// step of the other method begins with the rates.
+    pub(crate) fn set_states(&mut self, y: &[f64], yp: &[f64], states: &[bool]) {
+        self.drop_matrix();
+        if let (Active::OneStep, Some(one_step)) = (self.active, &mut self.one_step) {
+            one_step.set_states(y, yp, states);
+        }
+    }
+
     /// The equations, but not their solution, have changed: matrices are dropped, the past is kept.
-    pub(crate) fn drop_matrix(&mut self) {
+    fn drop_matrix(&mut self) {
         self.bdf.drop_matrix();
         if let Some(one_step) = &mut self.one_step {
             one_step.drop_matrix();
@@ -201,7 +215,8 @@ impl Integrator {
             Active::OneStep => {
                 // Where instability has shortened the steps, the right one is nearer to those before.
                 let h = STEP_RATIO * bdf_h.max(self.monitor.longest().min(MOST_LEAP * bdf_h));
-                one_step.restart(bdf_t, self.bdf.y(), self.bdf.yp(), h, true);
+                let values = (self.bdf.y(), self.bdf.yp(), structure.differential.as_slice());
+                one_step.restart(bdf_t, values, h, true);
             }
             Active::Bdf => {
                 let h = one_step.next_step().min(one_step.step_size()) / STEP_RATIO;
