@@ -9,8 +9,7 @@ use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
 use hyd_run::parameters::varied;
 use hyd_runtime::{LinearModel, OperatingPoint, Options, SolveError, linearize as linear_model, simulate};
-use hyd_system::significant;
-use hyd_system::{DaeSystem, Source, Tables};
+use hyd_system::{DaeSystem, Source, Tables, significant};
 use serde_json::json;
 
 use crate::arguments::Linearize;

@@ -53,9 +53,14 @@ pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String 
     for severity in [Severity::Error, Severity::Warning, Severity::Note] {
         let count = counts[severity as usize];
         if count > MOST {
+            let (more, are) =
+                if count == MOST + 1 { ("one more", "is") } else { (&*format!("{} more", count - MOST), "are") };
             // Writing to a string cannot fail.
-            let _ =
-                writeln!(text, "{} more messages of the kind `{}` are not shown\n", count - MOST, name_of(severity));
+            let _ = writeln!(
+                text,
+                "{more} {}s, which `--message-format json` shows, {are} left out here\n",
+                name_of(severity)
+            );
         }
     }
     text
@@ -257,7 +262,7 @@ at all
         assert!(text.len() < 10_000, "{} bytes", text.len());
         assert!(text.starts_with("error[W0201]: odd\n  long.hyd:2:1\n"), "{}", &text[..60]);
         assert!(text.contains("warning[E0101]: the last\n  long.hyd:2:10001: here\n"));
-        assert!(text.ends_with("4900 more messages of the kind `error` are not shown\n\n"));
+        assert!(text.ends_with("4900 more errors, which `--message-format json` shows, are left out here\n\n"));
         assert_eq!(render_json(&files, &diagnostics).lines().count(), 5001);
     }
 

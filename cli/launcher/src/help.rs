@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use hyd_payload::{Loaded, Model};
-use hyd_system::significant;
-use hyd_system::{DaeSystem, Place, Settable, ValueKind, VariableInfo};
+use hyd_system::{DaeSystem, Place, Settable, ValueKind, VariableInfo, significant};
 
 /// Parameters that are listed.
 const MOST: usize = 400;

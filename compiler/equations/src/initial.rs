@@ -11,17 +11,16 @@ use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
-use hyd_symbolic::{Node, NodeId, SlotId, Template};
-use hyd_system::{Variability, told_apart};
+use hyd_symbolic::{SlotId, Template};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
 use crate::bindings::Bindings;
-use crate::contradiction::TOLERANCE;
 use crate::dependent_start::dependent_conditions;
 use crate::discrete::discrete_start_slot;
 use crate::discrete_start::open_discrete;
 use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
+use crate::fixed_numbers::fixed_numbers;
 use crate::incidence::{self, Pattern, Unknowns, pattern};
 use crate::plan::{Kind, Mismatch, Request, build_plan};
 use crate::redundant::{Conditions, note_redundant, take_redundant};
@@ -275,91 +274,6 @@ fn fixed_variables(system: &EquationSystem) -> Vec<VarId> {
         block.fixed.get((v.0 - block.first.0) as usize)
     };
     system.roles.indices().filter(|&v| system.is_continuous(v) && fixed(v)).collect()
-}
-
-/// Fixed starts of variables that turned out to be numbers, whose start equations went with them: where the start is a number, too,
-/// it is compared here; the others become conditions `number = start` without an unknown, and are checked when the run starts.
-fn fixed_numbers(system: &mut EquationSystem) -> Result<Vec<(VarId, EqId)>, Box<Diagnostic>> {
-    let mut undecided = Vec::new();
-    for index in 0..system.flat.equations.len() {
-        let block = &system.flat.equations[index];
-        if block.section != Section::Start {
-            continue;
-        }
-        let (id, count) = (block.template, block.count);
-        let template = system.flat.templates.get(id);
-        let Node::Slot(left) = system.flat.templates.arena.node(template.left) else { continue };
-        for element in 0..count {
-            let flat = &system.flat;
-            let operands = flat.equations[index].operands_of(element as usize, template.arity as usize);
-            let Target::Start(v) = operands[left.0 as usize].target() else { continue };
-            let Resolution::Value(value) = system.resolution[v] else { continue };
-            let (variables, k) = flat.locate(v);
-            let variables = &flat.variables[variables];
-            if !variables.fixed.get(k) || variables.variability != Variability::Continuous {
-                continue;
-            }
-            let mut operands = operands.to_vec();
-            operands[left.0 as usize] = Operand::new(Target::Const(value)).signed(operands[left.0 as usize].negated());
-            let known = flat.constants[value];
-            match start_number(system, template.right, &operands) {
-                None => undecided.push((v, index, operands)),
-                Some(start) if (start - known).abs() <= TOLERANCE * start.abs().max(known.abs()).max(1.0) => {}
-                Some(start) => {
-                    let name = flat.var_name(v);
-                    let [start, known] = told_apart(start, known);
-                    let message = format!("`{name}` is fixed to start at {start}, but the equations make it {known}");
-                    let help = "leave out `fixed = true`, or give it the start value that the equations give it";
-                    let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message).help(help);
-                    return Err(Box::new(mark_variables(diagnostic, system, &[v])));
-                }
-            }
-        }
-    }
-    let mut conditions = Vec::with_capacity(undecided.len());
-    for (v, index, mut operands) in undecided {
-        for operand in &mut operands {
-            *operand = resolved(system, *operand);
-        }
-        let written = &system.flat.equations[index];
-        let (template, origin, block) = (written.template, written.origin.clone(), system.flat.equations.len() as u32);
-        let range = crate::relations::append(system, &operands);
-        let equation = Equation { template, operands: range, block, element: 0, order: 0 };
-        conditions.push((v, system.equations.push(equation)));
-        system.flat.equations.push(EquationBlock {
-            section: Section::Initial,
-            made: false,
-            template,
-            count: 1,
-            operands,
-            origin,
-        });
-    }
-    Ok(conditions)
-}
-
-/// What stands for an operand after elimination.
-fn resolved(system: &EquationSystem, operand: Operand) -> Operand {
-    let Target::Var(v) = operand.target() else { return operand };
-    match system.resolution[v] {
-        Resolution::Own => operand,
-        Resolution::Alias { of, negated } => Operand::new(Target::Var(of)).signed(negated ^ operand.negated()),
-        Resolution::Value(value) => Operand::new(Target::Const(value)).signed(operand.negated()),
-    }
-}
-
-/// The right side of a start equation, if it is a number.
-fn start_number(system: &EquationSystem, right: NodeId, operands: &[Operand]) -> Option<f64> {
-    let arena = &system.flat.templates.arena;
-    if let Some(number) = arena.as_constant(right) {
-        return Some(number);
-    }
-    let Node::Slot(slot) = arena.node(right) else { return None };
-    let operand = operands[slot.0 as usize];
-    match operand.target() {
-        Target::Const(c) => Some(if operand.negated() { -system.flat.constants[c] } else { system.flat.constants[c] }),
-        _ => None,
-    }
 }
 
 /// Appends initial equations `x = x.start`, neighbours of one declaration in one block.

@@ -18,6 +18,7 @@ mod discrete;
 mod discrete_start;
 mod explain;
 mod explain_variable;
+mod fixed_numbers;
 mod higher;
 mod homotopy;
 mod incidence;

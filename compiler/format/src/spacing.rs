@@ -5,7 +5,6 @@
 //! because `2.*x` reads as `2.` times `x`.
 
 use hyd_syntax::is_keyword;
-
 use hyd_syntax::tokens::{Kind, Token, is_long_symbol};
 
 /// Keywords that end an operand or are written like one: a sign after them is an operation, and a bracket belongs to them.

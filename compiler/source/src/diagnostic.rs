@@ -109,11 +109,13 @@ pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a st
     let same = plain(wrong);
     candidates
         .into_iter()
-        .map(|c| (if plain(c) == same { 0 } else { edit_distance(wrong, c) }, c))
+        .map(|c| (plain(c) != same, edit_distance(wrong, c), c))
         // Any other letter is close to a name of one letter.
-        .filter(|(distance, c)| *distance <= limit && *distance < wrong.chars().count().max(c.chars().count()))
+        .filter(|(differs, distance, c)| {
+            !differs || *distance <= limit && *distance < wrong.chars().count().max(c.chars().count())
+        })
         .min()
-        .map(|(_, c)| format!("did you mean `{c}`?"))
+        .map(|(_, _, c)| format!("did you mean `{c}`?"))
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -145,6 +147,7 @@ mod tests {
         assert_eq!(did_you_mean("presure", names), Some("did you mean `pressure`?".into()));
         assert_eq!(did_you_mean("velocity", names), Some("did you mean `Velocity`?".into()));
         assert_eq!(did_you_mean("F0", ["F", "F_0", "G0"]), Some("did you mean `F_0`?".into()));
+        assert_eq!(did_you_mean("K_mass", ["KMASS", "k_mass"]), Some("did you mean `k_mass`?".into()));
         assert_eq!(did_you_mean("stiffness", names), None);
         assert_eq!(did_you_mean("k", names), None);
         assert_eq!(did_you_mean("P", names), Some("did you mean `p`?".into()));

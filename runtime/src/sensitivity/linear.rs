@@ -57,7 +57,7 @@ impl Matrices {
         }
     }
 
-    /// Sets the sizes of the unknowns.
+    /// Sets the sizes of the unknowns, and forgets what was chosen for the matrices before.
     pub(super) fn reset(&mut self, nominals: &[f64]) {
         self.solver.begin(nominals);
     }
