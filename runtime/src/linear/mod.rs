@@ -12,6 +12,7 @@ mod inverse;
 mod merge;
 mod small;
 mod sparse;
+mod tail;
 
 use hyd_system::Pattern;
 

@@ -4,12 +4,16 @@
 //! (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).  From then on every matrix is
 //! eliminated along the same list without search, without index work and without scaling: with given pivots scaling changes nothing but
 //! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  The smallest matrices get
-//! an inverse ([`inverse`]) where corrections are asked for, and factors only where solutions are, too.  Larger systems that fill up are
+//! an inverse ([`inverse`]) where corrections are asked for, larger ones that of what their first pivots leave ([`Tail`]), and all factors only
+//! where solutions are asked for, too.  Larger systems that fill up are
 //! left to [`super::dense`].
+
+use std::ops::Range;
 
 use hyd_system::{Pattern, wide};
 
-use super::inverse::{self, Inverse};
+use super::inverse;
+use super::tail::Tail;
 use super::{FactorError, PIVOT_FLOOR, idle_column, subtract};
 use crate::tiled::{LANES, Tile};
 
@@ -28,12 +32,35 @@ pub(super) struct Pivot {
     pub(super) row: u32,
     pub(super) column: u32,
     /// Position of the pivot; its row of U follows, then its column of L.
-    at: u32,
+    pub(super) at: u32,
     /// Numbers of entries in both.
     upper: u32,
     lower: u32,
+    /// Where its targets begin.
+    targets: u32,
     /// Size, relative to the largest of its row, below which it counts as vanished.
-    floor: f64,
+    pub(super) floor: f64,
+}
+
+impl Pivot {
+    /// The same of a matrix in which it stands elsewhere.
+    pub(super) fn at_place(&self, row: u32, column: u32) -> Self {
+        Self { row, column, ..*self }
+    }
+
+    /// Places of its row of U.
+    #[inline(always)]
+    pub(super) fn upper_range(&self) -> Range<usize> {
+        let first = self.at as usize + 1;
+        first..first + self.upper as usize
+    }
+
+    /// Places of its column of L.
+    #[inline(always)]
+    pub(super) fn lower_range(&self) -> Range<usize> {
+        let first = self.at as usize + 1 + self.upper as usize;
+        first..first + self.lower as usize
+    }
 }
 
 /// Factors of one matrix with the way to renew them.
@@ -57,10 +84,10 @@ pub(super) struct Small {
     full: Vec<f64>,
     filled: Vec<bool>,
     chosen: bool,
-    /// `values` hold the factors; before, they hold the matrix.
-    eliminated: bool,
-    inverse: Inverse,
-    /// Corrections have been asked for: each matrix gets its inverse, and factors only where they are asked for, too.
+    /// Pivots that have been eliminated; what follows in `values` is what they have left of the matrix.
+    eliminated: usize,
+    tail: Tail,
+    /// Corrections have been asked for: the last pivots of each matrix are inverted, and eliminated only where solutions are asked for, too.
     corrects: bool,
 }
 
@@ -83,8 +110,8 @@ impl Small {
             full: vec![0.0; n * n],
             filled: vec![false; n * n],
             chosen: false,
-            eliminated: false,
-            inverse: Inverse::default(),
+            eliminated: 0,
+            tail: Tail::default(),
             corrects: false,
         }
     }
@@ -102,15 +129,15 @@ impl Small {
 
     /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
-        self.inverse.forget();
-        self.eliminated = false;
+        self.tail.forget();
+        self.eliminated = 0;
         self.load(pattern, values, sizes)?;
-        if self.chosen && self.renew(pattern, values) {
+        if self.chosen && self.renew() {
             return Ok(());
         }
         self.choose(pattern, values, sizes)?;
         self.load(pattern, values, sizes)?;
-        if self.renew(pattern, values) {
+        if self.renew() {
             return Ok(());
         }
         let last = self.pivots.last().copied().unwrap_or_default();
@@ -144,25 +171,25 @@ impl Small {
         }
     }
 
-    /// The inverse or the factors of the matrix that was loaded; false if a pivot has become too small.
-    fn renew(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
-        self.eliminated = !self.corrects || self.n > inverse::LARGEST;
-        if self.eliminated { self.eliminate::<true>() } else { self.invert(pattern, values) }
+    /// Factors the matrix that was loaded, or inverts what its first pivots leave; false if a pivot has become too small.
+    fn renew(&mut self) -> bool {
+        let first = if self.corrects { self.tail.first } else { self.n };
+        self.eliminate::<true>(first) && (first == self.n || self.tail.invert(&self.values, &self.largest, PIVOT_DRIFT))
     }
 
-    /// Makes the factors, if that was left.
+    /// Makes the factors, as far as that was left.
     fn complete(&mut self) {
-        if !self.eliminated {
+        if self.eliminated < self.n {
             // Pivots have been found sound when the inverse was made.
-            self.eliminate::<false>();
-            self.eliminated = true;
+            self.eliminate::<false>(self.n);
         }
     }
 
-    /// Elimination along the list; false if a pivot has become too small, if that is watched.
-    fn eliminate<const WATCHED: bool>(&mut self) -> bool {
-        let mut targets = self.targets.as_slice();
-        for pivot in &self.pivots {
+    /// Elimination along the list, up to a pivot; false if one has become too small, if that is watched.
+    fn eliminate<const WATCHED: bool>(&mut self, end: usize) -> bool {
+        let pivots = &self.pivots[self.eliminated..end];
+        let mut targets = pivots.first().map_or(&[][..], |first| &self.targets[first.targets as usize..]);
+        for pivot in pivots {
             let (at, upper, lower) = (pivot.at as usize, pivot.upper as usize, pivot.lower as usize);
             let (own, rest) = self.values[at..].split_at_mut(1 + upper + lower);
             let (own_row, own_column) = own.split_at_mut(1 + upper);
@@ -189,6 +216,7 @@ impl Small {
                 }
             }
         }
+        self.eliminated = end;
         true
     }
 
@@ -230,6 +258,7 @@ impl Small {
             }
         }
         self.list(pattern);
+        self.tail.choose(pattern, &self.pivots, &self.indices);
         self.chosen = true;
         Ok(())
     }
@@ -296,7 +325,8 @@ impl Small {
             *to = place[row as usize * n + column as usize];
         }
         self.targets.clear();
-        for pivot in &self.pivots {
+        for pivot in &mut self.pivots {
+            pivot.targets = self.targets.len() as u32;
             let (first, upper) = (pivot.at as usize + 1, pivot.upper as usize);
             let behind = (first + upper + pivot.lower as usize) as u32;
             for &row in &self.indices[first + upper..behind as usize] {
@@ -315,46 +345,33 @@ impl Small {
     /// Replaces `b` by the solution.
     pub(super) fn solve(&mut self, b: &mut [f64]) {
         self.complete();
-        for pivot in &self.pivots {
-            let first = (pivot.at + 1 + pivot.upper) as usize;
-            let range = first..first + pivot.lower as usize;
-            let value = b[pivot.row as usize];
-            for (&row, factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
-                b[row as usize] -= factor * value;
-            }
-        }
-        for pivot in self.pivots.iter().rev() {
-            let at = pivot.at as usize;
-            let range = at + 1..at + 1 + pivot.upper as usize;
-            let mut value = b[pivot.row as usize];
-            for (&column, factor) in self.indices[range.clone()].iter().zip(&self.values[range]) {
-                value -= factor * self.work[column as usize];
-            }
-            self.work[pivot.column as usize] = value * self.values[at];
-        }
+        forward(&self.pivots, (&self.indices, &self.values), b);
+        backward(&self.pivots, (&self.indices, &self.values), b, &mut self.work);
         b.copy_from_slice(&self.work);
     }
 
-    /// Makes the inverse; false if a pivot has become too small.
-    fn invert(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
-        let places = pattern.row_indices.iter().zip(&self.entry_columns);
-        let entries = places.zip(values).map(|((&row, &column), &value)| (row as usize, column as usize, value));
-        let (largest, n) = (&self.largest, self.n);
-        let sound = |pivot: &Pivot, value: f64| value.abs() > pivot.floor * largest[pivot.row as usize];
-        let small = |pivot: &Pivot, row: usize, factor: f64| {
-            PIVOT_DRIFT * (factor * largest[pivot.row as usize]).abs() < largest[row]
-        };
-        self.inverse.make(n, entries, &self.pivots, sound, small)
-    }
-
-    /// `x := A^{-1} b` by the inverse; false if there is none.
+    /// `x := A^{-1} b` with the inverse of what the first pivots leave; false if there is none.
     #[inline(always)]
     pub(super) fn correct(&mut self, b: &[f64], x: &mut [Tile]) -> bool {
         self.corrects = true;
-        if self.inverse.is_made() {
-            self.inverse.apply(b, x);
+        if !self.tail.is_made() {
+            return false;
         }
-        self.inverse.is_made()
+        if self.tail.first == 0 {
+            self.tail.apply(b, x);
+        } else {
+            self.correct_in_part(b, x.as_flattened_mut());
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn correct_in_part(&mut self, b: &[f64], x: &mut [f64]) {
+        let (pivots, factors) = (&self.pivots[..self.tail.first], (&*self.indices, &*self.values));
+        self.work.copy_from_slice(b);
+        forward(pivots, factors, &mut self.work);
+        self.tail.apply_within(&self.work, x);
+        backward(pivots, factors, &self.work, x);
     }
 
     /// The same for several right-hand sides: `count` tiles per unknown.
@@ -429,5 +446,28 @@ impl Small {
                 }
             }
         }
+    }
+}
+
+/// Takes the columns of L of these pivots from `b`.
+#[inline(always)]
+fn forward(pivots: &[Pivot], (indices, values): (&[u32], &[f64]), b: &mut [f64]) {
+    for pivot in pivots {
+        let value = b[pivot.row as usize];
+        for (&row, factor) in indices[pivot.lower_range()].iter().zip(&values[pivot.lower_range()]) {
+            b[row as usize] -= factor * value;
+        }
+    }
+}
+
+/// Solves the rows of U of these pivots for their unknowns; those of later pivots are known.
+#[inline(always)]
+fn backward(pivots: &[Pivot], (indices, values): (&[u32], &[f64]), b: &[f64], x: &mut [f64]) {
+    for pivot in pivots.iter().rev() {
+        let mut value = b[pivot.row as usize];
+        for (&column, factor) in indices[pivot.upper_range()].iter().zip(&values[pivot.upper_range()]) {
+            value -= factor * x[column as usize];
+        }
+        x[pivot.column as usize] = value * values[pivot.at as usize];
     }
 }
