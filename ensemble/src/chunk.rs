@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_frames::{Cells, FrameWriter, Kind};
+use hyd_frames::{Cells, Frame, FrameWriter, Kind};
 use hyd_results::{Column, RowKind, Sink, WholeFile};
 use hyd_system::Tables;
 
@@ -67,6 +67,9 @@ pub(crate) struct Table {
     values: Vec<Vec<f64>>,
 }
 
+/// The status of a member that failed.
+pub(crate) const FAILED: &str = "failed";
+
 /// How a member ended.
 pub(crate) struct Ending {
     pub(crate) status: &'static str,
@@ -120,6 +123,24 @@ impl Rows {
         cells.resize(head.len(), Cells::Numbers(Vec::new()));
         whole(path, &head, &cells)
     }
+}
+
+/// Members of a written chunk that failed, with their messages.  Of a file that cannot be read there are none: joining the chunks
+/// says what is wrong with it.
+pub(crate) fn failed_members(path: &Path) -> Vec<(usize, String)> {
+    let Ok(frame) = Frame::read(path) else { return Vec::new() };
+    // A varied parameter may have the name of a column, too; its cells are numbers.
+    let texts = |wanted: &str| {
+        frame.columns.iter().find_map(|(name, cells)| match cells {
+            Cells::Texts(texts) if name == wanted => Some(texts.as_slice()),
+            _ => None,
+        })
+    };
+    let (status, messages) = (texts("status").unwrap_or_default(), texts("message").unwrap_or_default());
+    let Some(Cells::Wholes(members)) = frame.column("member") else { return Vec::new() };
+    let rows = members.iter().zip(status).zip(messages);
+    let failed = rows.filter(|((_, status), _)| *status == FAILED);
+    failed.map(|((&member, _), message)| (member as usize, message.clone())).collect()
 }
 
 fn whole(path: &Path, head: &[(&str, Kind)], cells: &[Cells]) -> io::Result<()> {

@@ -5,6 +5,7 @@
 //! joins the files.  A member that fails is a row that says so.  The crate knows no compiler and no command line.
 
 mod chunk;
+mod failures;
 mod folder;
 mod members;
 mod merge;
@@ -13,6 +14,7 @@ mod random;
 mod run;
 mod variation;
 
+pub use failures::Failure;
 pub use folder::{Folder, FolderError};
 pub use members::Members;
 pub use merge::{MergeError, merge};

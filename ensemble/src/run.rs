@@ -11,7 +11,8 @@ use hyd_results::{Column, columns};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, VariableInfo};
 
-use crate::chunk::{Ending, Recorder, Rows, Table};
+use crate::chunk::{Ending, FAILED, Recorder, Rows, Table, failed_members};
+use crate::failures::{Failure, Failures};
 use crate::{Folder, Members, Shard};
 
 /// What is kept of each run.
@@ -50,7 +51,7 @@ pub struct Job<'a> {
 }
 
 /// What came out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Report {
     /// Members of the share.
     pub members: usize,
@@ -58,8 +59,10 @@ pub struct Report {
     pub before: usize,
     /// Members run now, failed ones included.
     pub now: usize,
-    /// Members run now that failed.
+    /// Members that failed, now or before.
     pub failed: usize,
+    /// Why they did, the commonest reason first.
+    pub failures: Vec<Failure>,
     /// The caller asked to stop.
     pub interrupted: bool,
 }
@@ -76,16 +79,29 @@ pub fn run(
 ) -> io::Result<Report> {
     let share: Vec<usize> = (0..job.folder.chunks()).filter(|&chunk| job.shard.holds(chunk)).collect();
     let size = |chunks: &[usize]| chunks.iter().map(|&chunk| job.folder.members_of(chunk).len()).sum::<usize>();
-    let left: Vec<usize> = share.iter().copied().filter(|&chunk| !job.folder.is_done(chunk)).collect();
+    let (before, left): (Vec<usize>, Vec<usize>) = share.iter().partition(|&&chunk| job.folder.is_done(chunk));
     let mut report = Report { members: size(&share), ..Report::default() };
-    report.before = report.members - size(&left);
+    report.before = size(&before);
 
-    let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(0));
+    // Who goes on with a sweep wants to know how all of it went.
+    let mut earlier = Failures::default();
+    for chunk in before {
+        for (member, message) in failed_members(&job.folder.members_file(chunk)) {
+            report.failed += 1;
+            earlier.add(member, &message);
+        }
+    }
+
+    let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(report.failed));
+    let failures = Mutex::new(earlier);
     let halted = AtomicBool::new(false);
     let fault: Mutex<Option<io::Error>> = Mutex::new(None);
     let halt = || halted.load(Ordering::Relaxed) || stop();
-    let counted = |failures: usize| {
-        failed.fetch_add(failures, Ordering::Relaxed);
+    let counted = |member: usize, ending: &Ending| {
+        if ending.status == FAILED {
+            failed.fetch_add(1, Ordering::Relaxed);
+            failures.lock().unwrap_or_else(PoisonError::into_inner).add(member, &ending.message);
+        }
         let now = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress(report.before + now, report.members);
     };
@@ -110,6 +126,7 @@ pub fn run(
     }
     report.now = done.into_inner();
     report.failed = failed.into_inner();
+    report.failures = failures.into_inner().unwrap_or_else(PoisonError::into_inner).ranked();
     report.interrupted = stop();
     Ok(report)
 }
@@ -130,7 +147,7 @@ impl<'a> Worker<'a> {
         Self { job, system, simulator, columns }
     }
 
-    fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize), halt: &dyn Fn() -> bool) -> io::Result<()> {
+    fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize, &Ending), halt: &dyn Fn() -> bool) -> io::Result<()> {
         let job = self.job;
         let mut table = Table::new(job.names.len(), self.columns.len());
         let mut rows = Rows::default();
@@ -141,7 +158,7 @@ impl<'a> Worker<'a> {
             let Some(ending) = one(&mut *self.system, &mut self.simulator, job, &values, &mut recorder, halt)? else {
                 return Ok(());
             };
-            counted(usize::from(ending.status == "failed"));
+            counted(member, &ending);
             let last = std::mem::take(&mut recorder.last);
             table.push(member, &values, ending, &last);
         }
@@ -166,12 +183,12 @@ fn one(
         for &(place, sign) in places {
             if system.set_parameter(place, sign * value).is_err() {
                 let message = format!("`{name}` cannot be set to {value}");
-                return Ok(Some(Ending { status: "failed", message, time: start }));
+                return Ok(Some(Ending { status: FAILED, message, time: start }));
             }
         }
     }
     if let Some(message) = (job.refuse)(system) {
-        return Ok(Some(Ending { status: "failed", message, time: start }));
+        return Ok(Some(Ending { status: FAILED, message, time: start }));
     }
     Ok(Some(match simulator.run(system, &job.options, recorder, halt) {
         Ok(Summary { terminated: Some(message), time, .. }) => Ending { status: "terminated", message, time },
@@ -180,7 +197,7 @@ fn one(
         Err(SolveError::Sink { error, .. }) => return Err(error),
         Err(error) => {
             let time = error.time().unwrap_or(start);
-            Ending { status: "failed", message: error.to_string(), time }
+            Ending { status: FAILED, message: error.to_string(), time }
         }
     }))
 }

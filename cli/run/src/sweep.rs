@@ -19,6 +19,9 @@ use crate::arguments::{DrawMethod, SweepArguments};
 use crate::selection::Selection;
 use crate::{Failure, interrupt, output, parameters};
 
+/// Reasons of failed runs that are told.
+const MOST_REASONS: usize = 3;
+
 /// What is run many times.
 pub struct Subject<'a> {
     /// A number that is another one, all but surely, when a text of the model is.
@@ -158,11 +161,11 @@ impl Prepared<'_> {
                 Err(error) => return Err(Failure::Fault(error.to_string())),
             }
         }
-        let Report { members, before, now, failed, interrupted } = report;
+        let Report { members, before, now, failed, failures, interrupted } = report;
         let text = if self.arguments.json {
             let status = if interrupted { "interrupted" } else { "done" };
             let object = json!({"status": status, "members": members, "before": before, "now": now, "failed": failed,
-                "complete": whole, "files": files});
+                "failures": failures.iter().map(failure_json).collect::<Vec<_>>(), "complete": whole, "files": files});
             format!("{object}\n")
         } else {
             let earlier = if before > 0 { format!(", {before} of them before") } else { String::new() };
@@ -173,12 +176,38 @@ impl Prepared<'_> {
             }
             text
         };
+        let hopeless = failed > 0 && failed == before + now;
+        self.tell_failures(&failures, failed, hopeless);
         output::print(&text)?;
         if interrupted {
             return Err(Failure::Solver("interrupted; the same command goes on where it was stopped".to_string()));
         }
-        Ok(())
+        // A run that fails is a result; where all do, model or plan are wrong, and a script must see it.
+        if hopeless { Err(Failure::Reported) } else { Ok(()) }
     }
+
+    /// The commonest reasons of runs that failed.
+    fn tell_failures(&self, failures: &[hyd_ensemble::Failure], failed: usize, hopeless: bool) {
+        let format = self.arguments.message_format;
+        match (failed, hopeless) {
+            (0, _) => return,
+            (1, true) => output::sentence("error", "the only run failed", format),
+            (_, true) => output::sentence("error", &format!("all {failed} runs failed"), format),
+            (1, false) => output::sentence("warning", "1 run failed", format),
+            (_, false) => output::sentence("warning", &format!("{failed} runs failed"), format),
+        }
+        for hyd_ensemble::Failure { count, member, message } in failures.iter().take(MOST_REASONS) {
+            let who = if *count == 1 { format!("member {member}") } else { format!("{count} such as member {member}") };
+            output::sentence("note", &format!("{who}: {message}"), format);
+        }
+        if let Some(more @ 1..) = failures.len().checked_sub(MOST_REASONS) {
+            output::sentence("note", &format!("{more} more reasons: column `message` of the results"), format);
+        }
+    }
+}
+
+fn failure_json(failure: &hyd_ensemble::Failure) -> serde_json::Value {
+    json!({"count": failure.count, "member": failure.member, "message": failure.message})
 }
 
 fn options(plan: &Plan, experiment: &Experiment) -> Result<Options, Failure> {

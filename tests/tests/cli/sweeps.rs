@@ -19,10 +19,17 @@ fn folder() -> Scratch {
 }
 
 fn sweep(folder: &Scratch, arguments: &[&str]) -> String {
+    let (stdout, stderr) = said(folder, arguments);
+    assert_eq!(stderr, "");
+    stdout
+}
+
+/// What a sweep of which not all runs fail says.
+fn said(folder: &Scratch, arguments: &[&str]) -> (String, String) {
     let outcome = run(folder.path(), &[&["sweep", "decay.hyd"], arguments].concat());
     assert_no_panic(&outcome);
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
-    outcome.stdout
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    (outcome.stdout, outcome.stderr)
 }
 
 fn numbers(frame: &Frame, name: &str) -> Vec<f64> {
@@ -91,8 +98,9 @@ fn shards_and_interruptions_change_nothing() {
 #[test]
 fn a_member_that_fails_is_a_row_that_says_so() {
     let folder = folder();
-    let said = sweep(&folder, &["--vary", "b=1,-2,2", "--result", "s"]);
-    assert!(said.starts_with("3 of 3 runs done; 1 failed\n"), "{said}");
+    let (counted, reason) = said(&folder, &["--vary", "b=1,-2,2", "--result", "s"]);
+    assert!(counted.starts_with("3 of 3 runs done; 1 failed\n"), "{counted}");
+    assert!(reason.starts_with("warning: 1 run failed\nnote: member 1: "), "{reason}");
     let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
     let Some(Cells::Texts(status)) = members.column("status") else { panic!() };
     assert_eq!(status, &["done", "failed", "done"]);
@@ -130,6 +138,28 @@ fn a_value_outside_its_limits_fails_its_run() {
     }
     let drawn = messages("k=uniform(-1, 1)", &["--samples", "10"]);
     assert_eq!(drawn.iter().filter(|message| message.contains("below its `min` 0")).count(), 5, "{drawn:?}");
+}
+
+/// Where all runs fail, model or plan are wrong: who asks the exit code must see it, now and when the folder is called again.
+#[test]
+fn a_sweep_of_which_every_run_fails_is_an_error_with_its_reasons() {
+    let folder = Scratch::new();
+    let text = "model Limited\n  parameter Real k(min = 0) = 1;\n  Real x(start = 1, fixed = true);\nequation\n  \
+                der(x) = -k*x;\nend Limited;\n";
+    folder.write("limited.hyd", text);
+    let all = "error: all 2 runs failed\nnote: 2 such as member 0: `k` is -1, below its `min` 0\n";
+    for counted in ["2 of 2 runs done; 2 failed\n", "2 of 2 runs done, 2 of them before; 2 failed\n"] {
+        let outcome = run(folder.path(), &["sweep", "limited.hyd", "--vary", "k=-1,-2", "--result", "s"]);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(1), all));
+        assert!(outcome.stdout.starts_with(counted), "{}", outcome.stdout);
+    }
+    let outcome = run(folder.path(), &["sweep", "limited.hyd", "--vary", "k=-1,-2", "--result", "s", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let failures = serde_json::json!([{"count": 2, "member": 0, "message": "`k` is -1, below its `min` 0"}]);
+    assert_eq!((outcome.code, &summary["failures"]), (Some(1), &failures));
+    let outcome = run(folder.path(), &["sweep", "limited.hyd", "--vary", "k=-1,2,-3", "--result", "t"]);
+    let some = "warning: 2 runs failed\nnote: 2 such as member 0: `k` is -1, below its `min` 0\n";
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), some));
 }
 
 #[test]

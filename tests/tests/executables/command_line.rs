@@ -151,12 +151,17 @@ fn limits_hold_in_sweeps_of_an_executable() {
     assert!(by_hyd.status.success(), "{}", messages(&by_hyd));
     let output = scratch.bare("decay", &[&["sweep"], &vary[..], &["--result", "exe"]].concat());
     assert!(output.status.success(), "{}", messages(&output));
-    assert!(messages(&output).contains("2 failed") || printed(&output).contains("2 failed"), "{}", printed(&output));
+    assert!(printed(&output).contains("2 failed"), "{}", printed(&output));
+    assert!(messages(&output).starts_with("warning: 2 runs failed\nnote: member 0: "), "{}", messages(&output));
     let members = Frame::read(&scratch.file("exe/members.parquet")).unwrap();
     let Some(Cells::Texts(said)) = members.column("message") else { panic!("no messages") };
     assert_eq!(said, &["`k` is -5, below its `min` 0", "", "`x0` is 12, above its `max` 10"]);
     let read = |folder: &str| fs::read(scratch.file(folder).join("members.parquet")).unwrap();
     assert!(read("own") == read("exe"));
+    let output = scratch.bare("decay", &["sweep", "--vary", "k=-1,-2", "--result", "none"]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = messages(&output);
+    assert!(said.contains("all 2 runs failed\nnote: 2 such as member 0: `k` is -1, below its `min` 0"), "{said}");
 }
 
 #[test]
