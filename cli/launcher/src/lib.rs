@@ -186,6 +186,8 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
     hyd_run::override_plan(&mut plan, &arguments.sweep);
     let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
+    // Values that hold for all runs are refused before the first of them.
+    set_parameters(&mut loaded.instantiate(), loaded, &set, loaded.model.experiment.start.unwrap_or(0.0))?;
     let make = || {
         let mut system = loaded.instantiate();
         parameters::apply(&mut system, &set, &[])?;

@@ -164,6 +164,22 @@ fn limits_hold_in_sweeps_of_an_executable() {
     assert!(said.contains("all 2 runs failed\nnote: 2 such as member 0: `k` is -1, below its `min` 0"), "{said}");
 }
 
+/// A value that holds for all runs is refused before the first of them, as where there is one run only.
+#[test]
+fn fixed_values_outside_their_limits_are_refused_before_a_sweep() {
+    let scratch = built();
+    let plan = "[set]\nk = \"-1\"\n[[vary]]\nparameter = \"x0\"\nvalues = \"1,2\"\n";
+    fs::write(scratch.file("plan.toml"), plan).unwrap();
+    for arguments in [&["plan.toml"][..], &["--set", "k=-1", "--vary", "x0=1,2"]] {
+        let output = scratch.bare("decay", &[&["sweep"], arguments, &["--result", "s"]].concat());
+        assert_eq!(
+            (output.status.code(), messages(&output).as_str()),
+            (Some(1), "error: `k` is -1, below its `min` 0\n")
+        );
+        assert!(!scratch.file("s").exists());
+    }
+}
+
 #[test]
 fn a_failed_run_names_equation_and_place() {
     let scratch = Scratch::new();
