@@ -246,11 +246,10 @@ pub struct Plot {
 
 /// `hyd sweep`
 #[derive(Args, Debug)]
-#[command(
-    after_help = "VALUES: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C, or a distribution drawn --samples times: uniform(a, b), \
+#[command(after_help = "VALUES: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C (numbers, names of an enumeration, true and \
+                        false), or a distribution drawn --samples times: uniform(a, b), \
                         loguniform(a, b), normal(mean, deviation), lognormal(median, deviation), triangular(low, mode, high).\n\
-                        A folder that holds part of the same sweep is completed.  `hyd sweep merge DIR` joins the parts of shards."
-)]
+                        A folder that holds part of the same sweep is completed.  `hyd sweep merge DIR` joins the parts of shards.")]
 pub struct Sweep {
     /// The model's file, a plan (PLAN.toml), or `merge`
     #[arg(value_name = "FILE|PLAN.toml|merge")]

@@ -105,7 +105,7 @@ fn named_or(names: &[String], flat: Option<&FlatModel>, ends: fn(&FlatModel) -> 
 /// Positions of inputs among the parameters, with their signs.
 fn inputs(tables: &Tables, names: &[String]) -> Result<Vec<(u32, f64)>, Failure> {
     let one = |name: &String| {
-        let places = varied(tables, name)
+        let (_, places) = varied(tables, name)
             .map_err(|why| Failure::Fault(why.replace("cannot be varied", "cannot be an input")))?;
         match places.as_slice() {
             &[(place, sign)] => Ok((place as u32, sign)),

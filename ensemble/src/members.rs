@@ -24,16 +24,7 @@ pub struct Members {
 impl Members {
     /// `None` if there would be too many.
     pub(crate) fn new(variations: Vec<Variation>, samples: usize, method: Method, seed: u64) -> Option<Self> {
-        let mut count = samples;
-        for variation in &variations {
-            if let Variation::Values(values) = variation {
-                count = count.checked_mul(values.len())?;
-            }
-        }
-        let drawn = variations.iter().filter(|variation| variation.is_drawn()).count();
-        if count == 0 || count > MOST || samples.checked_mul(drawn.max(1))? > MOST_DRAWS {
-            return None;
-        }
+        let count = count(&variations, samples)?;
         let draws = variations.iter().enumerate().map(|(stream, variation)| match variation.is_drawn() {
             true => draw(variation, samples, method, Random::new(seed, stream as u64)),
             false => Vec::new(),
@@ -65,6 +56,15 @@ impl Members {
     }
 }
 
+/// How many members there are; none if there would be too many.
+pub(crate) fn count(variations: &[Variation], samples: usize) -> Option<usize> {
+    let listed = variations.iter().filter_map(Variation::listed);
+    let count = listed.clone().try_fold(samples, usize::checked_mul)?;
+    let drawn = variations.len() - listed.count();
+    let possible = count != 0 && count <= MOST && samples.checked_mul(drawn.max(1))? <= MOST_DRAWS;
+    possible.then_some(count)
+}
+
 fn draw(variation: &Variation, samples: usize, method: Method, mut random: Random) -> Vec<f64> {
     match method {
         Method::Random => (0..samples).map(|_| variation.quantile(random.uniform())).collect(),
@@ -79,10 +79,13 @@ fn draw(variation: &Variation, samples: usize, method: Method, mut random: Rando
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use hyd_system::ValueKind;
+
     use super::*;
 
     fn members(texts: &[&str], samples: usize, method: Method) -> Members {
-        let variations = texts.iter().map(|text| Variation::parse(text).unwrap()).collect();
+        let variations =
+            texts.iter().map(|text| Variation::parse(text).unwrap().for_kind(&ValueKind::Real).unwrap()).collect();
         Members::new(variations, samples, method, 42).unwrap()
     }
 

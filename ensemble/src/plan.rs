@@ -7,6 +7,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use hyd_system::ValueKind;
+
+use crate::members::count;
 use crate::{Members, Variation, VariationError};
 
 /// How drawn values fill their space.
@@ -67,6 +70,8 @@ pub enum PlanError {
     Text(String),
     /// The values of a parameter: which, and why.
     Values(String, VariationError),
+    /// The values do not fit the type of a parameter: which, and why.
+    Kind(String, String),
     /// A parameter is varied twice.
     Twice(String),
     /// Nothing is varied.
@@ -84,6 +89,7 @@ impl fmt::Display for PlanError {
         match self {
             PlanError::Text(reason) => write!(f, "{reason}"),
             PlanError::Values(name, reason) => write!(f, "values of `{name}`: {reason}"),
+            PlanError::Kind(name, reason) => write!(f, "values of `{name}`: {reason}"),
             PlanError::Twice(name) => write!(f, "`{name}` is varied twice"),
             PlanError::Nothing => write!(f, "nothing is varied"),
             PlanError::NoSamples(name, values) => {
@@ -105,8 +111,28 @@ impl Plan {
         toml::from_str(text).map_err(|error| PlanError::Text(error.to_string().trim_end().to_string()))
     }
 
-    /// The members that it asks for.
-    pub fn members(&self) -> Result<Members, PlanError> {
+    /// Checks what can be checked without a model.
+    ///
+    /// # Errors
+    /// What makes no sense whatever the model is.
+    pub fn check(&self) -> Result<(), PlanError> {
+        self.variations().map(|_| ())
+    }
+
+    /// The members that it asks for; `kinds` are the types of the varied parameters.
+    ///
+    /// # Errors
+    /// As [`Plan::check`], and values of another type.
+    pub fn members(&self, kinds: &[ValueKind]) -> Result<Members, PlanError> {
+        let mut variations = self.variations()?;
+        for ((variation, vary), kind) in variations.iter_mut().zip(&self.vary).zip(kinds) {
+            let read = variation.for_kind(kind);
+            *variation = read.map_err(|reason| PlanError::Kind(vary.parameter.clone(), reason))?;
+        }
+        Members::new(variations, self.samples.unwrap_or(1), self.method, self.seed).ok_or(PlanError::TooMany)
+    }
+
+    fn variations(&self) -> Result<Vec<Variation>, PlanError> {
         let mut variations = Vec::new();
         for (k, vary) in self.vary.iter().enumerate() {
             if self.vary[..k].iter().any(|other| other.parameter == vary.parameter) {
@@ -125,7 +151,8 @@ impl Plan {
         if variations.is_empty() {
             return Err(PlanError::Nothing);
         }
-        Members::new(variations, self.samples.unwrap_or(1), self.method, self.seed).ok_or(PlanError::TooMany)
+        count(&variations, self.samples.unwrap_or(1)).ok_or(PlanError::TooMany)?;
+        Ok(variations)
     }
 
     /// A text that is the same exactly for plans with the same runs.
@@ -168,15 +195,15 @@ mod tests {
     #[test]
     fn a_plan_is_read_and_slips_are_refused() {
         let plan = Plan::parse("samples = 3\nseed = 7\n[[vary]]\nparameter = \"a.b\"\nvalues = \"1:3\"\n").unwrap();
-        assert_eq!((plan.members().unwrap().count(), plan.method), (3, Method::Lhs));
+        assert_eq!((plan.members(&[ValueKind::Real]).unwrap().count(), plan.method), (3, Method::Lhs));
         assert!(matches!(Plan::parse("sample = 3\n"), Err(PlanError::Text(text)) if text.contains("sample")));
-        assert_eq!(Plan::parse("").unwrap().members().unwrap_err(), PlanError::Nothing);
+        assert_eq!(Plan::parse("").unwrap().check().unwrap_err(), PlanError::Nothing);
         let drawn = Plan { samples: None, ..plan.clone() };
-        assert_eq!(drawn.members().unwrap_err(), PlanError::NoSamples("a.b".into(), "1:3".into()));
+        assert_eq!(drawn.check().unwrap_err(), PlanError::NoSamples("a.b".into(), "1:3".into()));
         let none = Plan { samples: Some(0), ..plan.clone() };
-        assert_eq!(none.members().unwrap_err(), PlanError::NoRuns);
+        assert_eq!(none.check().unwrap_err(), PlanError::NoRuns);
         let twice = Plan { vary: [plan.vary.clone(), plan.vary.clone()].concat(), ..plan };
-        assert_eq!(twice.members().unwrap_err(), PlanError::Twice("a.b".into()));
+        assert_eq!(twice.check().unwrap_err(), PlanError::Twice("a.b".into()));
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! What one parameter does over an ensemble, from a short text.
 //!
-//! `1:3:50` (from, to, count), `log:1e-3:1:20` (equal ratios), `1,2,5` (a list), `uniform(1, 3)`, `loguniform(1e-3, 1)`,
-//! `normal(mean, deviation)`, `lognormal(median, deviation of the logarithm)`, `triangular(low, mode, high)`; `1:3` without a count
+//! `1:3:50` (from, to, count), `log:1e-3:1:20` (equal ratios), `1,2,5` or `slow,fast` (a list, read by the type of the parameter),
+//! `uniform(1, 3)`, `loguniform(1e-3, 1)`, `normal(mean, deviation)`, `lognormal(median, deviation of the logarithm)`, `triangular(low, mode, high)`; `1:3` without a count
 //! is `uniform(1, 3)`.
 
 use std::fmt;
+
+use hyd_system::{ValueKind, given};
 
 use crate::random::normal_quantile;
 
@@ -16,6 +18,8 @@ const MOST: usize = 10_000_000;
 pub enum Variation {
     /// Every one of these, crossed with the values of other parameters.
     Values(Vec<f64>),
+    /// The same as literals, which mean nothing before the type of the parameter is known.
+    Literals(Vec<String>),
     /// Between two numbers, all alike.
     Uniform(f64, f64),
     /// Between two positive numbers, the logarithm all alike.
@@ -73,18 +77,52 @@ impl Variation {
             let (from, to, count) = range_of(text)?;
             return Ok(Variation::Values(spaced(from, to, count).collect()));
         }
-        numbers(text, ',').map(Variation::Values)
+        let literals: Vec<String> = text.split(',').map(|literal| literal.trim().to_string()).collect();
+        if literals.iter().any(String::is_empty) {
+            return Err(VariationError(format!("a value is missing in `{text}`")));
+        }
+        Ok(Variation::Literals(literals))
+    }
+
+    /// The same for a parameter of this type: literals become numbers.
+    ///
+    /// # Errors
+    /// A sentence: no value of this type, or no list where the type has no values between.
+    pub fn for_kind(&self, kind: &ValueKind) -> Result<Self, String> {
+        match (self, kind) {
+            (Variation::Literals(literals), _) => {
+                literals.iter().map(|literal| value(kind, literal)).collect::<Result<_, _>>().map(Variation::Values)
+            }
+            (other, ValueKind::Real | ValueKind::Integer) => Ok(other.clone()),
+            (_, ValueKind::Boolean) => {
+                Err("a Boolean takes neither grid nor distribution; list: true,false".to_string())
+            }
+            (_, ValueKind::Enumeration(names)) => {
+                Err(format!("an enumeration takes neither grid nor distribution; list: {}", names.join(",")))
+            }
+        }
+    }
+
+    /// How many values are listed; none where they are drawn.
+    pub(crate) fn listed(&self) -> Option<usize> {
+        match self {
+            Variation::Values(values) => Some(values.len()),
+            Variation::Literals(literals) => Some(literals.len()),
+            _ => None,
+        }
     }
 
     /// True if values are drawn rather than listed.
     pub fn is_drawn(&self) -> bool {
-        !matches!(self, Variation::Values(_))
+        self.listed().is_none()
     }
 
-    /// The value that a draw is below with probability `p`, 0 < p < 1; listed values are taken as equally likely.
+    /// The value that a draw is below with probability `p`, 0 < p < 1; listed values are taken as equally likely,
+    /// literals are no numbers.
     pub fn quantile(&self, p: f64) -> f64 {
         match *self {
             Variation::Values(ref values) => values[((p * values.len() as f64) as usize).min(values.len() - 1)],
+            Variation::Literals(_) => f64::NAN,
             Variation::Uniform(a, b) => a + (b - a) * p,
             Variation::LogUniform(a, b) => (a.ln() + (b.ln() - a.ln()) * p).exp(),
             Variation::Normal(mean, deviation) => mean + deviation * normal_quantile(p),
@@ -107,6 +145,15 @@ fn spaced(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
         0 => from,
         _ if k + 1 == count => to,
         _ => from + (to - from) * k as f64 / (count - 1) as f64,
+    })
+}
+
+/// A literal as it is stored in a run.
+fn value(kind: &ValueKind, literal: &str) -> Result<f64, String> {
+    given::number(kind, literal).or_else(|why| {
+        // Results hold the positions of literals, and whole numbers of any form: what was read there may be written here.
+        let whole = literal.parse::<f64>().ok().filter(|number| number.fract() == 0.0 && *kind != ValueKind::Real);
+        whole.ok_or_else(|| format!("`{literal}`: {why}"))
     })
 }
 
@@ -157,7 +204,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<f64> {
-        match Variation::parse(text).unwrap() {
+        match Variation::parse(text).unwrap().for_kind(&ValueKind::Real).unwrap() {
             Variation::Values(values) => values,
             other => panic!("{other:?}"),
         }
@@ -178,6 +225,30 @@ mod tests {
     }
 
     #[test]
+    fn lists_are_read_by_the_type_of_the_parameter() {
+        let mode = &ValueKind::Enumeration(["slow".into(), "fast".into()].into());
+        let read = |kind: &ValueKind, text: &str| Variation::parse(text).unwrap().for_kind(kind);
+        let listed = |values: &[f64]| Ok(Variation::Values(values.to_vec()));
+        assert_eq!(read(mode, "fast, Mode.slow,2"), listed(&[2.0, 1.0, 2.0]));
+        assert_eq!(read(&ValueKind::Boolean, "true,false,1"), listed(&[1.0, 0.0, 1.0]));
+        assert_eq!(read(&ValueKind::Integer, "7,1e3"), listed(&[7.0, 1000.0]));
+        assert_eq!(read(&ValueKind::Integer, "1:3:3"), listed(&[1.0, 2.0, 3.0]));
+        let refused = [
+            (mode, "warm", "`warm`: it is one of slow, fast"),
+            (mode, "1.5", "`1.5`: it is one of slow, fast"),
+            (mode, "1:2:2", "an enumeration takes neither grid nor distribution; list: slow,fast"),
+            (mode, "uniform(1, 2)", "an enumeration takes neither grid nor distribution; list: slow,fast"),
+            (&ValueKind::Boolean, "0:1:2", "a Boolean takes neither grid nor distribution; list: true,false"),
+            (&ValueKind::Integer, "1.5", "`1.5`: it is an Integer and needs a whole number"),
+            (&ValueKind::Real, "1,a", "`a`: it is a Real and needs a finite number"),
+            (&ValueKind::Real, "inf", "`inf`: it is a Real and needs a finite number"),
+        ];
+        for (kind, text, reason) in refused {
+            assert_eq!(read(kind, text), Err(reason.to_string()), "{text}");
+        }
+    }
+
+    #[test]
     fn quantiles_in_closed_form() {
         let at = |text: &str, p: f64| Variation::parse(text).unwrap().quantile(p);
         assert_eq!(at("uniform(1, 3)", 0.25), 1.5);
@@ -192,7 +263,8 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         let wrong = |text: &str| Variation::parse(text).unwrap_err().0;
-        assert_eq!(wrong("a"), "`a` is no finite number");
+        assert_eq!(wrong("a:2"), "`a` is no finite number");
+        assert_eq!(wrong("1,,2"), "a value is missing in `1,,2`");
         assert_eq!(wrong("1:2:3:4"), "`1:2:3:4` has 4 parts instead of 3");
         assert_eq!(wrong("1:2:0"), "the count in `1:2:0` is no number from 1 to 10000000");
         assert_eq!(wrong("log:0:1:3"), "`log:0:1:3`: equal ratios need positive ends");

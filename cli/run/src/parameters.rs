@@ -2,7 +2,9 @@
 
 use hyd_payload::Limit;
 use hyd_source::did_you_mean;
-use hyd_system::{DaeSystem, NamePattern, Place, Settable, Source, Tables, Variability, VariableInfo, given};
+use hyd_system::{
+    DaeSystem, NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo, given,
+};
 
 /// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -92,11 +94,11 @@ fn refuse(info: &VariableInfo, name: &str, what: &str) -> Result<(), String> {
     Err(format!("`{name}` cannot be {what}: {reason}"))
 }
 
-/// Where a varied parameter stands in `DaeSystem::parameters`, with its sign; an array stands in several places.
+/// The type of a varied parameter, and where it stands in `DaeSystem::parameters`, with its sign; an array stands in several places.
 ///
 /// # Errors
 /// A sentence.
-pub fn varied(tables: &Tables, name: &str) -> Result<Vec<(usize, f64)>, String> {
+pub fn varied(tables: &Tables, name: &str) -> Result<(ValueKind, Vec<(usize, f64)>), String> {
     let (info, elements) = find(tables, name)?;
     refuse(info, name, "varied")?;
     let range = match elements {
@@ -107,7 +109,8 @@ pub fn varied(tables: &Tables, name: &str) -> Result<Vec<(usize, f64)>, String> 
         Place::Parameter(k) => Ok((k as usize, if source.negated { -1.0 } else { 1.0 })),
         _ => Err(format!("`{name}` cannot be varied: its value is not kept as run-time data")),
     };
-    info.sources.get(range).unwrap_or_default().iter().map(place).collect()
+    let places = info.sources.get(range).unwrap_or_default().iter().map(place).collect::<Result<_, String>>()?;
+    Ok((info.kind.clone(), places))
 }
 
 /// Positions in `DaeSystem::parameters` with their new values.

@@ -8,11 +8,11 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use hyd_ensemble::{Folder, Job, Kept, Members, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
+use hyd_ensemble::{Folder, Job, Kept, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
 use hyd_payload::{Experiment, Limit};
 use hyd_results::is_variable;
 use hyd_runtime::Options;
-use hyd_system::{DaeSystem, VariableInfo};
+use hyd_system::{DaeSystem, ValueKind, VariableInfo};
 use serde_json::json;
 
 use crate::arguments::{DrawMethod, SweepArguments};
@@ -38,7 +38,6 @@ pub struct Subject<'a> {
 pub struct Prepared<'a> {
     arguments: &'a SweepArguments,
     plan: Plan,
-    members: Members,
     shard: Shard,
     root: &'a Path,
     selection: Selection,
@@ -77,7 +76,7 @@ pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
 /// # Errors
 /// Wrong usage.
 pub fn prepare(arguments: &SweepArguments, plan: Plan) -> Result<Prepared<'_>, Failure> {
-    let members = plan.members().map_err(|error: PlanError| Failure::Usage(error.to_string()))?;
+    plan.check().map_err(usage)?;
     let shard = match arguments.shard.as_deref().map(Shard::parse) {
         None => Shard::WHOLE,
         Some(Some(shard)) => shard,
@@ -86,7 +85,12 @@ pub fn prepare(arguments: &SweepArguments, plan: Plan) -> Result<Prepared<'_>, F
     let root = arguments.result.as_deref();
     let root = root.ok_or_else(|| Failure::Usage("--result DIR is needed: the folder of the results".to_string()))?;
     let selection = Selection::new(plan.variables.as_deref())?;
-    Ok(Prepared { arguments, plan, members, shard, root, selection })
+    Ok(Prepared { arguments, plan, shard, root, selection })
+}
+
+/// A plan that makes no sense is wrong usage.
+fn usage(error: PlanError) -> Failure {
+    Failure::Usage(error.to_string())
 }
 
 impl Prepared<'_> {
@@ -108,8 +112,10 @@ impl Prepared<'_> {
         let plan = &self.plan;
         let system = (subject.make)().map_err(Failure::Fault)?;
         let names: Vec<String> = plan.vary.iter().map(|vary| vary.parameter.clone()).collect();
-        let places = names.iter().map(|name| parameters::varied(system.tables(), name));
-        let places = places.collect::<Result<Vec<_>, String>>().map_err(Failure::Fault)?;
+        let varied = names.iter().map(|name| parameters::varied(system.tables(), name));
+        let varied = varied.collect::<Result<Vec<_>, String>>().map_err(Failure::Fault)?;
+        let (kinds, places): (Vec<ValueKind>, Vec<_>) = varied.into_iter().unzip();
+        let members = plan.members(&kinds).map_err(usage)?;
         let keep = |variable: &VariableInfo, name: &str| match self.selection.is_explicit() {
             true => self.selection.matches(name),
             false => is_variable(variable, name),
@@ -124,10 +130,10 @@ impl Prepared<'_> {
         };
         // Only now, so that a command that is refused leaves no folder behind.
         let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
-        let folder = Folder::open(self.root, &identity, self.members.count());
+        let folder = Folder::open(self.root, &identity, members.count());
         let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
         let job = Job {
-            members: &self.members,
+            members: &members,
             names,
             places,
             refuse: &refuse,

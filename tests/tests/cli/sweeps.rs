@@ -132,6 +132,7 @@ fn a_value_outside_its_limits_fails_its_run() {
     let cases = [
         ("k=-5,5,6", ["`k` is -5, below its `min` 0", "", "`m` is 12, above its `max` 10"]),
         ("e=1,2,3", ["", "", "`e` is `off`, above its `max` `fast`"]),
+        ("e=slow,fast,off", ["", "", "`e` is `off`, above its `max` `fast`"]),
     ];
     for (vary, expected) in cases {
         assert_eq!(messages(vary, &[]), expected, "{vary}");
@@ -160,6 +161,32 @@ fn a_sweep_of_which_every_run_fails_is_an_error_with_its_reasons() {
     let outcome = run(folder.path(), &["sweep", "limited.hyd", "--vary", "k=-1,2,-3", "--result", "t"]);
     let some = "warning: 2 runs failed\nnote: 2 such as member 0: `k` is -1, below its `min` 0\n";
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), some));
+}
+
+/// Values have the names that the model gives them; what lies between two names is no value.
+#[test]
+fn enumerations_and_truth_values_are_varied_by_name() {
+    let folder = Scratch::new();
+    let text = "model Named\n  type Mode = enumeration(slow, fast);\n  parameter Mode e = Mode.slow;\n  parameter Boolean on = true;\n  \
+                Real x = (if e == Mode.fast then 10 else 1) + (if on then 2 else 0);\nend Named;\n";
+    folder.write("named.hyd", text);
+    let swept = |vary: &[&str]| run(folder.path(), &[&["sweep", "named.hyd", "--result", "s"], vary].concat());
+    let outcome = swept(&["--vary", "e=fast, slow", "--vary", "on=false,true"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    assert_eq!(numbers(&members, "x"), [10.0, 12.0, 1.0, 3.0]);
+    assert_eq!(numbers(&members, "e"), [2.0, 2.0, 1.0, 1.0]);
+    std::fs::remove_dir_all(folder.path().join("s")).unwrap();
+    let refused = [
+        ("e=slow,warm", "error: values of `e`: `warm`: it is one of slow, fast\n"),
+        ("e=1:2:2", "error: values of `e`: an enumeration takes neither grid nor distribution; list: slow,fast\n"),
+        ("on=0:1:2", "error: values of `on`: a Boolean takes neither grid nor distribution; list: true,false\n"),
+    ];
+    for (vary, message) in refused {
+        let outcome = swept(&["--vary", vary]);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(2), message));
+        assert_eq!(folder.names(), ["named.hyd"]);
+    }
 }
 
 #[test]
