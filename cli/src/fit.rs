@@ -102,10 +102,12 @@ impl Outcome<'_> {
             let ended = if attempt.converged { "converged" } else { "not converged" };
             let _ = writeln!(text, "  {}: {:.3}, {} steps, {ended}", attempt.start, attempt.misfit, attempt.steps);
         }
-        let _ = writeln!(text, "\ngap (1.00 is noise)        fitted  held out");
+        // Without shots held out there is no column for them.
+        let heading = if self.held_out.is_some() { "  held out" } else { "" };
+        let _ = writeln!(text, "\ngap (1.00 is noise)        fitted{heading}");
         for (k, channel) in self.setup.data.channels.iter().enumerate() {
-            let unseen = self.held_out.as_ref().map_or(f64::NAN, |gap| gap.channels[k]);
-            let _ = writeln!(text, "  {:22} {:8.2}  {unseen:8.2}", channel.name, self.train.channels[k]);
+            let unseen = self.held_out.as_ref().map_or(String::new(), |gap| format!("  {}", cell(gap.channels[k])));
+            let _ = writeln!(text, "  {:22} {}{unseen}", channel.name, cell(self.train.channels[k]));
         }
         let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
         for (k, unknown) in
@@ -129,6 +131,11 @@ impl Outcome<'_> {
         let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);
         text
     }
+}
+
+/// A gap in its column; a channel none of whose samples counts has none.
+fn cell(gap: f64) -> String {
+    if gap.is_finite() { format!("{gap:8.2}") } else { format!("{:>8}", "-") }
 }
 
 /// What belongs to a shot that was held out stays where its prior has it.
