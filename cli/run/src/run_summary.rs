@@ -131,6 +131,9 @@ pub struct RunSummary {
     /// A few variables at the end.
     #[serde(rename = "final")]
     pub final_values: FinalValues,
+    /// How many more there are.
+    #[serde(skip)]
+    pub left_out: usize,
 }
 
 impl RunSummary {
@@ -214,7 +217,10 @@ impl RunSummary {
             let line = format!("  {name:<width$}  {:>14} {unit}", significant(*value));
             writeln!(out, "{}", line.trim_end())?;
         }
-        Ok(())
+        match self.left_out {
+            0 => Ok(()),
+            more => writeln!(out, "  ... and {more} more; `--variables REGEX` chooses"),
+        }
     }
 }
 
@@ -250,11 +256,13 @@ mod tests {
             result: Some("fall.csv".into()),
             plot: None,
             final_values: FinalValues(vec![("h".into(), 1.5, "m".into()), ("speed".into(), f64::NAN, "".into())]),
+            left_out: 97,
         };
         let text = "Fall: 0 to 2 s, done\n  2 states, 3 unknowns; 4 templates, 512 bytes of code\n  \
             7 steps (0 rejected, 0 not converged), 9 residuals, 0 Jacobians, 0 factorisations\n  \
             0 state events, 0 time events\n  translated in 250.0 ms, simulated in 1.50 s of CPU time\n  \
-            results in fall.csv\n\nvalues at 2 s\n  h                 1.5 m\n  speed             NaN\n";
+            results in fall.csv\n\nvalues at 2 s\n  h                 1.5 m\n  speed             NaN\n  \
+            ... and 97 more; `--variables REGEX` chooses\n";
         assert_eq!(summary.text(), text);
         let json = concat!(
             r#"{"status":"done","message":null,"model":"Fall","start":0.0,"stop":2.0,"time":2.0,"tolerance":1e-6,"#,

@@ -63,6 +63,15 @@ impl Selection {
         few
     }
 
+    /// How many values that a file would hold pictures and summaries leave out; none where `--variables` chose them.
+    pub fn left_out(&self, tables: &Tables, shown: usize) -> usize {
+        if self.is_explicit() {
+            return 0;
+        }
+        let public = tables.variables.iter().filter(|variable| is_public(variable));
+        public.map(|variable| variable.sources.len()).sum::<usize>().saturating_sub(shown)
+    }
+
     fn matching(&self, variable: &VariableInfo) -> Vec<Shown> {
         let elements = (0..variable.sources.len()).map(|k| shown(variable, k));
         elements.filter(|shown| self.keeps(variable, &shown.column.name)).collect()
@@ -143,6 +152,9 @@ mod tests {
     #[test]
     fn the_default_is_few_and_public() {
         assert_eq!(names(None), ["p[1]", "p[51]", "p[100]", "on"]);
+        // 97 elements of `p`, and `part.q`.
+        assert_eq!(Selection::default().left_out(&tables(), 4), 98);
+        assert_eq!(Selection::new(Some("on")).unwrap().left_out(&tables(), 1), 0);
     }
 
     #[test]

@@ -60,6 +60,7 @@ pub fn simulate(
 ) -> Result<Outcome, Failure> {
     let selection = Selection::new(arguments.variables.as_deref())?;
     let shown = shown(arguments, &selection, system, drawn)?;
+    let left_out = selection.left_out(system.tables(), shown.len());
     let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop));
     recorder.file = result_file(arguments.result.as_deref(), &selection)?;
     interrupt::listen();
@@ -98,6 +99,7 @@ pub fn simulate(
         result: result.map(|path| path.display().to_string()),
         plot: None,
         final_values: FinalValues(recorder.last_values()),
+        left_out,
     };
     Ok(Outcome { summary, result: outcome, recorder })
 }

@@ -96,6 +96,19 @@ fn a_run_that_fails_keeps_what_it_computed_under_another_name() {
 
 /// Of the variables of the translation only unknowns: each derivative once, no sums of sums.
 #[test]
+fn a_summary_says_how_much_it_leaves_out() {
+    let folder = Scratch::new();
+    folder.write(
+        "m.hyd",
+        "model M\n  Real x[100];\nequation\n  for k in 1:100 loop\n    x[k] = k*time;\n  end for;\nend M;\n",
+    );
+    let said = |rest: &[&str]| run(folder.path(), &[&["simulate", "m.hyd"], rest].concat()).stdout;
+    let few = said(&[]);
+    assert!(few.ends_with("x[100]             100\n  ... and 97 more; `--variables REGEX` chooses\n"), "{few}");
+    assert!(!said(&["--variables", "x"]).contains("more"));
+}
+
+#[test]
 fn a_result_has_the_columns_of_the_text() {
     let folder = Scratch::new();
     let sum = "  Real s;\n  Real p[100];\n";
