@@ -1,6 +1,7 @@
 //! `hyd new NAME`: a folder with a small valve drive, a study of it and a README whose commands run.
 //!
-//! The texts are templates beside this file, in which `{name}` is the name given and `{Class}` the class made of it.  Nothing that
+//! The texts are templates beside this file, in which `{name}` is the name given, `{quoted}` the same as a string of TOML or JSON, and
+//! `{Class}` the class made of it.  Nothing that
 //! exists is touched: the folder must not be there, or be empty.
 
 use std::fs;
@@ -38,12 +39,29 @@ pub(crate) fn new(arguments: &New) -> Result<(), Failure> {
     let mut text = format!("{}\n", folder.display());
     for (file, template) in FILES {
         let path = folder.join(file);
-        let content = template.replace("{name}", &name).replace("{Class}", &class);
+        // The name comes last: what it holds is no template.
+        let content = template.replace("{Class}", &class).replace("{quoted}", &quoted(&name));
+        let content = content.replace("{name}", &name.replace(char::is_control, " "));
         write_whole(&path, content.as_bytes()).map_err(|error| failed(&path, &error))?;
         text.push_str(&format!("  {file}\n"));
     }
     text.push_str("README.md says what to do first.\n");
     output::print(&text)
+}
+
+/// A string that JSON and TOML read alike.
+fn quoted(text: &str) -> String {
+    let mut string = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => string.extend(['\\', c]),
+            // JSON could do without for some of them, TOML not.
+            c if c.is_control() => string.push_str(&format!("\\u{:04x}", c as u32)),
+            c => string.push(c),
+        }
+    }
+    string.push('"');
+    string
 }
 
 /// `lift_valve-2` becomes `LiftValve2`; none if there is no letter to begin with.
@@ -65,7 +83,12 @@ fn class_name(name: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::class_name;
+    use super::{class_name, quoted};
+
+    #[test]
+    fn names_are_quoted_for_toml_and_json() {
+        assert_eq!(quoted("a\"b\\c\n\u{7f}ö"), r#""a\"b\\c\u000a\u007fö""#);
+    }
 
     #[test]
     fn names_of_folders_become_names_of_classes() {

@@ -46,6 +46,28 @@ fn the_commands_of_its_readme_run() {
     assert!(values.into_iter().any(|value| (value / 1.08 - 1.0).abs() < 0.01), "{spring}");
 }
 
+/// The name stands in texts of three languages, and none of them may take it for more than a name.
+#[cfg(unix)]
+#[test]
+fn a_name_with_quotes_and_backslashes_is_a_name() {
+    let scratch = Scratch::new();
+    let name = "a\"b\\c {quoted}";
+    let made = run(scratch.path(), &["new", name]);
+    assert_eq!((made.code, made.stderr.as_str()), (Some(0), ""));
+    let folder = scratch.path().join(name);
+    let checked = run(&folder, &["check", "drive.hyd"]);
+    assert_eq!((checked.code, checked.stderr.as_str()), (Some(0), ""));
+    for (p0, table) in [("p0=10e6", "bench/shot1.csv"), ("p0=14e6", "bench/shot2.csv")] {
+        let shot = ["simulate", "drive.hyd", "--set", p0, "--variables", "^(y|p)$", "--result", table];
+        assert_eq!(run(&folder, &shot).code, Some(0));
+    }
+    let fitted = run(&folder, &["fit", "bench.toml", "--bench", "bench/set.json"]);
+    assert_eq!((fitted.code, fitted.stderr.as_str()), (Some(0), ""));
+    assert!(fitted.stdout.starts_with(&format!("{name}: misfit ")), "{}", fitted.stdout);
+    let readme = fs::read_to_string(folder.join("README.md")).unwrap();
+    assert!(readme.starts_with(&format!("# {name}\n")), "{readme}");
+}
+
 #[test]
 fn nothing_that_exists_is_touched() {
     let scratch = Scratch::new();
