@@ -233,7 +233,7 @@ impl InstanceTree<'_> {
         if let Some(found) = self.through_classes(scope, reference)? {
             return Ok(found);
         }
-        self.unknown_name(scope, name, first.name.span);
+        self.unknown_name(scope, reference);
         Err(Reported)
     }
 

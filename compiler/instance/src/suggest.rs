@@ -1,8 +1,8 @@
 //! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
 //! last name.
 
-use hyd_source::{Code, Diagnostic, Severity, Span, did_you_mean};
-use hyd_syntax::tree::{Ident, Name};
+use hyd_source::{Code, Diagnostic, Severity, did_you_mean};
+use hyd_syntax::tree::{ComponentRef, Ident, Name};
 
 use crate::build::InstanceTree;
 use crate::class::{ClassId, ClassTable, imports, nested_classes};
@@ -48,6 +48,28 @@ impl ClassTable<'_> {
         fitting.dedup();
         let names: Vec<String> = fitting.iter().take(MOST).map(|name| format!("`{name}`")).collect();
         Some(format!("did you mean {}?", names.join(" or ")))
+    }
+
+    /// Constants of this name in the packages `Constants` of the libraries: nothing else has the names that people take for granted.
+    fn suggest_constant(&mut self, name: &str) -> Option<String> {
+        let mut packages = self.library_names();
+        packages.retain(|full| full.rsplit('.').next() == Some("Constants"));
+        packages.sort_unstable();
+        packages.dedup();
+        let mut fitting = Vec::new();
+        for full in packages {
+            let mut parts = full.split('.').map(Name::from);
+            let top = parts.next().and_then(|first| self.top(&first));
+            let package = parts.fold(top, |class, part| class.and_then(|class| self.child(class, &part)));
+            if let Some(package) = package
+                && let Ok(shape) = self.shape(package)
+                && shape.elements.iter().any(|element| element.component && *element.name == *name)
+            {
+                fitting.push(format!("`{full}.{name}`"));
+            }
+        }
+        fitting.truncate(MOST);
+        (!fitting.is_empty()).then(|| format!("did you mean {}?", fitting.join(" or ")))
     }
 
     /// What may be meant by `part`, which `class` does not have; `last` is the last name of the whole reference.
@@ -102,7 +124,10 @@ impl ClassTable<'_> {
             ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
         let mut names: Vec<Name> = words.map(Name::from).to_vec();
         names.extend(self.class_names_from(from));
-        let help = did_you_mean(&ident.name, names.iter().map(|n| n.as_ref())).or_else(|| self.suggest_library(last));
+        let constant = if parts.len() > 1 { self.suggest_constant(last) } else { None };
+        let help = constant
+            .or_else(|| did_you_mean(&ident.name, names.iter().map(|n| n.as_ref())))
+            .or_else(|| self.suggest_library(last));
         let library = "other libraries are named with `--library FOLDER`";
         let help = help.or_else(|| (parts.len() > 1).then(|| library.to_string()));
         let message = format!("there is no class `{}` here", ident.name);
@@ -124,7 +149,10 @@ impl InstanceTree<'_> {
         names
     }
 
-    pub(crate) fn unknown_name(&mut self, scope: Scope, name: &str, span: Span) {
+    /// The message for a reference whose first part means nothing.
+    pub(crate) fn unknown_name(&mut self, scope: Scope, reference: &ComponentRef) {
+        let (first, last) = (&reference.parts[0].name, &reference.parts[reference.parts.len() - 1].name);
+        let name = &*first.name;
         let mut names = self.names_from(scope);
         let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
@@ -144,9 +172,12 @@ impl InstanceTree<'_> {
             }
             around = Some(outer);
         }
-        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
+        // `pi` is a slip of `p` less often than it is the constant.
+        let constant = self.table.suggest_constant(&last.name);
+        let help = constant.or_else(|| did_you_mean(name, names.iter().map(|n| n.as_ref())));
         let message = format!("unknown name `{name}` in `{class}`");
-        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "not declared").maybe_help(help));
+        self.table
+            .report(Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared").maybe_help(help));
     }
 
     /// Classes that a scope can name, for suggestions.
