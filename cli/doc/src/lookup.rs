@@ -7,8 +7,8 @@ use hyd_syntax::tree::{ClassBody, Element, ImportKind, Path};
 
 use crate::library::{Library, elements};
 
-/// Deepest chain of bases of which each is needed to look up the one before, as deep as models may be built.
-const DEEPEST: usize = 100;
+/// Deepest chain of bases that is followed, as deep as models may be built.
+pub(crate) const DEEPEST: usize = 100;
 
 /// The bases of a class.
 #[derive(Clone, Debug, Default)]

@@ -8,6 +8,7 @@ use hyd_syntax::tree::{
 };
 
 use crate::library::{Library, elements, text_of};
+use crate::lookup::DEEPEST;
 
 /// A component of a class.
 pub(crate) struct Member<'a> {
@@ -42,12 +43,18 @@ pub(crate) enum Group {
     Variable,
 }
 
-/// Longest chain of types or bases that is followed.
-const DEEPEST: usize = 24;
+/// The components of a class.
+#[derive(Default)]
+pub(crate) struct Members<'a> {
+    /// Those of its bases stand where the base is extended, each base once; protected ones are left out.
+    pub(crate) list: Vec<Member<'a>>,
+    /// Some bases are too deep to be followed.
+    pub(crate) is_cut: bool,
+}
 
-/// All components of a class, those of its bases where the base is extended, each base once; protected ones are left out.
-pub(crate) fn members(library: &Library, class: usize) -> Vec<Member<'_>> {
-    let mut found = Vec::new();
+/// All components of a class.
+pub(crate) fn members(library: &Library, class: usize) -> Members<'_> {
+    let mut found = Members::default();
     collect(library, class, &[], &mut found, &mut vec![]);
     found
 }
@@ -56,11 +63,15 @@ fn collect<'a>(
     library: &'a Library,
     class: usize,
     changes: &[(&'a str, &'a Modification)],
-    found: &mut Vec<Member<'a>>,
+    found: &mut Members<'a>,
     seen: &mut Vec<usize>,
 ) {
+    if seen.contains(&class) {
+        return;
+    }
     // Each level adds one set of changes.
-    if seen.contains(&class) || changes.len() > DEEPEST {
+    if changes.len() > DEEPEST {
+        found.is_cut = true;
         return;
     }
     seen.push(class);
@@ -69,7 +80,7 @@ fn collect<'a>(
             Element::Component(component) if !component.prefixes.protected => {
                 let name = &component.name.name;
                 let changes = changes.iter().filter_map(|(text, change)| Some((*text, inner(change, name)?))).collect();
-                found.push(Member { component, owner: class, changes });
+                found.list.push(Member { component, owner: class, changes });
             }
             Element::Extends(extends) => {
                 if let Some(base) = library.find(&extends.base, class).filter(|base| *base != class) {

@@ -8,6 +8,7 @@ use hyd_syntax::tree::{ClassBody, Path};
 
 use crate::html::{documentation, escape};
 use crate::library::{Library, annotated, text_of};
+use crate::lookup::DEEPEST;
 use crate::members::{Group, Member, literals, members, of_type};
 use crate::{equations, page};
 
@@ -149,6 +150,7 @@ impl Sections<'_> {
         let mut out = String::new();
         for (group, title) in GROUPS {
             let rows: String = members
+                .list
                 .iter()
                 .filter(|m| m.group(self.library) == group)
                 .map(|m| self.member(m, class, group))
@@ -166,6 +168,9 @@ impl Sections<'_> {
                 out,
                 "<h3>{title}</h3><table><thead><tr><th>name</th><th>type</th>{last}<th>description</th></tr></thead><tbody>{rows}</tbody></table>"
             );
+        }
+        if members.is_cut {
+            let _ = writeln!(out, "<p>What bases of bases have that are more than {DEEPEST} deep is left out.</p>");
         }
         out
     }

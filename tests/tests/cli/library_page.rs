@@ -148,3 +148,25 @@ fn classes_that_need_each_other_are_shown() {
     tags(&page);
     assert_eq!(section(&page, "Ring.A3").matches("<code>x</code>").count(), 12);
 }
+
+/// Bases are followed as far as a model may have them, and what is left out is said.
+#[test]
+fn components_of_deep_bases_are_shown() {
+    let folder = Scratch::new();
+    fs::create_dir(folder.path().join("own")).unwrap();
+    // Class `k` has `k` bases, one behind the other.
+    let level = |k: usize| match k {
+        0 => "  model C0\n    parameter Real far = 1;\n  end C0;\n".to_string(),
+        k => format!("  model C{k}\n    extends C{};\n  end C{k};\n", k - 1),
+    };
+    let classes: String = (0..=101).map(level).collect();
+    folder.write("own/package.hyd", format!("package own\n{classes}end own;\n"));
+    let outcome = run(folder.path(), &["doc", "own", "-o", "own.html"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+    let page = folder.read("own.html");
+    for (class, is_whole) in [("own.C25", true), ("own.C100", true), ("own.C101", false)] {
+        let section = section(&page, class);
+        assert_eq!(section.contains("<code>far</code>"), is_whole, "{section}");
+        assert_eq!(section.contains("more than 100 deep is left out"), !is_whole, "{section}");
+    }
+}
