@@ -3,11 +3,10 @@
 use std::io::{self, IsTerminal, Write};
 use std::time::Instant;
 
-use hyd_compiler::inquiry::{annotated_classes, annotated_components};
-use hyd_compiler::render::render;
+use hyd_compiler::inquiry::annotated_classes;
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
-use hyd_discovery::catalogue::{Candidate, candidates, effects, sites};
+use hyd_discovery::catalogue::{Candidate, candidates, effects};
 use hyd_discovery::report::{Report, report, table};
 use hyd_discovery::search::{Findings, NEEDED, Search};
 use hyd_discovery::variant::Workshop;
@@ -39,7 +38,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
             let _ = writeln!(io::stderr(), "{:6.1} s  {text}", begin.elapsed().as_secs_f64());
         }
     };
-    let candidates = all_candidates(&opened)?;
+    let candidates = all_candidates(&opened, &workshop)?;
     let seed = arguments.study.seed;
     let hash = fingerprint(&opened, &workshop, &candidates, seed)?;
     let needed = threshold(arguments, (setup, &workshop, &candidates), hash, &progress)?;
@@ -117,7 +116,7 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
 }
 
 /// All effects of the libraries at all places of the base model.
-fn all_candidates(opened: &Opened) -> Result<Vec<Candidate>, Failure> {
+fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candidate>, Failure> {
     let setup = &opened.setup;
     let (classes, ..) = annotated_classes(&mut *opened.sources(), "effect");
     let mut effects = effects(&classes).map_err(failure)?;
@@ -125,14 +124,10 @@ fn all_candidates(opened: &Opened) -> Result<Vec<Candidate>, Failure> {
     effects.retain(|effect| {
         !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
     });
-    // A model of its own, so that a class of a library is found the same way as one of the study's file.
-    let text = format!("{}model HydPlaces\n  extends {};\nend HydPlaces;\n", opened.preamble(), opened.class);
-    let name = opened.model_file.display().to_string();
-    let places = annotated_components(&mut *opened.sources(), (&name, &text), Some("HydPlaces"), "place");
-    let places = places.map_err(|(files, diagnostics)| Failure::Fault(render(&files, &diagnostics, false)))?;
+    let places = workshop.places().map_err(failure)?;
     let measured = |name: &str| setup.data.channel(name).is_some();
     let base_model = setup.bench.base_model.as_deref();
-    Ok(candidates(&effects, &sites(&places), base_model, &measured))
+    Ok(candidates(&effects, &places, base_model, &measured))
 }
 
 /// A number that changes with whatever decides a search.

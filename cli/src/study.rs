@@ -16,6 +16,8 @@ use hyd_run::read_text;
 pub(crate) struct Opened {
     /// Both together.
     pub setup: Setup,
+    /// Name of the study's file.
+    study_file: String,
     /// The model's file.
     pub model_file: PathBuf,
     /// Its text.
@@ -44,7 +46,8 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
-    Ok(Opened { setup, model_file, model_text, class, libraries: arguments.libraries.library.clone() })
+    let study_file = arguments.study.display().to_string();
+    Ok(Opened { setup, study_file, model_file, model_text, class, libraries: arguments.libraries.library.clone() })
 }
 
 impl Opened {
@@ -58,6 +61,7 @@ impl Opened {
     /// Writer of models over the libraries that `sources` gives.
     pub(crate) fn workshop<'a>(&self, sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync)) -> Workshop<'a> {
         Workshop {
+            study: self.study_file.clone(),
             sources,
             preamble: self.preamble(),
             file: self.model_file.display().to_string(),
@@ -67,7 +71,7 @@ impl Opened {
     }
 
     /// What must stand before a text that names the base model: the model's file, unless a package holds it.
-    pub(crate) fn preamble(&self) -> String {
+    fn preamble(&self) -> String {
         if self.model_text.trim_start().starts_with("within") { String::new() } else { self.model_text.clone() }
     }
 }

@@ -7,7 +7,7 @@ use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use hyd_compiler::{CompiledModel, CompiledSystem};
+use hyd_compiler::{CompiledModel, CompiledSystem, did_you_mean};
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables};
@@ -213,7 +213,7 @@ impl Machine {
     /// When there is none of this name or it cannot be set.
     pub fn parameter(&self, name: &str) -> Result<(ParameterPlace, f64), Fault> {
         let found = self.tables.find(name);
-        let (variable, element) = found.ok_or_else(|| Fault::new(format!("the model has no parameter `{name}`")))?;
+        let (variable, element) = found.ok_or_else(|| self.unknown(name))?;
         match (variable.sources.get(element), &variable.settable) {
             (Some(Source { place: Place::Parameter(index), negated }), Settable::Yes) => {
                 let value = self.nominal[*index as usize];
@@ -224,6 +224,15 @@ impl Machine {
                 "`{name}` is no parameter that can be set: it is final, follows from others or decides sizes"
             ))),
         }
+    }
+
+    fn unknown(&self, name: &str) -> Fault {
+        let settable = self.tables.variables.iter().filter(|variable| variable.settable == Settable::Yes);
+        let names: Vec<String> =
+            settable.flat_map(|variable| (0..variable.sources.len()).map(|k| variable.name.element(k))).collect();
+        let hint = did_you_mean(name, names.iter().map(String::as_str));
+        let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
+        Fault::new(format!("the model has no parameter `{name}`{hint}"))
     }
 
     /// Makes the runs; the answer to each is its channels at the output points, or why it failed.

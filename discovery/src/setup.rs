@@ -46,12 +46,18 @@ struct PlaceList<'a> {
 }
 
 impl PlaceList<'_> {
-    /// Position of a parameter; one that is new gets the value that `value_of` makes of shot and declared value.
-    fn add(&mut self, name: &str, value_of: &dyn Fn(usize, f64) -> Result<f64, Fault>) -> Result<usize, Fault> {
+    /// Position of a parameter; one that is new gets the value that `value_of` makes of shot and declared value.  `by`: who names it.
+    fn add(
+        &mut self,
+        name: &str,
+        by: &dyn Fn() -> String,
+        value_of: &dyn Fn(usize, f64) -> Result<f64, Fault>,
+    ) -> Result<usize, Fault> {
         if let Some(known) = self.names.iter().position(|known| known == name) {
             return Ok(known);
         }
-        let (place, nominal) = self.machine.parameter(name)?;
+        let found = self.machine.parameter(name);
+        let (place, nominal) = found.map_err(|fault| Fault::new(format!("{}: {fault}", by())))?;
         for (shot, values) in self.base.iter_mut().enumerate() {
             values.push(value_of(shot, nominal)?);
         }
@@ -135,7 +141,8 @@ impl Setup {
         let base = vec![Vec::new(); self.data.shots.len()];
         let mut list = PlaceList { machine, names: Vec::new(), places: Vec::new(), base };
         for (name, formula) in &self.study.conditions {
-            list.add(name, &|shot, _| {
+            let by = || "`[conditions]` of the study".to_string();
+            list.add(name, &by, &|shot, _| {
                 let shot = &self.bench.shots[shot];
                 evaluate(formula, &|condition| shot.conditions.get(condition).copied())
                     .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))
@@ -143,7 +150,8 @@ impl Setup {
         }
         let mut unknowns = Vec::new();
         for (label, nuisance) in &self.study.nuisances {
-            let at = list.add(nuisance.parameter(), &|_, nominal| Ok(nominal))?;
+            let by = || format!("`{label}` in `[nuisances]` of the study");
+            let at = list.add(nuisance.parameter(), &by, &|_, nominal| Ok(nominal))?;
             self.nuisance(label, nuisance, at, &list, &mut unknowns);
         }
         self.chains(&mut unknowns);
@@ -227,7 +235,9 @@ impl Setup {
         for (k, parameter) in effect.parameters.iter().enumerate() {
             let mut places = Vec::new();
             for site in &insert.sites {
-                places.push(list.add(&format!("{}.{}", site.path, parameter.name), &|_, nominal| Ok(nominal))?);
+                let name = format!("{}.{}", site.path, parameter.name);
+                let by = || format!("effect `{}` ({}:{}) in `{}`", effect.id, effect.file, effect.line, site.path);
+                places.push(list.add(&name, &by, &|_, nominal| Ok(nominal))?);
             }
             let per_shot = k == 0 && effect.per_shot;
             let prior = match parameter.prior {

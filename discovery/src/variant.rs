@@ -8,20 +8,24 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
+use hyd_compiler::inquiry::annotated_components;
 use hyd_compiler::render::render;
 use hyd_compiler::{
-    Compilation, CompiledModel, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile_with,
-    injection_sites, print_string,
+    Compilation, CompiledModel, Diagnostic, Files, Goal, Injection, InjectionSite, Options, Sources, TermShape,
+    compile, compile_with, injection_sites, print_string,
 };
 
 use crate::Fault;
-use crate::catalogue::Candidate;
+use crate::catalogue::{Candidate, Site, sites};
+use crate::composed::Composed;
 use crate::dictionary::Term;
 
 /// Name of the model with effects, and of the one with channels.
 pub const EXTENDED: &str = "Discovered";
 const MEASURED: &str = "HydMeasured";
-/// Name of the text in messages.
+/// Name of the model in which places are looked for.
+const PLACES: &str = "HydPlaces";
+/// Name of a text that begins with no file of the user's.
 const STUDY: &str = "study";
 /// Channels are variables of this name and a number.
 pub(crate) const CHANNEL: &str = "hyd_channel_";
@@ -29,6 +33,8 @@ pub(crate) const CHANNEL: &str = "hyd_channel_";
 /// Where texts come from and what the base is.
 #[derive(Clone)]
 pub struct Workshop<'a> {
+    /// Name of the study's file.
+    pub study: String,
     /// Makes a new way to the libraries.
     pub sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync),
     /// Text that must come before the variants: that of the study's model file, if no library finds it.
@@ -120,7 +126,23 @@ impl Workshop<'_> {
     /// The messages of the compiler.
     pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Arc<CompiledModel>, Fault> {
         let extended = self.extended(inserts, "with effects", &[], "");
-        self.translate_with(&self.preamble, &extended, terms).map(|(model, _)| model)
+        self.translate_with(&self.preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
+    }
+
+    /// What is put together, for messages.
+    fn words(&self, inserts: &[Insert]) -> String {
+        let one = |insert: &Insert| {
+            let paths: Vec<String> = insert.candidate.sites.iter().map(|site| format!("`{}`", site.path)).collect();
+            format!("the effect `{}` in {}", insert.candidate.effect.class, paths.join(" and "))
+        };
+        let effects: Vec<String> = inserts.iter().map(one).collect();
+        let with = if effects.is_empty() { String::new() } else { format!(" with {}", effects.join(", ")) };
+        format!("the model `{}`{with}", self.class)
+    }
+
+    /// The name of the texts that are put together: of lines of the user's file messages say that file.
+    fn name(&self) -> &str {
+        if self.preamble.is_empty() { STUDY } else { &self.file }
     }
 
     /// The name under which users know a file.
@@ -128,12 +150,28 @@ impl Workshop<'_> {
         if file == STUDY { &self.file } else { file }
     }
 
+    /// The places of the base model.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn places(&self) -> Result<Vec<Site>, Fault> {
+        // A model of its own, so that a class of a library is found the same way as one of the study's file.
+        let text = format!("{}model {PLACES}\n  extends {};\nend {PLACES};\n", self.preamble, self.class);
+        let own = self.preamble.len();
+        let composed = self.composed(text, own, Vec::new(), &self.words(&[]));
+        let found =
+            annotated_components(&mut *(self.sources)(), (&composed.name, &composed.text), Some(PLACES), "place");
+        let found =
+            found.map_err(|(files, diagnostics)| self.refused(&composed, &files, &diagnostics, &self.words(&[])))?;
+        Ok(sites(&found))
+    }
+
     /// Equations of the model with effects to which terms can be added.
     pub fn injection_sites(&self, inserts: &[Insert]) -> Vec<InjectionSite> {
-        let text = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""));
-        let (sites, _) = injection_sites(&mut *(self.sources)(), STUDY, &text, &options());
+        let (text, _) = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""));
+        let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &options());
         let own = self.preamble.lines().count();
-        sites.into_iter().filter(|site| *site.file != *STUDY || site.line as usize <= own).collect()
+        sites.into_iter().filter(|site| *site.file != *self.name() || site.line as usize <= own).collect()
     }
 
     /// Translates a text that defines [`EXTENDED`] and all that it needs, with the channels added.
@@ -141,7 +179,7 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn translate_whole(&self, whole: &str) -> Result<Arc<CompiledModel>, Fault> {
-        self.translate_with("", whole, &[]).map(|(model, _)| model)
+        self.translate_with("", whole, (&[], "the model of the report")).map(|(model, _)| model)
     }
 
     /// Texts that a model with effects is made of, except its own and those that `built_in` knows by their names.
@@ -149,9 +187,11 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn texts(&self, inserts: &[Insert], built_in: &dyn Fn(&str) -> bool) -> Result<Vec<String>, Fault> {
-        let (_, files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?;
+        let (_, files) =
+            self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), (&[], &self.words(inserts)))?;
         let mut texts = if self.preamble.is_empty() { Vec::new() } else { vec![self.preamble.clone()] };
-        texts.extend(files.into_iter().filter(|(name, _)| name != STUDY && !built_in(name)).map(|(_, text)| text));
+        texts
+            .extend(files.into_iter().filter(|(name, _)| name != self.name() && !built_in(name)).map(|(_, text)| text));
         Ok(texts)
     }
 
@@ -161,42 +201,74 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn files(&self, inserts: &[Insert]) -> Result<Vec<(String, String)>, Fault> {
-        let (_, mut files) = self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), &[])?;
-        files.retain(|(name, _)| name != STUDY);
+        let (_, mut files) =
+            self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), (&[], &self.words(inserts)))?;
+        files.retain(|(name, _)| name != self.name());
         if !self.preamble.is_empty() {
             files.insert(0, (self.file.clone(), self.preamble.clone()));
         }
         Ok(files)
     }
 
-    /// A text with the channels added.
-    fn measured(&self, preamble: &str, extended: &str) -> String {
+    /// A text with the channels added, and where they end.
+    fn measured(&self, preamble: &str, extended: &str) -> (String, Vec<(usize, String)>) {
         let mut text = format!("{preamble}{extended}model {MEASURED}\n  extends {EXTENDED};\n");
+        let mut ends = vec![(text.len(), String::new())];
         for (k, expression) in self.channels.iter().enumerate() {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
+            ends.push((text.len(), format!("the channel `{expression}` of the study `{}`", self.study)));
         }
         let _ = writeln!(text, "end {MEASURED};");
-        text
+        (text, ends)
     }
 
-    /// Translates a text that defines [`EXTENDED`], with the channels added.
+    /// A text that begins with `own` bytes of the user's, in which `channels` stand and all else is `words`.
+    fn composed(&self, text: String, own: usize, channels: Vec<(usize, String)>, words: &str) -> Composed {
+        let words = format!("{words} of the study `{}`", self.study);
+        let mut parts = channels;
+        parts.push((text.len(), String::new()));
+        parts.iter_mut().filter(|(_, said)| said.is_empty()).for_each(|(_, said)| said.clone_from(&words));
+        let names = [EXTENDED, MEASURED, PLACES].map(|name| (name, self.class.clone())).to_vec();
+        Composed { name: self.name().to_string(), text, own, parts, names }
+    }
+
+    /// Why a text that was put together cannot be translated.
+    fn refused(&self, composed: &Composed, files: &Files, diagnostics: &[Diagnostic], words: &str) -> Fault {
+        let is_syntax = |diagnostic: &Diagnostic| diagnostic.code.number().starts_with("E01");
+        let heading = format!("{words} of the study `{}` cannot be translated", self.study);
+        if diagnostics.iter().any(is_syntax) && composed.own > 0 {
+            // A file whose last `end` is missing goes on in what was put behind it; on its own it tells what is wrong.
+            let options = Options { model: Some(self.class.clone()), goal: Goal::Flat, ..options() };
+            let alone = compile(&mut *(self.sources)(), &self.file, &composed.text[..composed.own], &options);
+            let wrong: Vec<Diagnostic> = alone.diagnostics.iter().filter(|own| is_syntax(own)).cloned().collect();
+            if !wrong.is_empty() {
+                return Fault::new(format!("{heading}\n{}", render(&alone.files, &wrong, false)));
+            }
+        }
+        Fault::new(format!("{heading}\n{}", composed.told(files, diagnostics)))
+    }
+
+    /// Translates a text that defines [`EXTENDED`], with the channels added; `words` say what it is.
     #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
     fn translate_with(
         &self,
         preamble: &str,
         extended: &str,
-        terms: &[Term],
+        (terms, words): (&[Term], &str),
     ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
-        let text = self.measured(preamble, extended);
+        let (text, channels) = self.measured(preamble, extended);
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
-        let compilation: Compilation = compile_with(&mut *(self.sources)(), STUDY, &text, &options(), &terms);
+        let compilation: Compilation = compile_with(&mut *(self.sources)(), self.name(), &text, &options(), &terms);
         match compilation.model.clone() {
             Some(model) if !compilation.has_errors() => {
                 let files = &compilation.files;
                 Ok((model, files.ids().map(|id| (files.name(id).to_string(), files.text(id).to_string())).collect()))
             }
-            _ => Err(Fault::new(render(&compilation.files, &compilation.diagnostics, false))),
+            _ => {
+                let composed = self.composed(text, preamble.len(), channels, words);
+                Err(self.refused(&composed, &compilation.files, &compilation.diagnostics, words))
+            }
         }
     }
 }

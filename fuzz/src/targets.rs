@@ -200,6 +200,7 @@ const DRIVE: &str = "model Drive\n  record Spring\n    parameter Real k = 1e4;\n
 pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
     let sources = || -> Box<dyn Sources> { Box::new(LibraryPath::new()) };
     let workshop = Workshop {
+        study: "bench.toml".to_string(),
         sources: &sources,
         preamble: DRIVE.to_string(),
         file: setup.study.file.clone(),

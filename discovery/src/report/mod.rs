@@ -204,6 +204,7 @@ mod tests {
     fn no_name_and_no_words_break_the_text() {
         let nasty = "a \"quoted\" \\ word\nand an end \\";
         let workshop = Workshop {
+            study: "bench.toml".into(),
             sources: &|| Box::new(Nothing),
             preamble: String::new(),
             file: "base.hyd".into(),

@@ -35,3 +35,102 @@ fn without_shots_held_out_there_is_no_gap_on_them() {
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert!(json["gap"]["heldout"].is_null() && json["gap"]["train"]["all"].is_number(), "{json}");
 }
+
+/// The text that is translated is made of the study; messages are about what the user has written.
+#[test]
+fn what_a_study_names_wrongly_is_said_of_the_study() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    let cases = [
+        (
+            "variable = \"y\"",
+            "variable = \"yy*2\"",
+            "error: the model `Drv` of the study `other.toml` cannot be translated\n\
+             error[E0201]: unknown name `yy` in `Drv`\n = did you mean `y`?\n = in the channel `yy*2` of the study `other.toml`\n",
+        ),
+        (
+            "default = \"Drv\"",
+            "default = \"Drvv\"",
+            "error: the model `Drvv` of the study `other.toml` cannot be translated\n\
+             error[E0202]: there is no class `Drvv` here\n = did you mean `Drv`?\n = in the model `Drvv` of the study `other.toml`\n",
+        ),
+        (
+            "k = \"spring.k\"",
+            "k = \"sprin.k\"",
+            "error: `k` in `[nuisances]` of the study: the model has no parameter `sprin.k`; did you mean `spring.k`?\n",
+        ),
+        (
+            "p0 = \"p0_Pa\"",
+            "p00 = \"p0_Pa\"",
+            "error: `[conditions]` of the study: the model has no parameter `p00`; did you mean `p0`?\n",
+        ),
+    ];
+    for (from, to, message) in cases {
+        study(&folder, from, to);
+        let outcome = run(&own, &FIT);
+        assert_eq!((outcome.code, outcome.stderr.trim_end()), (Some(1), message.trim_end()));
+    }
+}
+
+/// Marks in the model's own file stay, under the name of that file, also where its last line is missing.
+#[test]
+fn faults_of_the_model_are_shown_in_its_file() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    let text = folder.read("drv/drive.hyd");
+    let cut = text.rsplit_once("end Drv;").unwrap().0;
+    let asserting = text.replace("equation\n", "equation\n  assert(valve.s < 1e-3, \"too far\");\n");
+    let cases = [
+        (
+            text.replacen("Units.Time t_on", "Units.Tim t_on", 1),
+            1,
+            "error[E0202]: `Hyd.Units` has no class `Tim`",
+            ":7:19",
+        ),
+        (cut.to_string(), 1, "error[E0101]: `end Drv;` is missing at the end of the file", ":1:7"),
+        (asserting, 3, "too far", ":31"),
+    ];
+    study(&folder, "drive.hyd", "broken.hyd");
+    for (text, code, message, place) in cases {
+        folder.write("drv/broken.hyd", text);
+        let discover = ["discover", "other.toml", "--bench", "bench/set.json", "--report", "report"];
+        for arguments in [&FIT[..], &discover] {
+            let outcome = run(&own, arguments);
+            assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
+            let said = outcome.stderr.replace("./", "");
+            assert!(said.contains(message) && said.contains(&format!("broken.hyd{place}")), "{said}");
+            assert!(!said.contains("HydPlaces") && !said.contains("Discovered") && !said.contains("study:"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn effects_that_do_not_fit_are_named_with_their_places() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    let note = "annotation(__hyd(effect(id = \"seep\", kind = \"physics\", at = {\"leakage\"}, adds = cc, probe = 1e-11, \
+                prior = \"lognormal(1e-11, 0.7)\")));";
+    let cases = [
+        (
+            "  parameter Real cc = 1;\n",
+            "error: the model `Drv` with the effect `Seep` in `leakage` of the study `bench.toml` cannot be translated\n\
+             error[E0210]: `Seep` has no element `port_a`, which `Hyd.Places.PartialLeakage` has\n",
+            "in the model `Drv` with the effect `Seep` in `leakage`",
+        ),
+        (
+            "  extends Hyd.Places.PartialLeakage;\n  parameter Real c = 1e-11;\nequation\n  q = c*dp;\n",
+            "error: effect `seep` (",
+            "Seep.hyd:1) in `leakage`: the model has no parameter `leakage.cc`; did you mean `leakage.c`?",
+        ),
+    ];
+    std::fs::create_dir(own.join("library")).unwrap();
+    for (inside, begin, part) in cases {
+        folder.write("drv/library/Seep.hyd", format!("model Seep\n{inside}  {note}\nend Seep;\n"));
+        let arguments =
+            ["discover", "bench.toml", "--bench", "bench/set.json", "--report", "report", "--library", "library"];
+        let outcome = run(&own, &arguments);
+        assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+        assert!(outcome.stderr.starts_with(begin) && outcome.stderr.contains(part), "{}", outcome.stderr);
+        assert!(!outcome.stderr.contains("Discovered"), "{}", outcome.stderr);
+    }
+}
