@@ -1,6 +1,7 @@
 //! Makes the table of the standard library's texts that the binary carries.
 //!
-//! Every `.hyd` file and `package.order` below `../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by path.  Reads nothing else.
+//! Every `.hyd` file and `package.order` below `../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by
+//! path.  Reads nothing else.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

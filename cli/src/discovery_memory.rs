@@ -1,7 +1,8 @@
 //! `DIR/fits.jsonl`: what a search has fitted so far, so that `--resume` goes on after an interrupt.
 //!
-//! The first line says what was searched (a hash of study, set, tables, model, libraries' effects and version); fits of anything else
-//! are not taken over.  A line is written after each fit; one that a kill has torn is not read.  A finished search removes it.
+//! The first line says what was searched (a hash of study, set, tables, model, libraries' effects and version); fits of
+//! anything else are not taken over.  A line is written after each fit; one that a kill has torn is not read.  A
+//! finished search removes it.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! `hyd doc [DIR]`: the map of a library as one HTML page, with the pictures of its examples.
 //!
-//! Texts come from the built-in library or from a folder; `hyd-doc` makes the page.  The models that say how they are run are run here,
-//! and drawn with the variables that `annotation(__hyd(plot = {...}))` names, else with their first few.  An example that does not
-//! run is named in a message and has no picture.
+//! Texts come from the built-in library or from a folder; `hyd-doc` makes the page.  The models that say how they are
+//! run are run here, and drawn with the variables that `annotation(__hyd(plot = {...}))` names, else with their first
+//! few.  An example that does not run is named in a message and has no picture.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

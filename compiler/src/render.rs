@@ -20,8 +20,8 @@ const MOST: usize = 100;
 /// Bytes of a line of which an excerpt is shown.
 const LONGEST_LINE: usize = 1000;
 
-/// Messages as text with the marked places, an empty line after each; `color`: with ANSI escapes for terminals.  Of each severity the first
-/// hundred, with the number of all others at the end.
+/// Messages as text with the marked places, an empty line after each; `color`: with ANSI escapes for terminals.  Of
+/// each severity the first hundred, with the number of all others at the end.
 pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String {
     let mut shown = SimpleFiles::new();
     for id in files.ids() {

@@ -1,8 +1,9 @@
 //! How far does the cost fall where nothing is missing?  The threshold of names for one study and set.
 //!
-//! The fitted model is run under the conditions of all shots, noise like that of the set is added, and the whole search runs on sets
-//! made in this way (parametric bootstrap: Efron, Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 6).  What the best
-//! candidate of the first pass seems to explain there, it explains by chance.  Scatter from shot to shot that no study declares is not in these sets.
+//! The fitted model is run under the conditions of all shots, noise like that of the set is added, and the whole search
+//! runs on sets made in this way (parametric bootstrap: Efron, Tibshirani, "An Introduction to the Bootstrap", 1993,
+//! chapter 6).  What the best candidate of the first pass seems to explain there, it explains by chance.  Scatter from
+//! shot to shot that no study declares is not in these sets.
 
 use crate::catalogue::Candidate;
 use crate::fit::Fit;

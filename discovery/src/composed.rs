@@ -1,7 +1,8 @@
 //! Messages about a text that was put together from a study, for who wrote the study.
 //!
-//! The text begins with the model's file, and its lines are those of that file.  What follows nobody has written, so nobody can look at
-//! it: a mark there becomes a sentence that says what stands in that place, and names that only exist there give way to the user's.
+//! The text begins with the model's file, and its lines are those of that file.  What follows nobody has written, so
+//! nobody can look at it: a mark there becomes a sentence that says what stands in that place, and names that only
+//! exist there give way to the user's.
 
 use hyd_compiler::render::render;
 use hyd_compiler::{Diagnostic, Files};

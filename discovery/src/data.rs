@@ -149,8 +149,9 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study) -> Result<Sho
     Ok(ShotData { number: shot.number, times: times.clone(), span, traces })
 }
 
-/// When the run of a shot begins, whose samples go from `first` to `last` in steps (s): with its first sample, or before it where the study
-/// says so or nothing speaks against the model's usual start at 0.  The error is a start behind the first sample.
+/// When the run of a shot begins, whose samples go from `first` to `last` in steps (s): with its first sample, or
+/// before it where the study says so or nothing speaks against the model's usual start at 0.  The error is a start
+/// behind the first sample.
 fn start_of_run((first, last, step): (f64, f64, f64), stated: Option<f64>) -> Result<f64, f64> {
     let begin = stated.unwrap_or(0.0);
     let is_before = first - begin > 1e-6 * step;

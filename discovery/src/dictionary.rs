@@ -1,9 +1,10 @@
 //! Terms that an equation may lack: shapes of the variables around it, each with one coefficient.
 //!
-//! Equations that only define or connect (`der(y) = v`, `a.u = b.y`) lack nothing: their terms would mean nothing.  Balances may
-//! lack a term, laws may be wrong, and measuring chains are equations like others.  The same shape holds in all shots, which is what
-//! tells a force from a pressure: a free function of time could imitate one by the other (Wang 2026; Brynjarsdottir, O'Hagan
-//! 2014).  Ranges of the variables decide the widths of shapes; they come from runs of the model as it is.
+//! Equations that only define or connect (`der(y) = v`, `a.u = b.y`) lack nothing: their terms would mean nothing.
+//! Balances may lack a term, laws may be wrong, and measuring chains are equations like others.  The same shape holds
+//! in all shots, which is what tells a force from a pressure: a free function of time could imitate one by the other
+//! (Wang 2026; Brynjarsdottir, O'Hagan 2014).  Ranges of the variables decide the widths of shapes; they come from runs
+//! of the model as it is.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! Where is something missing?  Every term of every equation held against the residuals of a fit, without a fit of its own.
 //!
-//! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients along: the change of
-//! the channels per unit of a term, with everything that follows from it.  What the nuisances can imitate is taken out
-//! ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao 1948).  Where terms are
-//! many, the shot that is farthest from the model chooses those that are held against all shots.  Models with delays are not located by
-//! equation: a hundred directions through delays take minutes.
+//! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients
+//! along: the change of the channels per unit of a term, with everything that follows from it.  What the nuisances can
+//! imitate is taken out ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao
+//! 1948).  Where terms are many, the shot that is farthest from the model chooses those that are held against all
+//! shots.  Models with delays are not located by equation: a hundred directions through delays take minutes.
 
 use std::collections::BTreeMap;
 
@@ -36,8 +36,8 @@ pub struct Located {
     pub score: Score,
 }
 
-/// All terms of all equations of a fitted model, the best first, and the number of runs.  `exchangeable` are the paths of components that
-/// are made to be exchanged: of equations that are equally good those of such components come first.
+/// All terms of all equations of a fitted model, the best first, and the number of runs.  `exchangeable` are the paths
+/// of components that are made to be exchanged: of equations that are equally good those of such components come first.
 ///
 /// # Errors
 /// When the model with terms cannot be translated or run.
@@ -134,7 +134,8 @@ fn ranges(
     Ok(ranges)
 }
 
-/// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving and left out.
+/// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving
+/// and left out.
 fn look_or_halve(
     setup: &Setup,
     workshop: &Workshop<'_>,

@@ -18,8 +18,8 @@ use crate::variant::CHANNEL;
 /// Part of the distance of output points within which a row stands on one.
 const ON_POINT: f64 = 1e-6;
 
-/// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes whose numbers make
-/// sense.
+/// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes
+/// whose numbers make sense.
 const MOST_STEPS: (u64, u64) = (40_000, 20);
 /// Relative tolerance of runs with delays: their errors stay below 0.06 standard deviations of the noise of recorded sets.
 const WAVE_TOLERANCE: f64 = 3e-5;

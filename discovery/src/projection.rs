@@ -1,8 +1,9 @@
 //! What is left of a signature when the nuisances have taken their share.
 //!
-//! With the Jacobian `J` of the residuals by the nuisances and their unit prior, `P = I - J (J'J + I)^-1 J'` takes out all that
-//! nuisances can imitate.  For residuals `r` and a signature `d` (the change of the residuals when an effect is switched on) the best
-//! amplitude is `a = -d'Pr/d'Pd`, and the cost falls by `(d'Pr)^2/(d'Pd)`: the score test (Rao 1948) with a prior.
+//! With the Jacobian `J` of the residuals by the nuisances and their unit prior, `P = I - J (J'J + I)^-1 J'` takes out
+//! all that nuisances can imitate.  For residuals `r` and a signature `d` (the change of the residuals when an effect
+//! is switched on) the best amplitude is `a = -d'Pr/d'Pd`, and the cost falls by `(d'Pr)^2/(d'Pd)`: the score test (Rao
+//! 1948) with a prior.
 
 use std::ops::Range;
 
@@ -56,8 +57,8 @@ impl<'a> Projection<'a> {
         Some(Self { jacobian, factor, residuals: &fit.residuals, pull })
     }
 
-    /// Scores a signature whose rows fall into parts that each have an amplitude of their own, such as shots.  Returns the amplitudes
-    /// as well; `power` and `left` are those of the signature as it is.
+    /// Scores a signature whose rows fall into parts that each have an amplitude of their own, such as shots.  Returns
+    /// the amplitudes as well; `power` and `left` are those of the signature as it is.
     pub fn score_in_parts(
         &self,
         signature: &DVector<f64>,

@@ -1,8 +1,8 @@
 //! The gap before and after: residuals of shots, seen and unseen, under the true noise.
 //!
-//! In a gap the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise; [`unseen`] grants the tolerance
-//! of the fits.  On shots that were held out everything that holds for all shots stays as it was fitted; only what belongs to the shot
-//! itself is fitted again.
+//! In a gap the deviation is that of the noise alone, without any tolerance of time, and 1.0 means noise; [`unseen`]
+//! grants the tolerance of the fits.  On shots that were held out everything that holds for all shots stays as it was
+//! fitted; only what belongs to the shot itself is fitted again.
 
 use crate::Fault;
 use crate::fit::{Effort, Fit, minimise_over};
@@ -21,8 +21,8 @@ pub struct Gap {
     pub fit: Fit,
 }
 
-/// The sum of squares that shots leave which were not fitted, with a tolerance of time (in sample periods); what belongs to them alone is
-/// fitted.
+/// The sum of squares that shots leave which were not fitted, with a tolerance of time (in sample periods); what
+/// belongs to them alone is fitted.
 ///
 /// # Errors
 /// A run that failed.

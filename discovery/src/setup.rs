@@ -46,7 +46,8 @@ struct PlaceList<'a> {
 }
 
 impl PlaceList<'_> {
-    /// Position of a parameter; one that is new gets the value that `value_of` makes of shot and declared value.  `by`: who names it.
+    /// Position of a parameter; one that is new gets the value that `value_of` makes of shot and declared value.  `by`:
+    /// who names it.
     fn add(
         &mut self,
         name: &str,
@@ -281,7 +282,8 @@ fn operating_points(study: &Study, bench: &Bench) -> Vec<Vec<f64>> {
     bench.shots.iter().map(of).collect()
 }
 
-/// The shots nearest to the centre of the operating points, but for some: values of the conditions that decide parameters, each by its range.
+/// The shots nearest to the centre of the operating points, but for some: values of the conditions that decide
+/// parameters, each by its range.
 fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usize> {
     let count = bench.shots.len();
     if count < 2 {

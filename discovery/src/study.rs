@@ -99,8 +99,8 @@ pub struct Shots {
     pub time_scale: f64,
     /// Standard deviation of the trigger, shot by shot (s).
     pub trigger_jitter: f64,
-    /// Conditions (parameters of the model) that are times of the trigger and move with it; where none is named the whole record is shifted,
-    /// with curves that are interpolated between the output points.
+    /// Conditions (parameters of the model) that are times of the trigger and move with it; where none is named the
+    /// whole record is shifted, with curves that are interpolated between the output points.
     pub trigger_moves: Vec<String>,
     /// Tolerance of time with which fast changes are compared, in sample periods.
     pub time_tolerance: f64,
@@ -138,8 +138,8 @@ pub struct Mask {
     pub from: Option<f64>,
     /// Until this time (s).
     pub to: Option<f64>,
-    /// Around these times, formulas of the conditions such as `trigger_time_s + pulse_s`: where a channel jumps nobody knows on which
-    /// side of the jump a sample was taken.
+    /// Around these times, formulas of the conditions such as `trigger_time_s + pulse_s`: where a channel jumps nobody
+    /// knows on which side of the jump a sample was taken.
     #[serde(default)]
     pub around: Vec<String>,
     /// As far as this to both sides (s).

@@ -11,7 +11,8 @@ pub(crate) const LIMIT: f64 = 12.0;
 /// What an unknown stands for.
 #[derive(Clone, Debug)]
 pub enum Meaning {
-    /// Parameters of the model at these places become `base * (1 + sigma xi)`, where `base` is the value under the shot's conditions.
+    /// Parameters of the model at these places become `base * (1 + sigma xi)`, where `base` is the value under the
+    /// shot's conditions.
     Relative {
         /// Positions in the list of places.
         places: Vec<usize>,

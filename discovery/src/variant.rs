@@ -195,8 +195,8 @@ impl Workshop<'_> {
         Ok(texts)
     }
 
-    /// Names and texts of all files that a model with effects is made of, as users know them: of the text that is compiled only what stands
-    /// in the study's model file, and nothing where a library finds that file.
+    /// Names and texts of all files that a model with effects is made of, as users know them: of the text that is
+    /// compiled only what stands in the study's model file, and nothing where a library finds that file.
     ///
     /// # Errors
     /// The messages of the compiler.

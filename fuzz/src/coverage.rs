@@ -1,8 +1,9 @@
 //! Which edges of the program's control flow a case has gone along, and how often, in powers of two.
 //!
-//! A build with the flags of `fuzz/README.md` has a counter of 8 bits for every edge, put there by LLVM's pass `sancov-module`, which
-//! tells their place before `main` begins (LLVM documentation, "SanitizerCoverage", section "Inline 8bit-counters").  The classes of counts are
-//! those of greybox fuzzing (Miller and others, "The Fuzzing Book", chapter "Greybox Fuzzing").  Without the flags there are no counters.
+//! A build with the flags of `fuzz/README.md` has a counter of 8 bits for every edge, put there by LLVM's pass
+//! `sancov-module`, which tells their place before `main` begins (LLVM documentation, "SanitizerCoverage", section
+//! "Inline 8bit-counters").  The classes of counts are those of greybox fuzzing (Miller and others, "The Fuzzing Book",
+//! chapter "Greybox Fuzzing").  Without the flags there are no counters.
 
 #![allow(unsafe_code)]
 
@@ -29,8 +30,8 @@ const CHUNK: usize = 64;
 pub(crate) struct Seen(Vec<u8>);
 
 impl Seen {
-    /// Takes what was counted since the last call and sets the counters to zero; the number of edges seen for the first time with such a
-    /// count.
+    /// Takes what was counted since the last call and sets the counters to zero; the number of edges seen for the first
+    /// time with such a count.
     pub(crate) fn take(&mut self) -> usize {
         let start = START.load(Ordering::Relaxed);
         if start.is_null() {
@@ -41,8 +42,9 @@ impl Seen {
         let mut new = 0;
         for (chunk, seen) in self.0.chunks_mut(CHUNK).enumerate() {
             let mut counts = [0; CHUNK];
-            // SAFETY: `seen` is as long as what is left of the table of counters, which lives as long as the program; counters are plain bytes that
-            // only instrumented code adds to: none of it runs here but the watch, whose few counts may be lost.
+            // SAFETY: `seen` is as long as what is left of the table of counters, which lives as long as the program;
+            // counters are plain bytes that only instrumented code adds to: none of it runs here but the watch, whose
+            // few counts may be lost.
             unsafe {
                 let place = start.add(chunk * CHUNK);
                 place.copy_to_nonoverlapping(counts.as_mut_ptr(), seen.len());

@@ -1,11 +1,12 @@
 //! The way from a solution that is about to vanish to another one of the same equations.
 //!
-//! Where a loop has several roots, two of them can meet and vanish (a fold).  There the matrix of the equations is almost singular:
-//! its null vector says which unknowns the loop consists of.  One equation of the loop is relaxed, `G(x) = lambda e_k`, and
-//! this curve is followed from the last values until `lambda` is zero again; `lambda` turns back at folds, so the curve passes over the
-//! unstable branch to the next one.  It is followed by its length in `x` (pseudo-arclength), measured in `max(|x_k|, nominal_k)`.
-//! Sources: Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems" (1977); Allgower, Georg 2003, *Introduction to
-//! Numerical Continuation Methods*, chapters 2 and 6.  Finds the first root on the curve, which need not be the nearest in space.
+//! Where a loop has several roots, two of them can meet and vanish (a fold).  There the matrix of the equations is
+//! almost singular: its null vector says which unknowns the loop consists of.  One equation of the loop is relaxed,
+//! `G(x) = lambda e_k`, and this curve is followed from the last values until `lambda` is zero again; `lambda` turns
+//! back at folds, so the curve passes over the unstable branch to the next one.  It is followed by its length in `x`
+//! (pseudo-arclength), measured in `max(|x_k|, nominal_k)`. Sources: Keller, "Numerical solution of bifurcation and
+//! nonlinear eigenvalue problems" (1977); Allgower, Georg 2003, *Introduction to Numerical Continuation Methods*,
+//! chapters 2 and 6.  Finds the first root on the curve, which need not be the nearest in space.
 
 use crate::newton::Target;
 

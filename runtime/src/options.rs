@@ -49,7 +49,8 @@ pub struct Options {
     /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further
     /// variables `d(x)/d(p)`; the name of a variable stands for its start value.
     pub sensitivity: Vec<String>,
-    /// Outputs (positions in a row) whose derivatives are looked at, all if none are named: the others cost nothing and mean nothing.
+    /// Outputs (positions in a row) whose derivatives are looked at, all if none are named: the others cost nothing and
+    /// mean nothing.
     pub derived_outputs: Option<Vec<u32>>,
 }
 

@@ -1,8 +1,8 @@
 //! Vectors in tiles of four numbers.
 //!
-//! Systems of few unknowns spend much of their time at the ends of short loops.  A vector whose last tile is filled up has no such end: a loop
-//! over tiles is a row of vector instructions.  What fills the last tile is 0, which linear operations with finite numbers keep, or a
-//! weight, which then counts for nothing.
+//! Systems of few unknowns spend much of their time at the ends of short loops.  A vector whose last tile is filled up
+//! has no such end: a loop over tiles is a row of vector instructions.  What fills the last tile is 0, which linear
+//! operations with finite numbers keep, or a weight, which then counts for nothing.
 
 use std::ops::{Deref, DerefMut};
 

@@ -1,7 +1,7 @@
 //! `hyd` as the programs of `benchmarks/peers` run: `beside_peers (auto|bdf|esdirk) (drive|line|cord) TOLERANCE CELLS FILE`.
 //!
-//! Prints CPU seconds (best of up to 20 runs in one process, each with its rows kept), steps and rejected steps; writes samples `t,value,...`
-//! to FILE, in the scaled units of the peers.  Called by `benchmarks/peers/run.py`.
+//! Prints CPU seconds (best of up to 20 runs in one process, each with its rows kept), steps and rejected steps; writes
+//! samples `t,value,...` to FILE, in the scaled units of the peers.  Called by `benchmarks/peers/run.py`.
 
 use std::fmt::Write as _;
 

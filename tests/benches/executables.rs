@@ -1,7 +1,8 @@
 //! Executables and sweeps: time from text to executable, size, time from start to first step, rate of a sweep on all cores.
 //!
-//! Run with `cargo build --release && cargo bench -p hyd-tests --bench executables`; it uses `target/release/hyd` and its launcher.  Times
-//! are wall times, the least of several runs, because other programs only add to them.  A sweep is wanted at 1.9 times the rate of one core.
+//! Run with `cargo build --release && cargo bench -p hyd-tests --bench executables`; it uses `target/release/hyd` and
+//! its launcher.  Times are wall times, the least of several runs, because other programs only add to them.  A sweep is
+//! wanted at 1.9 times the rate of one core.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,9 +1,10 @@
 //! Translation of models of N equal parts: time of each stage, memory and code, with the fitted exponents of N.
 //!
-//! Run with `cargo bench -p hyd-tests --bench scale`; `-- WORDS` takes the cases whose names contain one of the words, `--most N`
-//! bounds the number of variables (1e6 without), `--race` measures the goals of a million states and of chains alone.  Every figure comes from a process
-//! of its own, so that peaks of memory are its own; times are CPU seconds from text to code, the least of up to three runs.
-//! Exponents are slopes of straight lines through the logarithms from 10,000 variables on.
+//! Run with `cargo bench -p hyd-tests --bench scale`; `-- WORDS` takes the cases whose names contain one of the words,
+//! `--most N` bounds the number of variables (1e6 without), `--race` measures the goals of a million states and of
+//! chains alone.  Every figure comes from a process of its own, so that peaks of memory are its own; times are CPU
+//! seconds from text to code, the least of up to three runs. Exponents are slopes of straight lines through the
+//! logarithms from 10,000 variables on.
 
 use std::process::Command;
 

@@ -1,9 +1,9 @@
 //! Digits reached against tolerance on the reference problems: prints the table of `docs/performance.md`.
 //!
-//! Run with `cargo bench -p hyd-tests --bench work_precision`.  Per problem and tolerance: significant correct digits of the worst
-//! variable at the end, accepted steps and CPU milliseconds of the run; last the slope of a straight line through the digits over those of
-//! the tolerance.  With `-- --best NAME...` those problems only, at 1e-4 to 1e-8, a line each: name, tolerance, CPU seconds of the best of
-//! several runs, steps, error.
+//! Run with `cargo bench -p hyd-tests --bench work_precision`.  Per problem and tolerance: significant correct digits
+//! of the worst variable at the end, accepted steps and CPU milliseconds of the run; last the slope of a straight line
+//! through the digits over those of the tolerance.  With `-- --best NAME...` those problems only, at 1e-4 to 1e-8, a
+//! line each: name, tolerance, CPU seconds of the best of several runs, steps, error.
 
 use hyd_tests::numerics::problems;
 

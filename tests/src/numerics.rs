@@ -39,7 +39,8 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
-/// What where steps happen to fall decides is a matter of chance: tolerances around the one that is asked for, of which the median counts.
+/// What where steps happen to fall decides is a matter of chance: tolerances around the one that is asked for, of which
+/// the median counts.
 const AROUND: [f64; 5] = [0.98, 0.99, 1.0, 1.01, 1.02];
 
 /// Digits beyond which published values in double precision say nothing.

@@ -1,8 +1,8 @@
 //! Recorded sets of another simulator against the drive with what each of them hides, at the values that were drawn.
 //!
-//! Nothing is fitted: effect, parameters, offsets and gains are those of `tests/data/bench/answers.json`, the model is the library's.
-//! What is left over in each channel must then be noise and rounding; without the effect it must be more, or the set would
-//! show nothing.  The noise stated by a set leaves out the rounding, which adds up to 2 % here.
+//! Nothing is fitted: effect, parameters, offsets and gains are those of `tests/data/bench/answers.json`, the model is
+//! the library's. What is left over in each channel must then be noise and rounding; without the effect it must be
+//! more, or the set would show nothing.  The noise stated by a set leaves out the rounding, which adds up to 2 % here.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,8 +1,8 @@
 //! Derivatives of the residuals by what a measuring chain does, against differences of the residuals; and masks around a time.
 //!
-//! Offsets, gains and the shift of a record have columns of their own that need no run of the model; the delay of a trigger that moves the
-//! machine's own times has one from sensitivities.  A recorded set is compared with the
-//! drive at numbers drawn at random; correlated noise makes neighbouring rows hang together.
+//! Offsets, gains and the shift of a record have columns of their own that need no run of the model; the delay of a
+//! trigger that moves the machine's own times has one from sensitivities.  A recorded set is compared with the drive at
+//! numbers drawn at random; correlated noise makes neighbouring rows hang together.
 
 use std::fs;
 

@@ -1,7 +1,7 @@
 //! `hyd equations --stage c`: compiled by the C compiler of the machine, the text gives our values of residual, Jacobian and events.
 //!
-//! Without a C compiler there is nothing to compare with, and the test says so.  Elementary functions of the C library may differ from
-//! ours in the last bit; everything else is the same operations in the same order.
+//! Without a C compiler there is nothing to compare with, and the test says so.  Elementary functions of the C library
+//! may differ from ours in the last bit; everything else is the same operations in the same order.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;

@@ -188,8 +188,9 @@ fn a_delay_time_of_zero_is_refused() {
     );
 }
 
-/// A solution at rest has long steps; its derivative by the start value dies out a thousand times faster than the delay, and does so again
-/// when it comes back: `z' = y` and `v' = y(t - tau)`, which was `y0` before, so `dz/dy0 = (1 - exp(-r t))/r` and `dv/dy0 = tau + dz/dy0(t - tau)`.
+/// A solution at rest has long steps; its derivative by the start value dies out a thousand times faster than the
+/// delay, and does so again when it comes back: `z' = y` and `v' = y(t - tau)`, which was `y0` before, so `dz/dy0 = (1
+/// - exp(-r t))/r` and `dv/dy0 = tau + dz/dy0(t - tau)`.
 #[test]
 fn derivatives_that_die_out_fast_beside_a_solution_at_rest() {
     let text = "model Rest

@@ -1,9 +1,9 @@
 //! The effects of the library on the drive: without their text, at their zero, switched on.
 //!
-//! An effect is put into the drive by a text of three lines, as a user would write it.  For each one: where it declares a `zero`, the
-//! run there equals the base within ten times the tolerance of the stored solutions' limits; at its probe the channel that it
-//! names moves by more than a bench's noise; and what it adds obeys its own equation, which is written here once more by hand.  Ids and
-//! kinds are read from the annotations and compared with the catalogue.
+//! An effect is put into the drive by a text of three lines, as a user would write it.  For each one: where it declares
+//! a `zero`, the run there equals the base within ten times the tolerance of the stored solutions' limits; at its probe
+//! the channel that it names moves by more than a bench's noise; and what it adds obeys its own equation, which is
+//! written here once more by hand.  Ids and kinds are read from the annotations and compared with the catalogue.
 
 use std::collections::BTreeMap;
 

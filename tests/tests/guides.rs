@@ -1,6 +1,7 @@
 //! The guides of `docs/guides` typed through: their texts become files, their commands are run, what they show must be seen.
 //!
-//! In a folder of its own that holds the repository's `models`: a block ```` ```modelica NAME ```` is written to that file; each line of a
+//! In a folder of its own that holds the repository's `models`: a block ```` ```modelica NAME ```` is written to that
+//! file; each line of a
 //! ```` ```sh ```` block is a command of the program that must succeed (```` ```sh fails ````: must not); each line of a ```` ```text ````
 //! block must stand in what the last block of commands printed.  Pictures and tables that a command names must exist and hold
 //! something.

@@ -1,10 +1,11 @@
 //! The compiled drive against a right-hand side written by hand, at the corners of the operating range.
 //!
-//! Supply 8 and 20 MPa, 24 and 36 V, 680 and 2200 uF.  The hand-written drive (`hyd_tests::drive_equations`) is integrated by
-//! the pair of Dormand and Prince at 1e-11, and again at 1e-10 to know its own error: the two must agree to a fifth of the limits.
-//! Limits are those of the stored solutions, but for u_C: where the magnet barely beats the oil (20 MPa, 24 V, 680 uF) the motion, and
-//! by its voltage the circuit, answers small errors most strongly, so three times as much is allowed.  The speeds, which turn within
-//! microseconds at a contact, may be off as far as 1e-8 m of position allow.
+//! Supply 8 and 20 MPa, 24 and 36 V, 680 and 2200 uF.  The hand-written drive (`hyd_tests::drive_equations`) is
+//! integrated by the pair of Dormand and Prince at 1e-11, and again at 1e-10 to know its own error: the two must agree
+//! to a fifth of the limits. Limits are those of the stored solutions, but for u_C: where the magnet barely beats the
+//! oil (20 MPa, 24 V, 680 uF) the motion, and by its voltage the circuit, answers small errors most strongly, so three
+//! times as much is allowed.  The speeds, which turn within microseconds at a contact, may be off as far as 1e-8 m of
+//! position allow.
 
 use hyd_results::Trajectory;
 use hyd_runtime::simulate;

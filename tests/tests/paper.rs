@@ -1,10 +1,10 @@
 //! The numbers that the paper prints, recovered from the model.
 //!
-//! Paper: Szydlowski, Smoczynski, Archives of Automotive Engineering 62(4), 2013, 63-76: inductance 16.00 mH at the open and 10.06 mH
-//! at the closed spool, travel 0.45 mm, A_e = 4.91, B_e = 0.39, L_0 = 4.46 (mH mm, mm, mH), x_0 = 0.035 mm, equations 10 and 11.
-//! With these rounded constants equation 10 gives 16.0129 and 10.0714 mH: neither rounds to what is printed.  So the tests do
-//! not ask for the printed digits from the printed constants; they ask for them from constants that *round to* the
-//! printed ones, and show how far the printed ones are off.
+//! Paper: Szydlowski, Smoczynski, Archives of Automotive Engineering 62(4), 2013, 63-76: inductance 16.00 mH at the
+//! open and 10.06 mH at the closed spool, travel 0.45 mm, A_e = 4.91, B_e = 0.39, L_0 = 4.46 (mH mm, mm, mH), x_0 =
+//! 0.035 mm, equations 10 and 11. With these rounded constants equation 10 gives 16.0129 and 10.0714 mH: neither rounds
+//! to what is printed.  So the tests do not ask for the printed digits from the printed constants; they ask for them
+//! from constants that *round to* the printed ones, and show how far the printed ones are off.
 
 use hyd_tests::least_squares::fit;
 use hyd_tests::reference::Reference;

@@ -35,9 +35,10 @@ fn exponent(points: &[(usize, usize)]) -> f64 {
     product(&|p| (p.0 - mean.0) * (p.1 - mean.1)) / product(&|p| (p.0 - mean.0) * (p.0 - mean.0))
 }
 
-/// Where everything meets in one place (a node, a mean), neither code nor Jacobian grows faster than the number of parts, whether
-/// the code is straight or made of loops; and no template is added per part.  Exponents are fitted from 64 parts on, where the width
-/// of assignments is bounded: there a fold becomes an unknown, so its entries step from 2 to 8 per part.
+/// Where everything meets in one place (a node, a mean), neither code nor Jacobian grows faster than the number of
+/// parts, whether the code is straight or made of loops; and no template is added per part.  Exponents are fitted from
+/// 64 parts on, where the width of assignments is bounded: there a fold becomes an unknown, so its entries step from 2
+/// to 8 per part.
 #[test]
 fn stars_of_any_size_grow_no_faster_than_their_branches() {
     for model in ["Star", "Mean", "Junction", "Folds"] {

@@ -1,10 +1,11 @@
 //! Forward sensitivities of models in the repository against wide-step central differences.
 //!
-//! Differences with steps `2 d`, `d` are extrapolated (Richardson); the distance between the two steps estimates their own
-//! error, by which they are believed.  Where the trajectory jumps or bounces at a time that depends on the parameter
-//! differences do not converge, and where the parameter itself stands on a branch (`if wyp < 1` at 1) those from both sides (of
-//! second order) differ: both are left out by these estimates.  Deviations are measured by the range of the difference over the run.  Close to contacts
-//! the estimate lets some points pass that it should not, so all but a few must agree, and those few not badly.
+//! Differences with steps `2 d`, `d` are extrapolated (Richardson); the distance between the two steps estimates their
+//! own error, by which they are believed.  Where the trajectory jumps or bounces at a time that depends on the
+//! parameter differences do not converge, and where the parameter itself stands on a branch (`if wyp < 1` at 1) those
+//! from both sides (of second order) differ: both are left out by these estimates.  Deviations are measured by the
+//! range of the difference over the run.  Close to contacts the estimate lets some points pass that it should not, so
+//! all but a few must agree, and those few not badly.
 
 use hyd_compiler::{Compilation, CompiledSystem, Goal};
 use hyd_results::Trajectory;

@@ -1,9 +1,9 @@
 //! Lines in which waves travel (method of characteristics with delays) against closed forms, stored solutions and each other.
 //!
-//! Joukowsky's step and its returns are exact without friction; the quarter wave rings with a/(4 l), with a vessel at its end at the root
-//! of w C Z tan(w l/a) = 1; lines of cells come closer by the square of their number, and so do few segments of waves with friction to many.
-//! The drive behind accumulator and line is held against a solution by characteristics of another code, good to 5 us of
-//! smearing at steps (`tests/data/reference/README.md`).
+//! Joukowsky's step and its returns are exact without friction; the quarter wave rings with a/(4 l), with a vessel at
+//! its end at the root of w C Z tan(w l/a) = 1; lines of cells come closer by the square of their number, and so do few
+//! segments of waves with friction to many. The drive behind accumulator and line is held against a solution by
+//! characteristics of another code, good to 5 us of smearing at steps (`tests/data/reference/README.md`).
 
 use std::f64::consts::PI;
 
@@ -176,8 +176,8 @@ fn a_line_costs_few_steps_with_either_choice_of_the_one_step_method() {
     assert_eq!(forced.summary.statistics.steps, line(1e-4).summary.statistics.steps);
 }
 
-/// Where steps are longer than the delay the past within a step follows from the step itself; at a loose tolerance it must not become
-/// unknown where the step ends.
+/// Where steps are longer than the delay the past within a step follows from the step itself; at a loose tolerance it
+/// must not become unknown where the step ends.
 #[test]
 fn short_lines_run_at_loose_tolerances() {
     let file = "models/single_acting_drive/with_line/linedrive.hyd";
@@ -213,8 +213,9 @@ fn a_closed_line_keeps_what_it_has_got() {
     }
 }
 
-/// In a line of a few centimetres waves run to and fro ten thousand times a second for as long as the drive moves.  Steps beyond the delay do not
-/// pay, and the errors that come back with each return are no reason for the derivatives to step shorter than the solution does.
+/// In a line of a few centimetres waves run to and fro ten thousand times a second for as long as the drive moves.
+/// Steps beyond the delay do not pay, and the errors that come back with each return are no reason for the derivatives
+/// to step shorter than the solution does.
 #[test]
 fn a_very_short_line_does_not_stop_the_drive() {
     let file = "models/single_acting_drive/with_line/linedrive.hyd";

@@ -74,8 +74,8 @@ impl Library {
         })
     }
 
-    /// The classes that a class extends, or the one that a short class stands for.  A base is looked up outside of the class, so that
-    /// looking it up does not need the bases.
+    /// The classes that a class extends, or the one that a short class stands for.  A base is looked up outside of the
+    /// class, so that looking it up does not need the bases.
     pub(crate) fn bases(&self, class: usize) -> Rc<[usize]> {
         self.bases_within(class, 0)
     }

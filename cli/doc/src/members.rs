@@ -1,6 +1,7 @@
 //! What a class has, with what its bases give it: components, and the attributes that types and modifications state.
 //!
-//! A modification where a base is extended (`extends Partial(k = 3)`) changes what the table shows.  Values stay text; nothing is computed.
+//! A modification where a base is extended (`extends Partial(k = 3)`) changes what the table shows.  Values stay text;
+//! nothing is computed.
 
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::{

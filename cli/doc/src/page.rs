@@ -95,7 +95,8 @@ impl Page {
         )
     }
 
-    /// For each class the examples whose picture it shows: its own, or the first that use it, directly before through other classes.
+    /// For each class the examples whose picture it shows: its own, or the first that use it, directly before through
+    /// other classes.
     fn shown_pictures(&self, library: &Library, uses: &[BTreeSet<usize>]) -> Vec<Vec<usize>> {
         let mut shown = vec![Vec::new(); library.entries.len()];
         let examples: Vec<usize> =

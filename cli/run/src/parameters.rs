@@ -94,7 +94,8 @@ fn refuse(info: &VariableInfo, name: &str, what: &str) -> Result<(), String> {
     Err(format!("`{name}` cannot be {what}: {reason}"))
 }
 
-/// The type of a varied parameter, and where it stands in `DaeSystem::parameters`, with its sign; an array stands in several places.
+/// The type of a varied parameter, and where it stands in `DaeSystem::parameters`, with its sign; an array stands in
+/// several places.
 ///
 /// # Errors
 /// A sentence.

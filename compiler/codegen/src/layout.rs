@@ -1,10 +1,11 @@
 //! Where every quantity of a sorted system stands in memory.
 //!
-//! The data area holds, in this order: time, the `initial()` flag, the share of `homotopy`, the constants pool, parameter values, for each
-//! parameter that can be set a flag and a given value, start values, discrete variables, their values before the event,
-//! such values of continuous variables, held relations, which candidates are states, and delayed values with their rates.
-//! Unknowns and rates are the solver's vectors, assigned variables stand in the work area by their number in the plan.  The
-//! initial and the simulation plan have each their own [`PlanPlaces`] over the same data area.
+//! The data area holds, in this order: time, the `initial()` flag, the share of `homotopy`, the constants pool,
+//! parameter values, for each parameter that can be set a flag and a given value, start values, discrete variables,
+//! their values before the event, such values of continuous variables, held relations, which candidates are states, and
+//! delayed values with their rates. Unknowns and rates are the solver's vectors, assigned variables stand in the work
+//! area by their number in the plan.  The initial and the simulation plan have each their own [`PlanPlaces`] over the
+//! same data area.
 
 use std::ops::Range;
 

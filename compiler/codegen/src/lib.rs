@@ -1,10 +1,11 @@
 //! Sorted system to native code.
 //!
-//! [`generate`] turns a sorted system into a [`program::Program`] (kernels of expressions over addresses), the program into
-//! machine code by Cranelift ([`native`]; interpreted by [`vm`] where that is refused), both with places and names into a
-//! [`hyd_payload::Model`], and returns a [`CompiledModel`] whose instances solve as [`hyd_system::DaeSystem`].  Small models become straight-line code with subexpressions shared
-//! over all equations and Jacobian entries; large ones loops over slot tables whose number does not grow with the
-//! number of equations.  Knows nothing of syntax, of solvers or of results.
+//! [`generate`] turns a sorted system into a [`program::Program`] (kernels of expressions over addresses), the program
+//! into machine code by Cranelift ([`native`]; interpreted by [`vm`] where that is refused), both with places and names
+//! into a [`hyd_payload::Model`], and returns a [`CompiledModel`] whose instances solve as [`hyd_system::DaeSystem`].
+//! Small models become straight-line code with subexpressions shared over all equations and Jacobian entries; large
+//! ones loops over slot tables whose number does not grow with the number of equations.  Knows nothing of syntax, of
+//! solvers or of results.
 
 mod c;
 mod candidates;

@@ -2,8 +2,9 @@
 //!
 //! A variable with highest derivative `d`, of which the last `k` are dummies, keeps `m = d - k` states: itself and its
 //! derivatives below `m`; derivative `m` is the rate of the last state, and the derivatives above are algebraic
-//! variables named `der(x)`, `der(der(x))`.  Where the choice is left to the run, all derivatives are variables.  New variables are appended in blocks, whole arrays in one, so that they share
-//! templates and code as the declared ones do.
+//! variables named `der(x)`, `der(der(x))`.  Where the choice is left to the run, all derivatives are variables.  New
+//! variables are appended in blocks, whole arrays in one, so that they share templates and code as the declared ones
+//! do.
 
 use hyd_flat::{Target, VarId, derivative_block};
 use hyd_index::IndexVec;

@@ -30,8 +30,8 @@ enum Read {
 
 type Known = FxHashMap<(TemplateId, Vec<bool>), (TemplateId, Vec<SlotId>)>;
 
-/// Operations of a derivative, and its growth beyond the equation itself, from which on it is refused: derivatives of high order of products
-/// grow exponentially.
+/// Operations of a derivative, and its growth beyond the equation itself, from which on it is refused: derivatives of
+/// high order of products grow exponentially.
 const MOST_OPERATIONS: usize = 100_000;
 const MOST_GROWTH: usize = 50;
 

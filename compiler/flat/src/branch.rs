@@ -1,8 +1,8 @@
 //! `if` expressions: branches chosen at translation where the condition is known there, else a choice at run time.
 //!
-//! A condition on loop variables chooses its branch for each value of the loop (Modelica 3.6, section 3.6.5, evaluates only the branch
-//! taken), so the other one may have subscripts out of range.  Branches are not always evaluated, so nothing in them
-//! becomes an equation of its own.
+//! A condition on loop variables chooses its branch for each value of the loop (Modelica 3.6, section 3.6.5, evaluates
+//! only the branch taken), so the other one may have subscripts out of range.  Branches are not always evaluated, so
+//! nothing in them becomes an equation of its own.
 
 use hyd_instance::{Resolved, ScalarType, Scope, Value};
 use hyd_source::{Code, Span};
@@ -67,8 +67,8 @@ impl Flattener<'_, '_> {
         self.choose(span, test.node, chosen?, other?)
     }
 
-    /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the branch not taken
-    /// may have subscripts out of range; none for other conditions.
+    /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the
+    /// branch not taken may have subscripts out of range; none for other conditions.
     fn loop_condition(&mut self, condition: &Expr, cx: &mut Context) -> Result<Option<bool>, Fail> {
         let (mut loops, mut others) = (false, false);
         crate::walk::any_ref(condition, &mut |reference| {

@@ -1,7 +1,7 @@
 //! Sets of joined connectors to equations: potentials are equal, flows sum to zero (Modelica 3.6, section 9.2).
 //!
-//! What connectors consist of is looked up once per connector, not per connection.  Equations of one form that come from one `connect`
-//! are one block.
+//! What connectors consist of is looked up once per connector, not per connection.  Equations of one form that come
+//! from one `connect` are one block.
 
 use hyd_instance::InstId;
 use hyd_source::{Origin, Span};

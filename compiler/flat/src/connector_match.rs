@@ -136,8 +136,9 @@ impl Flattener<'_, '_> {
         None
     }
 
-    /// Reports a set of connected inputs and outputs with more than one source: an output seen from outside its component, or
-    /// a public input seen from inside (Modelica 3.6, section 9.3).  With each variable: whether it shows its outside face, and the connect.
+    /// Reports a set of connected inputs and outputs with more than one source: an output seen from outside its
+    /// component, or a public input seen from inside (Modelica 3.6, section 9.3).  With each variable: whether it shows
+    /// its outside face, and the connect.
     pub(crate) fn has_two_sources(&mut self, leaves: &[(InstId, bool, Span)], variables: &[(VarId, bool)]) -> bool {
         let mut sources = Vec::new();
         let mut taken = Vec::new();

@@ -1,7 +1,7 @@
 //! Lowered equations to blocks of the model: a template, and operands for each turn of the loops.
 //!
-//! Templates are remembered by the nodes they were made from, so that a thousand equal components, declared one by one, simplify their
-//! equations once.
+//! Templates are remembered by the nodes they were made from, so that a thousand equal components, declared one by one,
+//! simplify their equations once.
 
 use std::rc::Rc;
 

@@ -1,8 +1,9 @@
 //! `floor`, `ceil`, `integer`, `div`, `mod` and `rem` of values that change continuously: events at their jumps.
 //!
-//! The whole number is a discrete variable of the translation's own: `q = if z < pre(q) then min(floor(z), pre(q) - 1) elseif
-//! z >= pre(q) + 1 then max(floor(z), pre(q) + 1) else pre(q)`, whose two relations are watched (Modelica 3.6, section 3.7.2.1).  So the solver never steps over a jump and
-//! between jumps `mod(x, y) = x - q*y` is smooth.  Inside `noEvent`, functions and `when` the functions are plain.
+//! The whole number is a discrete variable of the translation's own: `q = if z < pre(q) then min(floor(z), pre(q) - 1)
+//! elseif z >= pre(q) + 1 then max(floor(z), pre(q) + 1) else pre(q)`, whose two relations are watched (Modelica 3.6,
+//! section 3.7.2.1).  So the solver never steps over a jump and between jumps `mod(x, y) = x - q*y` is smooth.  Inside
+//! `noEvent`, functions and `when` the functions are plain.
 
 use hyd_instance::ScalarType;
 use hyd_source::{Origin, Span};

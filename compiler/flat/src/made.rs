@@ -134,8 +134,8 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// The variables that are the derivatives of what a slot reads, with their equations `w = der(v)`: the first of them and the place of
-    /// each.  Each derivative is made once, those of a whole array as an array.
+    /// The variables that are the derivatives of what a slot reads, with their equations `w = der(v)`: the first of
+    /// them and the place of each.  Each derivative is made once, those of a whole array as an array.
     pub(crate) fn rate_variable(
         &mut self,
         span: Span,

@@ -1,10 +1,11 @@
 //! The text of a model laid out in one way: `hyd fmt`.
 //!
-//! [`format`] parses the text, and leaves it alone if that finds errors.  Then it works on the tokens and not on the tree, so
-//! that comments, spellings of numbers and strings stay as they were written: tokens ([`hyd_syntax::tokens`]), grouped to items of one
-//! indentation each (`items`), spaces between them (`spacing`), places where a line may end (`breaks`), and the cheapest choice
-//! among these places (`lines`).  Only the space between tokens changes, which is checked before the text is handed out.  Line
-//! ends of the author are not kept, but for an empty line between items and for the rows of tables.
+//! [`format`] parses the text, and leaves it alone if that finds errors.  Then it works on the tokens and not on the
+//! tree, so that comments, spellings of numbers and strings stay as they were written: tokens ([`hyd_syntax::tokens`]),
+//! grouped to items of one indentation each (`items`), spaces between them (`spacing`), places where a line may end
+//! (`breaks`), and the cheapest choice among these places (`lines`).  Only the space between tokens changes, which is
+//! checked before the text is handed out.  Line ends of the author are not kept, but for an empty line between items
+//! and for the rows of tables.
 
 mod breaks;
 mod items;

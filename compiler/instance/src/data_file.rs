@@ -1,9 +1,10 @@
 //! Columns of data files, read at translation.
 //!
-//! A function whose body is `external "hyd" values = csvColumn(file, column);` takes two Strings and gives the numbers that stand
-//! in a column of a file with a header.  Fields are separated by commas, semicolons or tabs, whichever the header has; lines that are
-//! empty or begin with `#` are passed over.  A name of a column may be followed by its unit (`p_R [Pa]`).  Where the file lies is for
-//! the source of texts to know.  External functions of other languages are outside the profile.
+//! A function whose body is `external "hyd" values = csvColumn(file, column);` takes two Strings and gives the numbers
+//! that stand in a column of a file with a header.  Fields are separated by commas, semicolons or tabs, whichever the
+//! header has; lines that are empty or begin with `#` are passed over.  A name of a column may be followed by its unit
+//! (`p_R [Pa]`).  Where the file lies is for the source of texts to know.  External functions of other languages are
+//! outside the profile.
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{Component, Direction, Name};

@@ -50,7 +50,8 @@ impl ClassTable<'_> {
         Some(format!("did you mean {}?", names.join(" or ")))
     }
 
-    /// Constants of this name in the packages `Constants` of the libraries: nothing else has the names that people take for granted.
+    /// Constants of this name in the packages `Constants` of the libraries: nothing else has the names that people take
+    /// for granted.
     fn suggest_constant(&mut self, name: &str) -> Option<String> {
         let mut packages = self.library_names();
         packages.retain(|full| full.rsplit('.').next() == Some("Constants"));

@@ -1,7 +1,7 @@
 //! The first words of a model text: `within P.Q;`, the name of a package, its description.
 //!
-//! They decide where other files lie and where classes of a package are written into it.  Faults are left to [`crate::parse`]: what is
-//! not understood is left out.
+//! They decide where other files lie and where classes of a package are written into it.  Faults are left to
+//! [`crate::parse`]: what is not understood is left out.
 
 use crate::is_keyword;
 use crate::tokens::{Kind, Token, tokens};
@@ -15,8 +15,8 @@ pub struct Head {
     pub after_within: usize,
     /// Name of the package that the text declares, if its first class is one.
     pub package: Option<String>,
-    /// Where the elements of that package may begin: after its name and description, in bytes.  None for a package that is another one by a
-    /// new name (`package P = Q`), which has no elements of its own.
+    /// Where the elements of that package may begin: after its name and description, in bytes.  None for a package that
+    /// is another one by a new name (`package P = Q`), which has no elements of its own.
     pub elements: Option<usize>,
 }
 

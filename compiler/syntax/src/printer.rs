@@ -1,7 +1,8 @@
 //! Trees back to Modelica text, with as few parentheses as the grammar allows.
 //!
-//! Used by messages, by the pages of libraries and wherever text of a model is written; `hyd fmt` works on tokens instead.  Reading the
-//! printed text gives the same tree (spans apart); layout and comments of the original are not kept.
+//! Used by messages, by the pages of libraries and wherever text of a model is written; `hyd fmt` works on tokens
+//! instead.  Reading the printed text gives the same tree (spans apart); layout and comments of the original are not
+//! kept.
 
 use crate::build_expr::{BINARY, level};
 use crate::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Path, UnaryOp};

@@ -1,8 +1,8 @@
 //! The way down: Levenberg-Marquardt in the metric of the prior.
 //!
-//! Nocedal, Wright, "Numerical Optimization", 2nd ed., section 10.3.  Between fresh Jacobians the last one is corrected by Broyden's
-//! rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an update none; a fit counts as converged only
-//! on a fresh one.  A step changes no unknown by more than its limit.
+//! Nocedal, Wright, "Numerical Optimization", 2nd ed., section 10.3.  Between fresh Jacobians the last one is corrected
+//! by Broyden's rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an update none;
+//! a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit.
 
 use std::ops::ControlFlow;
 

@@ -1,6 +1,7 @@
 //! Maximum a posteriori fits: how hard to try ([`Effort`]), the way down ([`minimise`]), and what is known where it ends ([`Fit`]).
 //!
-//! Minimises `C = r'r + xi'xi` with `xi` in standard deviations of the prior, so that the prior is a unit matrix in the normal equations.
+//! Minimises `C = r'r + xi'xi` with `xi` in standard deviations of the prior, so that the prior is a unit matrix in the
+//! normal equations.
 
 mod descent;
 pub mod profile;

@@ -93,8 +93,8 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
     best
 }
 
-/// Tries once more where an unknown ended far from what is expected although the misfit is all but noise: it may be the end of another
-/// valley.
+/// Tries once more where an unknown ended far from what is expected although the misfit is all but noise: it may be the
+/// end of another valley.
 pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut best = fit;

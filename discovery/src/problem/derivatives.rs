@@ -129,7 +129,8 @@ impl Problem<'_> {
         true
     }
 
-    /// How much each derived parameter of a run changes with an unknown: position among the derived ones, and change per unit of `xi`.
+    /// How much each derived parameter of a run changes with an unknown: position among the derived ones, and change
+    /// per unit of `xi`.
     fn shares(&self, xi: &[f64], unknown: usize, job: &Job) -> Vec<(usize, f64)> {
         let (meaning, at) = (&self.unknowns[unknown], xi[unknown]);
         let share = |&place: &usize| {

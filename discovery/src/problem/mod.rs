@@ -1,7 +1,7 @@
 //! The comparison of one model with a set: runs, residuals in standard deviations, and their derivatives.
 //!
-//! A residual is `(measured - gain * model(t - shift) - offset)/sigma`, whitened where the noise is correlated; there is a shift only where a
-//! study does not say which times of the machine move with a trigger that scatters.
+//! A residual is `(measured - gain * model(t - shift) - offset)/sigma`, whitened where the noise is correlated; there
+//! is a shift only where a study does not say which times of the machine move with a trigger that scatters.
 
 mod derivatives;
 
@@ -56,8 +56,8 @@ impl Weighing {
     }
 }
 
-/// Where a share of a record ends (s).  What comes before 0, the record before the trigger, is no part of the share, nor is the time before a run
-/// whose clock counts from elsewhere.
+/// Where a share of a record ends (s).  What comes before 0, the record before the trigger, is no part of the share,
+/// nor is the time before a run whose clock counts from elsewhere.
 fn end_of(span: &Span, horizon: f64) -> f64 {
     let from = span.start.max(0.0);
     from + horizon * (span.stop - from)
@@ -185,7 +185,8 @@ impl Problem<'_> {
         data.times.len() * data.traces.iter().flatten().count()
     }
 
-    /// What the sum of squares is when nothing but noise is left: the sum over samples with weight of the share of the variance that is noise.
+    /// What the sum of squares is when nothing but noise is left: the sum over samples with weight of the share of the
+    /// variance that is noise.
     pub fn expected(&self, weighing: &Weighing) -> f64 {
         let mut sum = 0.0;
         for &shot in &weighing.shots {

@@ -113,8 +113,9 @@ fn masked(setup: &Setup) -> Value {
     of.collect::<Map<String, Value>>().into()
 }
 
-/// Equations and places, the likeliest first: those of effects that were named, those of terms that were fitted by the fall of the cost,
-/// then the others by how much it would fall with the best term of the equation or the best effect of the place.
+/// Equations and places, the likeliest first: those of effects that were named, those of terms that were fitted by the
+/// fall of the cost, then the others by how much it would fall with the best term of the equation or the best effect of
+/// the place.
 fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Vec::new() };
     let mut ranked: Vec<(u8, f64, String, Value)> = Vec::new();

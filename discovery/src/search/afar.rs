@@ -67,8 +67,8 @@ impl Search<'_> {
 }
 
 impl Search<'_> {
-    /// The beginning of a fit where nuisances of the fit without are no place to start from: the best of some sizes with all else as
-    /// expected, then a short fit under wide weights.
+    /// The beginning of a fit where nuisances of the fit without are no place to start from: the best of some sizes
+    /// with all else as expected, then a short fit under wide weights.
     pub(super) fn begin_from_expected(
         &self,
         hypothesis: &Hypothesis,

@@ -35,8 +35,9 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go without it.  Where the
-    /// fall of the cost is much larger than the size in standard errors tells, the two lie in different valleys.
+    /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go
+    /// without it.  Where the fall of the cost is much larger than the size in standard errors tells, the two lie in
+    /// different valleys.
     fn without(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
         (self.progress)("fitting again from each other's parameters");
         let tried = &pass.tried[best];

@@ -10,15 +10,15 @@ use crate::fit::schedule::Record;
 use crate::hypothesis::Look;
 use crate::proof::{Gap, gap, unseen};
 
-/// How many times more a further effect takes where what is left is adequate, and the share of what was explained before that it takes then, up
-/// to this share of the expected misfit.
+/// How many times more a further effect takes where what is left is adequate, and the share of what was explained
+/// before that it takes then, up to this share of the expected misfit.
 const FURTHER: (f64, f64, f64) = (3.0, 2e-3, 0.02);
 /// How many times more an effect takes for each shot in which it has a size of its own.
 const OF_EACH_SHOT: f64 = 0.5;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
-/// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples are not granted
-/// any tolerance of time: what rises steeply is met a little too early or too late by all models.
+/// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
+/// are not granted any tolerance of time: what rises steeply is met a little too early or too late by all models.
 const LEFT: f64 = 0.15;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
@@ -77,9 +77,10 @@ impl Search<'_> {
         pass.tried.iter().map(standing).collect()
     }
 
-    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs more by [`FURTHER`]:
-    /// what an effect does differently in truth is imitated by small amounts of others, and that is the more the more it explains.
-    /// An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]: it imitates what scatters from shot to shot.
+    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs
+    /// more by [`FURTHER`]: what an effect does differently in truth is imitated by small amounts of others, and that
+    /// is the more the more it explains. An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]:
+    /// it imitates what scatters from shot to shot.
     fn needed_for(&self, pass: &Pass, tried: &Tried) -> f64 {
         let is_enough = !pass.base.inserts.is_empty() && is_adequate(pass);
         let share = (FURTHER.1 * pass.explained).min(FURTHER.2 * pass.expected);
@@ -205,8 +206,8 @@ impl Search<'_> {
     }
 }
 
-/// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.  What each of them is expected
-/// to be does not count: one that is a term itself would lose against it by its prior.
+/// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.  What
+/// each of them is expected to be does not count: one that is a term itself would lose against it by its prior.
 fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
     let Some((term, own)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
         return false;

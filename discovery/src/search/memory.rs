@@ -1,7 +1,7 @@
 //! What a search has fitted already, so that one that was ended goes on where it was.
 //!
-//! A fit is remembered by what was fitted and in which role.  Only the unknowns are kept: a fit that is recalled starts from them and
-//! ends at once, with derivatives of its own.
+//! A fit is remembered by what was fitted and in which role.  Only the unknowns are kept: a fit that is recalled starts
+//! from them and ends at once, with derivatives of its own.
 
 use super::Search;
 use crate::Fault;

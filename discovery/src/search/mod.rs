@@ -1,11 +1,11 @@
 //! The search for what is missing: fit without, look at every effect, fit the likely ones with equal effort, decide, repeat.
 //!
-//! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best candidate
-//! and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a candidate whose size
-//! ends within two standard errors of nothing is the fit without.  Where the fall of the cost is larger than that size accounts for,
-//! the fit without lies in another valley and the pass is begun again from a lower one.  A name needs a fall of the cost of 25, four
-//! standard errors, plausible numbers, a lead of 10 over the next one and residuals that are noise; plain terms at equations are
-//! rivals of every effect.
+//! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best
+//! candidate and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a
+//! candidate whose size ends within two standard errors of nothing is the fit without.  Where the fall of the cost is
+//! larger than that size accounts for, the fit without lies in another valley and the pass is begun again from a lower
+//! one.  A name needs a fall of the cost of 25, four standard errors, plausible numbers, a lead of 10 over the next one
+//! and residuals that are noise; plain terms at equations are rivals of every effect.
 
 mod afar;
 mod cross;
@@ -259,8 +259,8 @@ impl Search<'_> {
         }
     }
 
-    /// One pass: the fit without, the looks and the fits of candidates.  Begun again where the fit without falls into a lower valley on the
-    /// way.
+    /// One pass: the fit without, the looks and the fits of candidates.  Begun again where the fit without falls into a
+    /// lower valley on the way.
     fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
         let mut pass = self.begin(found.to_vec(), start)?;
         let begun = pass.fit.cost;
@@ -393,7 +393,8 @@ fn by_cost(tried: &[Tried]) -> Vec<usize> {
     order
 }
 
-/// Of the candidates that were fitted, the best first, those that explain about as much as the one at `best`, and more than chance would.
+/// Of the candidates that were fitted, the best first, those that explain about as much as the one at `best`, and more
+/// than chance would.
 fn contested(pass: &Pass, best: usize, needed: f64) -> Vec<usize> {
     let fit = |k: usize| pass.tried[k].fit.as_ref();
     let lowest = fit(best).map_or(f64::INFINITY, |fit| fit.cost);

@@ -1,9 +1,10 @@
 //! Sizes in standard errors, and numbers that can be.
 //!
-//! A fit may end where an effect has numbers that its library calls implausible: another valley, or a number that the measurement hardly
-//! decides.  Before such a fit speaks against the effect it is made again from plausible numbers, and once more with
-//! the numbers that leave their ranges again held at the ends; where that explains the measurement as well, the plausible fit is the effect's
-//! (a profile likelihood over the held numbers: Raue et al., Bioinformatics 25 (2009)).
+//! A fit may end where an effect has numbers that its library calls implausible: another valley, or a number that the
+//! measurement hardly decides.  Before such a fit speaks against the effect it is made again from plausible numbers,
+//! and once more with the numbers that leave their ranges again held at the ends; where that explains the measurement
+//! as well, the plausible fit is the effect's (a profile likelihood over the held numbers: Raue et al., Bioinformatics
+//! 25 (2009)).
 
 use super::look::refresh;
 use super::rule::is_taken;
@@ -19,13 +20,13 @@ use crate::{Fault, Setup};
 pub(super) const NOTHING: f64 = 2.0;
 /// Most candidates that are fitted again.
 const MOST: usize = 3;
-/// Part of the range of what is plausible by which a number may lie outside: the ends are judgements, and what else is missing bends
-/// numbers.
+/// Part of the range of what is plausible by which a number may lie outside: the ends are judgements, and what else is
+/// missing bends numbers.
 const MARGIN: f64 = 0.2;
 
 impl Search<'_> {
-    /// Fits those that explain about as much as the best again from plausible numbers, where theirs are not.  True if one has fallen by so much
-    /// that the others must be compared again.
+    /// Fits those that explain about as much as the best again from plausible numbers, where theirs are not.  True if
+    /// one has fallen by so much that the others must be compared again.
     pub(super) fn tame(&self, pass: &mut Pass) -> Result<bool, Fault> {
         let Some(&best) = by_cost(&pass.tried).first() else { return Ok(false) };
         let mut has_fallen = false;
@@ -104,10 +105,10 @@ fn ranges(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>) -> Vec<
     (0..problem.unknowns.len()).filter_map(of).collect()
 }
 
-/// The size of the last effect in its standard errors, of all shots together where every shot has its own.  The effect's other
-/// numbers are held: without a size they mean nothing, and sizes that trade against them may be uncertain where the effect is not.
-/// Infinite for an effect that no size makes vanish: how well its size is known says nothing of whether it is there.  None for a fit that
-/// was not followed, of which no derivatives are known.
+/// The size of the last effect in its standard errors, of all shots together where every shot has its own.  The
+/// effect's other numbers are held: without a size they mean nothing, and sizes that trade against them may be
+/// uncertain where the effect is not. Infinite for an effect that no size makes vanish: how well its size is known says
+/// nothing of whether it is there.  None for a fit that was not followed, of which no derivatives are known.
 pub(super) fn size_in_errors(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> Option<f64> {
     let problem = hypothesis.problem(setup).ok()?;
     let Some(Sizes { own, away, others }) = sizes(hypothesis, setup, &problem, fit) else { return Some(f64::INFINITY) };
@@ -161,8 +162,8 @@ fn sizes_of(number: usize, hypothesis: &Hypothesis, setup: &Setup, problem: &Pro
     Some(Sizes { own, away, others })
 }
 
-/// False if a number of the last effect lies outside of what its library calls plausible by more than [`NOTHING`] standard errors and
-/// [`MARGIN`]: it only resembles what is missing.  Sizes of single shots are not judged.
+/// False if a number of the last effect lies outside of what its library calls plausible by more than [`NOTHING`]
+/// standard errors and [`MARGIN`]: it only resembles what is missing.  Sizes of single shots are not judged.
 pub(super) fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
     let Ok(problem) = hypothesis.problem(setup) else { return true };
     ranges(hypothesis, setup, &problem).into_iter().all(|(k, low, high)| {

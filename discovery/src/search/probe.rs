@@ -1,9 +1,9 @@
 //! A second look at the effects, with a few steps of a fit on borrowed derivatives.
 //!
-//! The score of an effect supposes that nuisances answer in proportion.  Where they can imitate most of it they must go far, and the
-//! score sees little of what a fit would find.  Here the nuisances do move: Levenberg-Marquardt steps whose Jacobian is that of the
-//! fit without the effect, with the columns of the effect's own numbers, corrected by Broyden's update and never computed anew, so that a
-//! step costs one run of each shot.
+//! The score of an effect supposes that nuisances answer in proportion.  Where they can imitate most of it they must go
+//! far, and the score sees little of what a fit would find.  Here the nuisances do move: Levenberg-Marquardt steps
+//! whose Jacobian is that of the fit without the effect, with the columns of the effect's own numbers, corrected by
+//! Broyden's update and never computed anew, so that a step costs one run of each shot.
 
 use super::{Pass, Search};
 use crate::Fault;
@@ -15,8 +15,8 @@ use crate::hypothesis::Look;
 const STEPS: Effort = Effort { steps: 6, gain: 2.0, worthwhile: f64::NEG_INFINITY, ..Effort::FULL };
 /// Where nothing but noise is left.
 const FEWER: Effort = Effort { steps: 4, ..STEPS };
-/// Where the nuisances leave more of a signature than this, the score is trusted: where something is missing, and where nothing but noise is
-/// left.
+/// Where the nuisances leave more of a signature than this, the score is trusted: where something is missing, and where
+/// nothing but noise is left.
 const LEFT: (f64, f64) = (0.35, 0.15);
 /// A signature that would be seen less clearly than this at the size that explains most is not followed.
 const VISIBLE: f64 = 25.0;

@@ -1,7 +1,8 @@
 //! Was the right one named, now that its fit has found a lower valley?
 //!
-//! Rivals were fitted in the valley that all shared then, and so was the model without any of them.  Where the fit of the model with the
-//! named effect falls further in the next pass, they are fitted again from there, and the name is given anew.
+//! Rivals were fitted in the valley that all shared then, and so was the model without any of them.  Where the fit of
+//! the model with the named effect falls further in the next pass, they are fitted again from there, and the name is
+//! given anew.
 
 use super::plausible::is_plausible;
 use super::rule::Outcome;
@@ -15,8 +16,8 @@ use crate::fit::{Effort, minimise};
 const RIVALS: (f64, usize) = (0.5, 3);
 
 impl Search<'_> {
-    /// Fits what stood against the effect named in `before` from where `pass`, which begins with it, has ended; true if `before` no longer
-    /// names that one.
+    /// Fits what stood against the effect named in `before` from where `pass`, which begins with it, has ended; true if
+    /// `before` no longer names that one.
     pub(super) fn revisit(&self, before: &mut Pass, pass: &Pass) -> Result<bool, Fault> {
         let own = pass.base.key();
         let Some(first) = before.tried.iter().position(|tried| tried.hypothesis.key() == own) else {

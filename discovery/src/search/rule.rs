@@ -70,8 +70,8 @@ pub(super) enum Outcome {
     Unexplained,
 }
 
-/// The candidate of the lowest cost that brings the model nearer to the measurement by more than it needs itself, whatever else may speak
-/// against it.  Candidates that were not fitted have no standing.
+/// The candidate of the lowest cost that brings the model nearer to the measurement by more than it needs itself,
+/// whatever else may speak against it.  Candidates that were not fitted have no standing.
 pub(super) fn leader(standings: &[Option<Standing>]) -> Option<usize> {
     let needed = standings.iter().enumerate().filter_map(|(k, own)| Some((k, own.filter(Standing::is_needed)?.cost)));
     needed.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(k, _)| k)
@@ -107,8 +107,8 @@ pub(super) fn outcome(
     }
 }
 
-/// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in place of a plausible
-/// one for less than the lead a name takes.
+/// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in
+/// place of a plausible one for less than the lead a name takes.
 pub(super) fn is_taken(
     fall: f64,
     scale: f64,
@@ -118,8 +118,8 @@ pub(super) fn is_taken(
     fall > 0.0 && (fall >= LEAD * scale || !was_plausible() || is_plausible())
 }
 
-/// True if a term explains what the leading effect leaves: by more than a lead where something is left beside it, by more than a name takes
-/// where only noise is, of which one of many terms always explains a little.
+/// True if a term explains what the leading effect leaves: by more than a lead where something is left beside it, by
+/// more than a name takes where only noise is, of which one of many terms always explains a little.
 pub(super) fn is_beaten_by(lead: f64, leaves_noise: bool) -> bool {
     lead > if leaves_noise { NEEDED } else { LEAD }
 }

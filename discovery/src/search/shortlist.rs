@@ -1,9 +1,9 @@
 //! Fits of the likely candidates, with equal effort.
 //!
-//! All begin with short fits from three sizes under wide weights.  They are followed to their ends in the order of what these
-//! left, so that what explains the measurement is known early: one that falls behind it beyond hope is not followed, and another one only as
-//! long as it catches up.  Candidates with several numbers are then fitted from afar, if nothing comes near the
-//! measurement and nuisances are bent; those whose runs are long come last, but for one that
+//! All begin with short fits from three sizes under wide weights.  They are followed to their ends in the order of what
+//! these left, so that what explains the measurement is known early: one that falls behind it beyond hope is not
+//! followed, and another one only as long as it catches up.  Candidates with several numbers are then fitted from afar,
+//! if nothing comes near the measurement and nuisances are bent; those whose runs are long come last, but for one that
 //! promises most of all.
 
 use super::decide::noise;
@@ -136,8 +136,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Follows the contenders further, and from what is expected, where the best of them leaves more than noise: which of them explains it
-    /// shows only when none has ended early.
+    /// Follows the contenders further, and from what is expected, where the best of them leaves more than noise: which
+    /// of them explains it shows only when none has ended early.
     pub(super) fn contend(&self, pass: &mut Pass) -> Result<(), Fault> {
         let order = by_cost(&pass.tried);
         let cost = |k: usize| pass.tried[k].fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
@@ -160,8 +160,8 @@ impl Search<'_> {
         self.scatter(pass)
     }
 
-    /// Fits the leader from numbers of the effect drawn at random, where it has several and leaves more than noise: one may have ended where
-    /// another imitates it.
+    /// Fits the leader from numbers of the effect drawn at random, where it has several and leaves more than noise: one
+    /// may have ended where another imitates it.
     fn scatter(&self, pass: &mut Pass) -> Result<(), Fault> {
         let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
         let Some(mut fit) = pass.tried[best].fit.clone() else { return Ok(()) };
@@ -194,8 +194,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Follows a fit that leaves more than noise further, then fits once more with nuisances as expected: they were bent to imitate what is
-    /// missing besides.
+    /// Follows a fit that leaves more than noise further, then fits once more with nuisances as expected: they were
+    /// bent to imitate what is missing besides.
     fn unbend(&self, problem: &Problem<'_>, fit: Fit, expected: f64) -> Fit {
         let (whole, patience) = (self.whole(), patience(problem));
         let mut fit = match minimise(problem, &fit.xi, &whole, patience, None) {
@@ -253,8 +253,8 @@ impl Search<'_> {
         self.follow_the_best(pass, chosen, lowest)
     }
 
-    /// Follows the best of the candidates whose runs are long with derivatives of their own, as long as they explain a good share of what the
-    /// best does: a few steps each, then the rest in the order of what these have left.
+    /// Follows the best of the candidates whose runs are long with derivatives of their own, as long as they explain a
+    /// good share of what the best does: a few steps each, then the rest in the order of what these have left.
     fn follow_the_best(&self, pass: &mut Pass, chosen: &[usize], lowest: &mut Lowest) -> Result<(), Fault> {
         let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
         let is_slow = |rank: &usize| !pass.tried[*rank].hypothesis.machine.is_fast();
@@ -377,8 +377,8 @@ impl Search<'_> {
     }
 }
 
-/// Effects beside the chosen ones that fit the places where terms promise most, if those promise more than any effect: an effect whose
-/// nuisances imitate it is hidden from the looks, but not from the place where it acts.
+/// Effects beside the chosen ones that fit the places where terms promise most, if those promise more than any effect:
+/// an effect whose nuisances imitate it is hidden from the looks, but not from the place where it acts.
 fn at_located_places(pass: &Pass, chosen: &[usize]) -> Vec<usize> {
     let promise = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
     let most = pass.tried.iter().map(promise).fold(NEEDED, f64::max);

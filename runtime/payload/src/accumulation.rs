@@ -1,10 +1,11 @@
 //! The chain rule through assignments as a list of multiply-adds over a scratch array.
 //!
-//! Code computes the local partial derivatives of each row; `s[to] += s[a]*s[b]` in the order of the rows makes of them the Jacobian
-//! (forward accumulation on the extended Jacobian, Griewank and Walther 2008, "Evaluating Derivatives", chapter 9).
+//! Code computes the local partial derivatives of each row; `s[to] += s[a]*s[b]` in the order of the rows makes of them
+//! the Jacobian (forward accumulation on the extended Jacobian, Griewank and Walther 2008, "Evaluating Derivatives",
+//! chapter 9).
 //!
-//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.  A partial that is
-//! an entry by itself stands there from the beginning and needs no term.
+//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
+//! A partial that is an entry by itself stands there from the beginning and needs no term.
 
 /// Sign bit of `Term::a`: the product is subtracted.
 pub const MINUS: u32 = 1 << 31;

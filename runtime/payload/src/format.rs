@@ -1,9 +1,9 @@
 //! A model as a file: header, then the model, all checked before anything of it is used.
 //!
-//! Header: 8 bytes of magic, version of the format, number of the target, extensions of the processor that the code uses, bytes
-//! of the rest, and a hash of the header before it and of the rest (64 bit: a variant of FNV-1a by Fowler, Noll and Vo over words of 8
-//! bytes, turned after each so that high bits reach low ones).  The hash tells damage, not malice: who runs a file trusts it as he
-//! trusts a program.
+//! Header: 8 bytes of magic, version of the format, number of the target, extensions of the processor that the code
+//! uses, bytes of the rest, and a hash of the header before it and of the rest (64 bit: a variant of FNV-1a by Fowler,
+//! Noll and Vo over words of 8 bytes, turned after each so that high bits reach low ones).  The hash tells damage, not
+//! malice: who runs a file trusts it as he trusts a program.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! Results of runs: where rows of a run go, how they are kept, written and read again.
 //!
 //! A solver hands rows to a [`Sink`]: a [`Trajectory`] keeps them in memory, a [`ResultFile`] streams them to disk,
-//! [`Discard`] drops them.  Names, signs and places of values come from the system's [`hyd_system::Tables`]; the rows themselves are plain
-//! numbers.  An event is two rows of equal time, the first before and the second after it, and interpolation never
-//! looks across such a pair.  The crate knows no solver and draws no pictures.
+//! [`Discard`] drops them.  Names, signs and places of values come from the system's [`hyd_system::Tables`]; the rows
+//! themselves are plain numbers.  An event is two rows of equal time, the first before and the second after it, and
+//! interpolation never looks across such a pair.  The crate knows no solver and draws no pictures.
 
 mod column;
 mod csv_stream;

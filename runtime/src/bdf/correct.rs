@@ -212,8 +212,8 @@ impl Corrector {
         (Correction::Diverged, MOST_ITERATIONS)
     }
 
-    /// Scales the last iterate's change, adds it to the correction and moves the values by it; the norm of the change, not a number where
-    /// a value is not finite.
+    /// Scales the last iterate's change, adds it to the correction and moves the values by it; the norm of the change,
+    /// not a number where a value is not finite.
     #[inline(always)]
     fn take(&mut self, at: &Prediction<'_>, scale: f64, weights: &Weights) -> f64 {
         let leading = at.leading;

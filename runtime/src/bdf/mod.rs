@@ -66,7 +66,8 @@ pub(crate) struct StepFailure {
 }
 
 impl StepFailure {
-    /// The failure behind a correction that did not converge; `failure` makes one of a fault, where nothing is known of row and unknown.
+    /// The failure behind a correction that did not converge; `failure` makes one of a fault, where nothing is known of
+    /// row and unknown.
     pub(crate) fn of_correction(outcome: Correction, failure: impl FnOnce(StepFault) -> Self) -> Self {
         let at_fault = |row, column, failure| Self { row: Some(row), unknown: Some(column), ..failure };
         match outcome {

@@ -43,8 +43,8 @@ pub(super) fn curvature(nodes: &[f64; NODES], part: f64) -> f64 {
     bend * ((NODES - 1) * (NODES - 1)) as f64
 }
 
-/// How the values at the four later nodes count for the value at `part`, each less the first one, and for the rate there.  One set of
-/// weights serves all values of a piece, and values that are all alike give no rate at all.
+/// How the values at the four later nodes count for the value at `part`, each less the first one, and for the rate
+/// there.  One set of weights serves all values of a piece, and values that are all alike give no rate at all.
 pub(super) fn weights(part: f64) -> ([f64; NODES - 1], [f64; NODES - 1]) {
     let s = part * (NODES - 1) as f64;
     // Products of the factors s - k below and above each node, and their derivatives.

@@ -1,10 +1,11 @@
 //! Derivatives through delays: the past of the sensitivities, kept beside that of the values.
 //!
-//! A delayed value is `u(t - tau)`; along a direction it changes by `s_u(t - tau) + u'(t - tau) (dt - dtau)`, where `s_u` is the recorded
-//! derivative of the source at fixed time and `dt` that of the instant itself, which is zero but for events.  A break of the past comes back
-//! at `t_b + tau`, an instant that moves by `dt_b + dtau` (Baker, Paul, "Discontinuous solutions of neutral delay differential equations",
-//! Appl. Numer. Math. 56 (2006) 284, for the values; with the derivatives of instants the formula at events needs nothing more).
-//! Steps of the sensitivities are no longer than the shortest delay, so that what they read is known.
+//! A delayed value is `u(t - tau)`; along a direction it changes by `s_u(t - tau) + u'(t - tau) (dt - dtau)`, where
+//! `s_u` is the recorded derivative of the source at fixed time and `dt` that of the instant itself, which is zero but
+//! for events.  A break of the past comes back at `t_b + tau`, an instant that moves by `dt_b + dtau` (Baker, Paul,
+//! "Discontinuous solutions of neutral delay differential equations", Appl. Numer. Math. 56 (2006) 284, for the values;
+//! with the derivatives of instants the formula at events needs nothing more). Steps of the sensitivities are no longer
+//! than the shortest delay, so that what they read is known.
 
 use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
 

@@ -1,12 +1,13 @@
 //! Coefficients of the one-step method: ESDIRK4(3)6L[2]SA.
 //!
-//! Six stages, the first explicit, the others implicit with one diagonal entry 1/4; order 4, embedded order 3, stage order 2,
-//! L-stable, the last stage is the result.  Source: Kennedy, Carpenter, "Additive Runge-Kutta schemes for
-//! convection-diffusion-reaction equations", Appl. Numer. Math. 44 (2003) 139, the implicit part of ARK4(3)6L[2]SA.
-//! The dense output is derived here: polynomials `b_i(theta)` of degree 4 that satisfy the conditions of order 4 for every theta and
-//! join with continuous derivative, `b'(0) = e_1`, `b'(1) = e_6`; the one free number makes the factor by which a stiff component
-//! enters between the ends least.  The combination that sees kinks is the only one that vanishes for cubic rates with the stages'
-//! own errors of order 3; its scale is that of the largest error a kink makes.  Predictors are least-norm combinations of earlier stages exact for quadratics.
+//! Six stages, the first explicit, the others implicit with one diagonal entry 1/4; order 4, embedded order 3, stage
+//! order 2, L-stable, the last stage is the result.  Source: Kennedy, Carpenter, "Additive Runge-Kutta schemes for
+//! convection-diffusion-reaction equations", Appl. Numer. Math. 44 (2003) 139, the implicit part of ARK4(3)6L[2]SA. The
+//! dense output is derived here: polynomials `b_i(theta)` of degree 4 that satisfy the conditions of order 4 for every
+//! theta and join with continuous derivative, `b'(0) = e_1`, `b'(1) = e_6`; the one free number makes the factor by
+//! which a stiff component enters between the ends least.  The combination that sees kinks is the only one that
+//! vanishes for cubic rates with the stages' own errors of order 3; its scale is that of the largest error a kink
+//! makes.  Predictors are least-norm combinations of earlier stages exact for quadratics.
 
 /// Number of stages.
 pub(crate) const STAGES: usize = 6;

@@ -34,8 +34,8 @@ pub(crate) struct EventOutcome {
     pub(crate) terminated: Option<String>,
 }
 
-/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of rates.  Sensitivities
-/// are carried along as total derivatives.
+/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of
+/// rates.  Sensitivities are carried along as total derivatives.
 pub(crate) fn settle(
     problem: &mut Problem<'_>,
     consistency: &mut Consistency,

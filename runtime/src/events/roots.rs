@@ -1,11 +1,12 @@
 //! State events: the first change of a root function's sign within a step.
 //!
 //! The sign of each root function is compared with the held truth of its relation (`value > 0` is true).  A change is
-//! located on the dense output by the Illinois variant of regula falsi with bisection as a guard (Dowell, Jarratt, BIT 11
-//! (1971) 168) until the bracket is a few units in the last place of t; the event is the right end, where the new
-//! truth holds.  Every point tried is made consistent first, so that roots of algebraic unknowns see the values
-//! that the event will see.  A relation that changes and changes back within a step is looked for at points between, no farther apart
-//! than the output points, and at the bottom of the parabola through three of them where it comes close to zero.
+//! located on the dense output by the Illinois variant of regula falsi with bisection as a guard (Dowell, Jarratt, BIT
+//! 11 (1971) 168) until the bracket is a few units in the last place of t; the event is the right end, where the new
+//! truth holds.  Every point tried is made consistent first, so that roots of algebraic unknowns see the values that
+//! the event will see.  A relation that changes and changes back within a step is looked for at points between, no
+//! farther apart than the output points, and at the bottom of the parabola through three of them where it comes close
+//! to zero.
 
 use hyd_system::{DaeSystem, Structure};
 

@@ -1,14 +1,15 @@
 //! Delays that are shorter than the steps: when BDF, whose steps may be longer than a delay, takes over from the one-step method.
 //!
-//! The one-step method must not step over what it is about to write.  Where a solution is slow against its shortest delay BDF needs fewer
-//! steps; where waves run in the delays the kinks of the recorded past keep it at order one.  Which of both is the case is not known
-//! before it is tried, so BDF is left again when its steps turn out to be short, and taken up less readily the next time.
+//! The one-step method must not step over what it is about to write.  Where a solution is slow against its shortest
+//! delay BDF needs fewer steps; where waves run in the delays the kinks of the recorded past keep it at order one.
+//! Which of both is the case is not known before it is tried, so BDF is left again when its steps turn out to be short,
+//! and taken up less readily the next time.
 
 /// BDF is tried after so many steps in a row that could be so many times as long as the shortest delay.
 const STEPS: u32 = 8;
 const LONGER: f64 = 4.0;
-/// It is left after so many more steps shorter than this part of the delay than longer ones: a step of the one-step method costs as much as
-/// two or three of its own.
+/// It is left after so many more steps shorter than this part of the delay than longer ones: a step of the one-step
+/// method costs as much as two or three of its own.
 const LOST: u32 = 60;
 const SHORT: f64 = 0.5;
 /// The next time so many times as many steps must be too short.

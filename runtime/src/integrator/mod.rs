@@ -174,8 +174,8 @@ impl Integrator {
         self.active == Active::OneStep
     }
 
-    /// Goes on with other states, whose consistent values and rates these are.  The past of BDF, which is made of values, keeps its worth; a
-    /// step of the other method begins with the rates.
+    /// Goes on with other states, whose consistent values and rates these are.  The past of BDF, which is made of
+    /// values, keeps its worth; a step of the other method begins with the rates.
     pub(crate) fn set_states(&mut self, y: &[f64], yp: &[f64], states: &[bool]) {
         self.drop_matrix();
         if let (Active::OneStep, Some(one_step)) = (self.active, &mut self.one_step) {

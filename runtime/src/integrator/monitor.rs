@@ -32,8 +32,8 @@ const LEAST_CHANGE: u64 = 10;
 /// Steps after which an adopted rival is questioned for the first time; twice as many with each failure of BDF, up to a limit.
 const QUESTION: u64 = 20;
 const MOST_QUESTION: u64 = 160;
-/// Doublings of that where BDF was taken back in vain, up to so many: it did not lead further in the end, or not for so many steps, within
-/// which an unresolved oscillation may still be growing.
+/// Doublings of that where BDF was taken back in vain, up to so many: it did not lead further in the end, or not for so
+/// many steps, within which an unresolved oscillation may still be growing.
 const MOST_MISLED: u32 = 8;
 const LASTING: u64 = 400;
 /// Growth of the patience with each refused trial.
@@ -294,8 +294,8 @@ impl Monitor {
 mod tests {
     use super::{Mode, Monitor, Rival, StepFacts};
 
-    /// Steps of both methods among `count`, where BDF leads twice as far as the rival for `good` steps after each handover, and a tenth as
-    /// far from then on.
+    /// Steps of both methods among `count`, where BDF leads twice as far as the rival for `good` steps after each
+    /// handover, and a tenth as far from then on.
     fn shares(good: u64, count: u64) -> (u64, u64) {
         let mut monitor = Monitor::new(Rival::OneStep);
         let (mut bdf, mut rival, mut since) = (0, 0, u64::MAX / 2);

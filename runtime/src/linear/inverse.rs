@@ -1,18 +1,18 @@
 //! The inverse of a small matrix, for corrections that need few digits.
 //!
-//! Substitution in triangular factors is a chain in which each unknown waits for the one before; a product with the inverse is a handful
-//! of sums that do not wait for each other.  The inverse is made by Gauss-Jordan elimination in place with pivots that were chosen before.  Its
-//! product has an error of a few roundings times the condition of the matrix (Higham, "Accuracy and Stability of Numerical
-//! Algorithms", SIAM 2002, sections 14.1 and 14.4): nothing to an iteration that is content with a tenth, too much for values that must
-//! be exact.
+//! Substitution in triangular factors is a chain in which each unknown waits for the one before; a product with the
+//! inverse is a handful of sums that do not wait for each other.  The inverse is made by Gauss-Jordan elimination in
+//! place with pivots that were chosen before.  Its product has an error of a few roundings times the condition of the
+//! matrix (Higham, "Accuracy and Stability of Numerical Algorithms", SIAM 2002, sections 14.1 and 14.4): nothing to an
+//! iteration that is content with a tenth, too much for values that must be exact.
 
 use hyd_system::wide;
 
 use super::small::Pivot;
 use crate::tiled::{LANES, Tile};
 
-/// Matrices of more rows have no inverse here: it takes longer to make than products save, and zeros of the factors are worth more (15 unknowns
-/// of few matrices take a quarter less with it, 20 and 23 up to a quarter more).
+/// Matrices of more rows have no inverse here: it takes longer to make than products save, and zeros of the factors are
+/// worth more (15 unknowns of few matrices take a quarter less with it, 20 and 23 up to a quarter more).
 pub(super) const LARGEST: usize = 4 * LANES;
 
 /// An inverse, column by column.
@@ -172,7 +172,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A permuted matrix with a strong entry in each row and column: its product with the solution gives back the right-hand side.
+        /// A permuted matrix with a strong entry in each row and column: its product with the solution gives back the
+        /// right-hand side.
         #[test]
         fn products_solve_the_system(n in 1..=LARGEST, turn in 0..LARGEST, seed in prop::collection::vec(-1.0f64..1.0, LARGEST * LARGEST + LARGEST)) {
             let pivot = |row: usize| (row, (row + turn) % n);

@@ -75,8 +75,8 @@ impl LinearSolver {
         Self { pattern: pattern.clone(), row_scale: vec![1.0; n], column_scale: vec![1.0; n], kernel }
     }
 
-    /// Begins anew with unknowns of these sizes (n values > 0), before a run and before each initial system.  Pivots that were chosen before are
-    /// forgotten, so that a run gives the same bits whatever was solved before it.
+    /// Begins anew with unknowns of these sizes (n values > 0), before a run and before each initial system.  Pivots
+    /// that were chosen before are forgotten, so that a run gives the same bits whatever was solved before it.
     pub(crate) fn begin(&mut self, nominals: &[f64]) {
         self.column_scale.copy_from_slice(nominals);
         match &mut self.kernel {

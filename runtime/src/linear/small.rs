@@ -1,12 +1,12 @@
 //! Sparse LU for small systems: elimination along a list of operations that is made when pivots are chosen.
 //!
-//! Pivots are chosen on the scaled matrix by Markowitz's count among entries that are not much smaller than the largest of their column
-//! (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).  From then on every matrix is
-//! eliminated along the same list without search, without index work and without scaling: with given pivots scaling changes nothing but
-//! rounding, so scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  The smallest matrices get
-//! an inverse ([`inverse`]) where corrections are asked for, larger ones that of what their first pivots leave ([`Tail`]), and all factors only
-//! where solutions are asked for, too.  Larger systems that fill up are
-//! left to [`super::dense`].
+//! Pivots are chosen on the scaled matrix by Markowitz's count among entries that are not much smaller than the largest
+//! of their column (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).
+//! From then on every matrix is eliminated along the same list without search, without index work and without scaling:
+//! with given pivots scaling changes nothing but rounding, so scales only serve to watch the pivots.  Where one has
+//! become too small the choice is made anew.  The smallest matrices get an inverse ([`inverse`]) where corrections are
+//! asked for, larger ones that of what their first pivots leave ([`Tail`]), and all factors only where solutions are
+//! asked for, too.  Larger systems that fill up are left to [`super::dense`].
 
 use std::ops::Range;
 
@@ -87,7 +87,8 @@ pub(super) struct Small {
     /// Pivots that have been eliminated; what follows in `values` is what they have left of the matrix.
     eliminated: usize,
     tail: Tail,
-    /// Corrections have been asked for: the last pivots of each matrix are inverted, and eliminated only where solutions are asked for, too.
+    /// Corrections have been asked for: the last pivots of each matrix are inverted, and eliminated only where
+    /// solutions are asked for, too.
     corrects: bool,
 }
 

@@ -1,7 +1,8 @@
 //! The last pivots of an elimination, among which little is zero: they are not eliminated but inverted ([`super::inverse`]).
 //!
-//! What is left after the first pivots, the Schur complement, fills up (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", section
-//! 7.3), and substitution in its factors is the longest chain of a solution.  Of small matrices all pivots are last ones.
+//! What is left after the first pivots, the Schur complement, fills up (Duff, Erisman, Reid, "Direct Methods for Sparse
+//! Matrices", section 7.3), and substitution in its factors is the longest chain of a solution.  Of small matrices all
+//! pivots are last ones.
 
 use hyd_system::Pattern;
 
@@ -81,8 +82,8 @@ impl Tail {
         self.inverse.is_made()
     }
 
-    /// Makes the inverse of what the first pivots have left of `values`; false if a pivot has become too small.  `largest` is the largest
-    /// entry of each row, `drift` the part of the entries below it that a pivot is at least.
+    /// Makes the inverse of what the first pivots have left of `values`; false if a pivot has become too small.
+    /// `largest` is the largest entry of each row, `drift` the part of the entries below it that a pivot is at least.
     pub(super) fn invert(&mut self, values: &[f64], largest: &[f64], drift: f64) -> bool {
         let entries =
             self.entries.iter().map(|&(row, column, place)| (row as usize, column as usize, values[place as usize]));

@@ -1,9 +1,9 @@
 //! Instants between accepted points at which the coefficients of the sensitivities jump without an event.
 //!
-//! A contact written without an event, a `sign`, a `max`: the solution goes through smoothly, the Jacobian does not.  The system
-//! tells the arguments of such branches; where one changes its sign between two points of the solution the instant is enclosed on the
-//! interpolant (regula falsi with bisection), and the steps of the sensitivities end before it and begin anew behind it.  Branches
-//! that meet smoothly cause no break.
+//! A contact written without an event, a `sign`, a `max`: the solution goes through smoothly, the Jacobian does not.
+//! The system tells the arguments of such branches; where one changes its sign between two points of the solution the
+//! instant is enclosed on the interpolant (regula falsi with bisection), and the steps of the sensitivities end before
+//! it and begin anew behind it.  Branches that meet smoothly cause no break.
 
 use super::linear::Matrices;
 use super::trail::Trail;

@@ -30,7 +30,8 @@ pub(crate) enum EventSource {
 }
 
 impl Sensitivity {
-    /// Derivatives at the event, before it, to which steps must have led ([`Sensitivity::reach`]): of unknowns and rates with respect to parameters, and along time.
+    /// Derivatives at the event, before it, to which steps must have led ([`Sensitivity::reach`]): of unknowns and
+    /// rates with respect to parameters, and along time.
     pub(crate) fn arrive(
         &mut self,
         problem: &mut Problem<'_>,

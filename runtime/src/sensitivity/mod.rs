@@ -76,7 +76,8 @@ pub(crate) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Prepares for the named parameters or start values; reuses `old` where it fits.  `wanted`: outputs that are looked at, if not all.
+    /// Prepares for the named parameters or start values; reuses `old` where it fits.  `wanted`: outputs that are
+    /// looked at, if not all.
     ///
     /// # Errors
     /// Which name cannot be varied, and why.

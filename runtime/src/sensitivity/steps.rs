@@ -18,17 +18,18 @@ use crate::problem::Problem;
 use crate::tiled::{LANES, Tile};
 use hyd_system::wide;
 
-/// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the solution's own
-/// error does, because errors of the solution at contacts grow in its derivatives.
+/// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the
+/// solution's own error does, because errors of the solution at contacts grow in its derivatives.
 const FORGIVEN: f64 = 10.0;
 /// Below this tolerance the accepted error falls as its power 4/5: the estimate is one of order 3, `h^4`, the result one of order 4
 /// with an error of `h^5`, which so falls as the tolerance does.
 const TIGHT: f64 = 1e-6;
 /// Attempts after which a step is taken as it is: closer to a jump of the coefficients nothing is gained.
 const MOST_ATTEMPTS: u32 = 10;
-/// With delays the past is rough by the errors of earlier steps, which no step resolves, however short; each pass through a delay would ask
-/// for shorter steps than the one before, without end.  Who has taken so many more attempts than [`RATIO`] for each step of the
-/// solution takes steps of the part [`SHORTEST`] of the solution's own as they are, until that is made up for.
+/// With delays the past is rough by the errors of earlier steps, which no step resolves, however short; each pass
+/// through a delay would ask for shorter steps than the one before, without end.  Who has taken so many more attempts
+/// than [`RATIO`] for each step of the solution takes steps of the part [`SHORTEST`] of the solution's own as they are,
+/// until that is made up for.
 const BURST: f64 = 1000.0;
 /// The second number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask for more.
 const SHORTEST: (f64, f64) = (0.5, 0.125);

@@ -1,7 +1,8 @@
 //! The accepted points of the solution that the sensitivities have still to pass, and the solution between them.
 //!
-//! Steps of the sensitivities span several steps of the solution, so some points wait.  Between two points the solution is the cubic that
-//! values and rates at both define (Hermite); its error is far below the influence that it has on derivatives.
+//! Steps of the sensitivities span several steps of the solution, so some points wait.  Between two points the solution
+//! is the cubic that values and rates at both define (Hermite); its error is far below the influence that it has on
+//! derivatives.
 
 /// Accepted points of the solution that may wait for the sensitivities.
 const MOST_WAITING: usize = 48;

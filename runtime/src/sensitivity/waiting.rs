@@ -1,7 +1,8 @@
 //! Rows of results that wait until the sensitivities have passed their time.
 //!
-//! Steps of the sensitivities must not end at each row, so a row waits with its values, takes its derivatives from the step that passes
-//! it, and is then written, in the order in which the rows came.  Rows that were written leave their memory to later ones.
+//! Steps of the sensitivities must not end at each row, so a row waits with its values, takes its derivatives from the
+//! step that passes it, and is then written, in the order in which the rows came.  Rows that were written leave their
+//! memory to later ones.
 
 /// A row on its way.
 #[derive(Debug, Default)]

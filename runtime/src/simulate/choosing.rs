@@ -1,8 +1,8 @@
 //! When the choice of states is judged again: as often as it may have become a bad one, not after every step.
 //!
-//! Judging costs as much as a step of a small mechanism.  What it finds, the logarithm of the factor by which another choice may
-//! still become better, moves as smoothly as the solution; the next judgement is due after a third of the time in which it would be used up at its present
-//! pace, and after so many steps in any case.
+//! Judging costs as much as a step of a small mechanism.  What it finds, the logarithm of the factor by which another
+//! choice may still become better, moves as smoothly as the solution; the next judgement is due after a third of the
+//! time in which it would be used up at its present pace, and after so many steps in any case.
 
 use hyd_system::StateChoice;
 
@@ -33,8 +33,8 @@ impl Choosing {
         Self { nothing: false, last: None, pace: 0.0, due: f64::NEG_INFINITY, steps: 0 }
     }
 
-    /// True if the choice is to be judged after the step to `t` (s); `failed`: the step was done only at another attempt, as where the
-    /// equations of the choice become singular.
+    /// True if the choice is to be judged after the step to `t` (s); `failed`: the step was done only at another
+    /// attempt, as where the equations of the choice become singular.
     #[inline]
     pub(super) fn is_due(&mut self, t: f64, failed: bool) -> bool {
         if self.nothing {

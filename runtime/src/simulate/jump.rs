@@ -1,9 +1,9 @@
 //! Jumps: a loop of equations loses its solution (a fold), and the run goes on with another one.
 //!
-//! A step that fails however small it is may stand before such a fold.  Just behind it, with the states moved on by their rates, the
-//! curve of `fold` leads to another root.  The run goes on from there as after an event, and the jump is kept for a note.  Where
-//! a root is still near, or none is found, the failure stands.  Derivatives with respect to parameters follow the instant of the
-//! fold like that of any event.
+//! A step that fails however small it is may stand before such a fold.  Just behind it, with the states moved on by
+//! their rates, the curve of `fold` leads to another root.  The run goes on from there as after an event, and the jump
+//! is kept for a note.  Where a root is still near, or none is found, the failure stands.  Derivatives with respect to
+//! parameters follow the instant of the fold like that of any event.
 
 use hyd_results::RowKind;
 use hyd_system::{DaeSystem, EquationInfo, EventPhase};

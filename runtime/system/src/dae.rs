@@ -227,8 +227,9 @@ pub trait DaeSystem: Send {
         out.copy_from_slice(&self.structure().differential);
     }
 
-    /// Judges the choice of states at consistent values, and changes it where another one is clearly better.  Values stay consistent and
-    /// every unknown stays as smooth as it was, so that the past of an integrator keeps its worth; matrices do not.
+    /// Judges the choice of states at consistent values, and changes it where another one is clearly better.  Values
+    /// stay consistent and every unknown stays as smooth as it was, so that the past of an integrator keeps its worth;
+    /// matrices do not.
     fn choose_states(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> StateChoice {
         StateChoice::default()
     }

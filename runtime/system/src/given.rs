@@ -1,5 +1,5 @@
-//! Values given as text from outside (`--set a=1.2`, a plan, a file of parameters): literals and lists of literals, read by the type of
-//! what they are for.
+//! Values given as text from outside (`--set a=1.2`, a plan, a file of parameters): literals and lists of literals,
+//! read by the type of what they are for.
 
 use crate::tables::ValueKind;
 use crate::text::told_apart;

@@ -66,7 +66,8 @@ pub trait Tangents {
     /// Tangent of F(t, y, y'), n blocks.
     fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
 
-    /// Jacobians as `DaeSystem::jacobian` gives them, dF/dy and dF/dy', and the tangent of F with time, `y` and `y'` held, n blocks.
+    /// Jacobians as `DaeSystem::jacobian` gives them, dF/dy and dF/dy', and the tangent of F with time, `y` and `y'`
+    /// held, n blocks.
     fn jacobian_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], jacobians: (&mut [f64], &mut [f64]), out: &mut [f64]);
 
     /// Number of branches without an event among the Jacobians.
@@ -99,8 +100,9 @@ pub trait Tangents {
         dy: &mut [f64],
     ) -> bool;
 
-    /// Takes over the derivatives of all delayed values and of their rates, one block per delay site, at the delay times `times` (s), for
-    /// the calls that follow.  That of a varying delay time through `rate * time` is not in them: the equations have it.
+    /// Takes over the derivatives of all delayed values and of their rates, one block per delay site, at the delay
+    /// times `times` (s), for the calls that follow.  That of a varying delay time through `rate * time` is not in
+    /// them: the equations have it.
     fn set_delayed_tangents(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
 
     /// Tangents of `delay_points`: of what the sites delay, and of their delay times.

@@ -1,5 +1,5 @@
-//! The reliability diagram: what share of effects is seen, over the fall of the cost that the generator expects, beside what that fall
-//! foretells.  Points are groups of equally many trials with exact 95 % intervals; written as SVG.
+//! The reliability diagram: what share of effects is seen, over the fall of the cost that the generator expects, beside
+//! what that fall foretells.  Points are groups of equally many trials with exact 95 % intervals; written as SVG.
 
 use crate::rows::{End, Row};
 use crate::statistics::{Share, quantile};

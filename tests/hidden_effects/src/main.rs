@@ -1,5 +1,6 @@
-//! The commands: `generate` writes a set, `check` holds the drive against sets of known answers, `evaluate` runs a plan's trials
-//! against a command and appends a row for each, `derivatives` lets a simple method answer the same trials, `summary` puts tables of rows into a page.
+//! The commands: `generate` writes a set, `check` holds the drive against sets of known answers, `evaluate` runs a
+//! plan's trials against a command and appends a row for each, `derivatives` lets a simple method answer the same
+//! trials, `summary` puts tables of rows into a page.
 
 use hidden_effects::draft::{CHANNELS, Draft, Request, draw_together};
 use hidden_effects::effects::{CATALOGUE, OUTSIDE};

@@ -1,9 +1,10 @@
 //! The simple method that a search has to beat: sparse regression on matched derivatives.
 //!
-//! Signals are smoothed by local parabolas (Savitzky, Golay 1964), put with their derivatives into the lab's equations at the numbers
-//! that the lab believes, and what is left of each equation is regressed on what its parameters may be off by.  A term of an effect
-//! is added where it lowers the Bayesian information criterion most (Schwarz 1978), as in sparse identification (Brunton, Proctor,
-//! Kutz 2016).  It sees the true equations and the usual terms, and no model is run; equations of which a signal is missing are left out.
+//! Signals are smoothed by local parabolas (Savitzky, Golay 1964), put with their derivatives into the lab's equations
+//! at the numbers that the lab believes, and what is left of each equation is regressed on what its parameters may be
+//! off by.  A term of an effect is added where it lowers the Bayesian information criterion most (Schwarz 1978), as in
+//! sparse identification (Brunton, Proctor, Kutz 2016).  It sees the true equations and the usual terms, and no model
+//! is run; equations of which a signal is missing are left out.
 
 use crate::draft::{Draft, PUMP_OFF};
 use crate::machine::{Inductance, Machine};
@@ -24,8 +25,9 @@ struct Smooth {
     second: Vec<f64>,
 }
 
-/// Columns of an equation: what is left of it, what parameters may explain of it, terms of effects.  At least one term of the equation (a mass
-/// times its acceleration, the voltage, the swept volume) is no column, or nothing would ever be left.
+/// Columns of an equation: what is left of it, what parameters may explain of it, terms of effects.  At least one term
+/// of the equation (a mass times its acceleration, the voltage, the swept volume) is no column, or nothing would ever
+/// be left.
 #[derive(Default)]
 struct Equation {
     left: Vec<f64>,

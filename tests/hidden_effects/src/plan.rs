@@ -1,6 +1,6 @@
-//! Plans: which trials an evaluation runs.  A plan names groups; a trial's name and the seed decide everything in it.  Every group
-//! and every effect is spread evenly over the order of running, in which kinds alternate at random, and trials are dealt out to shards in turn: wherever a
-//! run is ended, what was run is a fair sample.
+//! Plans: which trials an evaluation runs.  A plan names groups; a trial's name and the seed decide everything in it.
+//! Every group and every effect is spread evenly over the order of running, in which kinds alternate at random, and
+//! trials are dealt out to shards in turn: wherever a run is ended, what was run is a fair sample.
 //!
 //! ```json
 //! {"seed": 1, "sizes": [0.5, 2.0], "groups": [

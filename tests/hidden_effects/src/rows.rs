@@ -27,8 +27,8 @@ pub enum End {
 }
 
 impl Row {
-    /// Reads files of rows; of a trial that stands there twice the first row counts.  What [`crate::matching`] answered stands in lines
-    /// of its own and joins the row of its trial.
+    /// Reads files of rows; of a trial that stands there twice the first row counts.  What [`crate::matching`] answered
+    /// stands in lines of its own and joins the row of its trial.
     pub fn read(paths: &[&Path]) -> Result<Vec<Row>, String> {
         let mut rows: Vec<Row> = Vec::new();
         let mut known = std::collections::BTreeSet::new();
@@ -128,7 +128,8 @@ impl Row {
         }
     }
 
-    /// The rank (from 1) of the first equation or place where the hidden effect may be said to be, by the list that was drawn with it.
+    /// The rank (from 1) of the first equation or place where the hidden effect may be said to be, by the list that was
+    /// drawn with it.
     pub fn place(&self) -> Option<usize> {
         self.rank(self.0["truth"][0]["places"].as_array().into_iter().flatten().filter_map(Value::as_str).collect())
     }

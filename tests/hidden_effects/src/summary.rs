@@ -1,7 +1,7 @@
 //! Rows of trials become the tables of a report: goals and what was reached, confusions, reliability, baselines.
 //!
-//! Shares stand with exact 95 % intervals.  The text replaces what stands between two marks of a page, so that the page around it is
-//! written by hand and the figures never are.
+//! Shares stand with exact 95 % intervals.  The text replaces what stands between two marks of a page, so that the page
+//! around it is written by hand and the figures never are.
 
 use crate::effects::{CATALOGUE, OUTSIDE};
 use crate::rows::{End, Row};

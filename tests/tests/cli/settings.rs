@@ -1,4 +1,5 @@
-//! What `--set` takes: values as the model would write them, literals and strings by their bare name; the last one said, within limits.
+//! What `--set` takes: values as the model would write them, literals and strings by their bare name; the last one
+//! said, within limits.
 
 use crate::process::{Scratch, assert_no_panic, run};
 

@@ -6,8 +6,8 @@ use hyd_tests::models::root;
 
 use crate::{OWN_LIBRARY, folder, hyd, json, study_with};
 
-/// By chance less falls than a name needs anyway, so that the leak is still named; a threshold that is kept beside the study is asked for
-/// by later searches of the same set, and a leak that does not reach it has no name.
+/// By chance less falls than a name needs anyway, so that the leak is still named; a threshold that is kept beside the
+/// study is asked for by later searches of the same set, and a leak that does not reach it has no name.
 #[test]
 fn a_threshold_is_kept_with_the_study() {
     let folder = folder("calibrated");

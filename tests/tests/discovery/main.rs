@@ -168,8 +168,8 @@ fn nothing_is_missing_where_nothing_is_missing() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// The tables by phase agree with the gaps by channel, a leak would have been seen before it was put in, and the text that was added
-/// is the redeclaration.
+/// The tables by phase agree with the gaps by channel, a leak would have been seen before it was put in, and the text
+/// that was added is the redeclaration.
 fn check_tables(report: &serde_json::Value) {
     let phases = &report["phases"];
     assert_eq!(phases["names"].as_array().map(Vec::len), Some(5));
@@ -320,8 +320,8 @@ fn an_effect_of_the_users_own_is_named_but_not_on_a_single_shot() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// Set B10 hides a back pressure of the drain, which no library knows.  With a wide tolerance of time a cushion at the seat seems to
-/// explain what such weights leave; under the true noise it does not, and a name would be false.
+/// Set B10 hides a back pressure of the drain, which no library knows.  With a wide tolerance of time a cushion at the
+/// seat seems to explain what such weights leave; under the true noise it does not, and a name would be false.
 #[test]
 fn what_no_library_knows_gets_no_name() {
     let folder = folder("unknown");

@@ -14,7 +14,8 @@ const MET: f64 = 1.1;
 /// Standard errors by which an estimate may differ from what was drawn, and the largest standard error, by that.
 const ERRORS: (f64, f64) = (4.0, 0.1);
 
-/// What is found in a set: its status, the effects, and some of their numbers: effect, name, value that was drawn.  Returns the report.
+/// What is found in a set: its status, the effects, and some of their numbers: effect, name, value that was drawn.
+/// Returns the report.
 fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)]) -> Value {
     let folder = folder(set);
     let bench = root().join(format!("tests/data/bench/{set}.json")).display().to_string();

@@ -1,5 +1,6 @@
-//! A machine of one's own, a mass on a spring that rubs, against its closed form: a mass that slides dry swings half a period at a time
-//! about a place that friction shifts against the motion (Den Hartog, Mechanical Vibrations (1956), 8.8; here with a damper too).
+//! A machine of one's own, a mass on a spring that rubs, against its closed form: a mass that slides dry swings half a
+//! period at a time about a place that friction shifts against the motion (Den Hartog, Mechanical Vibrations (1956),
+//! 8.8; here with a damper too).
 
 use std::fmt::Write as _;
 use std::fs;
@@ -35,7 +36,8 @@ fn position(from: f64, time: f64) -> f64 {
     }
 }
 
-/// Model, study, and a bench of five shots whose records begin `late` after the release (s).  Returns the mean square of each shot's noise.
+/// Model, study, and a bench of five shots whose records begin `late` after the release (s).  Returns the mean square
+/// of each shot's noise.
 fn write(folder: &Path, late: f64, run: &str) -> Vec<f64> {
     let model = "model Swing
   import Hyd.Translational.Components.*;
@@ -80,8 +82,8 @@ end Swing;
     squares
 }
 
-/// Friction is named, with its size, although the damper could be off far enough to imitate much of it; and the first sample need not be
-/// that of the release.
+/// Friction is named, with its size, although the damper could be off far enough to imitate much of it; and the first
+/// sample need not be that of the release.
 #[test]
 fn a_mass_that_rubs_is_found_from_its_closed_form() {
     for late in [2.5e-5, 1.3e-3] {

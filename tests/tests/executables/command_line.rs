@@ -139,7 +139,8 @@ fn shards_of_an_executable_are_those_of_hyd() {
     assert!(messages(&output).contains("`n` cannot be varied: it decides sizes or structure"), "{}", messages(&output));
 }
 
-/// A value outside its limits fails its run and no other, a listed one and one that follows from what varies; with the bytes of `hyd`.
+/// A value outside its limits fails its run and no other, a listed one and one that follows from what varies; with the
+/// bytes of `hyd`.
 #[test]
 fn limits_hold_in_sweeps_of_an_executable() {
     let scratch = Scratch::new();

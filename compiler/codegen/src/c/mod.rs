@@ -1,9 +1,10 @@
 //! A model as C: residual, Jacobian and events in one self-contained, readable text, for review and for other solvers.
 //!
-//! The text is made from the same [`crate::program::Program`] as machine code, one function per routine, so it computes the same
-//! operations in the same order; elementary functions are those of the C library.  Every place of memory that is read gets a local
-//! variable with its name in the model, every result a comment that says what it is.  [`names`] knows what stands where,
-//! [`expression`] writes expressions, [`body`] functions with loops.  Solving is left to whoever takes the text: C99, no state of its own.
+//! The text is made from the same [`crate::program::Program`] as machine code, one function per routine, so it computes
+//! the same operations in the same order; elementary functions are those of the C library.  Every place of memory that
+//! is read gets a local variable with its name in the model, every result a comment that says what it is.  [`names`]
+//! knows what stands where, [`expression`] writes expressions, [`body`] functions with loops.  Solving is left to
+//! whoever takes the text: C99, no state of its own.
 
 mod body;
 mod expression;

@@ -5,8 +5,9 @@
 //! Jacobian, Griewank and Walther 2008, "Evaluating Derivatives", chapter 9).  Code does not grow with the number of
 //! rows; the list does, at some twelve bytes per term.
 //!
-//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.  A partial that is an
-//! entry by itself, such as nearly all of equations without assignments, is computed where the entry stands and needs no term.
+//! Scratch array: the number 1, the partials, the rows of assignments on their supports, entries of dF/dy, of dF/dy'.
+//! A partial that is an entry by itself, such as nearly all of equations without assignments, is computed where the
+//! entry stands and needs no term.
 
 use hyd_equations::{PlanJacobian, SortedSystem};
 use hyd_payload::accumulation::{Accumulation, MINUS, PartialRows, Term};

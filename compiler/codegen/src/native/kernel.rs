@@ -2,8 +2,8 @@
 //!
 //! All loads of an instance come before its stores.  Loads from areas that the whole function never writes are marked
 //! read-only, which lets the code generator place them where they are needed; loads at fixed places stand in front of
-//! the loop.  Positions that ascend evenly are computed from one counter, others come from a table.  Where nodes and places allow it the
-//! loop runs two instances at once ([`super::lanes`]).
+//! the loop.  Positions that ascend evenly are computed from one counter, others come from a table.  Where nodes and
+//! places allow it the loop runs two instances at once ([`super::lanes`]).
 
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{BlockArg, InstBuilder, MemFlagsData, Value, types};

@@ -1,8 +1,9 @@
 //! Two instances of a kernel at once: one pass over its nodes with vectors of two numbers.
 //!
-//! Every operation rounds each lane as the scalar one does, so results are the same to the bit.  A kernel whose nodes are all
-//! computed without a call and whose instances cannot see each other's results is run in pairs; the last instance of an odd number is run
-//! by itself.  Neighbours in memory are loaded and stored together, others lane by lane.
+//! Every operation rounds each lane as the scalar one does, so results are the same to the bit.  A kernel whose nodes
+//! are all computed without a call and whose instances cannot see each other's results is run in pairs; the last
+//! instance of an odd number is run by itself.  Neighbours in memory are loaded and stored together, others lane by
+//! lane.
 
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value, types};
 use cranelift_frontend::FunctionBuilder;
@@ -53,7 +54,8 @@ fn range(address: &Address, count: u32) -> Option<(i64, i64)> {
     }
 }
 
-/// Emits the pairs of a kernel; `fixed` are scalars that are the same for all instances.  Returns the number of instances that were run.
+/// Emits the pairs of a kernel; `fixed` are scalars that are the same for all instances.  Returns the number of
+/// instances that were run.
 pub fn pairs(
     frame: &Frame<'_>,
     fb: &mut FunctionBuilder<'_>,

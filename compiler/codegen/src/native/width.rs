@@ -1,7 +1,7 @@
 //! Numbers and truths in the two widths of generated code: one at a time, or two in a vector.
 //!
-//! A truth beside one number is a byte of 0 or 1, beside two it is a mask of 64 ones or zeros per lane.  Everything that has the same
-//! instruction for both widths is emitted by [`super::expression`]; here is what differs.
+//! A truth beside one number is a byte of 0 or 1, beside two it is a mask of 64 ones or zeros per lane.  Everything
+//! that has the same instruction for both widths is emitted by [`super::expression`]; here is what differs.
 
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value, types};
 use cranelift_frontend::FunctionBuilder;

@@ -128,8 +128,8 @@ impl Rows {
         self.terms.iter().for_each(|term| marked[term.from as usize] = true);
     }
 
-    /// Computes the rows in order over blocks of `width`, behind which [`CHUNK`] further places stand.  `seed` may add to a finished
-    /// row (block, first direction, values).
+    /// Computes the rows in order over blocks of `width`, behind which [`CHUNK`] further places stand.  `seed` may add
+    /// to a finished row (block, first direction, values).
     pub(super) fn apply(
         &self,
         coefficients: &[f64],

@@ -1,6 +1,7 @@
 //! The syntax tree: what the text says, with spans, before any name is looked up.
 //!
-//! One type per construct of the Modelica 3.6 grammar (appendix A) as far as the profile goes.  Comments and layout are not kept here.
+//! One type per construct of the Modelica 3.6 grammar (appendix A) as far as the profile goes.  Comments and layout are
+//! not kept here.
 
 mod expression;
 

@@ -1,4 +1,5 @@
-//! Small known problems with diffsol: known (bdf|esdirk34|tr_bdf2) (robertson|hires|akzo_nobel|ring_modulator|squeezing_mechanism) TOLERANCE.
+//! Small known problems with diffsol: known (bdf|esdirk34|tr_bdf2)
+//! (robertson|hires|akzo_nobel|ring_modulator|squeezing_mechanism) TOLERANCE.
 //!
 //! Prints CPU seconds (best of several), steps, and the values at the end.  Equations, ends and nominal values are those of
 //! `../../../tests/numerics`, the Jacobian is that of `../sundials/known.c`, differences for the mechanism; absolute tolerances are the relative one of the nominal values.
