@@ -52,7 +52,7 @@ impl<T> Lists<T> {
     }
 }
 
-/// Partial derivatives and patterns of a [`Plan`](crate::Plan) with `m` assignments, `n` unknowns and `n` residuals.
+/// Partial derivatives and patterns of a [`Plan`] with `m` assignments, `n` unknowns and `n` residuals.
 ///
 /// *Rows* are the assignments in their order, then the residuals: row `r` is `assignments[r]` for `r < m`, else
 /// `residuals[r - m]`.  *Columns* are the unknowns and their rates: column `k < n` is `y[k]` (or `z[k]`), column `n + k`
