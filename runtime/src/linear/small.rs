@@ -131,7 +131,6 @@ impl Small {
     /// Factors the matrix with `values` on `pattern`; `sizes` are those of the unknowns.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
         self.tail.forget();
-        self.eliminated = 0;
         self.load(pattern, values, sizes)?;
         if self.chosen && self.renew() {
             return Ok(());
@@ -147,6 +146,7 @@ impl Small {
 
     /// Puts the entries into their places, and finds the largest of each row relative to the sizes of the unknowns.
     fn load(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
+        self.eliminated = 0;
         self.largest.fill(0.0);
         self.values.fill(0.0);
         let mut sum = 0.0;
