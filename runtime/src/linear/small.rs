@@ -132,12 +132,12 @@ impl Small {
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
         self.tail.forget();
         self.load(pattern, values, sizes)?;
-        if self.chosen && self.renew() {
+        if self.chosen && self.renew(pattern, values) {
             return Ok(());
         }
         self.choose(pattern, values, sizes)?;
         self.load(pattern, values, sizes)?;
-        if self.renew() {
+        if self.renew(pattern, values) {
             return Ok(());
         }
         let last = self.pivots.last().copied().unwrap_or_default();
@@ -173,8 +173,16 @@ impl Small {
     }
 
     /// Factors the matrix that was loaded, or inverts what its first pivots leave; false if a pivot has become too small.
-    fn renew(&mut self) -> bool {
-        let first = if self.corrects { self.tail.first } else { self.n };
+    fn renew(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
+        if !self.corrects {
+            return self.eliminate::<true>(self.n);
+        }
+        if self.tail.first == 0 {
+            let places = pattern.row_indices.iter().zip(&self.entry_columns);
+            let entries = places.zip(values).map(|((&row, &column), &value)| (row as usize, column as usize, value));
+            return self.tail.invert_whole(entries, &self.pivots, &self.largest, PIVOT_DRIFT);
+        }
+        let first = self.tail.first;
         self.eliminate::<true>(first) && (first == self.n || self.tail.invert(&self.values, &self.largest, PIVOT_DRIFT))
     }
 

@@ -38,17 +38,16 @@ impl Tail {
     /// Chooses the block for pivots in their order; `indices` are the columns and rows of the factors.
     pub(super) fn choose(&mut self, pattern: &Pattern, pivots: &[Pivot], indices: &[u32]) {
         let n = pattern.rows;
-        self.first = if n <= inverse::LARGEST { 0 } else { first_of(pivots) };
+        self.first = 0;
+        if n <= inverse::LARGEST {
+            // Rows and columns stay those of the matrix, and right-hand sides need not be sorted.
+            return;
+        }
+        self.first = first_of(pivots);
         self.rows.clear();
         self.columns.clear();
-        if self.first == 0 {
-            // The order of the matrix serves as well, and right-hand sides need not be sorted.
-            self.rows.extend(0..n as u32);
-            self.columns.extend(0..n as u32);
-        } else {
-            self.rows.extend(pivots[self.first..].iter().map(|pivot| pivot.row));
-            self.columns.extend(pivots[self.first..].iter().map(|pivot| pivot.column));
-        }
+        self.rows.extend(pivots[self.first..].iter().map(|pivot| pivot.row));
+        self.columns.extend(pivots[self.first..].iter().map(|pivot| pivot.column));
         let mut of_row = vec![0; n];
         let mut of_column = vec![0; n];
         for (k, (&row, &column)) in self.rows.iter().zip(&self.columns).enumerate() {
@@ -92,6 +91,21 @@ impl Tail {
         let small =
             |pivot: &Pivot, row: usize, factor: f64| drift * (factor * scale(pivot.row as usize)).abs() < scale(row);
         self.inverse.make(self.rows.len(), entries, &self.pivots, sound, small)
+    }
+
+    /// The same where all pivots are last ones, with the entries of the matrix (row, column, value).
+    pub(super) fn invert_whole(
+        &mut self,
+        entries: impl Iterator<Item = (usize, usize, f64)>,
+        pivots: &[Pivot],
+        largest: &[f64],
+        drift: f64,
+    ) -> bool {
+        let sound = |pivot: &Pivot, value: f64| value.abs() > pivot.floor * largest[pivot.row as usize];
+        let small = |pivot: &Pivot, row: usize, factor: f64| {
+            drift * (factor * largest[pivot.row as usize]).abs() < largest[row]
+        };
+        self.inverse.make(pivots.len(), entries, pivots, sound, small)
     }
 
     /// Solves for all unknowns at once, if all pivots are last ones.
