@@ -10,6 +10,7 @@ use hyd_structure::{
     smallest_underdetermined,
 };
 use hyd_symbolic::{Node, Template};
+use rustc_hash::FxHashSet;
 
 use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::EqId;
@@ -84,8 +85,12 @@ fn is_made(system: &EquationSystem, eq: EqId) -> bool {
 
 /// The equation itself, or, where it says what a variable of the translation is, the equations in which that stands.
 fn written_for(system: &EquationSystem, eq: EqId) -> Vec<EqId> {
-    let (mut open, mut written) = (vec![eq], Vec::new());
+    let (mut open, mut written, mut seen) = (vec![eq], Vec::new(), FxHashSet::default());
     while let Some(eq) = open.pop() {
+        // What a variable of the translation is may lead back to it through a delay.
+        if !seen.insert(eq) {
+            continue;
+        }
         let equation = system.equations[eq];
         let template = system.flat.templates.get(equation.template);
         let left = match system.flat.templates.arena.node(template.left) {
@@ -97,10 +102,10 @@ fn written_for(system: &EquationSystem, eq: EqId) -> Vec<EqId> {
         };
         let reads =
             |other: &EqId| system.operands_of(system.equations[*other].operands).iter().any(|o| o.target() == left);
-        open.extend(system.equations.indices().filter(|other| *other != eq && reads(other)));
+        let lasting = system.equations.indices().filter(|&other| system.section(other) == Section::Continuous);
+        open.extend(lasting.filter(|other| *other != eq && reads(other)));
     }
     written.sort_unstable();
-    written.dedup();
     written
 }
 
