@@ -4,9 +4,9 @@
 
 use hyd_compiler::{Code, Diagnostic};
 use hyd_flat::{FlatModel, VariableBlock};
-use hyd_run::parameters::{Elements, elements, sizes};
 use hyd_source::did_you_mean;
-use hyd_system::{Settable, Variability, given};
+use hyd_system::given::{self, Elements};
+use hyd_system::{Settable, Variability};
 
 pub(crate) use hyd_run::parameters::{apply, changes};
 
@@ -14,7 +14,7 @@ pub(crate) use hyd_run::parameters::{apply, changes};
 pub(crate) fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &[String]) -> Vec<Diagnostic> {
     let mut wrong = Vec::new();
     for (name, value) in set.iter().filter(|(name, _)| !used.contains(name)) {
-        let found = flat.variables.raw.iter().find_map(|block| Some((block, elements(&block.name, name)?)));
+        let found = flat.variables.raw.iter().find_map(|block| Some((block, Elements::of(&block.name, name)?)));
         match found {
             None => wrong.push(unknown(flat, name)),
             Some((block, elements)) => wrong.extend(refuse(block, elements, name, value)),
@@ -27,7 +27,7 @@ fn unknown(flat: &FlatModel, name: &str) -> Diagnostic {
     let settable = flat.variables.raw.iter().filter(|block| block.settable == Settable::Yes && block.count > 0);
     let names: Vec<String> = settable.map(|block| block.name.element(0)).collect();
     let whole = name.split('[').next().unwrap_or(name);
-    let array = flat.variables.raw.iter().find(|block| elements(&block.name, whole) == Some(Elements::All));
+    let array = flat.variables.raw.iter().find(|block| Elements::of(&block.name, whole) == Some(Elements::All));
     if let Some(block) = array.filter(|_| name.ends_with(']')) {
         let sizes: Vec<&u32> = block.name.parts.iter().flat_map(|(_, sizes)| sizes).collect();
         let message = format!("`{name}` is outside of `{whole}`, which has the sizes {sizes:?}");
@@ -44,7 +44,7 @@ fn unknown(flat: &FlatModel, name: &str) -> Diagnostic {
 fn refuse(block: &VariableBlock, elements: Elements, name: &str, value: &str) -> Option<Diagnostic> {
     let reason = match block.settable {
         Settable::Yes => {
-            return given::numbers(&block.kind, value, &sizes(&block.name, elements)).err().map(|reason| {
+            return given::numbers(&block.kind, value, &elements.sizes(&block.name)).err().map(|reason| {
                 Diagnostic::error(Code::Value, format!("`{name}` cannot be set to `{value}`: {reason}"))
                     .with(block.origin.span, "declared here")
             });

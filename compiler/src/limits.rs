@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use hyd_equations::{SortedSystem, parameter_values};
 use hyd_flat::{Section, Target, VarId, VariableBlock};
 use hyd_source::{Code, Diagnostic, Span};
-use hyd_system::given::{self, Outside};
-use hyd_system::{NamePattern, ValueKind, Variability};
+use hyd_system::given::{self, Elements, Outside};
+use hyd_system::{ValueKind, Variability};
 
 /// At most so many messages.
 const MOST: usize = 20;
@@ -79,28 +79,12 @@ fn binding_span(sorted: &SortedSystem, v: VarId) -> Option<Span> {
 fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMap<VarId, f64> {
     let mut known = HashMap::new();
     for (name, text) in set {
-        let Some((block, elements)) = variables.iter().find_map(|b| Some((b, elements(&b.name, name)?))) else {
+        let Some((block, elements)) = variables.iter().find_map(|b| Some((b, Elements::of(&b.name, name)?))) else {
             continue;
         };
-        let sizes = match elements.len() == block.count as usize {
-            true => block.name.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect(),
-            false => Vec::new(),
-        };
-        let numbers = given::numbers(&block.kind, text, &sizes).unwrap_or_default();
-        known.extend(elements.zip(numbers).map(|(k, number)| (VarId(block.first.0 + k as u32), number)));
+        let numbers = given::numbers(&block.kind, text, &elements.sizes(&block.name)).unwrap_or_default();
+        let positions = elements.range(&block.name);
+        known.extend(positions.zip(numbers).map(|(k, number)| (VarId(block.first.0 + k as u32), number)));
     }
     known
-}
-
-/// The elements that a name means: all of an array, or one.
-fn elements(pattern: &NamePattern, name: &str) -> Option<std::ops::Range<usize>> {
-    if pattern.derivative || !name.starts_with(&*pattern.parts.first()?.0) {
-        return None;
-    }
-    let bare: String = pattern.parts.iter().map(|(text, _)| &**text).collect();
-    if bare == name {
-        return Some(0..pattern.count());
-    }
-    let spaceless: String = name.chars().filter(|c| !c.is_whitespace()).collect();
-    (0..pattern.count()).find(|&k| pattern.element(k) == spaceless).map(|k| k..k + 1)
 }

@@ -2,18 +2,8 @@
 
 use hyd_payload::Limit;
 use hyd_source::did_you_mean;
-use hyd_system::{
-    DaeSystem, NamePattern, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo, given,
-};
-
-/// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Elements {
-    /// An element, or the only one.
-    One(usize),
-    /// All of an array.
-    All,
-}
+use hyd_system::given::{self, Elements};
+use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
 
 /// Sets the run-time parameters of a system, but for those in `used`, which the compiler took.
 ///
@@ -66,7 +56,7 @@ pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
 
 /// The variable of this name.
 fn find<'a>(tables: &'a Tables, name: &str) -> Result<(&'a VariableInfo, Elements), String> {
-    let found = tables.variables.iter().find_map(|info| Some((info, elements(&info.name, name)?)));
+    let found = tables.variables.iter().find_map(|info| Some((info, Elements::of(&info.name, name)?)));
     found.ok_or_else(|| {
         let settable = tables.variables.iter().filter(|info| info.settable == Settable::Yes && info.name.count() > 0);
         let names: Vec<String> = settable.map(|info| info.name.element(0)).collect();
@@ -102,10 +92,7 @@ fn refuse(info: &VariableInfo, name: &str, what: &str) -> Result<(), String> {
 pub fn varied(tables: &Tables, name: &str) -> Result<(ValueKind, Vec<(usize, f64)>), String> {
     let (info, elements) = find(tables, name)?;
     refuse(info, name, "varied")?;
-    let range = match elements {
-        Elements::One(k) => k..k + 1,
-        Elements::All => 0..info.sources.len(),
-    };
+    let range = elements.range(&info.name);
     let place = |source: &Source| match source.place {
         Place::Parameter(k) => Ok((k as usize, if source.negated { -1.0 } else { 1.0 })),
         _ => Err(format!("`{name}` cannot be varied: its value is not kept as run-time data")),
@@ -116,11 +103,8 @@ pub fn varied(tables: &Tables, name: &str) -> Result<(ValueKind, Vec<(usize, f64
 
 /// Positions in `DaeSystem::parameters` with their new values.
 fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(usize, f64)>, String> {
-    let range = match elements {
-        Elements::One(k) => k..k + 1,
-        Elements::All => 0..info.sources.len(),
-    };
-    let values = given::numbers(&info.kind, text, &sizes(&info.name, elements))?;
+    let range = elements.range(&info.name);
+    let values = given::numbers(&info.kind, text, &elements.sizes(&info.name))?;
     let mut places = Vec::new();
     let sources = info.sources.get(range).unwrap_or_default();
     for (source, value) in sources.iter().zip(values) {
@@ -130,45 +114,4 @@ fn places(info: &VariableInfo, elements: Elements, text: &str) -> Result<Vec<(us
         }
     }
     Ok(places)
-}
-
-/// The sizes of what a name means.
-pub fn sizes(pattern: &NamePattern, elements: Elements) -> Vec<usize> {
-    match elements {
-        Elements::One(_) => Vec::new(),
-        Elements::All => pattern.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect(),
-    }
-}
-
-/// Which elements of a pattern a name means.
-pub fn elements(pattern: &NamePattern, name: &str) -> Option<Elements> {
-    let bare: String = pattern.parts.iter().map(|(text, _)| &**text).collect();
-    if pattern.derivative || !name.starts_with(&*pattern.parts.first()?.0) {
-        None
-    } else if pattern.parts.iter().all(|(_, dims)| dims.is_empty()) {
-        (bare == name).then_some(Elements::One(0))
-    } else if bare == name {
-        Some(Elements::All)
-    } else {
-        let spaceless: String = name.chars().filter(|c| !c.is_whitespace()).collect();
-        (0..pattern.count()).find(|&k| pattern.element(k) == spaceless).map(Elements::One)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn array() -> NamePattern {
-        NamePattern { parts: vec![("a".into(), vec![4]), (".b".into(), vec![2, 3])], derivative: false }
-    }
-
-    #[test]
-    fn names_mean_elements_or_whole_arrays() {
-        assert_eq!(elements(&array(), "a[2].b[1, 3]"), Some(Elements::One(8)));
-        assert_eq!(elements(&array(), "a.b"), Some(Elements::All));
-        assert_eq!(elements(&array(), "a[5].b[1,1]"), None);
-        assert_eq!(elements(&NamePattern::scalar("m"), "m"), Some(Elements::One(0)));
-        assert_eq!(elements(&NamePattern::scalar("m"), "mm"), None);
-    }
 }

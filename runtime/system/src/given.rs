@@ -1,7 +1,9 @@
 //! Values given as text from outside (`--set a=1.2`, a plan, a file of parameters): literals and lists of literals,
 //! read by the type of what they are for.
 
-use crate::tables::ValueKind;
+use std::ops::Range;
+
+use crate::tables::{NamePattern, ValueKind};
 use crate::text::told_apart;
 
 /// Lists are nested no deeper.
@@ -95,6 +97,48 @@ fn leaf(text: &str, depth: usize) -> Result<(Given<'_>, &str), String> {
     };
     let (leaf, rest) = (text[..end].trim_end(), text[end..].trim_start());
     if leaf.is_empty() { Err("a value is missing".to_string()) } else { Ok((Given::Leaf(leaf), rest)) }
+}
+
+/// Elements of a variable that a name means: one of them, or all where the name is that of a whole array.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Elements {
+    /// An element, or the only one.
+    One(usize),
+    /// All of an array.
+    All,
+}
+
+impl Elements {
+    /// Which elements of a variable a name means.
+    pub fn of(pattern: &NamePattern, name: &str) -> Option<Self> {
+        let bare: String = pattern.parts.iter().map(|(text, _)| &**text).collect();
+        if pattern.derivative || !name.starts_with(&*pattern.parts.first()?.0) {
+            None
+        } else if pattern.parts.iter().all(|(_, dims)| dims.is_empty()) {
+            (bare == name).then_some(Elements::One(0))
+        } else if bare == name {
+            Some(Elements::All)
+        } else {
+            let spaceless: String = name.chars().filter(|c| !c.is_whitespace()).collect();
+            (0..pattern.count()).find(|&k| pattern.element(k) == spaceless).map(Elements::One)
+        }
+    }
+
+    /// Their positions.
+    pub fn range(self, pattern: &NamePattern) -> Range<usize> {
+        match self {
+            Elements::One(k) => k..k + 1,
+            Elements::All => 0..pattern.count(),
+        }
+    }
+
+    /// The sizes of what a value for them has; none of a single one.
+    pub fn sizes(self, pattern: &NamePattern) -> Vec<usize> {
+        match self {
+            Elements::One(_) => Vec::new(),
+            Elements::All => pattern.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect(),
+        }
+    }
 }
 
 /// A literal as it is stored in a run.
@@ -200,6 +244,18 @@ pub fn outside(name: &str, kind: &ValueKind, value: f64, (min, max): (f64, f64))
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_mean_elements_or_whole_arrays() {
+        let array = NamePattern { parts: vec![("a".into(), vec![4]), (".b".into(), vec![2, 3])], derivative: false };
+        assert_eq!(Elements::of(&array, "a[2].b[1, 3]"), Some(Elements::One(8)));
+        assert_eq!(Elements::of(&array, "a.b"), Some(Elements::All));
+        assert_eq!(Elements::of(&array, "a[5].b[1,1]"), None);
+        assert_eq!(Elements::of(&NamePattern::scalar("m"), "m"), Some(Elements::One(0)));
+        assert_eq!(Elements::of(&NamePattern::scalar("m"), "mm"), None);
+        assert_eq!((Elements::All.range(&array), Elements::All.sizes(&array)), (0..24, vec![4, 2, 3]));
+        assert_eq!((Elements::One(8).range(&array), Elements::One(8).sizes(&array)), (8..9, vec![]));
+    }
 
     #[test]
     fn values_fit_type_and_sizes() {
