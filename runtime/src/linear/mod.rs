@@ -10,6 +10,7 @@
 mod dense;
 mod inverse;
 mod merge;
+mod pivoting;
 mod small;
 mod sparse;
 mod tail;

@@ -1,24 +1,22 @@
 //! Sparse LU for small systems: elimination along a list of operations that is made when pivots are chosen.
 //!
-//! Pivots are chosen on the scaled matrix by Markowitz's count among entries that are not much smaller than the largest
-//! of their column (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford 2017, sections 5.2 and 7.2).
-//! From then on every matrix is eliminated along the same list without search, without index work and without scaling:
-//! with given pivots scaling changes nothing but rounding, so scales only serve to watch the pivots.  Where one has
-//! become too small the choice is made anew.  The smallest matrices get an inverse ([`inverse`]) where corrections are
-//! asked for, larger ones that of what their first pivots leave ([`Tail`]), and all factors only where solutions are
-//! asked for, too.  Larger systems that fill up are left to [`super::dense`].
+//! Pivots are chosen on the scaled matrix ([`Pivoting`]).  From then on every matrix is eliminated along the same list
+//! without search, without index work and without scaling: with given pivots scaling changes nothing but rounding, so
+//! scales only serve to watch the pivots.  Where one has become too small the choice is made anew.  The smallest
+//! matrices get an inverse ([`inverse`]) where corrections are asked for, larger ones that of what their first pivots
+//! leave ([`Tail`]), and all factors only where solutions are asked for, too.  Larger systems that fill up are left to
+//! [`super::dense`].
 
 use std::ops::Range;
 
 use hyd_system::{Pattern, wide};
 
 use super::inverse;
+use super::pivoting::Pivoting;
 use super::tail::Tail;
 use super::{FactorError, PIVOT_FLOOR, idle_column, subtract};
 use crate::tiled::{LANES, Tile};
 
-/// A pivot is at least this part of the largest scaled entry of its column when it is chosen.
-const THRESHOLD: f64 = 0.1;
 /// A pivot smaller than this, relative to the largest candidate of its column, asks for a new choice.
 const PIVOT_DRIFT: f64 = 1e-6;
 /// With more operations than this part of those of a full matrix the list is slower than loops without indices.
@@ -80,9 +78,7 @@ pub(super) struct Small {
     largest: Vec<f64>,
     work: Vec<f64>,
     tiles: Vec<Tile>,
-    /// The matrix while pivots are chosen.
-    full: Vec<f64>,
-    filled: Vec<bool>,
+    pivoting: Pivoting,
     chosen: bool,
     /// Pivots that have been eliminated; what follows in `values` is what they have left of the matrix.
     eliminated: usize,
@@ -108,8 +104,7 @@ impl Small {
             largest: vec![0.0; n],
             work: vec![0.0; n],
             tiles: Vec::new(),
-            full: vec![0.0; n * n],
-            filled: vec![false; n * n],
+            pivoting: Pivoting::default(),
             chosen: false,
             eliminated: 0,
             tail: Tail::default(),
@@ -233,76 +228,24 @@ impl Small {
     fn choose(&mut self, pattern: &Pattern, values: &[f64], sizes: &[f64]) -> Result<(), FactorError> {
         let n = self.n;
         self.chosen = false;
-        self.full.fill(0.0);
-        self.filled.fill(false);
         if let Some(row) = self.largest.iter().position(|&largest| largest == 0.0) {
             return Err(FactorError::Singular { row, column: idle_column(pattern, values, row) });
         }
+        self.pivoting.begin(n);
         for ((&value, &row), &column) in values.iter().zip(&pattern.row_indices).zip(&self.entry_columns) {
             let (row, column) = (row as usize, column as usize);
-            self.full[row * n + column] = value * sizes[column] / self.largest[row];
-            self.filled[row * n + column] = true;
+            self.pivoting.set(row, column, value * sizes[column] / self.largest[row]);
         }
         self.pivots.clear();
-        let (mut rows, mut columns): (Vec<usize>, Vec<usize>) = ((0..n).collect(), (0..n).collect());
-        while !rows.is_empty() {
-            let (row, column) = self.best(&rows, &columns)?;
-            rows.retain(|&r| r != row);
-            columns.retain(|&c| c != column);
-            let pivot = self.full[row * n + column];
+        while let Some((row, column, pivot)) = self.pivoting.next()? {
             // A column of small entries throughout is no reason to choose again and again.
             let floor = PIVOT_FLOOR * pivot.abs().min(1.0) / sizes[column];
             self.pivots.push(Pivot { row: row as u32, column: column as u32, floor, ..Pivot::default() });
-            for &r in &rows {
-                if !self.filled[r * n + column] {
-                    continue;
-                }
-                let factor = self.full[r * n + column] / pivot;
-                for &c in &columns {
-                    if self.filled[row * n + c] {
-                        self.full[r * n + c] -= factor * self.full[row * n + c];
-                        self.filled[r * n + c] = true;
-                    }
-                }
-            }
         }
         self.list(pattern);
         self.tail.choose(pattern, &self.pivots, &self.indices);
         self.chosen = true;
         Ok(())
-    }
-
-    /// The entry among these rows and columns that is large enough and fills least.
-    fn best(&self, rows: &[usize], columns: &[usize]) -> Result<(usize, usize), FactorError> {
-        let n = self.n;
-        let mut in_row = vec![0usize; n];
-        for &row in rows {
-            in_row[row] = columns.iter().filter(|&&c| self.filled[row * n + c]).count();
-        }
-        let mut best: Option<((usize, f64), (usize, usize))> = None;
-        for &column in columns {
-            let size = |row: usize| self.full[row * n + column].abs();
-            let largest = rows.iter().fold(0.0f64, |largest, &row| largest.max(size(row)));
-            // The matrix is scaled: what is left of a column of which nothing is left is rounding.
-            let sound = largest > PIVOT_FLOOR * self.scale_of(column);
-            if !sound {
-                let row = rows.iter().copied().find(|&row| self.filled[row * n + column]).unwrap_or(rows[0]);
-                return Err(FactorError::Singular { row, column });
-            }
-            let in_column = rows.iter().filter(|&&row| self.filled[row * n + column]).count();
-            for &row in rows.iter().filter(|&&row| self.filled[row * n + column] && size(row) >= THRESHOLD * largest) {
-                let rank = ((in_row[row] - 1) * (in_column - 1), -size(row) / largest);
-                if best.is_none_or(|(known, _)| rank.0 < known.0 || rank.0 == known.0 && rank.1 < known.1) {
-                    best = Some((rank, (row, column)));
-                }
-            }
-        }
-        best.map(|(_, place)| place).ok_or(FactorError::Singular { row: rows[0], column: columns[0] })
-    }
-
-    /// The largest entry of a column so far, of all rows.
-    fn scale_of(&self, column: usize) -> f64 {
-        (0..self.n).fold(0.0f64, |largest, row| largest.max(self.full[row * self.n + column].abs()))
     }
 
     /// Lists the elimination: places of the factors, and what each product is subtracted from.
@@ -317,12 +260,12 @@ impl Small {
             pivot.at = self.indices.len() as u32;
             place[row * n + column] = pivot.at;
             self.indices.push(pivot.column);
-            for c in (0..n).filter(|&c| !column_done[c] && self.filled[row * n + c]) {
+            for c in (0..n).filter(|&c| !column_done[c] && self.pivoting.is_filled(row, c)) {
                 place[row * n + c] = self.indices.len() as u32;
                 self.indices.push(c as u32);
             }
             pivot.upper = self.indices.len() as u32 - pivot.at - 1;
-            for r in (0..n).filter(|&r| !row_done[r] && self.filled[r * n + column]) {
+            for r in (0..n).filter(|&r| !row_done[r] && self.pivoting.is_filled(r, column)) {
                 place[r * n + column] = self.indices.len() as u32;
                 self.indices.push(r as u32);
             }
