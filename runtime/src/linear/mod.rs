@@ -9,6 +9,7 @@
 
 mod dense;
 mod inverse;
+mod lower;
 mod merge;
 mod pivoting;
 mod small;

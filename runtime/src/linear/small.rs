@@ -12,6 +12,7 @@ use std::ops::Range;
 use hyd_system::{Pattern, wide};
 
 use super::inverse;
+use super::lower::Lower;
 use super::pivoting::Pivoting;
 use super::tail::Tail;
 use super::{FactorError, PIVOT_FLOOR, idle_column, subtract};
@@ -83,6 +84,7 @@ pub(super) struct Small {
     /// Pivots that have been eliminated; what follows in `values` is what they have left of the matrix.
     eliminated: usize,
     tail: Tail,
+    lower: Lower,
     /// Corrections have been asked for: the last pivots of each matrix are inverted, and eliminated only where
     /// solutions are asked for, too.
     corrects: bool,
@@ -108,6 +110,7 @@ impl Small {
             chosen: false,
             eliminated: 0,
             tail: Tail::default(),
+            lower: Lower::default(),
             corrects: false,
         }
     }
@@ -244,6 +247,7 @@ impl Small {
         }
         self.list(pattern);
         self.tail.choose(pattern, &self.pivots, &self.indices);
+        self.lower.choose(&self.pivots, self.tail.first, &self.indices);
         self.chosen = true;
         Ok(())
     }
@@ -321,7 +325,7 @@ impl Small {
     fn correct_in_part(&mut self, b: &[f64], x: &mut [f64]) {
         let (pivots, factors) = (&self.pivots[..self.tail.first], (&*self.indices, &*self.values));
         self.work.copy_from_slice(b);
-        forward(pivots, factors, &mut self.work);
+        self.lower.subtract(&self.values, &mut self.work);
         self.tail.apply_within(&self.work, x);
         backward(pivots, factors, &self.work, x);
     }
