@@ -136,9 +136,7 @@ impl CandidateSet {
                 if factor == 0.0 || !factor.is_finite() {
                     continue;
                 }
-                for k in 0..columns {
-                    matrix[row * columns + k] -= factor * matrix[pivot_row * columns + k];
-                }
+                subtract(matrix, columns, row, factor, pivot_row);
             }
         }
     }
@@ -151,6 +149,15 @@ impl CandidateSet {
                 *value = own[candidate.0 as usize] * candidate.1;
             }
         }
+    }
+}
+
+/// Takes a multiple of row `source` from another row.
+#[inline(always)]
+fn subtract(values: &mut [f64], columns: usize, row: usize, factor: f64, source: usize) {
+    let place = |row: usize| row * columns..(row + 1) * columns;
+    if let Ok([own, other]) = values.get_disjoint_mut([place(row), place(source)]) {
+        own.iter_mut().zip(other).for_each(|(value, taken)| *value -= factor * *taken);
     }
 }
 
@@ -261,9 +268,7 @@ impl Open<'_> {
         for other in (0..self.rows).filter(|&other| other != row) {
             let factor = self.values[other * n + column];
             if factor != 0.0 {
-                for c in 0..n {
-                    self.values[other * n + c] -= factor * self.values[row * n + c];
-                }
+                subtract(self.values, n, other, factor, row);
             }
         }
     }
