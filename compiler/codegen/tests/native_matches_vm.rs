@@ -87,7 +87,7 @@ fn grow(arena: &mut Arena, operations: &[(u8, u16, u16, u16)]) -> Vec<NodeId> {
         let call = |function: Function| {
             if function.arity() == 1 { Node::Call1(function, a) } else { Node::Call2(function, a, b) }
         };
-        let node = match kind % 18 {
+        let node = match kind % 20 {
             0 => Node::Add(a, b),
             1 => Node::Sub(a, b),
             2 => Node::Mul(a, b),
@@ -99,6 +99,8 @@ fn grow(arena: &mut Arena, operations: &[(u8, u16, u16, u16)]) -> Vec<NodeId> {
             8 | 9 => Node::Compare(relations[raw % 6], a, b),
             10 => Node::If(a, b, c),
             11..=16 => call(INLINE[raw % INLINE.len()]),
+            17 => Node::Call1(Function::Sin, a),
+            18 => Node::Call1(Function::Cos, a),
             _ => call(Function::ALL[raw % Function::ALL.len()]),
         };
         nodes.push(arena.intern(node));
@@ -275,6 +277,45 @@ fn code_of_a_loop_does_not_grow_with_the_count() {
         native::compile(&program).unwrap().bytes().len()
     };
     assert_eq!(bytes(1_000), bytes(1_000_000));
+}
+
+/// Sines of sums of sines, with the same angles more than once, alone and in a loop: as if each were computed by itself.
+#[test]
+fn sines_of_several_ranks_are_those_of_single_calls() {
+    for count in [1, 5] {
+        let mut program = Program::default();
+        let arena = &mut program.arena;
+        let mut ranks: Vec<Vec<NodeId>> = vec![(0..SLOTS).map(|k| arena.slot(SlotId(k))).collect()];
+        let mut all = ranks[0].clone();
+        for _ in 0..4 {
+            let below = ranks.last().unwrap().clone();
+            let mut rank = Vec::new();
+            for (k, &angle) in below.iter().enumerate() {
+                let function = [Function::Sin, Function::Cos][k % 2];
+                rank.push(arena.intern(Node::Call1(function, angle)));
+                // Angles of which both are wanted, and sums over ranks.
+                let other = arena.intern(Node::Call1(Function::Sin, angle));
+                rank.push(arena.intern(Node::Add(other, all[k % all.len()])));
+            }
+            rank.truncate(7);
+            all.extend(&rank);
+            ranks.push(rank);
+        }
+        let sum = all.iter().copied().reduce(|a, b| arena.intern(Node::Add(a, b))).unwrap();
+        let affine = |area| move |base| Address::Affine { area, base, stride: 1, negated: false };
+        let slots = (0..SLOTS).map(affine(Area::Unknown)).collect();
+        let stores = vec![Store { value: sum, to: affine(Area::Out)(0) }];
+        program.routines.push(Routine { name: "test", kernels: vec![Kernel { count, slots, stores }] });
+        let mut values: Vec<f64> = (0..4 * ROOM).map(|k| f64::from(k * k % 17) * 0.7 - 5.0).collect();
+        values[ROOM as usize + 2] = 1e9;
+        let code = NativeCode::map(Arc::new(native::compile(&program).unwrap())).unwrap();
+        let vm = Vm::new(&program).unwrap();
+        let (mut one, mut two) = (Areas::new(&values), Areas::new(&values));
+        code.call(RoutineId(0), &mut one.memory());
+        vm.call(RoutineId(0), &mut two.memory(), &mut vm.registers());
+        assert!(two.out[count as usize - 1] != 0.0);
+        assert_eq!(one.bits(), two.bits(), "{count} instances");
+    }
 }
 
 /// A value that is read for a comparison alone, at aligned places and others.

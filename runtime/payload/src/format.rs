@@ -18,7 +18,7 @@ use crate::target::{self, Target};
 /// First bytes of every payload.
 pub const MAGIC: [u8; 8] = *b"hydmodel";
 /// Version of the format; another one is refused.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes before the model.
 const HEADER: usize = 8 + 3 * 4 + 2 * 8;
 

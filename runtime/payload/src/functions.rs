@@ -1,7 +1,7 @@
 //! The table of elementary functions that generated code calls through.
 //!
 //! One entry per [`Function`], in the order of [`Function::ALL`], each an `extern "C"` function on the same mathematics
-//! as constant folding and interpretation, so that all of them agree to the last bit.
+//! as constant folding and interpretation, so that all of them agree to the last bit; then one for groups of sines and cosines.
 
 use hyd_system::math::Function;
 
@@ -25,14 +25,18 @@ macro_rules! addresses {
     };
 }
 
-/// Number of entries.
-pub const COUNT: usize = 24;
+/// Position of the function that fills in [`hyd_system::angles::Angles`], of which it takes a count and an address.
+pub const SINES_AND_COSINES: usize = 24;
 
-const _: () = assert!(Function::ALL.len() == COUNT, "the table has one entry per function");
+/// Number of entries.
+pub const COUNT: usize = SINES_AND_COSINES + 1;
+
+const _: () = assert!(Function::ALL.len() == SINES_AND_COSINES, "the table has one entry per function");
 
 /// Addresses of the functions.
-pub fn table() -> [usize; COUNT] {
-    addresses!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23)
+pub fn table(sines_and_cosines: usize) -> [usize; COUNT] {
+    let single = addresses!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23);
+    std::array::from_fn(|k| single.get(k).copied().unwrap_or(sines_and_cosines))
 }
 
 /// Position of a function in the table.
@@ -49,6 +53,6 @@ mod tests {
         for (k, &function) in Function::ALL.iter().enumerate() {
             assert_eq!(position(function), k);
         }
-        assert!(table().iter().all(|&address| address != 0));
+        assert!(table(1).iter().all(|&address| address != 0));
     }
 }

@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use hyd_index::IndexVec;
+use hyd_system::angles::{self, Angles};
 use memmap2::{Mmap, MmapMut};
 
 use crate::functions::{self, COUNT};
@@ -23,13 +24,22 @@ pub struct Context {
     pub areas: [*mut f64; AREAS],
     /// Slot tables.
     pub tables: *const u32,
-    /// Elementary functions in the order of `Function::ALL`.
+    /// Elementary functions in the order of [`functions::table`].
     pub functions: *const usize,
     /// Addresses of the bodies of functions, by their ids.
     pub bodies: *const usize,
 }
 
 type Entry = unsafe extern "C" fn(*const Context);
+type Grouped = unsafe extern "C" fn(usize, *mut Angles);
+
+/// What generated code calls for groups of angles.
+unsafe extern "C" fn sines_and_cosines(count: usize, groups: *mut Angles) {
+    // SAFETY: the generator of code reserves this many groups in the frame of the caller, which nothing else refers to, and
+    // writes all angles before the call; it makes the sines and cosines what they are after it.
+    let groups = unsafe { std::slice::from_raw_parts_mut(groups, count) };
+    angles::sines_and_cosines(groups);
+}
 
 /// Machine code of a program, independent of where it is mapped.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -124,7 +134,7 @@ impl NativeCode {
         };
         let start = pages.as_ref().map_or(0, |pages| pages.as_ptr() as usize);
         let bodies = code.bodies.iter().map(|&position| start + position as usize).collect();
-        Ok(Self { pages, code, functions: functions::table(), bodies })
+        Ok(Self { pages, code, functions: functions::table(sines_and_cosines as Grouped as usize), bodies })
     }
 
     /// Bytes of machine code.

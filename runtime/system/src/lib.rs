@@ -7,6 +7,7 @@
 //! The notation follows Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in Differential-
 //! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
 
+pub mod angles;
 mod dae;
 pub mod given;
 mod lanes;

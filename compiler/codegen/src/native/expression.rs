@@ -10,8 +10,9 @@ use cranelift_frontend::FunctionBuilder;
 use hyd_symbolic::{Arena, BodyId, Function, MACHINE_LIMITS, Node, NodeId, Relation};
 use rustc_hash::FxHashMap;
 
-use hyd_payload::function_position;
+use hyd_payload::{SINES_AND_COSINES, function_position};
 
+use super::angles::Groups;
 use super::width::Width;
 
 /// A computed node in the forms asked for so far.
@@ -30,6 +31,8 @@ pub struct Calls {
     pub unary: SigRef,
     /// Signature of functions of two arguments.
     pub binary: SigRef,
+    /// Signature of the function for groups of angles.
+    pub angles: SigRef,
     /// See [`super::isa::Target::rounds_inline`].
     pub rounds_inline: bool,
     /// Size of an address in bytes.
@@ -90,12 +93,24 @@ pub struct Values<'a> {
     known: FxHashMap<NodeId, Computed>,
     /// Results of calls of bodies, by body and arguments.
     results: FxHashMap<(BodyId, NodeId), StackSlot>,
+    groups: Groups,
 }
 
 impl<'a> Values<'a> {
     /// No values yet.
     pub fn new(arena: &'a Arena, calls: Calls, width: Width) -> Self {
-        Self { arena, calls, width, known: FxHashMap::default(), results: FxHashMap::default() }
+        let (known, results) = Default::default();
+        Self { arena, calls, width, known, results, groups: Groups::default() }
+    }
+
+    /// Computes all nodes of an order, operands first, sines and cosines together where there are several; leaves must
+    /// have been defined.
+    pub fn compute_all(&mut self, fb: &mut FunctionBuilder<'_>, order: &[NodeId]) {
+        let mut order = order.to_vec();
+        self.groups = Groups::find(self.arena, &mut order);
+        for id in order {
+            self.compute(fb, id);
+        }
     }
 
     /// Gives a leaf its value.
@@ -112,10 +127,7 @@ impl<'a> Values<'a> {
             Node::Const(number) => real(self.width.number(fb, number.value())),
             Node::Not(_) | Node::And(..) | Node::Or(..) | Node::Compare(..) | Node::Event(..) => self.logic(fb, id),
             Node::If(c, a, b) => self.choice(fb, c, a, b),
-            Node::Call1(function, a) => {
-                let a = self.real(fb, a);
-                real(self.call1(fb, function, a))
-            }
+            Node::Call1(function, a) => real(self.call1(fb, function, a)),
             Node::Call2(function, a, b) => {
                 let (a, b) = (self.real(fb, a), self.real(fb, b));
                 real(self.call2(fb, function, a, b))
@@ -219,7 +231,13 @@ impl<'a> Values<'a> {
         real(fb.ins().stack_load(types::I64, types::F64, slot, output as i32 * 8))
     }
 
-    fn call1(&self, fb: &mut FunctionBuilder<'_>, function: Function, a: Value) -> Value {
+    fn call1(&mut self, fb: &mut FunctionBuilder<'_>, function: Function, argument: NodeId) -> Value {
+        if matches!(function, Function::Sin | Function::Cos)
+            && let Some(place) = self.groups.place(argument)
+        {
+            return self.grouped(fb, function, place);
+        }
+        let a = self.real(fb, argument);
         match function {
             Function::Sqrt => fb.ins().sqrt(a),
             Function::Abs => fb.ins().fabs(a),
@@ -256,13 +274,27 @@ impl<'a> Values<'a> {
         }
     }
 
+    /// The sine or cosine of an angle that is computed with others.
+    fn grouped(&mut self, fb: &mut FunctionBuilder<'_>, function: Function, place: (u32, u32)) -> Value {
+        if let Some(angles) = self.groups.pending(place.0) {
+            let angles: Vec<Value> = angles.into_iter().map(|angle| self.real(fb, angle)).collect();
+            let callee = self.callee(fb, SINES_AND_COSINES);
+            self.groups.call(fb, place.0, &angles, (callee, self.calls.angles));
+        }
+        self.groups.read(fb, function, place)
+    }
+
     fn call(&self, fb: &mut FunctionBuilder<'_>, function: Function, arguments: &[Value]) -> Value {
-        let offset = function_position(function) as i32 * self.calls.pointer_bytes;
-        let flags = MemFlagsData::trusted().with_readonly().with_can_move();
-        let address = fb.ins().load(types::I64, flags, self.calls.table, offset);
+        let address = self.callee(fb, function_position(function));
         let signature = if arguments.len() == 1 { self.calls.unary } else { self.calls.binary };
         let call = fb.ins().call_indirect(signature, address, arguments);
         fb.inst_results(call)[0]
+    }
+
+    /// The address at a position of the function table.
+    fn callee(&self, fb: &mut FunctionBuilder<'_>, position: usize) -> Value {
+        let flags = MemFlagsData::trusted().with_readonly().with_can_move();
+        fb.ins().load(types::I64, flags, self.calls.table, position as i32 * self.calls.pointer_bytes)
     }
 }
 

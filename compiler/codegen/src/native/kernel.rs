@@ -119,9 +119,7 @@ impl Frame<'_> {
                 values.define(id, value);
             }
         }
-        for &id in order {
-            values.compute(fb, id);
-        }
+        values.compute_all(fb, order);
         for store in &kernel.stores {
             let value = values.real(fb, store.value);
             self.store(fb, &store.to, instance, value);

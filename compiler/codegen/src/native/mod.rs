@@ -5,6 +5,7 @@
 //! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
 //! left in the code is an error.  Mapping and calling is the matter of [`NativeCode`].
 
+mod angles;
 mod body;
 mod expression;
 mod isa;
@@ -141,11 +142,11 @@ impl<'a> Compiler<'a> {
         u32::try_from(start).map_err(|_| "the code exceeds 4 GB".into())
     }
 
-    /// Signatures of elementary functions of one and two arguments, and of bodies.
-    fn signatures(&self) -> [Signature; 3] {
+    /// Signatures of elementary functions of one and two arguments, of bodies, and of the function for groups of angles.
+    fn signatures(&self) -> [Signature; 4] {
         let unary = self.signature(&[types::F64], Some(types::F64));
         let binary = self.signature(&[types::F64, types::F64], Some(types::F64));
-        [unary, binary, self.signature(&BODY_ARGUMENTS, None)]
+        [unary, binary, self.signature(&BODY_ARGUMENTS, None), self.signature(&[types::I64; 2], None)]
     }
 
     fn signature(&self, arguments: &[Type], result: Option<Type>) -> Signature {
@@ -177,12 +178,13 @@ impl<'a> Compiler<'a> {
 }
 
 /// What expressions need, from the context.
-fn calls(fb: &mut FunctionBuilder<'_>, signatures: [Signature; 3], context: Value, rounds_inline: bool) -> Calls {
-    let [unary, binary, body] = signatures.map(|signature| fb.import_signature(signature));
+fn calls(fb: &mut FunctionBuilder<'_>, signatures: [Signature; 4], context: Value, rounds_inline: bool) -> Calls {
+    let [unary, binary, body, angles] = signatures.map(|signature| fb.import_signature(signature));
     Calls {
         table: field(fb, context, AREAS + 1),
         unary,
         binary,
+        angles,
         rounds_inline,
         pointer_bytes: POINTER_BYTES,
         bodies: field(fb, context, AREAS + 2),

@@ -1,0 +1,126 @@
+//! Sines and cosines of a kernel in groups: one call for all angles that are known at once.
+//!
+//! A sine or cosine of rank r is one whose angle needs others of rank r-1.  Nodes are computed by rank, so that the angles of
+//! a rank are there when its first sine is asked for; results stand in a stack slot.  The values are those of single calls.
+
+use cranelift_codegen::ir::{InstBuilder, SigRef, StackSlot, Value, types};
+use cranelift_frontend::FunctionBuilder;
+use hyd_payload::Angles;
+use hyd_symbolic::{Arena, Function, Node, NodeId};
+use rustc_hash::FxHashMap;
+
+use super::expression::space;
+
+/// Fewer sines and cosines of a rank are as fast one by one.
+const FEWEST: u32 = 3;
+
+/// The angles of one rank.
+#[derive(Default)]
+struct Rank {
+    /// Sines and cosines of these.
+    calls: u32,
+    angles: Vec<NodeId>,
+    /// Where the results are, once they are computed.
+    slot: Option<StackSlot>,
+}
+
+/// The angles of a kernel that are computed in groups.
+#[derive(Default)]
+pub struct Groups {
+    ranks: Vec<Rank>,
+    /// Rank and position of each angle.
+    places: FxHashMap<NodeId, (u32, u32)>,
+}
+
+impl Groups {
+    /// Finds the groups among nodes that are computed in this order, operands first, and changes the order where there are
+    /// any.
+    pub fn find(arena: &Arena, order: &mut [NodeId]) -> Self {
+        let mut groups = Self::default();
+        if order.iter().filter(|&&id| angle(arena.node(id)).is_some()).count() < FEWEST as usize {
+            return groups;
+        }
+        let mut of_node: FxHashMap<NodeId, u32> = FxHashMap::default();
+        for &id in order.iter() {
+            let node = arena.node(id);
+            let below = node.operands().map(|operand| of_node[&operand]).max().unwrap_or(0);
+            let own = angle(node).map_or(below, |angle| groups.add(angle, below));
+            of_node.insert(id, own);
+        }
+        let Self { ranks, places } = &mut groups;
+        places.retain(|_, (rank, _)| ranks[*rank as usize].calls >= FEWEST);
+        if !places.is_empty() {
+            order.sort_by_key(|id| of_node[id]);
+        }
+        groups
+    }
+
+    /// One more sine or cosine of an angle that needs those of `below` ranks; returns its own.
+    fn add(&mut self, angle: NodeId, below: u32) -> u32 {
+        let rank = below as usize;
+        if self.ranks.len() <= rank {
+            self.ranks.resize_with(rank + 1, Rank::default);
+        }
+        let Self { ranks, places } = self;
+        let Rank { calls, angles, .. } = &mut ranks[rank];
+        *calls += 1;
+        places.entry(angle).or_insert_with(|| {
+            angles.push(angle);
+            (below, angles.len() as u32 - 1)
+        });
+        below + 1
+    }
+
+    /// Rank and position of an angle whose sine and cosine are computed with others.
+    pub fn place(&self, angle: NodeId) -> Option<(u32, u32)> {
+        self.places.get(&angle).copied()
+    }
+
+    /// The angles of a rank that is not computed yet.
+    pub fn pending(&self, rank: u32) -> Option<Vec<NodeId>> {
+        let rank = &self.ranks[rank as usize];
+        rank.slot.is_none().then(|| rank.angles.clone())
+    }
+
+    /// Computes a rank from the values of its angles.
+    pub fn call(
+        &mut self,
+        fb: &mut FunctionBuilder<'_>,
+        rank: u32,
+        angles: &[Value],
+        (callee, signature): (Value, SigRef),
+    ) {
+        let count = angles.len().div_ceil(hyd_payload::ANGLES);
+        let slot = space(fb, count * size_of::<Angles>() / 8);
+        for k in 0..count * hyd_payload::ANGLES {
+            // What fills the last group is an angle, too.
+            let value = angles[k.min(angles.len() - 1)];
+            fb.ins().stack_store(types::I64, value, slot, offset(k, 0));
+        }
+        let count = fb.ins().iconst(types::I64, count as i64);
+        let place = fb.ins().stack_addr(types::I64, slot, 0);
+        fb.ins().call_indirect(signature, callee, &[count, place]);
+        self.ranks[rank as usize].slot = Some(slot);
+    }
+
+    /// The sine or cosine at a place that is computed.
+    pub fn read(&self, fb: &mut FunctionBuilder<'_>, function: Function, (rank, position): (u32, u32)) -> Value {
+        let slot = self.ranks[rank as usize].slot.expect("invariant: the rank was computed when it was asked for");
+        let part = if function == Function::Sin { 1 } else { 2 };
+        fb.ins().stack_load(types::I64, types::F64, slot, offset(position as usize, part))
+    }
+}
+
+/// Where angle (part 0), sine (1) or cosine (2) of a position stand, in bytes.
+fn offset(position: usize, part: usize) -> i32 {
+    let (group, lane) = (position / hyd_payload::ANGLES, position % hyd_payload::ANGLES);
+    (group * size_of::<Angles>() + (part * hyd_payload::ANGLES + lane) * 8) as i32
+}
+
+/// The angle that a sine or cosine is taken of.
+fn angle(node: Node) -> Option<NodeId> {
+    match node {
+        Node::Call1(Function::Sin | Function::Cos, angle) => Some(angle),
+        _ => None,
+    }
+}

@@ -1,0 +1,240 @@
+//! Sines and cosines of several angles at once.
+//!
+//! A mechanism asks for both functions of all its angles in every evaluation.  Four angles take little longer than one:
+//! reduction by multiples of a quarter turn and both polynomials are those of FDLIBM (Sun Microsystems 1993; `e_rem_pio2.c`,
+//! `k_sin.c`, `k_cos.c`), operation by operation, so that every value has the bits of [`Function::apply`].  Angles that need
+//! more than the first round of its reduction, or lie where its tables of cases decide, are left to it.
+
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
+
+use crate::math::Function;
+use crate::wide;
+
+/// Angles of a group.
+pub const LANES: usize = 4;
+
+type Lanes = [f64; LANES];
+type Masks = [u64; LANES];
+
+/// Four angles in rad and what belongs to them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Angles {
+    /// Given.
+    pub angles: Lanes,
+    /// Their sines.
+    pub sines: Lanes,
+    /// Their cosines.
+    pub cosines: Lanes,
+}
+
+/// What is added to a number and taken away again to round it: 1.5*2^52.  The last bits of the sum are those of the whole number.
+const ROUNDING: f64 = 6_755_399_441_055_744.0;
+/// The first 33 bits of pi/2 and the rest.
+const QUARTER: [f64; 2] = [f64::from_bits(0x3FF9_21FB_5440_0000), f64::from_bits(0x3DD0_B461_1A62_6331)];
+/// Angles below it are not reduced: the least with an upper half above that of pi/4.
+const INNER: f64 = f64::from_bits(0x3FE9_21FC_0000_0000);
+/// Smaller angles are their own sines.
+const TINY: f64 = 1.0 / 67_108_864.0;
+/// One round of reduction is exact enough below 2^20*pi/2 (a little less) where it cancels at most 16 bits.
+const OUTER: f64 = 1.6e6;
+const KEPT: f64 = 1.0 / 65_536.0;
+/// Reduced angles that are nearer to pi/4 than 1e-4 may belong to either quarter.
+const BORDER: f64 = FRAC_PI_4 - 1e-4;
+
+const SINE: [f64; 6] = [
+    -0.16666666666666632,
+    0.00833333333332249,
+    -0.0001984126982985795,
+    2.755_731_370_707_006_8e-06,
+    -2.505_076_025_340_686_3e-08,
+    1.589_690_995_211_55e-10,
+];
+
+const COSINE: [f64; 6] = [
+    0.0416666666666666,
+    -0.001388888888887411,
+    2.480_158_728_947_673e-05,
+    -2.755_731_435_139_066_3e-07,
+    2.087_572_321_298_175e-09,
+    -1.135_964_755_778_819_5e-11,
+];
+
+/// Fills in the sines and cosines of all groups, to the bit those of [`Function::apply`].
+pub fn sines_and_cosines(groups: &mut [Angles]) {
+    wide(
+        #[inline(always)]
+        || {
+            for group in &mut *groups {
+                fill(group);
+            }
+        },
+    );
+}
+
+#[inline(always)]
+fn fill(group: &mut Angles) {
+    let Reduced { high, low, quarter, inner, fits } = reduce(group.angles);
+    let (sine, cosine) = (sine(high, low, inner), cosine(high, low));
+    for k in 0..LANES {
+        // Odd quarters exchange both, signs follow from the second bit.
+        let odd = 0u64.wrapping_sub(quarter[k] & 1);
+        let (s, c) = (sine[k].to_bits(), cosine[k].to_bits());
+        let exchanged = (s ^ c) & odd;
+        group.sines[k] = f64::from_bits((s ^ exchanged) ^ ((quarter[k] & 2) << 62));
+        group.cosines[k] = f64::from_bits((c ^ exchanged) ^ ((quarter[k].wrapping_add(1) & 2) << 62));
+    }
+    if fits[0] & fits[1] & fits[2] & fits[3] == 0 {
+        one_by_one(group, fits);
+    }
+}
+
+/// Does again what does not fit.
+#[cold]
+fn one_by_one(group: &mut Angles, fits: Masks) {
+    for (k, angle) in group.angles.into_iter().enumerate().filter(|&(k, _)| fits[k] == 0) {
+        (group.sines[k], group.cosines[k]) = (Function::Sin.apply(angle, 0.0), Function::Cos.apply(angle, 0.0));
+    }
+}
+
+/// Angles without their quarter turns.
+struct Reduced {
+    /// What is left, in two parts.
+    high: Lanes,
+    low: Lanes,
+    /// The quarter, in the last two bits.
+    quarter: Masks,
+    /// Nothing was taken away.
+    inner: Masks,
+    /// This is how the library reduces it, too.
+    fits: Masks,
+}
+
+#[inline(always)]
+fn reduce(angles: Lanes) -> Reduced {
+    let sizes = each(|k| angles[k].abs());
+    let inner = masks(|k| sizes[k] < INNER);
+    let rounded = each(|k| choose(inner[k], ROUNDING, angles[k] * FRAC_2_PI + ROUNDING));
+    let quarters = each(|k| rounded[k] - ROUNDING);
+    let first = each(|k| angles[k] - quarters[k] * QUARTER[0]);
+    let second = each(|k| quarters[k] * QUARTER[1]);
+    let high = each(|k| first[k] - second[k]);
+    let low = each(|k| (first[k] - high[k]) - second[k]);
+    let left = each(|k| high[k].abs());
+    let (large, outer) = (masks(|k| sizes[k] >= TINY), masks(|k| sizes[k] < OUTER));
+    let (clear, kept) = (masks(|k| left[k] < BORDER), masks(|k| left[k] > KEPT * sizes[k]));
+    let fits = bits(|k| (inner[k] & large[k]) | (outer[k] & clear[k] & kept[k]));
+    Reduced { high, low, quarter: bits(|k| rounded[k].to_bits()), inner, fits }
+}
+
+/// `k_sin`: sines of `x + y` with |x| <= pi/4; `y` is nothing in lanes marked `exact`.
+#[inline(always)]
+fn sine(x: Lanes, y: Lanes, exact: Masks) -> Lanes {
+    let z = each(|k| x[k] * x[k]);
+    let w = each(|k| z[k] * z[k]);
+    let r = each(|k| SINE[1] + z[k] * (SINE[2] + z[k] * SINE[3]) + z[k] * w[k] * (SINE[4] + z[k] * SINE[5]));
+    let v = each(|k| z[k] * x[k]);
+    let whole = each(|k| x[k] + v[k] * (SINE[0] + z[k] * r[k]));
+    let sum = each(|k| x[k] - ((z[k] * (0.5 * y[k] - v[k] * r[k]) - y[k]) - v[k] * SINE[0]));
+    each(|k| choose(exact[k], whole[k], sum[k]))
+}
+
+/// `k_cos`: cosines of `x + y` with |x| <= pi/4.
+#[inline(always)]
+fn cosine(x: Lanes, y: Lanes) -> Lanes {
+    let z = each(|k| x[k] * x[k]);
+    let w = each(|k| z[k] * z[k]);
+    let low = each(|k| z[k] * (COSINE[0] + z[k] * (COSINE[1] + z[k] * COSINE[2])));
+    let r = each(|k| low[k] + w[k] * w[k] * (COSINE[3] + z[k] * (COSINE[4] + z[k] * COSINE[5])));
+    let half = each(|k| 0.5 * z[k]);
+    let w = each(|k| 1.0 - half[k]);
+    each(|k| w[k] + (((1.0 - w[k]) - half[k]) + (z[k] * r[k] - x[k] * y[k])))
+}
+
+#[inline(always)]
+fn each(value: impl Fn(usize) -> f64) -> Lanes {
+    [value(0), value(1), value(2), value(3)]
+}
+
+#[inline(always)]
+fn bits(value: impl Fn(usize) -> u64) -> Masks {
+    [value(0), value(1), value(2), value(3)]
+}
+
+/// All bits where `holds`.
+#[inline(always)]
+fn masks(holds: impl Fn(usize) -> bool) -> Masks {
+    bits(|k| if holds(k) { u64::MAX } else { 0 })
+}
+
+#[inline(always)]
+fn choose(mask: u64, a: f64, b: f64) -> f64 {
+    f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bits of sines and cosines, by groups and one by one.
+    fn compare(angles: impl Iterator<Item = f64>) -> usize {
+        let angles: Vec<f64> = angles.collect();
+        let mut own = 0;
+        for chunk in angles.chunks_exact(LANES) {
+            let mut groups = [Angles { angles: chunk.try_into().expect("four"), ..Angles::default() }];
+            sines_and_cosines(&mut groups);
+            for (k, &angle) in chunk.iter().enumerate() {
+                let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+                assert_eq!(groups[0].sines[k].to_bits(), sine.to_bits(), "sin({angle:?}) is {sine:?}");
+                assert_eq!(groups[0].cosines[k].to_bits(), cosine.to_bits(), "cos({angle:?}) is {cosine:?}");
+                own += usize::from(reduce([angle; LANES]).fits[0] != 0);
+            }
+        }
+        own
+    }
+
+    /// Numbers of a linear congruence in [0, 1).
+    fn scattered(count: usize) -> impl Iterator<Item = f64> {
+        let mut state = 0x2545_F491_4F6C_DD1D_u64;
+        (0..count).map(move |_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / 9_007_199_254_740_992.0
+        })
+    }
+
+    #[test]
+    fn angles_of_every_size_have_the_bits_of_single_calls() {
+        for (range, share) in [(0.7, 0.999), (10.0, 0.99), (1e3, 0.97), (1e4, 0.8), (1e6, 0.02), (3e6, 0.0)] {
+            let count = 200_000;
+            let own = compare(scattered(count).map(|x| (2.0 * x - 1.0) * range));
+            assert!(
+                own as f64 >= share * count as f64,
+                "only {own} of {count} within {range} are not left to single calls"
+            );
+        }
+        compare(scattered(200_000).map(|x| 10f64.powf(640.0 * x - 330.0)));
+    }
+
+    #[test]
+    fn angles_beside_every_border_have_the_bits_of_single_calls() {
+        let borders = (-40..=40).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
+        let others = [INNER, TINY, OUTER, BORDER, 2f64.powi(-27), 1_647_099.329_8].into_iter();
+        for border in borders.chain(others) {
+            let near = |k: i64| f64::from_bits(border.to_bits().wrapping_add_signed(k));
+            compare((-500..500).map(near));
+            compare((-500..500).map(|k| near(k << 22)));
+            compare((-500..500).map(|k| border * (1.0 + k as f64 * 1e-6)));
+        }
+    }
+
+    #[test]
+    fn what_is_no_angle_has_no_sine() {
+        compare([f64::NAN, f64::INFINITY, 1.0, 2.0].into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]));
+        let mut groups = [Angles { angles: [f64::NAN, f64::INFINITY, 1.0, -0.0], ..Angles::default() }];
+        sines_and_cosines(&mut groups);
+        let [Angles { sines, cosines, .. }] = groups;
+        assert!(sines[0].is_nan() && cosines[0].is_nan() && sines[1].is_nan() && cosines[1].is_nan());
+        assert_eq!((sines[2], cosines[2]), (libm::sin(1.0), libm::cos(1.0)));
+        assert_eq!((sines[3].to_bits(), cosines[3]), ((-0.0f64).to_bits(), 1.0));
+    }
+}
