@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, ElementPrefixes};
+use rustc_hash::FxHashMap;
 
 use crate::class::{ClassId, ClassTable, elements};
 use crate::modifier::AstMod;
@@ -19,8 +20,9 @@ impl ClassTable<'_> {
         let outside = match &def.body {
             ClassBody::DerivativeOf(..) => "a function as a derivative of another (`der(f, x)`)",
             ClassBody::Enumeration(Some(literals)) => {
-                for (k, literal) in literals.iter().enumerate() {
-                    let Some(first) = literals[..k].iter().find(|l| l.name.name == literal.name.name) else { continue };
+                let mut known = FxHashMap::default();
+                for literal in literals {
+                    let Some(first) = known.insert(&literal.name.name, literal) else { continue };
                     let message = format!("the literal `{}` is declared twice", literal.name.name);
                     self.report(
                         Diagnostic::error(Code::Redefinition, message)
