@@ -2,6 +2,7 @@
 //!
 //! One entry per [`Function`], in the order of [`Function::ALL`], each an `extern "C"` function on the same mathematics
 //! as constant folding and interpretation, so that all of them agree to the last bit; then one for groups of sines and cosines.
+//! Their positions are part of the format of built models ([`crate::format::VERSION`]).
 
 use hyd_system::math::Function;
 

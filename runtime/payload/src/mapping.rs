@@ -35,8 +35,9 @@ type Grouped = unsafe extern "C" fn(usize, *mut Angles);
 
 /// What generated code calls for groups of angles.
 unsafe extern "C" fn sines_and_cosines(count: usize, groups: *mut Angles) {
-    // SAFETY: the generator of code reserves this many groups in the frame of the caller, which nothing else refers to, and
-    // writes all angles before the call; it makes the sines and cosines what they are after it.
+    // SAFETY: the generator of code reserves this many groups, aligned for numbers, in the frame of the caller, which nothing
+    // else refers to during the call, and writes all angles before it; what stands where sines and cosines go is only
+    // written, and numbers whatever its bytes are.
     let groups = unsafe { std::slice::from_raw_parts_mut(groups, count) };
     angles::sines_and_cosines(groups);
 }

@@ -152,13 +152,13 @@ impl CandidateSet {
     }
 }
 
-/// Takes a multiple of row `source` from another row.
+/// Takes a multiple of row `source` from another one.
 #[inline(always)]
 fn subtract(values: &mut [f64], columns: usize, row: usize, factor: f64, source: usize) {
     let place = |row: usize| row * columns..(row + 1) * columns;
-    if let Ok([own, other]) = values.get_disjoint_mut([place(row), place(source)]) {
-        own.iter_mut().zip(other).for_each(|(value, taken)| *value -= factor * *taken);
-    }
+    let rows = values.get_disjoint_mut([place(row), place(source)]);
+    let [own, other] = rows.expect("invariant: two rows of the matrix");
+    own.iter_mut().zip(other).for_each(|(value, taken)| *value -= factor * *taken);
 }
 
 fn mark(dependent: &[u32], is_dependent: &mut [bool]) {

@@ -29,6 +29,8 @@ use sparse::Sparse;
 /// patterns; below, dense has no index overhead.
 const SMALL_LIMIT: usize = 40;
 
+const _: () = assert!(SMALL_LIMIT <= pivoting::MOST, "the search for pivots has room for the largest");
+
 /// A pivot below this, relative to the largest entry of its scaled column, counts as zero.
 const PIVOT_FLOOR: f64 = 4.0 * f64::EPSILON;
 

@@ -12,6 +12,9 @@ const THRESHOLD: f64 = 0.1;
 /// Rows or columns, a bit each.
 type Set = u64;
 
+/// Most rows of a matrix.
+pub(super) const MOST: usize = Set::BITS as usize;
+
 /// The matrix while pivots are chosen.
 #[derive(Default)]
 pub(super) struct Pivoting {
@@ -33,7 +36,7 @@ pub(super) struct Pivoting {
 }
 
 impl Pivoting {
-    /// Begins with a matrix of zeros; at most 64 rows.
+    /// Begins with a matrix of zeros; at most [`MOST`] rows.
     pub(super) fn begin(&mut self, n: usize) {
         self.n = n;
         self.full.clear();
@@ -163,6 +166,80 @@ mod tests {
         }
     }
 
+    /// The same by looking at everything each time.
+    fn by_hand(n: usize, entries: &[(usize, usize, f64)]) -> Vec<(usize, usize, f64)> {
+        let mut matrix = vec![vec![None; n]; n];
+        entries.iter().for_each(|&(row, column, value)| matrix[row][column] = Some(value));
+        let (mut rows, mut columns): (Vec<usize>, Vec<usize>) = ((0..n).collect(), (0..n).collect());
+        let mut list = Vec::new();
+        while !rows.is_empty() {
+            let size = |row: usize, column: usize| matrix[row][column].map_or(0.0, f64::abs);
+            let mut ranks = Vec::new();
+            for &column in &columns {
+                let largest = rows.iter().fold(0.0f64, |largest, &row| largest.max(size(row, column)));
+                let scale = (0..n).fold(0.0f64, |largest, row| largest.max(size(row, column)));
+                if largest <= PIVOT_FLOOR * scale {
+                    return list;
+                }
+                let in_column = rows.iter().filter(|&&row| matrix[row][column].is_some()).count();
+                for &row in rows.iter().filter(|&&row| size(row, column) >= THRESHOLD * largest) {
+                    if matrix[row][column].is_some() {
+                        let in_row = columns.iter().filter(|&&c| matrix[row][c].is_some()).count();
+                        ranks.push(((in_row - 1) * (in_column - 1), -size(row, column) / largest, row, column));
+                    }
+                }
+            }
+            let best = |a: &&(usize, f64, usize, usize), b: &&_| a.partial_cmp(b).expect("numbers");
+            let first = ranks.iter().map(|&(count, size, ..)| (count, size, 0, 0)).min_by(|a, b| best(&a, &b));
+            let first = first.expect("a candidate");
+            // Of equal ones the first, column by column.
+            let place = ranks.iter().find(|rank| (rank.0, rank.1) == (first.0, first.1)).expect("the best");
+            let &(_, _, row, column) = place;
+            let pivot = matrix[row][column].expect("an entry");
+            list.push((row, column, pivot));
+            rows.retain(|&r| r != row);
+            columns.retain(|&c| c != column);
+            let own = matrix[row].clone();
+            for &r in &rows {
+                let Some(value) = matrix[r][column] else { continue };
+                let factor = value / pivot;
+                for &c in &columns {
+                    if let Some(own) = own[c] {
+                        matrix[r][c] = Some(matrix[r][c].unwrap_or(0.0) - factor * own);
+                    }
+                }
+            }
+        }
+        list
+    }
+
+    #[test]
+    fn pivots_are_those_of_a_search_of_everything() {
+        let mut state = 1u64;
+        let mut number = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / 9_007_199_254_740_992.0
+        };
+        let mut pivoting = Pivoting::default();
+        let mut whole = 0;
+        for case in 0..600 {
+            let n = [0, 1, 2, 5, 12, 23, 40][case % 7];
+            let density = 0.05 + 0.4 * number();
+            let mut entries = Vec::new();
+            for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+                if row == column || number() < density {
+                    // Few sizes, so that many are equal, zeros among them.
+                    entries.push((row, column, (8.0 * number()).floor() / 4.0 - 1.0));
+                }
+            }
+            let (list, end) = pivots(&mut pivoting, n, &entries);
+            assert_eq!(list, by_hand(n, &entries), "{n} rows, {entries:?}");
+            assert_eq!(end.is_none(), list.len() == n);
+            whole += usize::from(end.is_none());
+        }
+        assert!((100..500).contains(&whole), "{whole} matrices can be eliminated");
+    }
+
     #[test]
     fn an_arrow_is_eliminated_from_its_feathers() {
         // Full first row and column: taken first, it fills everything; last, nothing.
@@ -209,6 +286,6 @@ mod tests {
         let entries = [(0, 0, 1.0), (0, 1, 0.1), (1, 0, 1.0 / 3.0), (1, 1, (0.1f64 / 3.0).next_up())];
         let (list, end) = pivots(&mut Pivoting::default(), 2, &entries);
         assert_eq!(list.len(), 1);
-        assert!(matches!(end, Some(FactorError::Singular { .. })));
+        assert!(matches!(end, Some(FactorError::Singular { row: 1, column: 1 })));
     }
 }

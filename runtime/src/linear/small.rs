@@ -247,7 +247,8 @@ impl Small {
         }
         self.list(pattern);
         self.tail.choose(pattern, &self.pivots, &self.indices);
-        self.lower.choose(&self.pivots, self.tail.first, &self.indices);
+        let first = if self.tail.first < n { self.tail.first } else { 0 };
+        self.lower.choose(&self.pivots, first, &self.indices);
         self.chosen = true;
         Ok(())
     }
@@ -425,5 +426,39 @@ fn backward(pivots: &[Pivot], (indices, values): (&[u32], &[f64]), b: &[f64], x:
             value -= factor * x[column as usize];
         }
         x[pivot.column as usize] = value * values[pivot.at as usize];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_change_by_rows_as_they_do_by_columns() {
+        for n in [3, 17, 23, 40] {
+            // A band and three full rows and columns at the end.
+            let number = |k: usize| ((k * k * 7919 + k * 31) % 1009) as f64 / 500.0 - 1.0;
+            let has = |row: usize, column: usize| row.abs_diff(column) < 2 || row + 3 >= n || column + 3 >= n;
+            let pairs: Vec<(u32, u32)> = (0..n as u32)
+                .flat_map(|column| (0..n as u32).map(move |row| (row, column)))
+                .filter(|&(row, column)| has(row as usize, column as usize))
+                .collect();
+            let pattern = Pattern::from_pairs(n, n, &pairs);
+            let value = |&(row, column): &(u32, u32)| {
+                number((row * 41 + column) as usize) + if row == column { 4.0 } else { 0.0 }
+            };
+            let values: Vec<f64> = pairs.iter().map(value).collect();
+            let mut small = Small::new(&pattern);
+            small.factor(&pattern, &values, &vec![1.0; n]).expect("it has pivots");
+            for first in 0..=n {
+                let mut by_columns: Vec<f64> = (0..n).map(number).collect();
+                let mut by_rows = by_columns.clone();
+                forward(&small.pivots[..first], (&small.indices, &small.values), &mut by_columns);
+                small.lower.choose(&small.pivots, first, &small.indices);
+                small.lower.subtract(&small.values, &mut by_rows);
+                let bits = |b: &[f64]| b.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&by_rows), bits(&by_columns), "{first} of {n} pivots");
+            }
+        }
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! A mechanism asks for both functions of all its angles in every evaluation.  Four angles take little longer than one:
 //! reduction by multiples of a quarter turn and both polynomials are those of FDLIBM (Sun Microsystems 1993; `e_rem_pio2.c`,
-//! `k_sin.c`, `k_cos.c`), operation by operation, so that every value has the bits of [`Function::apply`].  Angles that need
-//! more than the first round of its reduction, or lie where its tables of cases decide, are left to it.
+//! `k_sin.c`, `k_cos.c`), operation by operation, so that every value has the bits of [`Function::apply`].  Groups with an
+//! angle that needs the second round of the reduction are computed again with both, which angles of some thousand turns do;
+//! what needs more, or lies where the library's tables of cases decide, is left to the library.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
@@ -32,13 +33,18 @@ pub struct Angles {
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// The first 33 bits of pi/2 and the rest.
 const QUARTER: [f64; 2] = [f64::from_bits(0x3FF9_21FB_5440_0000), f64::from_bits(0x3DD0_B461_1A62_6331)];
+/// The next 33 bits, and the rest.
+const FINER: [f64; 2] = [f64::from_bits(0x3DD0_B461_1A60_0000), f64::from_bits(0x3BA3_198A_2E03_7073)];
 /// Angles below it are not reduced: the least with an upper half above that of pi/4.
 const INNER: f64 = f64::from_bits(0x3FE9_21FC_0000_0000);
 /// Smaller angles are their own sines.
 const TINY: f64 = 1.0 / 67_108_864.0;
-/// One round of reduction is exact enough below 2^20*pi/2 (a little less) where it cancels at most 16 bits.
+/// Below it the library takes one round in any case: the least with an upper half above that of 9*pi/4.
+const NEAR: f64 = f64::from_bits(0x401C_463C_0000_0000);
+/// Two rounds are for angles below 2^20*pi/2; a little less.
 const OUTER: f64 = 1.6e6;
-const KEPT: f64 = 1.0 / 65_536.0;
+/// Bits that may cancel in the first round, and in the second.
+const CANCELLED: [u64; 2] = [16, 49];
 /// Reduced angles that are nearer to pi/4 than 1e-4 may belong to either quarter.
 const BORDER: f64 = FRAC_PI_4 - 1e-4;
 
@@ -74,7 +80,31 @@ pub fn sines_and_cosines(groups: &mut [Angles]) {
 
 #[inline(always)]
 fn fill(group: &mut Angles) {
-    let Reduced { high, low, quarter, inner, fits } = reduce(group.angles);
+    if !fill_with(group, reduce::<false>(group.angles)) {
+        fill_far(group);
+    }
+}
+
+/// The same with two rounds of reduction, and what is left to the library.
+#[cold]
+fn fill_far(group: &mut Angles) {
+    let reduced = wide(
+        #[inline(always)]
+        || {
+            let reduced = reduce::<true>(group.angles);
+            fill_with(group, reduced);
+            reduced
+        },
+    );
+    for (k, angle) in group.angles.into_iter().enumerate().filter(|&(k, _)| reduced.fits[k] == 0) {
+        (group.sines[k], group.cosines[k]) = (Function::Sin.apply(angle, 0.0), Function::Cos.apply(angle, 0.0));
+    }
+}
+
+/// True if all lanes are right.
+#[inline(always)]
+fn fill_with(group: &mut Angles, reduced: Reduced) -> bool {
+    let Reduced { high, low, quarter, inner, fits } = reduced;
     let (sine, cosine) = (sine(high, low, inner), cosine(high, low));
     for k in 0..LANES {
         // Odd quarters exchange both, signs follow from the second bit.
@@ -84,20 +114,11 @@ fn fill(group: &mut Angles) {
         group.sines[k] = f64::from_bits((s ^ exchanged) ^ ((quarter[k] & 2) << 62));
         group.cosines[k] = f64::from_bits((c ^ exchanged) ^ ((quarter[k].wrapping_add(1) & 2) << 62));
     }
-    if fits[0] & fits[1] & fits[2] & fits[3] == 0 {
-        one_by_one(group, fits);
-    }
-}
-
-/// Does again what does not fit.
-#[cold]
-fn one_by_one(group: &mut Angles, fits: Masks) {
-    for (k, angle) in group.angles.into_iter().enumerate().filter(|&(k, _)| fits[k] == 0) {
-        (group.sines[k], group.cosines[k]) = (Function::Sin.apply(angle, 0.0), Function::Cos.apply(angle, 0.0));
-    }
+    fits[0] & fits[1] & fits[2] & fits[3] != 0
 }
 
 /// Angles without their quarter turns.
+#[derive(Clone, Copy)]
 struct Reduced {
     /// What is left, in two parts.
     high: Lanes,
@@ -110,24 +131,43 @@ struct Reduced {
     fits: Masks,
 }
 
+/// One round of reduction, or two where the first is not enough.
 #[inline(always)]
-fn reduce(angles: Lanes) -> Reduced {
+fn reduce<const FAR: bool>(angles: Lanes) -> Reduced {
     let sizes = each(|k| angles[k].abs());
     let inner = masks(|k| sizes[k] < INNER);
     let rounded = each(|k| choose(inner[k], ROUNDING, angles[k] * FRAC_2_PI + ROUNDING));
     let quarters = each(|k| rounded[k] - ROUNDING);
     let first = each(|k| angles[k] - quarters[k] * QUARTER[0]);
     let second = each(|k| quarters[k] * QUARTER[1]);
-    let high = each(|k| first[k] - second[k]);
-    let low = each(|k| (first[k] - high[k]) - second[k]);
-    let left = each(|k| high[k].abs());
-    let (large, outer) = (masks(|k| sizes[k] >= TINY), masks(|k| sizes[k] < OUTER));
-    let (clear, kept) = (masks(|k| left[k] < BORDER), masks(|k| left[k] > KEPT * sizes[k]));
-    let fits = bits(|k| (inner[k] & large[k]) | (outer[k] & clear[k] & kept[k]));
+    let mut high = each(|k| first[k] - second[k]);
+    let mut low = each(|k| (first[k] - high[k]) - second[k]);
+    let mut enough = masks(|k| cancelled(angles[k], high[k]) <= CANCELLED[0]);
+    if FAR {
+        let once = enough;
+        let coarse = each(|k| quarters[k] * FINER[0]);
+        let rest = each(|k| first[k] - coarse[k]);
+        let fine = each(|k| quarters[k] * FINER[1] - ((first[k] - rest[k]) - coarse[k]));
+        let finer = each(|k| rest[k] - fine[k]);
+        let lowest = each(|k| (rest[k] - finer[k]) - fine[k]);
+        enough = masks(|k| cancelled(angles[k], finer[k]) <= CANCELLED[1] && sizes[k] >= NEAR);
+        enough = bits(|k| enough[k] | once[k]);
+        high = each(|k| choose(once[k], high[k], finer[k]));
+        low = each(|k| choose(once[k], low[k], lowest[k]));
+    }
+    let (outer, clear) = (masks(|k| sizes[k] < OUTER), masks(|k| high[k].abs() < BORDER));
+    let fits = bits(|k| inner[k] | (outer[k] & clear[k] & enough[k]));
     Reduced { high, low, quarter: bits(|k| rounded[k].to_bits()), inner, fits }
 }
 
-/// `k_sin`: sines of `x + y` with |x| <= pi/4; `y` is nothing in lanes marked `exact`.
+/// Bits of a number that are gone in what is left of it; very many where that is larger.
+#[inline(always)]
+fn cancelled(number: f64, left: f64) -> u64 {
+    let exponent = |x: f64| x.to_bits() >> 52 & 0x7FF;
+    exponent(number).wrapping_sub(exponent(left))
+}
+
+/// `k_sin`: sines of `x + y` with |x| <= pi/4; `y` is nothing in lanes marked `exact`, of which tiny ones are themselves.
 #[inline(always)]
 fn sine(x: Lanes, y: Lanes, exact: Masks) -> Lanes {
     let z = each(|k| x[k] * x[k]);
@@ -136,7 +176,8 @@ fn sine(x: Lanes, y: Lanes, exact: Masks) -> Lanes {
     let v = each(|k| z[k] * x[k]);
     let whole = each(|k| x[k] + v[k] * (SINE[0] + z[k] * r[k]));
     let sum = each(|k| x[k] - ((z[k] * (0.5 * y[k] - v[k] * r[k]) - y[k]) - v[k] * SINE[0]));
-    each(|k| choose(exact[k], whole[k], sum[k]))
+    let tiny = masks(|k| x[k].abs() < TINY);
+    each(|k| choose(exact[k], choose(tiny[k], x[k], whole[k]), sum[k]))
 }
 
 /// `k_cos`: cosines of `x + y` with |x| <= pi/4.
@@ -187,7 +228,7 @@ mod tests {
                 let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
                 assert_eq!(groups[0].sines[k].to_bits(), sine.to_bits(), "sin({angle:?}) is {sine:?}");
                 assert_eq!(groups[0].cosines[k].to_bits(), cosine.to_bits(), "cos({angle:?}) is {cosine:?}");
-                own += usize::from(reduce([angle; LANES]).fits[0] != 0);
+                own += usize::from(reduce::<true>([angle; LANES]).fits[0] != 0);
             }
         }
         own
@@ -204,7 +245,7 @@ mod tests {
 
     #[test]
     fn angles_of_every_size_have_the_bits_of_single_calls() {
-        for (range, share) in [(0.7, 0.999), (10.0, 0.99), (1e3, 0.97), (1e4, 0.8), (1e6, 0.02), (3e6, 0.0)] {
+        for (range, share) in [(0.7, 1.0), (10.0, 0.999), (1e3, 0.999), (1.6e6, 0.999), (3e6, 0.5)] {
             let count = 200_000;
             let own = compare(scattered(count).map(|x| (2.0 * x - 1.0) * range));
             assert!(
@@ -218,8 +259,9 @@ mod tests {
     #[test]
     fn angles_beside_every_border_have_the_bits_of_single_calls() {
         let borders = (-40..=40).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
-        let others = [INNER, TINY, OUTER, BORDER, 2f64.powi(-27), 1_647_099.329_8].into_iter();
-        for border in borders.chain(others) {
+        let far = (1..400).map(|k| f64::from(k * k * k / 64) * std::f64::consts::FRAC_PI_2);
+        let others = [INNER, TINY, NEAR, OUTER, BORDER, 2f64.powi(-27), 1_647_099.329_8].into_iter();
+        for border in borders.chain(far).chain(others) {
             let near = |k: i64| f64::from_bits(border.to_bits().wrapping_add_signed(k));
             compare((-500..500).map(near));
             compare((-500..500).map(|k| near(k << 22)));
@@ -228,8 +270,22 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_angle_has_no_sine() {
-        compare([f64::NAN, f64::INFINITY, 1.0, 2.0].into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]));
+    fn angles_that_cancel_have_the_bits_of_single_calls() {
+        // Beside multiples of a quarter turn, near and far, from a tenth of a bit to all of them.
+        for most in [4.0, 1e3, 1e6] {
+            let mut numbers = scattered(1_200_000);
+            let mut number = || numbers.next().expect("enough");
+            compare((0..400_000).map(|_| {
+                let quarters = (1.0 + (most - 1.0) * number()).round();
+                let apart = (2.0 * number() - 1.0) * 2f64.powf(-55.0 * number());
+                quarters * std::f64::consts::FRAC_PI_2 * (1.0 + apart)
+            }));
+        }
+    }
+
+    #[test]
+    fn zeros_have_a_sign_and_what_is_no_angle_has_no_sine() {
+        compare([0.0, -0.0, 1.0, f64::MIN_POSITIVE, -5e-324, 2.0, f64::MAX, f64::MIN].into_iter());
         let mut groups = [Angles { angles: [f64::NAN, f64::INFINITY, 1.0, -0.0], ..Angles::default() }];
         sines_and_cosines(&mut groups);
         let [Angles { sines, cosines, .. }] = groups;

@@ -13,6 +13,8 @@ use super::expression::space;
 
 /// Fewer sines and cosines of a rank are as fast one by one.
 const FEWEST: u32 = 3;
+/// Most angles of a kernel: their results take room on the stack.
+const MOST: usize = 1000;
 
 /// The angles of one rank.
 #[derive(Default)]
@@ -62,6 +64,9 @@ impl Groups {
             self.ranks.resize_with(rank + 1, Rank::default);
         }
         let Self { ranks, places } = self;
+        if places.len() == MOST && !places.contains_key(&angle) {
+            return below + 1;
+        }
         let Rank { calls, angles, .. } = &mut ranks[rank];
         *calls += 1;
         places.entry(angle).or_insert_with(|| {
@@ -122,5 +127,71 @@ fn angle(node: Node) -> Option<NodeId> {
     match node {
         Node::Call1(Function::Sin | Function::Cos, angle) => Some(angle),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hyd_symbolic::{SlotId, post_order};
+
+    fn call(arena: &mut Arena, function: Function, angle: NodeId) -> NodeId {
+        arena.intern(Node::Call1(function, angle))
+    }
+
+    fn sum(arena: &mut Arena, terms: &[NodeId]) -> NodeId {
+        terms.iter().copied().reduce(|a, b| arena.intern(Node::Add(a, b))).expect("terms")
+    }
+
+    #[test]
+    fn angles_of_a_rank_are_one_group() {
+        let mut arena = Arena::default();
+        let slots: Vec<NodeId> = (0..3).map(|k| arena.slot(SlotId(k))).collect();
+        let both = [Function::Sin, Function::Cos].map(|function| call(&mut arena, function, slots[0]));
+        let sine = call(&mut arena, Function::Sin, slots[1]);
+        // A rank of two calls above one of three.
+        let angle = sum(&mut arena, &[both[0], slots[2]]);
+        let above = [Function::Sin, Function::Cos].map(|function| call(&mut arena, function, angle));
+        let last = call(&mut arena, Function::Cos, above[0]);
+        let root = sum(&mut arena, &[last, above[1], both[1], sine]);
+        let mut order = post_order(&arena, &[root]);
+        let before = order.clone();
+        let groups = Groups::find(&arena, &mut order);
+        let calls: Vec<u32> = groups.ranks.iter().map(|rank| rank.calls).collect();
+        assert_eq!(calls, [3, 2, 1]);
+        assert_eq!(groups.pending(0).map(|angles| angles.len()), Some(2), "both of one angle are one place");
+        assert!(groups.place(slots[0]).is_some() && groups.place(slots[1]).is_some());
+        assert_eq!((groups.place(angle), groups.place(above[0])), (None, None), "two calls and one are no group");
+
+        let position = |id: NodeId| order.iter().position(|&known| known == id).expect("still there");
+        assert_eq!(order.len(), before.len());
+        for &id in &order {
+            assert!(arena.node(id).operands().all(|operand| position(operand) < position(id)), "operands come first");
+        }
+        let first = [both[0], both[1], sine].map(position).into_iter().min().expect("three");
+        assert!(slots[..2].iter().all(|&angle| position(angle) < first), "all angles are there at the first call");
+    }
+
+    #[test]
+    fn a_few_calls_change_nothing() {
+        let mut arena = Arena::default();
+        let x = arena.slot(SlotId(0));
+        let terms = [Function::Sin, Function::Cos, Function::Exp].map(|function| call(&mut arena, function, x));
+        let root = sum(&mut arena, &terms);
+        let mut order = post_order(&arena, &[root]);
+        let before = order.clone();
+        let groups = Groups::find(&arena, &mut order);
+        assert_eq!((groups.place(x), order), (None, before));
+    }
+
+    #[test]
+    fn the_room_for_angles_is_limited() {
+        let mut arena = Arena::default();
+        let slots: Vec<NodeId> = (0..MOST as u32 + 50).map(|k| arena.slot(SlotId(k))).collect();
+        let sines: Vec<NodeId> = slots.iter().map(|&x| call(&mut arena, Function::Sin, x)).collect();
+        let root = sum(&mut arena, &sines);
+        let groups = Groups::find(&arena, &mut post_order(&arena, &[root]));
+        assert_eq!(groups.pending(0).map(|angles| angles.len()), Some(MOST));
+        assert_eq!(slots.iter().filter(|&&x| groups.place(x).is_some()).count(), MOST);
     }
 }
