@@ -36,7 +36,7 @@ pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String 
         if *count > MOST {
             continue;
         }
-        if diagnostic.labels.iter().any(|label| has_long_line(files, label.span)) {
+        if has_long_line(files, diagnostic) {
             text.push_str(&plain(files, diagnostic));
             continue;
         }
@@ -66,13 +66,26 @@ pub fn render(files: &Files, diagnostics: &[Diagnostic], color: bool) -> String 
     text
 }
 
-/// True if a line that the span touches is too long to be shown.
-fn has_long_line(files: &Files, span: Span) -> bool {
+/// True if a line that would be shown is too long: one that is marked, or a single one between two marked ones.
+fn has_long_line(files: &Files, diagnostic: &Diagnostic) -> bool {
+    let is_long = |lines: &str| lines.len() > LONGEST_LINE && lines.lines().any(|line| line.len() > LONGEST_LINE);
+    let marked: Vec<_> = diagnostic.labels.iter().map(|label| (label.span.file, lines(files, label.span))).collect();
+    marked.iter().any(|(file, lines)| {
+        let text = files.text(*file);
+        let after = text.get(lines.end + 1..).and_then(|rest| rest.split('\n').next()).unwrap_or_default();
+        let next = lines.end + 1 + after.len() + 1;
+        let is_between = || marked.iter().any(|(other, lines)| other == file && lines.start == next);
+        is_long(&text[lines.clone()]) || is_long(after) && is_between()
+    })
+}
+
+/// Bytes of the lines that a span touches.
+fn lines(files: &Files, span: Span) -> std::ops::Range<usize> {
     let text = files.text(span.file);
     let range = cut(files, span);
     let begin = text[..range.start].rfind('\n').map_or(0, |at| at + 1);
     let end = text[range.end..].find('\n').map_or(text.len(), |at| range.end + at);
-    end - begin > LONGEST_LINE && text[begin..end].lines().any(|line| line.len() > LONGEST_LINE)
+    begin..end
 }
 
 fn translate(files: &Files, diagnostic: &Diagnostic) -> out::Diagnostic<usize> {
@@ -264,6 +277,24 @@ at all
         assert!(text.contains("warning[E0101]: the last\n  long.hyd:2:10001: here\n"));
         assert!(text.ends_with("4900 more errors, which `--message-format json` shows, are left out here\n\n"));
         assert_eq!(render_json(&files, &diagnostics).lines().count(), 5001);
+    }
+
+    /// An excerpt shows the one line between two marked ones, but dots for several.
+    #[test]
+    fn a_long_line_between_two_marked_ones_is_no_excerpt() {
+        let message = |between: &str| {
+            let mut files = Files::new();
+            let first = "model A\n";
+            let id = files.add("long.hyd", format!("{first}{between}end B;\n"));
+            let end = first.len() + between.len();
+            let odd = Diagnostic::error(Code::Syntax, "odd").at(Span::new(id, end + 4, end + 5), "here");
+            render(&files, &[odd.with(Span::new(id, 6, 7), "there")], false)
+        };
+        let long = "x ".repeat(1000) + "\n";
+        assert_eq!(message(&long), "error[E0101]: odd\n  long.hyd:3:5: here\n  long.hyd:1:7: there\n\n");
+        assert!(message(&(long.clone() + "\n")).contains("·"), "several lines are not shown");
+        assert!(message(&("y\n".to_string() + &long)).contains("·"));
+        assert!(message("x = 1;\n").contains("2 │ x = 1;"));
     }
 
     /// What is long is the line, not the place.
