@@ -33,7 +33,6 @@ pub use delay::{Signed, SitePlaces};
 pub use engine::{Backend, Engine};
 pub use events::same_instant;
 pub use functions::{SINES_AND_COSINES, position as function_position};
-pub use hyd_system::angles::{Angles, LANES as ANGLES};
 pub use mapping::{Code, NativeCode};
 pub use model::{
     Check, Checked, Experiment, Identity, InitialTransfer, Limit, Loaded, MessagePiece, Model, OutputRow, Parameters,

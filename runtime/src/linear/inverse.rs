@@ -38,14 +38,14 @@ impl Inverse {
     }
 
     /// Makes the inverse of an `n` by `n` matrix of these entries (row, column, value) with these pivots.  False, and none is made, if
-    /// `sound` is not content with the value of a pivot, or `small` with the factor by which it is taken from a later row.
+    /// a pivot is not above its floor, or less than the part `drift` of an entry below it; `largest` is the size of each row.
     pub(super) fn make(
         &mut self,
         n: usize,
         entries: impl Iterator<Item = (usize, usize, f64)>,
         pivots: &[Pivot],
-        sound: impl Fn(&Pivot, f64) -> bool,
-        small: impl Fn(&Pivot, usize, f64) -> bool,
+        largest: impl Fn(usize) -> f64,
+        drift: f64,
     ) -> bool {
         let width = n.div_ceil(LANES);
         self.rows.clear();
@@ -58,10 +58,10 @@ impl Inverse {
         let is_made = wide(
             #[inline(always)]
             || match width {
-                1 => eliminate::<1>(rows, pivots, sound, small),
-                2 => eliminate::<2>(rows, pivots, sound, small),
-                3 => eliminate::<3>(rows, pivots, sound, small),
-                _ => eliminate::<4>(rows, pivots, sound, small),
+                1 => eliminate::<1>(rows, pivots, largest, drift),
+                2 => eliminate::<2>(rows, pivots, largest, drift),
+                3 => eliminate::<3>(rows, pivots, largest, drift),
+                _ => eliminate::<4>(rows, pivots, largest, drift),
             },
         );
         self.width = if is_made { width } else { 0 };
@@ -120,12 +120,7 @@ fn add_multiple<const T: usize>(sum: &mut [Tile; T], column: &[Tile; T], value: 
 
 /// Gauss-Jordan elimination in place.
 #[inline(always)]
-fn eliminate<const T: usize>(
-    rows: &mut [Tile],
-    pivots: &[Pivot],
-    sound: impl Fn(&Pivot, f64) -> bool,
-    small: impl Fn(&Pivot, usize, f64) -> bool,
-) -> bool {
+fn eliminate<const T: usize>(rows: &mut [Tile], pivots: &[Pivot], largest: impl Fn(usize) -> f64, drift: f64) -> bool {
     let rows = rows.as_chunks_mut::<T>().0;
     let mut is_done = [false; LARGEST];
     for pivot in pivots {
@@ -136,7 +131,10 @@ fn eliminate<const T: usize>(
         let kept = unit.map(|unit| unit.map(|one| 1.0 - one));
         let mut own = rows[row];
         let value = own[column / LANES][column % LANES];
-        if !sound(pivot, value) {
+        let scale = largest(row);
+        // Not a number fails too.
+        let sound = value.abs() > pivot.floor * scale;
+        if !sound {
             return false;
         }
         is_done[row] = true;
@@ -151,7 +149,8 @@ fn eliminate<const T: usize>(
             if factor == 0.0 {
                 continue;
             }
-            if !is_done[at] && !small(pivot, at, factor * inverse) {
+            let sound = is_done[at] || drift * (factor * inverse * scale).abs() < largest(at);
+            if !sound {
                 return false;
             }
             for (other, (kept, own)) in other.iter_mut().zip(kept.iter().zip(&own)) {
@@ -190,7 +189,7 @@ mod tests {
                 pivot
             });
             let pivots: Vec<Pivot> = pivots.collect();
-            assert!(inverse.make(n, entries, &pivots, |_, value| value != 0.0, |_, _, factor| factor.abs() < 1e12));
+            assert!(inverse.make(n, entries, &pivots, |_| 1.0, 1e-12));
             let b = &seed[LARGEST * LARGEST..][..n];
             let mut x = Tiled::zeros(n);
             inverse.apply(b, x.tiles_mut());

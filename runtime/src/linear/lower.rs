@@ -6,7 +6,7 @@
 use super::small::Pivot;
 
 /// One product: value `source` times factor `place`.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Term {
     source: u32,
     place: u32,

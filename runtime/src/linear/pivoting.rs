@@ -189,12 +189,9 @@ mod tests {
                     }
                 }
             }
-            let best = |a: &&(usize, f64, usize, usize), b: &&_| a.partial_cmp(b).expect("numbers");
-            let first = ranks.iter().map(|&(count, size, ..)| (count, size, 0, 0)).min_by(|a, b| best(&a, &b));
-            let first = first.expect("a candidate");
             // Of equal ones the first, column by column.
-            let place = ranks.iter().find(|rank| (rank.0, rank.1) == (first.0, first.1)).expect("the best");
-            let &(_, _, row, column) = place;
+            let best = ranks.iter().min_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).expect("numbers"));
+            let &(_, _, row, column) = best.expect("a candidate");
             let pivot = matrix[row][column].expect("an entry");
             list.push((row, column, pivot));
             rows.retain(|&r| r != row);

@@ -86,11 +86,8 @@ impl Tail {
     pub(super) fn invert(&mut self, values: &[f64], largest: &[f64], drift: f64) -> bool {
         let entries =
             self.entries.iter().map(|&(row, column, place)| (row as usize, column as usize, values[place as usize]));
-        let scale = |row: usize| largest[self.rows[row] as usize];
-        let sound = |pivot: &Pivot, value: f64| value.abs() > pivot.floor * scale(pivot.row as usize);
-        let small =
-            |pivot: &Pivot, row: usize, factor: f64| drift * (factor * scale(pivot.row as usize)).abs() < scale(row);
-        self.inverse.make(self.rows.len(), entries, &self.pivots, sound, small)
+        let largest = |row: usize| largest[self.rows[row] as usize];
+        self.inverse.make(self.rows.len(), entries, &self.pivots, largest, drift)
     }
 
     /// The same where all pivots are last ones, with the entries of the matrix (row, column, value).
@@ -101,11 +98,7 @@ impl Tail {
         largest: &[f64],
         drift: f64,
     ) -> bool {
-        let sound = |pivot: &Pivot, value: f64| value.abs() > pivot.floor * largest[pivot.row as usize];
-        let small = |pivot: &Pivot, row: usize, factor: f64| {
-            drift * (factor * largest[pivot.row as usize]).abs() < largest[row]
-        };
-        self.inverse.make(pivots.len(), entries, pivots, sound, small)
+        self.inverse.make(pivots.len(), entries, pivots, |row| largest[row], drift)
     }
 
     /// Solves for all unknowns at once, if all pivots are last ones.

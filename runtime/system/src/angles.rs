@@ -48,6 +48,7 @@ const CANCELLED: [u64; 2] = [16, 49];
 /// Reduced angles that are nearer to pi/4 than 1e-4 may belong to either quarter.
 const BORDER: f64 = FRAC_PI_4 - 1e-4;
 
+/// Coefficients of `k_sin`, and of `k_cos` below.
 const SINE: [f64; 6] = [
     -0.16666666666666632,
     0.00833333333332249,

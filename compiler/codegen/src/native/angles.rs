@@ -1,12 +1,13 @@
 //! Sines and cosines of a kernel in groups: one call for all angles that are known at once.
 //!
-//! A sine or cosine of rank r is one whose angle needs others of rank r-1.  Nodes are computed by rank, so that the angles of
-//! a rank are there when its first sine is asked for; results stand in a stack slot.  The values are those of single calls.
+//! The rank of a sine or cosine says how many others stand below one another in its angle.  Nodes are computed by rank, so
+//! that the angles of a rank are there when its first sine is asked for; results stand in a stack slot.  The values are those of
+//! single calls ([`hyd_system::angles`]).
 
 use cranelift_codegen::ir::{InstBuilder, SigRef, StackSlot, Value, types};
 use cranelift_frontend::FunctionBuilder;
-use hyd_payload::Angles;
 use hyd_symbolic::{Arena, Function, Node, NodeId};
+use hyd_system::angles::{Angles, LANES};
 use rustc_hash::FxHashMap;
 
 use super::expression::space;
@@ -95,9 +96,9 @@ impl Groups {
         angles: &[Value],
         (callee, signature): (Value, SigRef),
     ) {
-        let count = angles.len().div_ceil(hyd_payload::ANGLES);
+        let count = angles.len().div_ceil(LANES);
         let slot = space(fb, count * size_of::<Angles>() / 8);
-        for k in 0..count * hyd_payload::ANGLES {
+        for k in 0..count * LANES {
             // What fills the last group is an angle, too.
             let value = angles[k.min(angles.len() - 1)];
             fb.ins().stack_store(types::I64, value, slot, offset(k, 0));
@@ -118,8 +119,8 @@ impl Groups {
 
 /// Where angle (part 0), sine (1) or cosine (2) of a position stand, in bytes.
 fn offset(position: usize, part: usize) -> i32 {
-    let (group, lane) = (position / hyd_payload::ANGLES, position % hyd_payload::ANGLES);
-    (group * size_of::<Angles>() + (part * hyd_payload::ANGLES + lane) * 8) as i32
+    let (group, lane) = (position / LANES, position % LANES);
+    (group * size_of::<Angles>() + (part * LANES + lane) * 8) as i32
 }
 
 /// The angle that a sine or cosine is taken of.
