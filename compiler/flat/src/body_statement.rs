@@ -4,7 +4,7 @@
 //! function itself or use a subscript that is valid only there.  A `for` counts its turns; where its body needs the loop
 //! variable before the run (in a size or a slice) the loop is written out instead.
 
-use hyd_instance::{ScalarType, Value};
+use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Function, NodeId, Relation, SlotId, Step};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Statement, StatementKind};
@@ -210,12 +210,9 @@ impl Flattener<'_, '_> {
             _ if !matches!(self.range_values(range, cx)?, Some(())) => self.elements_of(range, cx)?,
             _ => {
                 let (env, _) = cx.env();
-                let values = match self.tree.evaluate(range, cx.scope, &env)? {
-                    Value::Array(values) => values,
-                    single => vec![single],
-                };
+                let values = self.tree.evaluate(range, cx.scope, &env)?.items();
                 let mut items = Vec::with_capacity(values.len());
-                for value in &values {
+                for value in values.iter() {
                     items.push(self.constant_value(range.span, value)?);
                 }
                 items

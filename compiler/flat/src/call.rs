@@ -139,6 +139,11 @@ impl Flattener<'_, '_> {
         if let Err(fail) = self.check_profile(span, name) {
             return Some(Err(fail));
         }
+        // What depends on more than the inputs (Modelica 3.6, section 12.2).
+        if cx.depth > 0 && matches!(name, "der" | "pre" | "edge" | "change" | "initial" | "terminal" | "sample") {
+            let message = format!("`{name}` is not allowed inside a function");
+            return Some(Err(self.error(Code::Misplaced, span, message)));
+        }
         Some(match name {
             "der" => self.lower_der(span, list, cx, index),
             "pre" => self.lower_pre(span, list, cx, index),

@@ -4,6 +4,8 @@
 //! (Modelica 3.6, section 8.3.4).  Where a connection or a `when` hangs on a loop variable, the loop is written out in the
 //! text.  Branches chosen during the run are taken apart into scalar rows, paired by their left sides, else by their order.
 
+use std::sync::Arc;
+
 use hyd_instance::record::{Field, field};
 use hyd_instance::{Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
@@ -86,16 +88,18 @@ impl Flattener<'_, '_> {
         let mut cx = self.context_of(scope);
         let values = match self.range(first, &mut cx) {
             Ok(Range::Steps { start, step, count }) => match start.as_constant() {
-                Some(start) => (0..count as i64).map(|k| Value::Integer(start + step * k)).collect(),
+                Some(start) => {
+                    Arc::new((0..count as i64).map(|k| Value::Integer(start + step * k)).collect::<Vec<_>>())
+                }
                 None => return,
             },
             Ok(Range::Values(values)) => values,
             _ => return,
         };
-        for value in values {
-            let inner: Vec<_> = rest.iter().map(|i| with_value(*i, &first.name.name, &value)).collect();
+        for value in values.iter() {
+            let inner: Vec<_> = rest.iter().map(|i| with_value(*i, &first.name.name, value)).collect();
             let loops = Loops { iterators: inner.iter().collect() };
-            self.written_out(&with_value(equation, &first.name.name, &value), scope, &loops, initial);
+            self.written_out(&with_value(equation, &first.name.name, value), scope, &loops, initial);
         }
     }
 

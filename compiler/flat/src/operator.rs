@@ -28,9 +28,6 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         self.expect_arguments(span, "der", list, 1)?;
-        if cx.depth > 0 {
-            return Err(self.error(Code::Misplaced, span, "`der` is not allowed inside a function"));
-        }
         let ExprKind::Ref(reference) = &list[0].kind else {
             let always = std::mem::replace(&mut cx.may_add_variables, false);
             let result = self.lower_der_of_expression(&list[0], cx, index);

@@ -3,6 +3,8 @@
 //! Evenly spaced whole numbers stay a start, a distance and a number, so a loop is not run through; all else is a list of
 //! values.  How many values there are must be known at translation (Modelica 3.6, sections 10.4.3 and 11.2.2).
 
+use std::sync::Arc;
+
 use hyd_instance::{Resolved, ScalarType, Value};
 use hyd_source::Code;
 use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, Iterator};
@@ -24,7 +26,7 @@ pub(crate) enum Range {
         count: usize,
     },
     /// Any other values known at translation.
-    Values(Vec<Value>),
+    Values(Arc<Vec<Value>>),
     /// The elements of an array inside a function.
     Nodes(Vec<Typed>),
 }
@@ -71,10 +73,7 @@ impl Flattener<'_, '_> {
             return Ok(Range::Nodes(self.elements_of(range, cx)?));
         }
         let (env, _) = cx.env();
-        Ok(match self.tree.evaluate(range, cx.scope, &env)? {
-            Value::Array(values) => Range::Values(values),
-            single => Range::Values(vec![single]),
-        })
+        Ok(Range::Values(self.tree.evaluate(range, cx.scope, &env)?.items()))
     }
 
     /// A range of Real values inside a function, whose ends may be variables of the function that are known here.
@@ -95,7 +94,8 @@ impl Flattener<'_, '_> {
         if !(count.is_finite() && count < 1e6) {
             return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
         }
-        Ok(Range::Values((0..count.max(0.0) as usize).map(|k| Value::Real(start + step * k as f64)).collect()))
+        let values = (0..count.max(0.0) as usize).map(|k| Value::Real(start + step * k as f64)).collect();
+        Ok(Range::Values(Arc::new(values)))
     }
 
     /// True for ends of ranges of Real, Boolean or enumeration values.
@@ -144,10 +144,7 @@ impl Flattener<'_, '_> {
                 ),
                 span: start.span.to(stop.span),
             };
-            return match self.tree.evaluate(&whole, cx.scope, &env)? {
-                Value::Array(values) => Ok(Range::Values(values)),
-                single => Ok(Range::Values(vec![single])),
-            };
+            return Ok(Range::Values(self.tree.evaluate(&whole, cx.scope, &env)?.items()));
         }
         let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
         let step = match step {

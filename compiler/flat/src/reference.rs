@@ -40,6 +40,10 @@ impl Flattener<'_, '_> {
             return self.lower_local(reference, cx, index);
         }
         match self.tree.resolve(cx.scope, reference)? {
+            Resolved::Time if cx.depth > 0 => {
+                let message = "`time` is not allowed inside a function: make it an input";
+                Err(self.error(Code::Misplaced, reference.span, message))
+            }
             Resolved::Time => {
                 let node = self.model.templates.arena.intern(hyd_symbolic::Node::Time);
                 Ok(Typed::real(node))

@@ -3,15 +3,17 @@
 use hyd_syntax::tree::BinaryOp;
 
 use crate::value::{Value, binary};
+use crate::work::volume;
 
 /// `name(values)` for functions that make or change arrays; `None` if it is none or the arguments do not fit.
 pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
     match (name, values) {
         ("diagonal", [Value::Array(v)]) => {
+            volume(&[v.len(), v.len()])?;
             let row = |i: usize| {
-                Value::Array((0..v.len()).map(|j| if i == j { v[i].clone() } else { Value::Integer(0) }).collect())
+                Value::array((0..v.len()).map(|j| if i == j { v[i].clone() } else { Value::Integer(0) }).collect())
             };
-            Some(Value::Array((0..v.len()).map(row).collect()))
+            Some(Value::array((0..v.len()).map(row).collect()))
         }
         ("cat", [k, rest @ ..]) => {
             let k = usize::try_from(k.as_integer()? - 1).ok()?;
@@ -19,7 +21,7 @@ pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
         }
         ("vector", [value]) => {
             let long = value.shape().iter().filter(|&&size| size > 1).count();
-            (long <= 1).then(|| Value::Array(value.flatten().into_iter().cloned().collect()))
+            (long <= 1).then(|| Value::array(value.flatten().into_iter().cloned().collect()))
         }
         ("matrix", [value]) => promoted(value, 2),
         ("scalar", [value]) => match value.flatten().as_slice() {
@@ -29,22 +31,23 @@ pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
         ("transpose", [Value::Array(rows)]) => {
             let columns = value_row(rows.first()?)?.len();
             let column = |j: usize| rows.iter().map(|r| value_row(r)?.get(j).cloned()).collect::<Option<_>>();
-            (0..columns).map(|j| column(j).map(Value::Array)).collect::<Option<_>>().map(Value::Array)
+            (0..columns).map(|j| column(j).map(Value::array)).collect::<Option<_>>().map(Value::array)
         }
         ("symmetric", [Value::Array(rows)]) => {
             let at = |i: usize, j: usize| value_row(rows.get(i.min(j))?)?.get(i.max(j)).cloned();
             let n = rows.len();
-            let row = |i: usize| (0..n).map(|j| at(i, j)).collect::<Option<_>>().map(Value::Array);
-            (0..n).map(row).collect::<Option<_>>().map(Value::Array)
+            let row = |i: usize| (0..n).map(|j| at(i, j)).collect::<Option<_>>().map(Value::array);
+            (0..n).map(row).collect::<Option<_>>().map(Value::array)
         }
-        ("outerProduct", [Value::Array(a), b @ Value::Array(_)]) => {
-            a.iter().map(|x| binary(BinaryOp::Mul, x, b)).collect::<Option<_>>().map(Value::Array)
+        ("outerProduct", [Value::Array(a), b @ Value::Array(row)]) => {
+            volume(&[a.len(), row.len()])?;
+            a.iter().map(|x| binary(BinaryOp::Mul, x, b)).collect::<Option<_>>().map(Value::array)
         }
         ("cross", [Value::Array(x), Value::Array(y)]) if x.len() == 3 && y.len() == 3 => {
             let minor = |i: usize, j: usize| {
                 binary(BinaryOp::Sub, &binary(BinaryOp::Mul, &x[i], &y[j])?, &binary(BinaryOp::Mul, &x[j], &y[i])?)
             };
-            Some(Value::Array(vec![minor(1, 2)?, minor(2, 0)?, minor(0, 1)?]))
+            Some(Value::array(vec![minor(1, 2)?, minor(2, 0)?, minor(0, 1)?]))
         }
         ("skew", [Value::Array(x)]) if x.len() == 3 => {
             let (zero, minus) = (Value::Integer(0), |k: usize| x[k].negate());
@@ -53,7 +56,7 @@ pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
                 vec![x[2].clone(), zero.clone(), minus(0)?],
                 vec![minus(1)?, x[0].clone(), zero],
             ];
-            Some(Value::Array(rows.map(Value::Array).to_vec()))
+            Some(Value::array(rows.map(Value::array).to_vec()))
         }
         _ => None,
     }
@@ -71,8 +74,8 @@ fn promoted(value: &Value, rank: usize) -> Option<Value> {
     let missing = rank.checked_sub(value.shape().len())?;
     fn deepen(value: &Value, missing: usize) -> Value {
         match value {
-            Value::Array(items) => Value::Array(items.iter().map(|v| deepen(v, missing)).collect()),
-            scalar => (0..missing).fold(scalar.clone(), |inner, _| Value::Array(vec![inner])),
+            Value::Array(items) => Value::array(items.iter().map(|v| deepen(v, missing)).collect()),
+            scalar => (0..missing).fold(scalar.clone(), |inner, _| Value::array(vec![inner])),
         }
     }
     Some(deepen(value, missing))
@@ -90,7 +93,7 @@ fn concatenate(k: usize, parts: &[Value]) -> Option<Value> {
             }
             items.extend(row.iter().cloned());
         }
-        return Some(Value::Array(items));
+        return Some(Value::array(items));
     }
     let rows = value_row(parts.first()?)?.len();
     let mut result = Vec::with_capacity(rows);
@@ -99,7 +102,7 @@ fn concatenate(k: usize, parts: &[Value]) -> Option<Value> {
             parts.iter().map(|part| value_row(part).filter(|r| r.len() == rows)?.get(i).cloned()).collect();
         result.push(concatenate(k - 1, &slices?)?);
     }
-    Some(Value::Array(result))
+    Some(Value::array(result))
 }
 
 /// `[a, b; c, d]`: parts side by side in rows, rows below each other; a vector is a column (10.4.2).
@@ -117,11 +120,11 @@ mod tests {
     use super::*;
 
     fn row(values: &[i64]) -> Value {
-        Value::Array(values.iter().map(|&k| Value::Integer(k)).collect())
+        Value::array(values.iter().map(|&k| Value::Integer(k)).collect())
     }
 
     fn rows(values: &[&[i64]]) -> Value {
-        Value::Array(values.iter().map(|r| row(r)).collect())
+        Value::array(values.iter().map(|r| row(r)).collect())
     }
 
     /// Values worked out by hand from the definitions of section 10.3.5.

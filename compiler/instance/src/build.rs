@@ -47,8 +47,8 @@ pub struct InstanceTree<'s> {
     pub(crate) evaluating: usize,
     /// Parameters that were asked for only as a guess, while a guess is computed.
     pub(crate) guessed: Option<Vec<InstId>>,
-    /// Statements of functions computed so far.
-    pub(crate) statements: u64,
+    /// Work of computing values so far.
+    pub(crate) work: u64,
     /// Modifications from outside of the instances whose components are being made.
     pub(crate) pending: FxHashMap<InstId, Mods>,
 }
@@ -70,7 +70,7 @@ pub fn instantiate<'s>(
         open_values: Vec::new(),
         evaluating: 0,
         guessed: None,
-        statements: 0,
+        work: 0,
         pending: FxHashMap::default(),
     };
     let def = tree.table.class(class).def.clone();

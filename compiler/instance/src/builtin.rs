@@ -1,8 +1,8 @@
 //! Functions of the language on values known at translation (Modelica 3.6, sections 3.7 and 10.3).
 
 use crate::array::array_function;
-use crate::evaluate::MAX_VALUES;
 use crate::value::{Value, binary};
+use crate::work::{MAX_VALUES, volume};
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::math::Function;
 
@@ -11,25 +11,25 @@ pub(crate) fn builtin(name: &str, values: &[Value]) -> Option<Value> {
     let real = |k: usize| values.get(k).and_then(Value::as_real);
     let integer = |k: usize| values.get(k).and_then(Value::as_integer);
     let filled = |value: Value, sizes: &[Value]| {
-        sizes.iter().rev().try_fold(value, |inner, size| {
-            let count = usize::try_from(size.as_integer()?).ok().filter(|&c| c <= MAX_VALUES)?;
-            Some(Value::Array(vec![inner; count]))
-        })
+        let sizes: Vec<usize> =
+            sizes.iter().map(|size| usize::try_from(size.as_integer()?).ok()).collect::<Option<_>>()?;
+        volume(&sizes)?;
+        Some(sizes.iter().rev().fold(value, |inner, &count| Value::array(vec![inner; count])))
     };
     match name {
         "zeros" => return filled(Value::Integer(0), values),
         "ones" => return filled(Value::Integer(1), values),
         "fill" => return filled(values.first()?.clone(), values.get(1..)?),
         "identity" => {
-            let n = usize::try_from(integer(0)?).ok().filter(|&n| n * n <= MAX_VALUES)?;
-            let row = |i: usize| Value::Array((0..n).map(|j| Value::Integer(i64::from(i == j))).collect());
-            return Some(Value::Array((0..n).map(row).collect()));
+            let n = usize::try_from(integer(0)?).ok().filter(|&n| volume(&[n, n]).is_some())?;
+            let row = |i: usize| Value::array((0..n).map(|j| Value::Integer(i64::from(i == j))).collect());
+            return Some(Value::array((0..n).map(row).collect()));
         }
         "linspace" => {
             let (a, b, n) = (real(0)?, real(1)?, integer(2)?);
             let count = usize::try_from(n).ok().filter(|&c| (2..=MAX_VALUES).contains(&c))?;
             let step = (b - a) / (count - 1) as f64;
-            return Some(Value::Array((0..count).map(|k| Value::Real(a + step * k as f64)).collect()));
+            return Some(Value::array((0..count).map(|k| Value::Real(a + step * k as f64)).collect()));
         }
         "ndims" => return Some(Value::Integer(values.first()?.shape().len() as i64)),
         "diagonal" | "cat" | "vector" | "matrix" | "scalar" | "transpose" | "symmetric" | "outerProduct" | "cross"
@@ -60,7 +60,7 @@ pub(crate) fn builtin(name: &str, values: &[Value]) -> Option<Value> {
         }
         "abs" => {
             if let Some(k) = integer(0) {
-                return Some(Value::Integer(k.abs()));
+                return k.checked_abs().map(Value::Integer);
             }
         }
         "div" | "mod" | "rem" => {

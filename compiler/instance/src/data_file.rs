@@ -50,7 +50,7 @@ impl InstanceTree<'_> {
             .filter_map(|(_, c)| values.iter().find(|(name, _)| *name == c.name.name).map(|(_, value)| value.clone()))
             .collect();
         let column = self.read_column(span, &inputs)?;
-        Ok(vec![Value::Array(column.into_iter().map(Value::Real).collect())])
+        Ok(vec![Value::array(column.into_iter().map(Value::Real).collect())])
     }
 }
 

@@ -4,13 +4,14 @@
 //! parameter asked for here becomes structural: it cannot change on the translated model.
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp};
+use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp};
 
 use crate::build::InstanceTree;
 use crate::builtin::{builtin, is_known};
 use crate::instance::{InstId, Scope, path};
 use crate::lookup::Resolved;
 use crate::value::{Value, binary};
+use crate::work::{ELEMENT, MAX_VALUES, TURN};
 
 /// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
 const MAX_EVALUATING: usize = 1500;
@@ -32,9 +33,6 @@ impl Env {
     }
 }
 
-/// Largest array that is computed at translation.
-pub(crate) const MAX_VALUES: usize = 1 << 24;
-
 impl InstanceTree<'_> {
     pub(crate) fn not_structural(&mut self, span: Span, message: String) {
         self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
@@ -55,6 +53,9 @@ impl InstanceTree<'_> {
         self.evaluating += 1;
         let value = self.evaluate_kind(expr, scope, env);
         self.evaluating -= 1;
+        if let Ok(array @ Value::Array(_)) = &value {
+            self.spend_on(array, expr.span)?;
+        }
         value
     }
 
@@ -80,6 +81,10 @@ impl InstanceTree<'_> {
             }
             ExprKind::Binary(op, a, b) => {
                 let (x, y) = (self.evaluate(a, scope, env)?, self.evaluate(b, scope, env)?);
+                if let (BinaryOp::Mul, Value::Array(_), [_, columns, ..]) = (op, &x, y.shape().as_slice()) {
+                    let elements: usize = x.shape().iter().product();
+                    self.spend(ELEMENT * (elements as u64).saturating_mul(*columns as u64), expr.span)?;
+                }
                 binary(*op, &x, &y).ok_or_else(|| {
                     if let (Value::Integer(_), Value::Integer(_)) = (&x, &y) {
                         let message = "the result is not an Integer that can be represented";
@@ -110,7 +115,7 @@ impl InstanceTree<'_> {
                 self.evaluate_range(expr.span, start, step.as_deref(), stop, scope, env)
             }
             ExprKind::Array(items) => {
-                items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::Array)
+                items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::array)
             }
             ExprKind::ArrayFor(body, iterators) => self.comprehension(body, iterators, scope, env),
             ExprKind::Matrix(rows) => {
@@ -172,7 +177,8 @@ impl InstanceTree<'_> {
                 let backwards = distance != 0 && (distance > 0) != (step > 0);
                 let count = if backwards { 0 } else { distance / step + 1 };
                 let count = count.clamp(0, MAX_VALUES as i128 + 1) as usize;
-                (count <= MAX_VALUES).then(|| (0..count as i64).map(|k| Value::Integer(a + k * s)).collect())
+                (count <= MAX_VALUES)
+                    .then(|| (0..count as i128).map(|k| Value::Integer((i128::from(*a) + k * step) as i64)).collect())
             }
             (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
                 Some((*a..=*b).map(|k| Value::Enumeration(t.clone(), k)).collect())
@@ -190,7 +196,7 @@ impl InstanceTree<'_> {
             },
         };
         match items {
-            Some(items) => Ok(Value::Array(items)),
+            Some(items) => Ok(Value::array(items)),
             None => {
                 self.no_meaning(span, "this range has no meaning or too many values".into());
                 Err(Reported)
@@ -211,13 +217,10 @@ impl InstanceTree<'_> {
             self.not_structural(iterator.name.span, format!("the range of `{}` must be written", iterator.name.name));
             return Err(Reported);
         };
-        let values = match self.evaluate(range, scope, env)? {
-            Value::Array(values) => values,
-            single => vec![single],
-        };
-        for value in values {
+        for value in self.evaluate(range, scope, env)?.items().iter() {
+            self.spend(TURN, range.span)?;
             let mut inner = env.clone();
-            inner.names.push((iterator.name.name.clone(), value));
+            inner.names.push((iterator.name.name.clone(), value.clone()));
             self.for_each(rest, scope, &inner, body)?;
         }
         Ok(())
@@ -237,7 +240,7 @@ impl InstanceTree<'_> {
             items.push(tree.comprehension(body, inner, scope, env)?);
             Ok(())
         })?;
-        Ok(Value::Array(items))
+        Ok(Value::array(items))
     }
 
     fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, Reported> {
@@ -248,7 +251,7 @@ impl InstanceTree<'_> {
             return self.subscript(reference.span, value, &reference.parts[0].subscripts, scope, env);
         }
         if crate::size::names_boolean(reference) {
-            return Ok(Value::Array(vec![Value::Boolean(false), Value::Boolean(true)]));
+            return Ok(Value::array(vec![Value::Boolean(false), Value::Boolean(true)]));
         }
         match self.resolve(scope, reference)? {
             Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
@@ -257,7 +260,7 @@ impl InstanceTree<'_> {
                 Err(Reported)
             }
             Resolved::Class(local) => match self.enumeration(local.class) {
-                Some(enumeration) => Ok(Value::Array(
+                Some(enumeration) => Ok(Value::array(
                     (1..=enumeration.literals.len() as u32)
                         .map(|k| Value::Enumeration(enumeration.clone(), k))
                         .collect(),
@@ -325,10 +328,10 @@ impl InstanceTree<'_> {
         };
         if matches!(first.kind, ExprKind::Colon) {
             return items
-                .into_iter()
-                .map(|v| self.subscript(span, v, rest, scope, env))
+                .iter()
+                .map(|v| self.subscript(span, v.clone(), rest, scope, env))
                 .collect::<Result<_, _>>()
-                .map(Value::Array);
+                .map(Value::array);
         }
         let mut inner = env.clone();
         inner.ends.push(items.len());
@@ -341,7 +344,7 @@ impl InstanceTree<'_> {
                     self.subscript(span, item, rest, scope, env)
                 })
                 .collect::<Result<_, _>>()
-                .map(Value::Array),
+                .map(Value::array),
             single => {
                 let item = self.pick(first.span, &items, &single)?;
                 self.subscript(span, item, rest, scope, env)
@@ -406,7 +409,7 @@ impl InstanceTree<'_> {
                     items.push(tree.evaluate(body, scope, inner)?);
                     Ok(())
                 })?;
-                values.push(Value::Array(items));
+                values.push(Value::array(items));
             }
         }
         match builtin(&name, &values) {
@@ -436,11 +439,12 @@ impl InstanceTree<'_> {
                     _ => self.evaluate(&arguments[0], scope, env)?.shape(),
                 }
             }
-            Some(_) => self.evaluate(&arguments[0], scope, env)?.shape(),
+            // Sizes cost nothing, however long the array.
+            Some(_) => self.evaluate_kind(&arguments[0], scope, env)?.shape(),
             None => Vec::new(),
         };
         match arguments.get(1) {
-            None => Ok(Value::Array(shape.iter().map(|&s| Value::Integer(s as i64)).collect())),
+            None => Ok(Value::array(shape.iter().map(|&s| Value::Integer(s as i64)).collect())),
             Some(k) => {
                 let k = self.evaluate(k, scope, env)?;
                 let sizes: Vec<Value> = shape.iter().map(|&s| Value::Integer(s as i64)).collect();
@@ -454,8 +458,18 @@ impl InstanceTree<'_> {
 pub(crate) fn widen(value: Value) -> Value {
     match value {
         Value::Integer(k) => Value::Real(k as f64),
-        Value::Array(items) => Value::Array(items.into_iter().map(widen).collect()),
+        Value::Array(items) if items.iter().any(has_integers) => {
+            Value::array(items.iter().cloned().map(widen).collect())
+        }
         other => other,
+    }
+}
+
+fn has_integers(value: &Value) -> bool {
+    match value {
+        Value::Integer(_) => true,
+        Value::Array(items) => items.iter().any(has_integers),
+        _ => false,
     }
 }
 

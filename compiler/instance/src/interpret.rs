@@ -1,8 +1,10 @@
 //! Functions of the user computed at translation: their algorithms run over values.
 //!
 //! A call with known arguments in a size, a condition, an attribute or a constant is computed here (Modelica 3.6, chapter 12).
-//! The run is bounded in statements and in depth of calls, so that a mistake ends in a message.  Arguments and locals are
+//! The run is bounded in work (`work`) and in depth of calls, so that a mistake ends in a message.  Arguments and locals are
 //! scalars, arrays and strings; records have no value at translation.
+
+use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{
@@ -16,9 +18,7 @@ use crate::instance::{InstId, Scope};
 use crate::lookup::Resolved;
 use crate::shape::Shape;
 use crate::value::Value;
-
-/// Most statements that all calls at translation may take together.
-const MAX_STATEMENTS: u64 = 20_000_000;
+use crate::work::{ELEMENT, STATEMENT, volume};
 
 /// Deepest nesting of calls at translation.
 const MAX_CALLS: usize = 128;
@@ -158,49 +158,40 @@ impl InstanceTree<'_> {
 
     /// An array before its elements are set; nothing for a scalar, which must be set before it is read.
     fn unset(&mut self, component: &Component, scope: Scope, env: &Env) -> Result<Option<Value>, Reported> {
-        if component.dims.is_empty() {
-            return Ok(None);
-        }
+        let (Some(first), Some(last)) = (component.dims.first(), component.dims.last()) else { return Ok(None) };
+        let span = first.span.to(last.span);
         let zero = match component.class.parts[0].name.as_ref() {
             "Integer" => Value::Integer(0),
             "Boolean" => Value::Boolean(false),
             "String" => Value::Text("".into()),
             _ => Value::Real(0.0),
         };
-        let mut value = zero;
-        for dim in component.dims.iter().rev() {
+        let mut sizes = Vec::with_capacity(component.dims.len());
+        for dim in &component.dims {
             if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
                 return Ok(None);
             }
-            let size = self.evaluate(dim, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok());
-            let Some(size) = size.filter(|&k| k <= crate::evaluate::MAX_VALUES) else {
-                let message = format!("the size of `{}` is not a whole number in range", component.name.name);
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
-                return Err(Reported);
-            };
-            value = Value::Array(vec![value; size]);
+            sizes.extend(self.evaluate(dim, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok()));
         }
+        let Some(count) = volume(&sizes).filter(|_| sizes.len() == component.dims.len()) else {
+            let message = format!("the size of `{}` is not a whole number in range", component.name.name);
+            self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+            return Err(Reported);
+        };
+        self.spend(ELEMENT * count as u64, span)?;
+        let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
         Ok(Some(value))
     }
 
     fn run_statements(&mut self, statements: &[Statement], scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
         for statement in statements {
-            self.count_statement(statement.span)?;
+            self.spend(STATEMENT, statement.span)?;
             let flow = self.run_statement(statement, scope, env)?;
             if flow != Flow::Next {
                 return Ok(flow);
             }
         }
         Ok(Flow::Next)
-    }
-
-    fn count_statement(&mut self, span: Span) -> Result<(), Reported> {
-        self.statements += 1;
-        if self.statements == MAX_STATEMENTS {
-            let message = format!("functions computed before the run take more than {MAX_STATEMENTS} statements");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, "still running here"));
-        }
-        if self.statements >= MAX_STATEMENTS { Err(Reported) } else { Ok(()) }
     }
 
     fn run_statement(&mut self, statement: &Statement, scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
@@ -234,7 +225,7 @@ impl InstanceTree<'_> {
             }
             StatementKind::While(condition, body) => {
                 while self.holds(condition, scope, env)? {
-                    self.count_statement(statement.span)?;
+                    self.spend(STATEMENT, statement.span)?;
                     match self.run_statements(body, scope, env)? {
                         Flow::Next => {}
                         Flow::Break => break,
@@ -321,12 +312,8 @@ impl InstanceTree<'_> {
             self.table.report(Diagnostic::error(Code::NotStructural, message).at(iterator.name.span, ""));
             return Err(Reported);
         };
-        let values = match self.evaluate(range, scope, env)? {
-            Value::Array(values) => values,
-            single => vec![single],
-        };
-        for value in values {
-            env.names.push((iterator.name.name.clone(), value));
+        for value in self.evaluate(range, scope, env)?.items().iter() {
+            env.names.push((iterator.name.name.clone(), value.clone()));
             let flow = self.run_loop(rest, body, scope, env);
             if let Some(at) = env.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
                 env.names.remove(at);
@@ -353,14 +340,14 @@ impl InstanceTree<'_> {
             match at {
                 // A Real stays a Real when it is set to a whole number.
                 Some(at) => {
-                    let real = matches!(env.names[at].1.flatten().first(), Some(Value::Real(_)));
+                    let real = matches!(env.names[at].1.first(), Some(Value::Real(_)));
                     env.names[at].1 = if real { widen(value) } else { value };
                 }
                 None => env.names.push((name.clone(), value)),
             }
             return Ok(());
         };
-        let mut whole = std::mem::replace(&mut env.names[at].1, Value::Array(Vec::new()));
+        let mut whole = std::mem::replace(&mut env.names[at].1, Value::array(Vec::new()));
         let result = self.set_elements(target.span, &mut whole, subscripts, value, scope, env);
         env.names[at].1 = whole;
         result
@@ -388,7 +375,7 @@ impl InstanceTree<'_> {
         inner.ends.push(items.len());
         let positions = match &first.kind {
             hyd_syntax::tree::ExprKind::Colon => {
-                Value::Array((1..=items.len() as i64).map(Value::Integer).collect::<Vec<_>>())
+                Value::array((1..=items.len() as i64).map(Value::Integer).collect::<Vec<_>>())
             }
             _ => self.evaluate(first, scope, &inner)?,
         };
@@ -400,7 +387,7 @@ impl InstanceTree<'_> {
                 Value::Boolean(b) => i64::from(*b) + 1,
                 _ => 0,
             };
-            match usize::try_from(position - 1).ok().and_then(|k| items.get_mut(k)) {
+            match usize::try_from(position - 1).ok().and_then(|k| Arc::make_mut(items).get_mut(k)) {
                 Some(item) => tree.set_elements(span, item, rest, value, scope, env),
                 None => {
                     let message = format!("subscript {position} is outside 1..{count}");
@@ -411,7 +398,7 @@ impl InstanceTree<'_> {
         };
         match (positions, value) {
             (Value::Array(list), Value::Array(values)) if list.len() == values.len() => {
-                list.iter().zip(values).try_for_each(|(k, v)| place(self, k, v))
+                list.iter().zip(values.iter()).try_for_each(|(k, v)| place(self, k, v.clone()))
             }
             (Value::Array(list), value) => {
                 let given = value.shape().first().copied().unwrap_or(1);

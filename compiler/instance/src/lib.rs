@@ -37,6 +37,7 @@ mod suggest;
 mod target;
 mod text;
 pub mod value;
+mod work;
 
 pub use build::{InstanceTree, Override, instantiate};
 pub use class::{ClassId, ClassTable};

@@ -17,7 +17,7 @@ pub(crate) fn read_value(scalar: &ScalarType, text: &str, own: &[usize], all: &[
     if sizes.is_empty() {
         let Given::Leaf(leaf) = given else { return Err(wrong_sizes(all, &sizes)) };
         let value = value(scalar, leaf)?;
-        return Ok(own.iter().rev().fold(value, |value, &size| Value::Array(vec![value; size])));
+        return Ok(own.iter().rev().fold(value, |value, &size| Value::array(vec![value; size])));
     }
     if sizes != own && sizes != all {
         return Err(wrong_sizes(all, &sizes));
@@ -28,7 +28,7 @@ pub(crate) fn read_value(scalar: &ScalarType, text: &str, own: &[usize], all: &[
 fn nested(scalar: &ScalarType, given: &Given<'_>) -> Result<Value, String> {
     match given {
         Given::Leaf(leaf) => value(scalar, leaf),
-        Given::List(items) => items.iter().map(|item| nested(scalar, item)).collect::<Result<_, _>>().map(Value::Array),
+        Given::List(items) => items.iter().map(|item| nested(scalar, item)).collect::<Result<_, _>>().map(Value::array),
     }
 }
 
@@ -61,8 +61,8 @@ mod tests {
         let real = |text: &str, own: &[usize], all: &[usize]| read_value(&ScalarType::Real, text, own, all);
         assert_eq!(real(" 1e-3 ", &[], &[]), Ok(Value::Real(1e-3)));
         assert_eq!(real("-4", &[], &[]), Ok(Value::Integer(-4)));
-        let row = |a, b| Value::Array(vec![Value::Integer(a), Value::Integer(b)]);
-        assert_eq!(real("{{1,2}, {3,4}}", &[2, 2], &[2, 2]), Ok(Value::Array(vec![row(1, 2), row(3, 4)])));
+        let row = |a, b| Value::array(vec![Value::Integer(a), Value::Integer(b)]);
+        assert_eq!(real("{{1,2}, {3,4}}", &[2, 2], &[2, 2]), Ok(Value::array(vec![row(1, 2), row(3, 4)])));
         assert_eq!(real("5", &[2], &[2]), Ok(row(5, 5)));
         // An array of components: the same for all of them, or each its own.
         assert_eq!(real("{1, 2}", &[2], &[3, 2]), Ok(row(1, 2)));

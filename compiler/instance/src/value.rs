@@ -29,11 +29,16 @@ pub enum Value {
     Text(Name),
     /// A literal, counted from 1.
     Enumeration(Arc<EnumType>, u32),
-    /// An array; all elements have the same shape.
-    Array(Vec<Value>),
+    /// An array; all elements have the same shape.  Shared, so that a function may pass on and read a long one for nothing.
+    Array(Arc<Vec<Value>>),
 }
 
 impl Value {
+    /// An array of these elements.
+    pub fn array(items: Vec<Value>) -> Self {
+        Value::Array(Arc::new(items))
+    }
+
     /// The number, if it is one (Booleans and literals are not).
     pub fn as_real(&self) -> Option<f64> {
         match self {
@@ -58,6 +63,22 @@ impl Value {
             Value::Enumeration(_, k) => Some(f64::from(*k)),
             Value::Text(_) | Value::Array(_) => None,
             number => number.as_real(),
+        }
+    }
+
+    /// Its elements along the first dimension; a scalar is one by itself.
+    pub fn items(self) -> Arc<Vec<Value>> {
+        match self {
+            Value::Array(items) => items,
+            scalar => Arc::new(vec![scalar]),
+        }
+    }
+
+    /// The first scalar element.
+    pub fn first(&self) -> Option<&Value> {
+        match self {
+            Value::Array(items) => items.first()?.first(),
+            scalar => Some(scalar),
         }
     }
 
@@ -122,7 +143,7 @@ impl Value {
         match self {
             Value::Real(x) => Some(Value::Real(-x)),
             Value::Integer(k) => Some(Value::Integer(k.checked_neg()?)),
-            Value::Array(items) => items.iter().map(Value::negate).collect::<Option<_>>().map(Value::Array),
+            Value::Array(items) => items.iter().map(Value::negate).collect::<Option<_>>().map(Value::array),
             _ => None,
         }
     }
@@ -148,12 +169,12 @@ pub fn binary(op: BinaryOp, a: &Value, b: &Value) -> Option<Value> {
             Op::Mul | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
             s,
             Value::Array(y),
-        ) => y.iter().map(|v| binary(op, s, v)).collect::<Option<_>>().map(Value::Array),
+        ) => y.iter().map(|v| binary(op, s, v)).collect::<Option<_>>().map(Value::array),
         (
             Op::Mul | Op::Div | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
             Value::Array(x),
             s,
-        ) => x.iter().map(|v| binary(op, v, s)).collect::<Option<_>>().map(Value::Array),
+        ) => x.iter().map(|v| binary(op, v, s)).collect::<Option<_>>().map(Value::array),
         (Op::And, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x && *y)),
         (Op::Or, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x || *y)),
         (Op::Add, Value::Text(x), Value::Text(y)) => Some(Value::Text(format!("{x}{y}").into())),
@@ -169,7 +190,7 @@ fn zip(op: BinaryOp, x: &[Value], y: &[Value]) -> Option<Value> {
     if x.len() != y.len() {
         return None;
     }
-    x.iter().zip(y).map(|(a, b)| binary(op, a, b)).collect::<Option<_>>().map(Value::Array)
+    x.iter().zip(y).map(|(a, b)| binary(op, a, b)).collect::<Option<_>>().map(Value::array)
 }
 
 /// Scalar product, matrix times vector, vector times matrix, matrix times matrix.
@@ -193,7 +214,7 @@ fn product(x: &[Value], y: &[Value]) -> Option<Value> {
                 _ => None,
             })
             .collect::<Option<_>>()
-            .map(Value::Array),
+            .map(Value::array),
         (false, true) => {
             if x.len() != y.len() {
                 return None;
@@ -258,12 +279,12 @@ mod tests {
     use super::*;
 
     fn row(values: &[i64]) -> Value {
-        Value::Array(values.iter().map(|&k| Value::Integer(k)).collect())
+        Value::array(values.iter().map(|&k| Value::Integer(k)).collect())
     }
 
     #[test]
     fn products_follow_the_linear_algebra() {
-        let a = Value::Array(vec![row(&[1, 2]), row(&[3, 4])]);
+        let a = Value::array(vec![row(&[1, 2]), row(&[3, 4])]);
         assert_eq!(binary(BinaryOp::Mul, &a, &row(&[5, 6])), Some(row(&[17, 39])));
         assert_eq!(binary(BinaryOp::Mul, &row(&[5, 6]), &a), Some(row(&[23, 34])));
         assert_eq!(binary(BinaryOp::Mul, &row(&[1, 2]), &row(&[3, 4])), Some(Value::Integer(11)));
