@@ -11,7 +11,6 @@ use hyd_syntax::tree::{AlgorithmSection, Arguments, ComponentRef, Expr, ExprKind
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
-use crate::lower::Typed;
 use crate::model::{PerElement, Section, VarId};
 use crate::section::Loops;
 use crate::statement::Flow;
@@ -175,10 +174,7 @@ impl Flattener<'_, '_> {
         }
         let expr = Expr { kind: ExprKind::Ref(target.clone()), span: target.span };
         let shape = self.shape(&expr, cx)?;
-        let values: Vec<Typed> = match value {
-            Local::Array(items, _) => items,
-            single => vec![self.as_node(target.span, &single)?],
-        };
+        let values = self.values_of(target.span, value)?;
         if values.len() != shape.iter().product::<usize>() {
             let message = format!("{} values are given to {} elements", values.len(), shape.iter().product::<usize>());
             return Err(self.error(Code::ArrayShape, target.span, message));
@@ -187,7 +183,7 @@ impl Flattener<'_, '_> {
         let last = steps[steps.len() - 1].0;
         let Some(&block) = self.blocks.get(&last) else { return Err(Fail::Reported) };
         let first = self.model.variables[block].first;
-        for (k, value) in values.into_iter().enumerate() {
+        for (k, value) in values.iter().cloned().enumerate() {
             let mut rest = k;
             let mut at = vec![Affine::constant(0); shape.len()];
             for (position, &size) in shape.iter().enumerate().rev() {

@@ -74,7 +74,7 @@ impl Flattener<'_, '_> {
         let mut typed = |typed: Typed| Typed { node: self.held(typed.node), scalar: typed.scalar };
         match value {
             Local::Node(one) => Local::Node(typed(one)),
-            Local::Array(items, shape) => Local::Array(items.into_iter().map(typed).collect(), shape),
+            Local::Array(items, shape) => Local::array(items.iter().cloned().map(typed).collect(), shape),
             Local::Record(fields) => Local::Record(fields.into_iter().map(|(n, f)| (n, self.held_local(f))).collect()),
             Local::Records(fields, shape) => {
                 Local::Records(fields.into_iter().map(|(n, f)| (n, self.held_local(f))).collect(), shape)
@@ -95,7 +95,7 @@ impl Flattener<'_, '_> {
         match (whole, value) {
             (Local::Array(items, shape), Local::Array(values, other)) => {
                 self.check_same_sizes("the sides of this assignment", span, shape, other)?;
-                for (item, value) in items.iter().zip(values) {
+                for (item, value) in items.iter().zip(values.iter()) {
                     pairs.push((self.register_of(span, item)?, value.node));
                 }
             }
@@ -217,7 +217,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn load_element(
         &mut self,
         span: Span,
-        items: Vec<Typed>,
+        items: &[Typed],
         shape: &[usize],
         subscripts: &[Expr],
         cx: &mut Context,
@@ -241,7 +241,7 @@ impl Flattener<'_, '_> {
             };
             offsets = self.shifted(&offsets, &position, size, shape.len() > 1);
         }
-        let first = self.in_a_row(&items);
+        let first = self.in_a_row(items);
         let to = self.registers(1).start;
         self.step(Step::Load { to, first, count: items.len() as u32, index: offsets[0] });
         Ok(Typed { node: self.model.templates.arena.slot(SlotId(to)), scalar })
@@ -309,10 +309,7 @@ impl Flattener<'_, '_> {
         for (position, &size) in self.positions_in(shape, subscripts, cx)?.iter().zip(shape) {
             offsets = self.shifted(&offsets, position, size, shape.len() > 1);
         }
-        let values: Vec<Typed> = match value {
-            Local::Array(values, _) => values,
-            single => vec![self.as_node(span, &single)?],
-        };
+        let values = self.values_of(span, value)?;
         if values.len() != offsets.len() {
             let message = format!("{} values are given to {} elements", values.len(), offsets.len());
             return Err(self.error(Code::ArrayShape, span, message));

@@ -42,7 +42,7 @@ impl Callee {
     }
 
     /// `annotation(GenerateEvents = true)`: relations inside cause events (Modelica 3.6, section 12.8).
-    fn generates_events(&self) -> bool {
+    pub(crate) fn generates_events(&self) -> bool {
         let Some(annotation) = &self.def.annotation else { return false };
         let tree = AstMod::from_syntax(annotation);
         let said = tree.children.iter().find(|(name, _)| name.as_ref() == "GenerateEvents");
@@ -185,20 +185,20 @@ impl Flattener<'_, '_> {
                         let message = "a function that gives a record cannot be called per element";
                         return Err(self.error(Code::TypeMismatch, span, message));
                     }
-                    single => (vec![self.as_node(span, &single)?], Vec::new()),
+                    single => (Rc::new(vec![self.as_node(span, &single)?]), Vec::new()),
                 };
                 if k == 0 {
                     let shape = outer.iter().chain(&inner).copied().collect();
-                    results.push((name, Local::Array(Vec::new(), shape)));
+                    results.push((name, Local::array(Vec::new(), shape)));
                 }
                 if let Local::Array(all, _) = &mut results[position].1 {
-                    all.extend(items);
+                    Rc::make_mut(all).extend(items.iter().cloned());
                 }
             }
         }
         if total == 0 {
             let outputs = callee.outputs();
-            results = outputs.into_iter().map(|c| (c.name.name, Local::Array(Vec::new(), outer.clone()))).collect();
+            results = outputs.into_iter().map(|c| (c.name.name, Local::array(Vec::new(), outer.clone()))).collect();
         }
         Ok(results)
     }
@@ -364,7 +364,7 @@ fn slice(argument: &Argument, k: usize, total: usize) -> Local {
             let part = items[k * size..(k + 1) * size].to_vec();
             match &shape[argument.outer.len()..] {
                 [] => Local::Node(part[0].clone()),
-                inner => Local::Array(part, inner.to_vec()),
+                inner => Local::array(part, inner.to_vec()),
             }
         }
         other => other.clone(),

@@ -1,5 +1,7 @@
 //! Where an expression is lowered: its scope, the loops around it, and what its names mean.
 
+use std::rc::Rc;
+
 use hyd_instance::{InstId, Scope, Value};
 use hyd_source::{Reported, Span};
 use hyd_symbolic::NodeId;
@@ -38,12 +40,19 @@ pub enum Local {
     Value(Value),
     /// A variable of a function that is being inlined.
     Node(Typed),
-    /// An array: its elements, last subscript fastest, and its sizes.
-    Array(Vec<Typed>, Vec<usize>),
+    /// An array: its elements, last subscript fastest, shared by all that hold it, and its sizes.
+    Array(Rc<Vec<Typed>>, Vec<usize>),
     /// A record: its fields in order.
     Record(Vec<(Name, Local)>),
     /// An array of records: its fields, each an array with these sizes and then its own.
     Records(Vec<(Name, Local)>, Vec<usize>),
+}
+
+impl Local {
+    /// An array with its sizes.
+    pub fn array(items: Vec<Typed>, shape: Vec<usize>) -> Self {
+        Local::Array(Rc::new(items), shape)
+    }
 }
 
 /// The surroundings of an expression.

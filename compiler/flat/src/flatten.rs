@@ -11,6 +11,7 @@ use hyd_syntax::tree::ClassKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::{Builder, KnownBody};
+use crate::call_memory::CallMemory;
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
 use crate::emit::Canonical;
@@ -27,6 +28,10 @@ pub struct Flattener<'t, 's> {
     /// Block of each variable instance.
     pub(crate) blocks: FxHashMap<InstId, BlockId>,
     pub(crate) slots: Slots,
+    /// Calls of the equation being lowered.
+    pub(crate) calls: CallMemory,
+    /// Statements run symbolically for it.
+    pub(crate) statements: u32,
     pub(crate) connections: Connections,
     pub(crate) whens: u32,
     /// Folds taken apart so far.
@@ -64,14 +69,16 @@ pub struct Flattener<'t, 's> {
     paths: FxHashMap<InstId, Arc<str>>,
 }
 
-/// Lengths of the tables of the model.
-struct Mark {
+/// Lengths of the tables of the model, and of the messages of the tree.
+#[derive(PartialEq)]
+pub(crate) struct Mark {
     variables: usize,
     scalars: u32,
     equations: usize,
     delays: usize,
     messages: usize,
-    claims: usize,
+    pub claims: usize,
+    said: usize,
 }
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
@@ -90,6 +97,8 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         tree,
         blocks: FxHashMap::default(),
         slots: Slots::default(),
+        calls: CallMemory::default(),
+        statements: 0,
         connections: Connections::default(),
         whens: 0,
         folds: 0,
@@ -165,7 +174,7 @@ impl Flattener<'_, '_> {
         start: Context,
         body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
     ) {
-        self.slots = Slots::default();
+        self.begin_slots();
         let mut cx = start.clone();
         let mark = self.tree.table.diagnostics.len();
         let made = self.mark();
@@ -198,7 +207,10 @@ impl Flattener<'_, '_> {
     ) {
         let errors = self.tree.table.diagnostics.len();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
-        self.slots = Slots::default();
+        // Calls are made once for all values: their slots stay.
+        if self.calls.is_empty() {
+            self.begin_slots();
+        }
         let made = self.mark();
         match body(self, &mut cx) {
             Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
@@ -234,7 +246,7 @@ impl Flattener<'_, '_> {
     }
 
     /// What there is before an attempt.
-    fn mark(&self) -> Mark {
+    pub(crate) fn mark(&self) -> Mark {
         Mark {
             variables: self.model.variables.len(),
             scalars: self.model.scalars,
@@ -242,6 +254,7 @@ impl Flattener<'_, '_> {
             delays: self.model.delays.len(),
             messages: self.model.messages.len(),
             claims: self.model.claims.len(),
+            said: self.tree.table.diagnostics.len(),
         }
     }
 

@@ -63,7 +63,7 @@ impl Form {
             Form::Scalar(scalar) => Local::Node(typed(scalar)),
             Form::Array(scalar, shape) => {
                 let count: usize = shape.iter().product();
-                Local::Array((0..count).map(|_| typed(scalar)).collect(), shape.clone())
+                Local::array((0..count).map(|_| typed(scalar)).collect(), shape.clone())
             }
             Form::Record(fields) => {
                 Local::Record(fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect())

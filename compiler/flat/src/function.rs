@@ -4,6 +4,8 @@
 //! any other: shared by template, simplified and differentiated like the rest.  Arguments are scalars, arrays of known
 //! size and records.
 
+use std::rc::Rc;
+
 use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{
@@ -18,6 +20,9 @@ use crate::lower::Typed;
 
 /// Deepest nesting of function calls.
 const MAX_CALLS: usize = 64;
+
+/// The outputs of a call in their order.
+pub(crate) type Outputs = Vec<(Name, Local)>;
 
 impl Flattener<'_, '_> {
     /// A call of the user's own function: its first output.
@@ -55,7 +60,27 @@ impl Flattener<'_, '_> {
         function: &ComponentRef,
         arguments: &Arguments,
         cx: &mut Context,
-    ) -> Result<Vec<(Name, Local)>, Fail> {
+    ) -> Result<Outputs, Fail> {
+        if let Some(outputs) = self.known_call(span, cx) {
+            return Ok(outputs);
+        }
+        let before = self.mark();
+        let outside = self.calls.enter();
+        let result = self.make_call(span, function, arguments, cx);
+        if let Ok(outputs) = &result {
+            self.remember_call(span, arguments, &before, outputs, cx);
+        }
+        self.calls.leave(outside);
+        result
+    }
+
+    fn make_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        cx: &mut Context,
+    ) -> Result<Outputs, Fail> {
         let (local, def) = self.called_class(function, cx)?;
         if cx.depth >= MAX_CALLS {
             let message = format!("functions call each other deeper than {MAX_CALLS} levels");
@@ -81,7 +106,7 @@ impl Flattener<'_, '_> {
         callee: &Callee,
         values: Vec<Local>,
         cx: &mut Context,
-    ) -> Result<Vec<(Name, Local)>, Fail> {
+    ) -> Result<Outputs, Fail> {
         if self.is_being_built(callee.inst) || !callee.derivatives().is_empty() {
             return self.call_compiled(span, callee, values, cx);
         }
@@ -105,6 +130,15 @@ impl Flattener<'_, '_> {
                 self.look_at_names(callee);
                 Err(Fail::Reported)
             }
+            Ok(outputs) if !callee.generates_events() && self.is_large(&values, &outputs) => {
+                let said = self.model.claims.split_off(claims);
+                self.call_compiled(span, callee, values, cx).or_else(|_| {
+                    self.tree.table.diagnostics.truncate(mark);
+                    self.model.claims.truncate(claims);
+                    self.model.claims.extend(said);
+                    Ok(outputs)
+                })
+            }
             done => done,
         }
     }
@@ -115,7 +149,7 @@ impl Flattener<'_, '_> {
         callee: &Callee,
         values: &[Local],
         cx: &Context,
-    ) -> Result<Vec<(Name, Local)>, Fail> {
+    ) -> Result<Outputs, Fail> {
         let mut inner = callee.context(cx);
         inner.called_from = Some(cx.called_from.unwrap_or(span));
         let values = self.claim_inputs(span, callee, values.to_vec(), cx);
@@ -184,7 +218,7 @@ impl Flattener<'_, '_> {
         let numbers = self.tree.read_column(inner.called_from.unwrap_or(span), &inputs).map_err(|_| Fail::Reported)?;
         let items = numbers.iter().map(|&number| self.literal(number, ScalarType::Real)).collect();
         if let Some(output) = callee.outputs().first() {
-            inner.names.push((output.name.name.clone(), Local::Array(items, vec![numbers.len()])));
+            inner.names.push((output.name.name.clone(), Local::array(items, vec![numbers.len()])));
         }
         Ok(())
     }
@@ -266,7 +300,7 @@ impl Flattener<'_, '_> {
             }
             return Ok(Local::Node(value));
         }
-        Ok(Local::Array(self.elements_of(expr, cx)?, shape))
+        Ok(Local::array(self.elements_of(expr, cx)?, shape))
     }
 
     /// The value of an expression that is nothing but a call of a user's function: all elements at once.
@@ -304,7 +338,7 @@ impl Flattener<'_, '_> {
                     return Ok(());
                 }
                 let zero = self.literal(0.0, ScalarType::Real);
-                Local::Array(vec![zero; sizes.iter().product()], sizes)
+                Local::array(vec![zero; sizes.iter().product()], sizes)
             }
         };
         inner.names.push((component.name.name.clone(), local));
@@ -321,6 +355,14 @@ impl Flattener<'_, '_> {
             })?);
         }
         Ok(sizes)
+    }
+
+    /// The elements of an array, or the one value there is.
+    pub(crate) fn values_of(&mut self, span: Span, local: Local) -> Result<Rc<Vec<Typed>>, Fail> {
+        match local {
+            Local::Array(values, _) => Ok(values),
+            single => Ok(Rc::new(vec![self.as_node(span, &single)?])),
+        }
     }
 
     pub(crate) fn as_node(&mut self, span: Span, local: &Local) -> Result<Typed, Fail> {

@@ -7,11 +7,13 @@
 
 mod algorithm;
 mod array;
+mod assignment;
 mod body;
 mod body_statement;
 mod body_store;
 mod branch;
 mod call;
+mod call_memory;
 mod callee;
 mod callee_names;
 mod component_balance;
@@ -32,6 +34,7 @@ mod if_equation;
 mod index;
 mod inject;
 mod jump;
+mod large_result;
 mod lower;
 mod made;
 pub mod model;

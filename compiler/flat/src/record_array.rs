@@ -34,65 +34,8 @@ impl Flattener<'_, '_> {
         Ok((local, subscripts))
     }
 
-    fn no_field(&mut self, span: Span, name: &Name) -> Fail {
+    pub(crate) fn no_field(&mut self, span: Span, name: &Name) -> Fail {
         self.error(Code::UnknownName, span, format!("there is no field `{name}`"))
-    }
-
-    /// Sets what a path names inside a local value.
-    pub(crate) fn set_part(
-        &mut self,
-        whole: &mut Local,
-        target: &ComponentRef,
-        value: Local,
-        cx: &mut Context,
-    ) -> Result<(), Fail> {
-        let mut place = whole;
-        let mut subscripts = Vec::new();
-        for (k, part) in target.parts.iter().enumerate() {
-            if k > 0 {
-                let next = match place {
-                    Local::Record(fields) | Local::Records(fields, _) => {
-                        fields.iter_mut().find(|(n, _)| *n == part.name.name).map(|(_, l)| l)
-                    }
-                    _ => None,
-                };
-                let Some(found) = next else { return Err(self.no_field(target.span, &part.name.name)) };
-                place = found;
-            }
-            join_subscripts(&mut subscripts, rank(place), target, k);
-        }
-        self.set_place(target, place, &subscripts, value, cx)
-    }
-
-    fn set_place(
-        &mut self,
-        target: &ComponentRef,
-        place: &mut Local,
-        subscripts: &[Expr],
-        value: Local,
-        cx: &mut Context,
-    ) -> Result<(), Fail> {
-        if subscripts.is_empty() {
-            *place = value;
-            return Ok(());
-        }
-        match place {
-            Local::Array(items, shape) => self.set_elements(target.span, items, shape, subscripts, value, cx),
-            Local::Records(fields, _) => {
-                let values = self.fields_of(target.span, value)?;
-                for (name, field) in fields {
-                    let Some((_, value)) = values.iter().find(|(n, _)| n == name) else {
-                        return Err(self.no_field(target.span, name));
-                    };
-                    self.set_place(target, field, subscripts, value.clone(), cx)?;
-                }
-                Ok(())
-            }
-            _ => {
-                let name = &target.parts[target.parts.len() - 1].name.name;
-                Err(self.error(Code::ArrayShape, target.span, format!("`{name}` is not an array here")))
-            }
-        }
     }
 
     /// The fields of a record or an array of them.
@@ -125,13 +68,13 @@ impl Flattener<'_, '_> {
                     for k in 0..own.iter().product() {
                         let at: Vec<Affine> =
                             positions(k, &own).into_iter().map(|k| Affine::constant(k as i64)).collect();
-                        values.push(self.array_element(span, items.clone(), &sizes, subscripts, cx, &at)?);
+                        values.push(self.array_element(span, &items, &sizes, subscripts, cx, &at)?);
                     }
                     match (own.is_empty(), values.pop()) {
                         (true, Some(value)) => Local::Node(value),
                         (_, last) => {
                             values.extend(last);
-                            Local::Array(values, own)
+                            Local::array(values, own)
                         }
                     }
                 }
@@ -203,21 +146,21 @@ impl Flattener<'_, '_> {
                 let mut items = Vec::new();
                 for value in all {
                     match value {
-                        Local::Array(own, other) if other == shape => items.extend(own),
+                        Local::Array(own, other) if other == shape => items.extend(own.iter().cloned()),
                         _ => {
                             let message = "the elements of this array have different sizes";
                             return Err(self.error(Code::ArrayShape, span, message));
                         }
                     }
                 }
-                Ok(Local::Array(items, longer(&shape)))
+                Ok(Local::array(items, longer(&shape)))
             }
             _ => {
                 let mut items = Vec::with_capacity(count);
                 for value in &all {
                     items.push(self.as_node(span, value)?);
                 }
-                Ok(Local::Array(items, vec![count]))
+                Ok(Local::array(items, vec![count]))
             }
         }
     }
@@ -240,7 +183,7 @@ impl Flattener<'_, '_> {
 }
 
 /// Number of dimensions of a local value.
-fn rank(local: &Local) -> usize {
+pub(crate) fn rank(local: &Local) -> usize {
     match local {
         Local::Array(_, shape) | Local::Records(_, shape) => shape.len(),
         _ => 0,
@@ -248,7 +191,7 @@ fn rank(local: &Local) -> usize {
 }
 
 /// Adds the subscripts of part `k`; those left out before another part stand for all.
-fn join_subscripts(subscripts: &mut Vec<Expr>, rank: usize, reference: &ComponentRef, k: usize) {
+pub(crate) fn join_subscripts(subscripts: &mut Vec<Expr>, rank: usize, reference: &ComponentRef, k: usize) {
     let part = &reference.parts[k];
     let own = rank.saturating_sub(subscripts.len());
     subscripts.extend(part.subscripts.iter().cloned());

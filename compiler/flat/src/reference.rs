@@ -3,6 +3,8 @@
 //! A reference to an array element becomes a slot whose position is affine in the loop counters.  A reference without
 //! subscripts to an array takes them from the element that is asked for.
 
+use std::rc::Rc;
+
 use hyd_instance::{InstId, Resolved, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind, UnaryOp, Variability};
@@ -70,7 +72,7 @@ impl Flattener<'_, '_> {
                 let slot = self.slots.slot(SlotKey::Number(affine));
                 Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
             }
-            Local::Array(items, shape) => self.array_element(reference.span, items, &shape, &subscripts, cx, index),
+            Local::Array(items, shape) => self.array_element(reference.span, &items, &shape, &subscripts, cx, index),
             other => self.element_of_local(reference.span, &other, index),
         }
     }
@@ -79,7 +81,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn array_element(
         &mut self,
         span: Span,
-        items: Vec<Typed>,
+        items: &Rc<Vec<Typed>>,
         shape: &[usize],
         subscripts: &[Expr],
         cx: &mut Context,
@@ -97,7 +99,7 @@ impl Flattener<'_, '_> {
             };
             at.push(self.apply_subscript(span, subscript, index, &mut taken)?);
         }
-        self.element_of_local(span, &Local::Array(items, shape.to_vec()), &at)
+        self.element_of_local(span, &Local::Array(items.clone(), shape.to_vec()), &at)
     }
 
     /// A variable, its derivative or its value before the event.
@@ -212,7 +214,7 @@ impl Flattener<'_, '_> {
         for number in value.flatten() {
             items.push(self.constant_value(span, number)?);
         }
-        self.load_element(span, items, &dims, subscripts, cx, index).map(Some)
+        self.load_element(span, &items, &dims, subscripts, cx, index).map(Some)
     }
 
     /// Position of the element among the elements of the variable, and how many of `index` were used.
@@ -246,6 +248,7 @@ impl Flattener<'_, '_> {
             }
             for (k, &size) in dims.iter().enumerate() {
                 let at = if !in_steps {
+                    self.calls.note_subscripts_of(id);
                     let implicit = cx.implicit.iter().find(|(i, _)| *i == id).map(|(_, own)| own[k].clone());
                     implicit.ok_or_else(|| {
                         let name = self.path(id);

@@ -5,10 +5,12 @@
 //! `variable = node` when the section ends.  What only the run decides is left to `body` in functions and to `run_decided` in
 //! models.
 
+use std::rc::Rc;
+
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
 use hyd_symbolic::NodeId;
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, Iterator, Name, Statement, StatementKind};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, Iterator, Statement, StatementKind};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -17,6 +19,10 @@ use crate::lower::Typed;
 
 /// Most turns of a `while` that is decided at translation.
 const MAX_TURNS: usize = 100_000;
+
+/// Most statements that the functions of one equation, or an algorithm section, may take when they are run symbolically, some seconds;
+/// beyond them they are compiled.
+const MAX_STATEMENTS: u32 = 2_000_000;
 
 /// How a list of statements ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -57,7 +63,14 @@ impl Flattener<'_, '_> {
         self.run_plain(statement, cx)
     }
 
+    /// Counts a statement, or the turn of a loop.
+    fn count_statement(&mut self, span: Span) -> Result<(), Fail> {
+        self.statements = self.statements.saturating_add(1);
+        if self.statements > MAX_STATEMENTS { self.opaque(span) } else { Ok(()) }
+    }
+
     fn run_plain(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
+        self.count_statement(statement.span)?;
         match &statement.kind {
             StatementKind::Assign(target, value) => {
                 let value = self.local_value(value, cx)?;
@@ -137,82 +150,6 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    fn assign(&mut self, target: &ComponentRef, value: Local, cx: &mut Context) -> Result<(), Fail> {
-        let name: Name = target.parts[0].name.name.clone();
-        let value = if target.parts.len() == 1 { self.claim_assigned(target.span, &name, value, cx) } else { value };
-        if cx.inputs.contains(&name) {
-            return Err(self.error(Code::Misplaced, target.span, format!("the input `{name}` cannot be assigned")));
-        }
-        if cx.assigned.is_some() && cx.local(&name).is_none() {
-            return self.assign_variable(target, value, cx);
-        }
-        if target.parts.len() == 1 && target.parts[0].subscripts.is_empty() {
-            cx.names.retain(|(n, _)| *n != name);
-            cx.names.push((name, value));
-            return Ok(());
-        }
-        let Some(mut whole) = cx.local(&name).cloned() else {
-            let message = format!("`{name}` is not declared in this function");
-            return Err(self.error(Code::UnknownName, target.span, message));
-        };
-        self.set_part(&mut whole, target, value, cx)?;
-        cx.names.retain(|(n, _)| *n != name);
-        cx.names.push((name, whole));
-        Ok(())
-    }
-
-    /// `a[i] := e`, also `a[:] := ...` and `a[2:3] := ...`.
-    pub(crate) fn set_elements(
-        &mut self,
-        span: Span,
-        items: &mut [Typed],
-        shape: &[usize],
-        subscripts: &[Expr],
-        value: Local,
-        cx: &mut Context,
-    ) -> Result<(), Fail> {
-        let mut positions: Vec<usize> = vec![0];
-        for (k, &size) in shape.iter().enumerate() {
-            let list = match subscripts.get(k) {
-                Some(expr) => self.positions(expr, size, cx)?,
-                None => (0..size).collect(),
-            };
-            positions = positions.iter().flat_map(|&p| list.iter().map(move |&q| p * size + q)).collect();
-        }
-        let values: Vec<Typed> = match value {
-            Local::Array(values, _) => values,
-            single => vec![self.as_node(span, &single)?],
-        };
-        if values.len() != positions.len() {
-            let message = format!("{} values are given to {} elements", values.len(), positions.len());
-            return Err(self.error(Code::ArrayShape, span, message));
-        }
-        for (position, value) in positions.into_iter().zip(values) {
-            items[position] = value;
-        }
-        Ok(())
-    }
-
-    /// Positions from 0 that a subscript with known value names.
-    fn positions(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        use crate::reference::Subscript;
-        let list: Vec<i64> = match self.subscript(expr, size, cx)? {
-            Subscript::At(at) => vec![at.as_constant().ok_or(Fail::NeedsExpansion)?],
-            Subscript::All => (0..size as i64).collect(),
-            Subscript::Slice { start, step, count } => {
-                let start = start.as_constant().ok_or(Fail::NeedsExpansion)?;
-                (0..count as i64).map(|k| start + step * k).collect()
-            }
-            Subscript::List(list) => list,
-        };
-        for &k in &list {
-            if k < 0 || k as usize >= size {
-                return Err(self.outside(expr.span, "", k + 1, size));
-            }
-        }
-        Ok(list.into_iter().map(|k| k as usize).collect())
-    }
-
     /// Both ways are run; what they set is joined by a selection.
     fn run_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<Flow, Fail> {
         let Some(((condition, body), rest)) = branches.split_first() else { return Ok(Flow::Next) };
@@ -273,11 +210,14 @@ impl Flattener<'_, '_> {
         match (a, b) {
             (Local::Index(x), Local::Index(y)) if x == y => Ok(a.clone()),
             (Local::Array(x, shape), Local::Array(y, other)) if shape == other => {
+                if Rc::ptr_eq(x, y) {
+                    return Ok(a.clone());
+                }
                 let mut items = Vec::with_capacity(x.len());
-                for (p, q) in x.iter().zip(y) {
+                for (p, q) in x.iter().zip(y.iter()) {
                     items.push(self.choose(span, test, p.clone(), q.clone())?);
                 }
-                Ok(Local::Array(items, shape.clone()))
+                Ok(Local::array(items, shape.clone()))
             }
             (Local::Record(x), Local::Record(y)) => {
                 let mut fields = Vec::with_capacity(x.len());
@@ -305,6 +245,7 @@ impl Flattener<'_, '_> {
         let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx) };
         let range = self.range(iterator, cx)?;
         for k in 0..range.count() {
+            self.count_statement(iterator.name.span)?;
             let local = range.local(k)?;
             cx.names.push((iterator.name.name.clone(), local));
             let flow = self.run_for(rest, body, cx)?;

@@ -78,7 +78,7 @@ impl Flattener<'_, '_> {
         };
         match value {
             Local::Node(typed) => Local::Node(number(typed)),
-            Local::Array(items, shape) => Local::Array(items.into_iter().map(number).collect(), shape),
+            Local::Array(items, shape) => Local::array(items.iter().cloned().map(number).collect(), shape),
             Local::Index(affine) => match affine.as_constant() {
                 Some(k) if k != 0 => {
                     let typed = self.literal(k as f64, ScalarType::Real);

@@ -1,7 +1,7 @@
 //! Variables of instances: blocks with names and attributes, bindings and start values as equations.
 
 use crate::context::{Context, Fail};
-use crate::index::{Affine, Kind, SlotKey, Slots};
+use crate::index::{Affine, Kind, SlotKey};
 use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
 use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
@@ -332,7 +332,7 @@ impl Flattener<'_, '_> {
         let (first, count, origin) = (block.first, block.count as usize, block.origin.clone());
         for k in 0..count {
             let Some(&value) = values.get(k).or(values.first()) else { return false };
-            self.slots = Slots::default();
+            self.begin_slots();
             let target = self.slots.slot(SlotKey::Variable(Kind::Var, first, Affine::constant(k as i64)));
             let left = self.model.templates.arena.slot(target);
             let right = self.model.templates.arena.constant(value);

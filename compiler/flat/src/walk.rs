@@ -1,7 +1,7 @@
 //! Looking through syntax expressions without changing them.
 
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name};
-use hyd_syntax::visit::{Role, Visitor, walk_expr, walk_reference};
+use hyd_syntax::visit::{Role, Visitor, walk_arguments, walk_expr, walk_reference};
 
 /// True if `test` holds for a reference (not for the names of called functions) anywhere in the expression.
 pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool {
@@ -46,6 +46,23 @@ pub fn iterator_names(expr: &Expr) -> Vec<Name> {
     }
     let mut search = Search(Vec::new());
     search.expr(expr);
+    search.0
+}
+
+/// The first names of all references in the arguments of a call, called functions among them.
+pub fn first_names(arguments: &Arguments) -> Vec<Name> {
+    struct Search(Vec<Name>);
+    impl Visitor for Search {
+        fn reference(&mut self, reference: &ComponentRef, _: Role) {
+            let name = &reference.parts[0].name.name;
+            if !self.0.contains(name) {
+                self.0.push(name.clone());
+            }
+            walk_reference(self, reference);
+        }
+    }
+    let mut search = Search(Vec::new());
+    walk_arguments(&mut search, arguments);
     search.0
 }
 

@@ -131,7 +131,7 @@ impl Machine {
             let text = if account.left.turns == 0 {
                 turns_text(&body.name)
             } else {
-                format!("the function `{}` calls itself too deeply", body.name)
+                format!("{} calls itself too deeply", called(&body.name))
             };
             account.failure.get_or_insert(text);
             return failed();
@@ -200,7 +200,7 @@ impl Machine {
             Op::Return => return Flow::Return,
             Op::Check(condition, text) => {
                 if self.value(condition, registers) == 0.0 {
-                    account.failure.get_or_insert(format!("the function `{}` fails: {text}", body.name));
+                    account.failure.get_or_insert(format!("{} fails: {text}", called(&body.name)));
                     return Flow::Failed;
                 }
             }
@@ -229,11 +229,16 @@ impl Machine {
 }
 
 fn turns_text(name: &str) -> String {
-    format!("the function `{name}` takes more than {} turns of its loops and calls", MACHINE_LIMITS.turns)
+    format!("{} takes more than {} turns of its loops and calls", called(name), MACHINE_LIMITS.turns)
+}
+
+/// A function by its name; statements of a model that became one have the name `algorithm`, which no function can have.
+fn called(name: &str) -> String {
+    if name == "algorithm" { "the algorithm".into() } else { format!("the function `{name}`") }
 }
 
 fn outside(body: &Body, index: f64, count: u32, account: &mut Account) -> Flow {
-    let text = format!("the function `{}` uses subscript {} of an array with {count} elements", body.name, index + 1.0);
+    let text = format!("{} uses subscript {} of an array with {count} elements", called(&body.name), index + 1.0);
     account.failure.get_or_insert(text);
     Flow::Failed
 }

@@ -2,7 +2,7 @@
 //!
 //! Slow, and only for messages.  Assigned variables come first, since residuals repeat their faults.
 
-use hyd_system::EvalFailure;
+use hyd_system::{EvalFailure, Place};
 
 use crate::memory::Memory;
 use crate::model::Loaded;
@@ -48,6 +48,31 @@ impl Instance {
         })
     }
 
+    /// The first discrete variable that is not finite.
+    pub(crate) fn discrete_failure(&mut self, point: Point<'_>) -> EvalFailure {
+        let loaded = self.loaded.clone();
+        let model = &loaded.model;
+        let fault = self.fault(model.routines.events.discrete, point, 0, 0);
+        let first = model.row.len() as u32 - model.row.discrete;
+        let name = |fault: &Fault| {
+            let k = fault.index.checked_sub(model.area.discrete.start)?;
+            model.tables.name_at(Place::Output(first + k))
+        };
+        of_an_event(fault, name, "a discrete variable is not a number")
+    }
+
+    /// The first state that an event gives a value that is not finite.
+    pub(crate) fn reinit_failure(&mut self, point: Point<'_>) -> EvalFailure {
+        let loaded = self.loaded.clone();
+        let events = &loaded.model.routines.events;
+        let fault = self.fault(events.reinits, point, events.reinit_unknowns.len(), 0);
+        let name = |fault: &Fault| {
+            let unknown = events.reinit_unknowns.get(fault.index as usize)?;
+            Some(loaded.model.tables.unknown_name(*unknown as usize))
+        };
+        of_an_event(fault, name, "a reinitialised state is not a number")
+    }
+
     /// The first parameter or start value that is not finite.
     pub(crate) fn bind_failure(&mut self) -> Option<EvalFailure> {
         let loaded = self.loaded.clone();
@@ -82,6 +107,11 @@ impl Instance {
         };
         self.loaded.engine.first_fault(routine, &mut memory)
     }
+}
+
+fn of_an_event(fault: Option<Fault>, name: impl Fn(&Fault) -> Option<String>, general: &str) -> EvalFailure {
+    let variable = fault.as_ref().and_then(name);
+    EvalFailure { equation: None, variable, reason: fault.map_or_else(|| general.into(), |fault| fault.reason) }
 }
 
 fn failure(loaded: &Loaded, trace: &RowNames, row: Option<usize>, reason: String) -> EvalFailure {

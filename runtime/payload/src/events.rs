@@ -51,8 +51,11 @@ impl Instance {
         self.remember();
         self.settle(t, Point { unknown: y, rate: yp });
         let changed = self.differs();
+        if !self.discrete_values().iter().all(|value| value.is_finite()) {
+            return Err(self.discrete_failure(Point { unknown: y, rate: yp }));
+        }
         let terminated = self.termination(Point { unknown: y, rate: yp });
-        let reinitialised = self.reinitialise(y, yp);
+        let reinitialised = self.reinitialise(y, yp)?;
         // Conditions are judged once relations and discrete variables have settled.
         if phase == EventPhase::Initial
             && !changed
@@ -60,18 +63,12 @@ impl Instance {
         {
             return Err(contradiction);
         }
-        let layout = &self.loaded.model.area;
-        let discrete = &self.memory.data[layout.discrete.start as usize..layout.discrete.end as usize];
-        if discrete.iter().chain(y.iter()).all(|value| value.is_finite()) {
-            Ok(EventChange { changed, reinitialised, terminated })
-        } else {
-            let found = self.find_failure(false, Point { unknown: y, rate: yp });
-            Err(found.unwrap_or_else(|| EvalFailure {
-                equation: None,
-                variable: None,
-                reason: "a discrete variable or a reinitialised state is not a number".into(),
-            }))
-        }
+        Ok(EventChange { changed, reinitialised, terminated })
+    }
+
+    fn discrete_values(&self) -> &[f64] {
+        let range = &self.loaded.model.area.discrete;
+        &self.memory.data[range.start as usize..range.end as usize]
     }
 
     /// `pre(v)` of discrete and of continuous variables.
@@ -214,14 +211,17 @@ impl Instance {
     }
 
     /// Runs `reinit`; true if a state changed.
-    fn reinitialise(&mut self, y: &mut [f64], yp: &[f64]) -> bool {
+    fn reinitialise(&mut self, y: &mut [f64], yp: &[f64]) -> Result<bool, EvalFailure> {
         let loaded = self.loaded.clone();
         let unknowns = &loaded.model.routines.events.reinit_unknowns;
         if unknowns.is_empty() {
-            return false;
+            return Ok(false);
         }
         self.run(loaded.model.routines.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
         self.run_own(loaded.model.routines.events.reinits, Point { unknown: y, rate: yp });
+        if !self.memory.out[..unknowns.len()].iter().all(|value| value.is_finite()) {
+            return Err(self.reinit_failure(Point { unknown: y, rate: yp }));
+        }
         let mut changed = false;
         // A state may have several, of which those that did not fire return what it was before all of them.
         let before: Vec<f64> = unknowns.iter().map(|&unknown| y[unknown as usize]).collect();
@@ -231,7 +231,7 @@ impl Instance {
                 changed = true;
             }
         }
-        changed
+        Ok(changed)
     }
 
     fn termination(&mut self, point: Point<'_>) -> Option<String> {

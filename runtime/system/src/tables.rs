@@ -199,6 +199,14 @@ impl Tables {
         }
     }
 
+    /// Name of what stands at a place.  Linear in the number of variables.
+    pub fn name_at(&self, place: Place) -> Option<String> {
+        self.variables.iter().find_map(|variable| {
+            let element = variable.sources.iter().position(|source| source.place == place)?;
+            Some(variable.name.element(element))
+        })
+    }
+
     /// The user's equation behind residual row `k`.
     pub fn row_equation(&self, k: usize) -> Option<&EquationInfo> {
         self.rows.get(k).and_then(|&e| self.equations.get(e as usize))

@@ -1,0 +1,193 @@
+//! Calls that give arrays, remembered while one equation is lowered.
+//!
+//! An equation over arrays is lowered element by element, and its sizes before that, each asking for the call in it.  The text of a
+//! call means the same as long as the names, loops and subscripts around it do, and its nodes stay what they are as long as
+//! the slots do; so it is made once.  Without this a function that fills an array of n elements in a loop takes n² statements.
+
+use std::rc::Rc;
+
+use hyd_instance::{InstId, Scope};
+use hyd_source::Span;
+use hyd_syntax::tree::{Arguments, Name};
+
+use crate::context::{Context, Local};
+use crate::flatten::{Flattener, Mark};
+use crate::function::Outputs;
+use crate::index::{Affine, Slots};
+use crate::model::UnitClaim;
+use crate::walk::first_names;
+
+/// Calls remembered at each depth of calls.
+const KEPT: usize = 16;
+
+/// Calls made since the slots were begun.
+#[derive(Default)]
+pub(crate) struct CallMemory {
+    known: Vec<Known>,
+    /// Arrays of components whose subscripts around the text were asked for in the call being made.
+    used: Vec<InstId>,
+}
+
+struct Known {
+    place: Place,
+    outputs: Outputs,
+    /// What the call claims of units, and where that was noted.
+    claims: Vec<UnitClaim>,
+    noted: usize,
+}
+
+/// All that says what a call means.
+struct Place {
+    span: Span,
+    scope: Scope,
+    depth: usize,
+    no_event: bool,
+    in_when: bool,
+    called_from: Option<Span>,
+    called: Vec<(InstId, bool)>,
+    counts: Vec<usize>,
+    /// Those subscripts around it that were asked for.
+    implicit: Vec<(InstId, Vec<Affine>)>,
+    ends: Vec<usize>,
+    /// The names in its arguments and what they stood for, if they were local.
+    names: Vec<(Name, Option<Local>)>,
+}
+
+impl Place {
+    fn new(span: Span, arguments: &Arguments, used: &[InstId], cx: &Context) -> Self {
+        Self {
+            span,
+            scope: cx.scope,
+            depth: cx.depth,
+            no_event: cx.no_event,
+            in_when: cx.in_when,
+            called_from: cx.called_from,
+            called: cx.called.clone(),
+            counts: cx.loop_counts(),
+            implicit: cx.implicit.iter().filter(|(id, _)| used.contains(id)).cloned().collect(),
+            ends: cx.ends.clone(),
+            names: first_names(arguments).into_iter().map(|n| (n.clone(), cx.local(&n).cloned())).collect(),
+        }
+    }
+
+    fn is(&self, span: Span, cx: &Context) -> bool {
+        (self.span, self.scope, self.depth) == (span, cx.scope, cx.depth)
+            && (self.no_event, self.in_when, self.called_from) == (cx.no_event, cx.in_when, cx.called_from)
+            && self.called == cx.called
+            && self.implicit.iter().all(|around| cx.implicit.contains(around))
+            && self.ends == cx.ends
+            && self.counts == cx.loop_counts()
+            && self.names.iter().all(|(name, local)| match (local, cx.local(name)) {
+                (Some(before), Some(now)) => same(before, now),
+                (before, now) => before.is_none() && now.is_none(),
+            })
+    }
+}
+
+impl CallMemory {
+    pub fn is_empty(&self) -> bool {
+        self.known.is_empty()
+    }
+
+    /// Subscripts around the text are asked for.
+    pub fn note_subscripts_of(&mut self, array: InstId) {
+        if !self.used.contains(&array) {
+            self.used.push(array);
+        }
+    }
+
+    /// Begins a call; gives what was asked for outside of it.
+    pub fn enter(&mut self) -> Vec<InstId> {
+        std::mem::take(&mut self.used)
+    }
+
+    /// Ends a call: what it asked for is asked for outside, too.
+    pub fn leave(&mut self, outside: Vec<InstId>) {
+        let inside = std::mem::replace(&mut self.used, outside);
+        inside.into_iter().for_each(|id| self.note_subscripts_of(id));
+    }
+}
+
+impl Flattener<'_, '_> {
+    /// Begins an equation: its slots and what is known of its calls.
+    pub(crate) fn begin_slots(&mut self) {
+        self.slots = Slots::default();
+        self.calls = CallMemory::default();
+        self.statements = 0;
+    }
+
+    /// Calls in compiled functions and in algorithm sections of models depend on what was assigned before.
+    fn may_be_known(&self, cx: &Context) -> bool {
+        self.builders.is_empty() && cx.assigned.is_none()
+    }
+
+    /// The outputs of a call that was made before.
+    pub(crate) fn known_call(&mut self, span: Span, cx: &Context) -> Option<Outputs> {
+        if self.calls.is_empty() || !self.may_be_known(cx) {
+            return None;
+        }
+        let position = self.calls.known.iter().rposition(|known| known.place.is(span, cx))?;
+        for k in 0..self.calls.known[position].place.implicit.len() {
+            self.calls.note_subscripts_of(self.calls.known[position].place.implicit[k].0);
+        }
+        let known = &mut self.calls.known[position];
+        let all = &mut self.model.claims;
+        let end = known.noted + known.claims.len();
+        let noted = known.claims.first() == all.get(known.noted) && known.claims.last() == all.get(end.wrapping_sub(1));
+        if !known.claims.is_empty() && !noted {
+            known.noted = all.len();
+            all.extend(known.claims.iter().cloned());
+        }
+        Some(known.outputs.clone())
+    }
+
+    /// Remembers a call that gave arrays and made nothing else but claims.
+    pub(crate) fn remember_call(
+        &mut self,
+        span: Span,
+        arguments: &Arguments,
+        before: &Mark,
+        outputs: &Outputs,
+        cx: &Context,
+    ) {
+        let whole = |local: &Local| !matches!(local, Local::Node(_) | Local::Index(_) | Local::Value(_));
+        if !self.may_be_known(cx) || !outputs.iter().any(|(_, local)| whole(local)) {
+            return;
+        }
+        let mut now = self.mark();
+        let claims = self.model.claims.get(before.claims..).unwrap_or_default().to_vec();
+        now.claims = before.claims;
+        if *before != now {
+            return;
+        }
+        let all = &mut self.calls.known;
+        all.retain(|known| known.place.depth <= cx.depth);
+        let mut here = all.iter().enumerate().filter(|(_, known)| known.place.depth == cx.depth);
+        if let (Some((oldest, _)), true) = (here.next(), here.count() + 1 >= KEPT) {
+            all.remove(oldest);
+        }
+        all.push(Known {
+            place: Place::new(span, arguments, &self.calls.used, cx),
+            outputs: outputs.clone(),
+            claims,
+            noted: before.claims,
+        });
+    }
+}
+
+fn same_names(a: &[(Name, Local)], b: &[(Name, Local)]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|((n, x), (m, y))| n == m && same(x, y))
+}
+
+/// Values that are certainly the same; arrays if they are shared.
+fn same(a: &Local, b: &Local) -> bool {
+    match (a, b) {
+        (Local::Index(x), Local::Index(y)) => x == y,
+        (Local::Value(x), Local::Value(y)) => x == y,
+        (Local::Node(x), Local::Node(y)) => x.node == y.node && x.scalar == y.scalar,
+        (Local::Array(x, shape), Local::Array(y, other)) => Rc::ptr_eq(x, y) && shape == other,
+        (Local::Record(x), Local::Record(y)) => same_names(x, y),
+        (Local::Records(x, shape), Local::Records(y, other)) => shape == other && same_names(x, y),
+        _ => false,
+    }
+}
