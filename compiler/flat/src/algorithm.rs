@@ -6,11 +6,15 @@
 
 use hyd_instance::{Resolved, Scope};
 use hyd_source::{Code, Origin, Span};
+use hyd_symbolic::{Node, NodeId, replace_below};
 use hyd_syntax::tree::{AlgorithmSection, Arguments, ComponentRef, Expr, ExprKind, Statement, StatementKind};
+use hyd_system::{ValueKind, Variability};
+use rustc_hash::FxHashMap;
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
+use crate::lower::Typed;
 use crate::model::{PerElement, Section, VarId};
 use crate::section::Loops;
 use crate::statement::Flow;
@@ -44,20 +48,54 @@ impl Flattener<'_, '_> {
                 return Err(flat.error(Code::Misplaced, section.span, message));
             }
             flow?;
-            for (v, value) in cx.assigned.take().unwrap_or_default() {
+            let assigned = cx.assigned.take().unwrap_or_default();
+            let variables = if section.initial { FxHashMap::default() } else { flat.variables_of_values(&assigned) };
+            for (v, value) in assigned {
                 let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
                 let left = flat.model.templates.arena.slot(slot);
                 let (block, _) = flat.model.locate(v);
-                let discrete = flat.model.variables[block].variability == hyd_system::Variability::Discrete;
+                let discrete = flat.model.variables[block].variability == Variability::Discrete;
                 let kind = match (section.initial, discrete) {
                     (true, _) => Section::Initial,
                     (false, true) => Section::Discrete,
                     (false, false) => Section::Continuous,
                 };
-                flat.emit(kind, left, value.node, &cx.loop_counts(), &origin);
+                let right = match kind {
+                    Section::Continuous => replace_below(&mut flat.model.templates.arena, value.node, &variables),
+                    _ => value.node,
+                };
+                flat.emit(kind, left, right, &cx.loop_counts(), &origin);
             }
             Ok(())
         });
+    }
+
+    /// The continuous variables that values are of: the others use the variable, so that a recurrence over n variables does not become
+    /// expressions of n operations.
+    fn variables_of_values(&mut self, assigned: &[(VarId, Typed)]) -> FxHashMap<NodeId, NodeId> {
+        let mut known = FxHashMap::default();
+        for (v, value) in assigned {
+            let operation = matches!(
+                self.model.templates.arena.node(value.node),
+                Node::Neg(_)
+                    | Node::Add(..)
+                    | Node::Sub(..)
+                    | Node::Mul(..)
+                    | Node::Div(..)
+                    | Node::If(..)
+                    | Node::Call1(..)
+                    | Node::Call2(..)
+                    | Node::Apply(..)
+            );
+            let (block, _) = self.model.locate(*v);
+            let variable = &self.model.variables[block];
+            let real = (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real);
+            if operation && real {
+                let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
+                known.entry(value.node).or_insert_with(|| self.model.templates.arena.slot(slot));
+            }
+        }
+        known
     }
 
     /// Discrete Booleans for the conditions of all `when` statements of the section.

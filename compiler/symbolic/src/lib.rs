@@ -81,4 +81,4 @@ pub use order::post_order;
 pub use print::{LONGEST_TEXT, format_number, print, print_signed, print_template};
 pub use simplify::simplify;
 pub use solve::{Solution, solve_for};
-pub use substitute::{canonical, renumber, rewrite, substitute, substitute_one};
+pub use substitute::{canonical, renumber, replace_below, rewrite, substitute, substitute_one};

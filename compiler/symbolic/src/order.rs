@@ -9,6 +9,11 @@ use rustc_hash::FxHashSet;
 
 /// All nodes below `roots`, each once, operands first; leaves appear in the order of first occurrence in the text.
 pub fn post_order(arena: &Arena, roots: &[NodeId]) -> Vec<NodeId> {
+    post_order_down_to(arena, roots, |_| false)
+}
+
+/// The same without what is only below nodes that `ends` holds for.
+pub fn post_order_down_to(arena: &Arena, roots: &[NodeId], ends: impl Fn(NodeId) -> bool) -> Vec<NodeId> {
     enum Step {
         Enter(NodeId),
         Leave(NodeId),
@@ -21,6 +26,9 @@ pub fn post_order(arena: &Arena, roots: &[NodeId]) -> Vec<NodeId> {
             Step::Leave(id) => order.push(id),
             Step::Enter(id) if seen.insert(id) => {
                 stack.push(Step::Leave(id));
+                if ends(id) {
+                    continue;
+                }
                 let first = stack.len();
                 stack.extend(arena.node(id).operands().map(Step::Enter));
                 stack[first..].reverse();

@@ -6,7 +6,7 @@
 
 use crate::node::{Arena, Node, NodeId, SlotId, Template};
 use crate::occurs::slots;
-use crate::order::post_order;
+use crate::order::{post_order, post_order_down_to};
 use crate::simplify::simplify;
 use rustc_hash::FxHashMap;
 
@@ -23,6 +23,23 @@ pub fn rewrite(arena: &mut Arena, root: NodeId, mut replace: impl FnMut(&mut Are
             Some(result) => result,
             None if node == old => id,
             None => arena.build(node),
+        };
+        new.insert(id, result);
+    }
+    new[&root]
+}
+
+/// Puts others in place of whole subexpressions of `root`, but not of `root` itself.
+pub fn replace_below(arena: &mut Arena, root: NodeId, others: &FxHashMap<NodeId, NodeId>) -> NodeId {
+    let mut new: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+    for id in post_order_down_to(arena, &[root], |id| id != root && others.contains_key(&id)) {
+        let old = arena.node(id);
+        let result = match others.get(&id) {
+            Some(&other) if id != root => other,
+            _ => {
+                let node = old.map(|operand| new[&operand]);
+                if node == old { id } else { arena.build(node) }
+            }
         };
         new.insert(id, result);
     }
@@ -87,6 +104,17 @@ mod tests {
         assert_eq!(first, (second.0, 3, vec![SlotId(7), SlotId(3), SlotId(9)]));
         assert_ne!(third.0, first.0);
         assert_eq!((third.1, third.2), (2, vec![SlotId(4), SlotId(5)]));
+    }
+
+    #[test]
+    fn whole_subexpressions_are_replaced_but_not_the_root() {
+        let mut arena = Arena::new();
+        let [a, b, v] = [0, 1, 2].map(|k| arena.slot(SlotId(k)));
+        let sum = arena.add(a, b);
+        let (root, wanted) = (arena.mul(sum, sum), arena.mul(v, v));
+        let others = [(sum, v), (root, a)].into_iter().collect();
+        assert_eq!(replace_below(&mut arena, root, &others), wanted);
+        assert_eq!(replace_below(&mut arena, sum, &others), sum);
     }
 
     #[test]
