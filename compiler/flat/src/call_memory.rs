@@ -20,12 +20,10 @@ use crate::walk::first_names;
 /// Calls remembered at each depth of calls.
 const KEPT: usize = 16;
 
-/// Calls made since the slots were begun.
+/// Calls made since the slots were begun, which go where the slots go.
 #[derive(Default)]
 pub(crate) struct CallMemory {
     known: Vec<Known>,
-    /// Arrays of components whose subscripts around the text were asked for in the call being made.
-    used: Vec<InstId>,
 }
 
 struct Known {
@@ -43,6 +41,7 @@ struct Place {
     depth: usize,
     no_event: bool,
     in_when: bool,
+    may_add_variables: bool,
     called_from: Option<Span>,
     called: Vec<(InstId, bool)>,
     counts: Vec<usize>,
@@ -61,6 +60,7 @@ impl Place {
             depth: cx.depth,
             no_event: cx.no_event,
             in_when: cx.in_when,
+            may_add_variables: cx.may_add_variables,
             called_from: cx.called_from,
             called: cx.called.clone(),
             counts: cx.loop_counts(),
@@ -73,6 +73,7 @@ impl Place {
     fn is(&self, span: Span, cx: &Context) -> bool {
         (self.span, self.scope, self.depth) == (span, cx.scope, cx.depth)
             && (self.no_event, self.in_when, self.called_from) == (cx.no_event, cx.in_when, cx.called_from)
+            && self.may_add_variables == cx.may_add_variables
             && self.called == cx.called
             && self.implicit.iter().all(|around| cx.implicit.contains(around))
             && self.ends == cx.ends
@@ -88,32 +89,21 @@ impl CallMemory {
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
-
-    /// Subscripts around the text are asked for.
-    pub fn note_subscripts_of(&mut self, array: InstId) {
-        if !self.used.contains(&array) {
-            self.used.push(array);
-        }
-    }
-
-    /// Begins a call; gives what was asked for outside of it.
-    pub fn enter(&mut self) -> Vec<InstId> {
-        std::mem::take(&mut self.used)
-    }
-
-    /// Ends a call: what it asked for is asked for outside, too.
-    pub fn leave(&mut self, outside: Vec<InstId>) {
-        let inside = std::mem::replace(&mut self.used, outside);
-        inside.into_iter().for_each(|id| self.note_subscripts_of(id));
-    }
 }
 
 impl Flattener<'_, '_> {
     /// Begins an equation: its slots and what is known of its calls.
     pub(crate) fn begin_slots(&mut self) {
         self.slots = Slots::default();
-        self.calls = CallMemory::default();
+        self.asked.clear();
         self.statements = 0;
+    }
+
+    /// Subscripts around the text are asked for.
+    pub(crate) fn note_subscripts_of(&mut self, array: InstId) {
+        if !self.asked.contains(&array) {
+            self.asked.push(array);
+        }
     }
 
     /// Calls in compiled functions and in algorithm sections of models depend on what was assigned before.
@@ -123,14 +113,14 @@ impl Flattener<'_, '_> {
 
     /// The outputs of a call that was made before.
     pub(crate) fn known_call(&mut self, span: Span, cx: &Context) -> Option<Outputs> {
-        if self.calls.is_empty() || !self.may_be_known(cx) {
+        if self.slots.calls.is_empty() || !self.may_be_known(cx) {
             return None;
         }
-        let position = self.calls.known.iter().rposition(|known| known.place.is(span, cx))?;
-        for k in 0..self.calls.known[position].place.implicit.len() {
-            self.calls.note_subscripts_of(self.calls.known[position].place.implicit[k].0);
+        let position = self.slots.calls.known.iter().rposition(|known| known.place.is(span, cx))?;
+        for k in 0..self.slots.calls.known[position].place.implicit.len() {
+            self.note_subscripts_of(self.slots.calls.known[position].place.implicit[k].0);
         }
-        let known = &mut self.calls.known[position];
+        let known = &mut self.slots.calls.known[position];
         let all = &mut self.model.claims;
         let end = known.noted + known.claims.len();
         let noted = known.claims.first() == all.get(known.noted) && known.claims.last() == all.get(end.wrapping_sub(1));
@@ -160,14 +150,14 @@ impl Flattener<'_, '_> {
         if *before != now {
             return;
         }
-        let all = &mut self.calls.known;
+        let all = &mut self.slots.calls.known;
         all.retain(|known| known.place.depth <= cx.depth);
         let mut here = all.iter().enumerate().filter(|(_, known)| known.place.depth == cx.depth);
         if let (Some((oldest, _)), true) = (here.next(), here.count() + 1 >= KEPT) {
             all.remove(oldest);
         }
         all.push(Known {
-            place: Place::new(span, arguments, &self.calls.used, cx),
+            place: Place::new(span, arguments, &self.asked, cx),
             outputs: outputs.clone(),
             claims,
             noted: before.claims,

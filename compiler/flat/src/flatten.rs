@@ -11,7 +11,6 @@ use hyd_syntax::tree::ClassKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::{Builder, KnownBody};
-use crate::call_memory::CallMemory;
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
 use crate::emit::Canonical;
@@ -28,9 +27,9 @@ pub struct Flattener<'t, 's> {
     /// Block of each variable instance.
     pub(crate) blocks: FxHashMap<InstId, BlockId>,
     pub(crate) slots: Slots,
-    /// Calls of the equation being lowered.
-    pub(crate) calls: CallMemory,
-    /// Statements run symbolically for it.
+    /// Arrays of components whose subscripts around the text were asked for in the call being made.
+    pub(crate) asked: Vec<InstId>,
+    /// Statements run symbolically for the equation being lowered.
     pub(crate) statements: u32,
     pub(crate) connections: Connections,
     pub(crate) whens: u32,
@@ -97,7 +96,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         tree,
         blocks: FxHashMap::default(),
         slots: Slots::default(),
-        calls: CallMemory::default(),
+        asked: Vec::new(),
         statements: 0,
         connections: Connections::default(),
         whens: 0,
@@ -208,7 +207,7 @@ impl Flattener<'_, '_> {
         let errors = self.tree.table.diagnostics.len();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         // Calls are made once for all values: their slots stay.
-        if self.calls.is_empty() {
+        if self.slots.calls.is_empty() {
             self.begin_slots();
         }
         let made = self.mark();

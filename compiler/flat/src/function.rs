@@ -65,12 +65,13 @@ impl Flattener<'_, '_> {
             return Ok(outputs);
         }
         let before = self.mark();
-        let outside = self.calls.enter();
+        let outside = std::mem::take(&mut self.asked);
         let result = self.make_call(span, function, arguments, cx);
         if let Ok(outputs) = &result {
             self.remember_call(span, arguments, &before, outputs, cx);
         }
-        self.calls.leave(outside);
+        let inside = std::mem::replace(&mut self.asked, outside);
+        inside.into_iter().for_each(|array| self.note_subscripts_of(array));
         result
     }
 

@@ -6,6 +6,7 @@
 
 use hyd_symbolic::SlotId;
 
+use crate::call_memory::CallMemory;
 use crate::model::{ConstId, Target, VarId};
 use hyd_index::{TypedIndex, typed_index};
 use rustc_hash::FxHashMap;
@@ -195,6 +196,8 @@ pub struct Slots {
     /// What each slot reads.
     pub keys: Vec<SlotKey>,
     known: FxHashMap<SlotKey, SlotId>,
+    /// Calls whose values are over these slots.
+    pub(crate) calls: CallMemory,
 }
 
 impl Slots {

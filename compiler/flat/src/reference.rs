@@ -248,7 +248,7 @@ impl Flattener<'_, '_> {
             }
             for (k, &size) in dims.iter().enumerate() {
                 let at = if !in_steps {
-                    self.calls.note_subscripts_of(id);
+                    self.note_subscripts_of(id);
                     let implicit = cx.implicit.iter().find(|(i, _)| *i == id).map(|(_, own)| own[k].clone());
                     implicit.ok_or_else(|| {
                         let name = self.path(id);
