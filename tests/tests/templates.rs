@@ -1,4 +1,4 @@
-//! Arrays of equations stay arrays: the code of a line of N cells does not grow with N.
+//! Arrays of equations stay arrays and loops stay loops: the code of a line of N cells does not grow with N.
 //!
 //! Equal equations share one template and one loop of machine code; the slots they work on are tables.  So 10^5 cells
 //! (2*10^5 states) must need exactly as many templates, kernels and bytes of code as 10^3.  Nothing is timed here.
@@ -24,6 +24,24 @@ fn code_does_not_grow_with_the_number_of_cells() {
     assert_eq!((small_unknowns, large_unknowns), (2_000, 200_000));
     assert_eq!(small, large);
     assert!(small.templates > 0 && small.templates < 30 && small.code_bytes > 0, "{small:?}");
+}
+
+fn code(file: &str, n: &str) -> CodeStatistics {
+    translated(file, &[("n", n)]).model.as_ref().expect("translated").statistics()
+}
+
+/// Each variable of an algorithm section stands in the next one's equation as itself, as it does where equations are written.
+#[test]
+fn a_recurrence_in_an_algorithm_is_that_of_equations() {
+    for n in ["20", "200"] {
+        assert_eq!(code("tests/cases/size/recurrence.hyd", n), code("tests/cases/size/recurrence_of_equations.hyd", n));
+    }
+}
+
+/// Turns that build on each other are a loop in the code, not one expression.
+#[test]
+fn the_code_of_a_long_loop_does_not_grow_with_its_turns() {
+    assert_eq!(code("tests/cases/size/loop.hyd", "5000"), code("tests/cases/size/loop.hyd", "50000"));
 }
 
 /// The steady flow of the start stays until the valve moves; afterwards the pressure rises above that of the inlet and the

@@ -1,7 +1,8 @@
 //! Algorithm sections of models: run symbolically, then one equation per variable they set.
 //!
 //! `algorithm v := e; ...` determines every variable it assigns: `v = node` with the node found by running the
-//! statements.  A variable read before its first assignment has its value before the event (discrete) or its start value
+//! statements; values of other continuous variables stand in it as those variables.  A variable read before its first
+//! assignment has its value before the event (discrete) or its start value
 //! (Modelica 3.6, section 11.1.2).
 
 use hyd_instance::{Resolved, Scope};

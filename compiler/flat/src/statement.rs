@@ -1,6 +1,6 @@
 //! Algorithms run symbolically: statements over nodes instead of numbers.
 //!
-//! An assignment binds a name to a node, an `if` joins both ways by a selection, a `for` with known range is run through.
+//! An assignment (`assignment`) binds a name to a node, an `if` joins both ways by a selection, a `for` with known range is run through.
 //! In a function the names are its own; in an algorithm section of a model they are the model's variables, which become
 //! `variable = node` when the section ends.  What only the run decides is left to `body` in functions and to `run_decided` in
 //! models.

@@ -347,22 +347,37 @@ impl InstanceTree<'_> {
             }
             return Ok(());
         };
-        let mut whole = std::mem::replace(&mut env.names[at].1, Value::array(Vec::new()));
-        let result = self.set_elements(target.span, &mut whole, subscripts, value, scope, env);
-        env.names[at].1 = whole;
-        result
+        // Subscripts may read the array that is written to.
+        let sizes = env.names[at].1.shape();
+        let mut positions = Vec::with_capacity(subscripts.len());
+        for (k, subscript) in subscripts.iter().enumerate() {
+            let Some(&size) = sizes.get(k) else {
+                self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(target.span, ""));
+                return Err(Reported);
+            };
+            positions.push((subscript.span, self.positions_of(subscript, size, scope, env)?));
+        }
+        self.set_elements(target.span, &mut env.names[at].1, &positions, value)
+    }
+
+    /// What a subscript names of a dimension: one position from 1 or an array of them.
+    fn positions_of(&mut self, subscript: &Expr, size: usize, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        if matches!(subscript.kind, hyd_syntax::tree::ExprKind::Colon) {
+            return Ok(Value::array((1..=size as i64).map(Value::Integer).collect()));
+        }
+        let mut inner = env.clone();
+        inner.ends.push(size);
+        self.evaluate(subscript, scope, &inner)
     }
 
     fn set_elements(
         &mut self,
         span: Span,
         whole: &mut Value,
-        subscripts: &[Expr],
+        positions: &[(Span, Value)],
         value: Value,
-        scope: Scope,
-        env: &Env,
     ) -> Result<(), Reported> {
-        let Some((first, rest)) = subscripts.split_first() else {
+        let Some(((place_of, first), rest)) = positions.split_first() else {
             let real = matches!(whole, Value::Real(_));
             *whole = if real { widen(value) } else { value };
             return Ok(());
@@ -370,14 +385,6 @@ impl InstanceTree<'_> {
         let Value::Array(items) = whole else {
             self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(span, ""));
             return Err(Reported);
-        };
-        let mut inner = env.clone();
-        inner.ends.push(items.len());
-        let positions = match &first.kind {
-            hyd_syntax::tree::ExprKind::Colon => {
-                Value::array((1..=items.len() as i64).map(Value::Integer).collect::<Vec<_>>())
-            }
-            _ => self.evaluate(first, scope, &inner)?,
         };
         let count = items.len();
         let mut place = |tree: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
@@ -387,16 +394,20 @@ impl InstanceTree<'_> {
                 Value::Boolean(b) => i64::from(*b) + 1,
                 _ => 0,
             };
-            match usize::try_from(position - 1).ok().and_then(|k| Arc::make_mut(items).get_mut(k)) {
-                Some(item) => tree.set_elements(span, item, rest, value, scope, env),
+            match position
+                .checked_sub(1)
+                .and_then(|k| usize::try_from(k).ok())
+                .and_then(|k| Arc::make_mut(items).get_mut(k))
+            {
+                Some(item) => tree.set_elements(span, item, rest, value),
                 None => {
                     let message = format!("subscript {position} is outside 1..{count}");
-                    tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(first.span, ""));
+                    tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(*place_of, ""));
                     Err(Reported)
                 }
             }
         };
-        match (positions, value) {
+        match (first, value) {
             (Value::Array(list), Value::Array(values)) if list.len() == values.len() => {
                 list.iter().zip(values.iter()).try_for_each(|(k, v)| place(self, k, v.clone()))
             }
@@ -406,7 +417,7 @@ impl InstanceTree<'_> {
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
                 Err(Reported)
             }
-            (single, value) => place(self, &single, value),
+            (single, value) => place(self, single, value),
         }
     }
 }
