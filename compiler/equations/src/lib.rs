@@ -19,6 +19,7 @@ mod discrete_start;
 mod explain;
 mod explain_variable;
 mod fixed_numbers;
+mod growth;
 mod higher;
 mod homotopy;
 mod incidence;

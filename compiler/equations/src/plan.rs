@@ -3,8 +3,8 @@
 //! Each equation is matched to one unknown, preferring those it can be solved for without dividing by what may vanish;
 //! the blocks of the block lower triangular form (Duff and Reid 1978) are walked in order.  Explicit equations become
 //! assignments, loops are torn (Elmqvist and Otter 1994), all else becomes an unknown of the solver with a residual.
-//! A variable also stays an unknown when its assignment would widen the Jacobian beyond bounds or, in large systems,
-//! lengthen a chain.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
+//! A variable also stays an unknown when rounding errors would grow along the assignments before it (`growth`), or its assignment
+//! would widen the Jacobian beyond bounds or, in large systems, lengthen a chain.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
 
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
@@ -12,6 +12,7 @@ use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOpt
 use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
+use crate::growth::Growth;
 use crate::incidence::{Pattern, Unknowns};
 use crate::sorted::{Assignment, EqId, Plan, Residual, Unknown};
 use crate::start_point::StartPoint;
@@ -101,6 +102,8 @@ pub(crate) fn build_plan(
     }
     let options = TearingOptions { solvable: &solvable, wish: Some(&request.wishes), max_depth: None };
     let mut tearing = Tearing::new(&cut.incidence, options);
+    let at = (request.known, request.values);
+    let growth = Growth::new(system, algebra, at, (&cut.incidence, &cut.slots, &pattern.rows), &in_loop);
     let wide = pattern.rows.len() > WIDE;
     let supports = wide.then(|| Supports::new(&system.flat, request.unknowns.targets.len()));
     let mut builder = Builder {
@@ -112,6 +115,7 @@ pub(crate) fn build_plan(
         rows: &pattern.rows,
         level: IndexVec::filled(None, request.unknowns.targets.len()),
         supports,
+        growth,
         is_large: pattern.rows.len() > LARGE,
         plan: Plan::default(),
     };
@@ -267,6 +271,7 @@ struct Builder<'a> {
     level: IndexVec<Column, Option<u32>>,
     /// Not kept for the smallest systems.
     supports: Option<Supports>,
+    growth: Growth,
     /// Chains are bounded too.
     is_large: bool,
     plan: Plan,
@@ -301,8 +306,11 @@ impl Builder<'_> {
         self.cut.incidence.entry(row, column).expect("invariant: a matched column occurs in its row")
     }
 
-    /// An assignment, unless it would be too wide or, in a large system, too deep.
+    /// An assignment, unless rounding errors would grow too far, or it would be too wide or, in a large system, too deep.
     fn assign(&mut self, row: Row, column: Column) {
+        if !self.growth.assign(&self.cut.incidence, row, self.entry(row, column)) {
+            return self.iterate(row, column);
+        }
         let others = self.cut.incidence.row(row).iter().filter(|&&other| other != column);
         let level = others.filter_map(|&other| self.level[other]).map(|level| level + 1).max().unwrap_or(0);
         let (eq, slot) = (self.rows[row.index()], self.cut.slots[self.entry(row, column)]);
@@ -314,6 +322,7 @@ impl Builder<'_> {
             let long = self.is_large && (level >= LONGEST_CHAIN || supports.is_upper_level(operands));
             if long || !narrow {
                 supports.release(column);
+                self.growth.release(column);
                 return self.iterate(row, column);
             }
         }
