@@ -148,6 +148,7 @@ impl DaeSystem for CompiledSystem {
     }
 
     fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        Some(self)
+        // How these start values move with the parameters that the start finds is not carried along.
+        (!self.shared.loaded.model.has_late_starts()).then_some(self)
     }
 }

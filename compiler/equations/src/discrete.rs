@@ -3,17 +3,19 @@
 //! A discrete equation may read continuous variables, held relations and `pre` values freely; among each other the
 //! discrete variables must form no circle (Modelica 3.6, section 8.3.5.1: a `pre` breaks it).
 
-use hyd_flat::{Section, Target};
+use hyd_flat::{Operand, Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
 use hyd_symbolic::SlotId;
+use rustc_hash::FxHashSet;
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::bindings::assignment;
 use crate::explain::{counted, explain_parts, list_names, mark_equations};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::order_by_level;
+use crate::relations::append;
 use crate::sorted::{Assignment, Check, EqId, Residual};
 use crate::system::{EquationSystem, Role};
 
@@ -103,8 +105,13 @@ fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> 
     mark_equations(diagnostic, system, equations)
 }
 
-/// Start attributes, and initial equations that only say where a discrete variable starts (`pre(d) = 1`, `d = 1`).
-pub(crate) fn starts(system: &mut EquationSystem, algebra: &mut Algebra, known: &Known) -> Vec<Assignment> {
+/// Start attributes, and initial equations that only say where a discrete variable starts (`pre(d) = 1`, `d = 1`); and those of
+/// discrete variables that wait for parameters found at the start, of which the first list has the guesses.
+pub(crate) fn starts(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    known: &Known,
+) -> (Vec<Assignment>, Vec<Assignment>) {
     let mut starts: Vec<Assignment> = Vec::new();
     for eq in system.equations_in(Section::Initial) {
         starts.extend(discrete_start(system, algebra, known, eq));
@@ -113,8 +120,32 @@ pub(crate) fn starts(system: &mut EquationSystem, algebra: &mut Algebra, known: 
     for eq in system.equations_in(Section::Start) {
         starts.extend(assignment(system, eq, 0).filter(|a| !given.contains(&a.target)));
     }
+    let targets: FxHashSet<Target> = starts.iter().map(|a| a.target).collect();
+    let is_late = |system: &EquationSystem, operand: &Operand| match operand.target() {
+        Target::Var(v) => system.roles[v] == Role::Parameter && !known.bound[v],
+        _ => false,
+    };
+    let mut late = Vec::new();
+    for start in &mut starts {
+        if !system.operands_of(start.operands).iter().any(|operand| is_late(system, operand)) {
+            continue;
+        }
+        if matches!(start.target, Target::Start(v) if system.roles[v] == Role::Discrete) {
+            late.push(*start);
+        }
+        let guess = |operand: &Operand| match operand.target() {
+            Target::Var(v) if is_late(system, operand) && targets.contains(&Target::Start(v)) => {
+                Operand::new(Target::Start(v)).signed(operand.negated())
+            }
+            _ => *operand,
+        };
+        let operands: Vec<Operand> = system.operands_of(start.operands).iter().map(guess).collect();
+        start.operands = append(system, &operands);
+        start.level = 1;
+    }
     order_by_level(&mut starts);
-    starts
+    order_by_level(&mut late);
+    (starts, late)
 }
 
 /// The slot of the discrete variable that an initial equation gives a start value, if that is all it does.

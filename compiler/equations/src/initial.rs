@@ -49,7 +49,7 @@ pub(crate) fn initial_plan(
     let mut initial = system.equations_in(Section::Initial);
     initial.retain(|&eq| discrete_start_slot(system, algebra, &bindings.known, eq).is_none());
     let fixed = fixed_variables(system);
-    let starts = add_start_equations(system, &fixed);
+    let starts = add_start_equations(system, bindings, &fixed);
     let mut fixed: Vec<(VarId, EqId)> = fixed.into_iter().zip(starts).collect();
     fixed.extend(fixed_numbers(system)?);
     let conditions = Conditions { model, fixed, initial };
@@ -158,7 +158,7 @@ impl Start {
             let matching = maximum_matching(&pattern.incidence, None);
             return Err(Box::new(explain_under(diagnostic, system, &pattern, unknowns, &matching)));
         }
-        let added = add_start_equations(system, &chosen);
+        let added = add_start_equations(system, bindings, &chosen);
         if !added.is_empty() {
             let rows = [pattern.rows.as_slice(), &added].concat();
             pattern = incidence::pattern(system, algebra, rows, unknowns);
@@ -276,8 +276,62 @@ fn fixed_variables(system: &EquationSystem) -> Vec<VarId> {
     system.roles.indices().filter(|&v| system.is_continuous(v) && fixed(v)).collect()
 }
 
+/// Start attributes that read parameters found at the start: their value is an unknown of the initial system, too.
+fn late_starts(system: &EquationSystem, bindings: &Bindings) -> FxHashMap<VarId, EqId> {
+    let mut late = FxHashMap::default();
+    if bindings.late.is_empty() {
+        return late;
+    }
+    for eq in system.equations_in(Section::Start) {
+        let operands = system.operands_of(system.equations[eq].operands);
+        let waits = |operand: &Operand| {
+            let Target::Var(v) = operand.target() else { return false };
+            system.roles[v] == Role::Parameter && !bindings.known.bound[v]
+        };
+        if operands.iter().any(waits)
+            && let Some(Target::Start(v)) = system.left_operand(eq).map(|operand| operand.target())
+        {
+            late.insert(v, eq);
+        }
+    }
+    late
+}
+
+/// The equation of a start attribute, said of the variable itself.
+fn say_of_variable(system: &mut EquationSystem, v: VarId, start: EqId) -> EqId {
+    let equation = system.equations[start];
+    let own = |operand: &Operand| match operand.target() {
+        Target::Start(of) if of == v => Operand::new(Target::Var(v)).signed(operand.negated()),
+        _ => *operand,
+    };
+    let operands: Vec<Operand> = system.operands_of(equation.operands).iter().map(own).collect();
+    let origin = system.flat.equations[equation.block as usize].origin.clone();
+    let block = system.flat.equations.len() as u32;
+    let range = crate::relations::append(system, &operands);
+    let (section, template) = (Section::Initial, equation.template);
+    system.flat.equations.push(EquationBlock { section, made: false, template, count: 1, operands, origin });
+    system.equations.push(Equation { template, operands: range, block, element: 0, order: 0 })
+}
+
 /// Appends initial equations `x = x.start`, neighbours of one declaration in one block.
-fn add_start_equations(system: &mut EquationSystem, variables: &[VarId]) -> Vec<EqId> {
+fn add_start_equations(system: &mut EquationSystem, bindings: &Bindings, variables: &[VarId]) -> Vec<EqId> {
+    let late = late_starts(system, bindings);
+    if late.is_empty() {
+        return add_plain_starts(system, variables);
+    }
+    let said = |v: &VarId| late.contains_key(v);
+    let groups = variables.chunk_by(|a, b| !said(a) && !said(b));
+    let mut added = Vec::with_capacity(variables.len());
+    for group in groups {
+        match late.get(&group[0]) {
+            Some(&eq) => added.push(say_of_variable(system, group[0], eq)),
+            None => added.extend(add_plain_starts(system, group)),
+        }
+    }
+    added
+}
+
+fn add_plain_starts(system: &mut EquationSystem, variables: &[VarId]) -> Vec<EqId> {
     let arena = &mut system.flat.templates.arena;
     let (left, right) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
     let template = system.flat.templates.intern(Template { left, right, arity: 2 });

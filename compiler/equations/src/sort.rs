@@ -48,7 +48,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values)?;
     notes.extend(judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation)?);
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
-    let starts = starts(&mut system, &mut algebra, &bindings.known);
+    let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
     let (initial, redundant) = initial_plan(&mut system, &mut algebra, &bindings, &values, notes)?;
     let reinits = reinits(&mut system)?;
@@ -60,6 +60,7 @@ fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<Sor
         system,
         bindings,
         starts,
+        late_starts,
         simulation,
         initial,
         discrete,

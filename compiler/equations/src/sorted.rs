@@ -188,6 +188,9 @@ pub struct SortedSystem {
     pub bindings: Vec<Assignment>,
     /// Start attributes (`Target::Start`), computed after the bindings.
     pub starts: Vec<Assignment>,
+    /// Start attributes of discrete variables that read parameters found at the start, computed again once these are known; `starts`
+    /// holds what their guesses give.
+    pub late_starts: Vec<Assignment>,
     /// The system to integrate.
     pub simulation: Plan,
     /// The system that gives consistent initial values.

@@ -45,6 +45,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) samples: FxHashMap<(InstId, Span, Vec<i64>), VarId>,
     /// Whole numbers with events at their jumps: the variable of each.
     pub(crate) jumps: Vec<(JumpKey, VarId)>,
+    /// Whether a parameter waits for the start, as far as asked.
+    pub(crate) late: FxHashMap<InstId, bool>,
     /// Functions that are being compiled, innermost last, and those that were.
     pub(crate) builders: Vec<Builder>,
     pub(crate) bodies: Vec<KnownBody>,
@@ -106,6 +108,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
         jumps: Vec::new(),
+        late: FxHashMap::default(),
         builders: Vec::new(),
         bodies: Vec::new(),
         opaque_at: span,

@@ -34,6 +34,7 @@ mod if_equation;
 mod index;
 mod inject;
 mod jump;
+mod known;
 mod large_result;
 mod lower;
 mod made;

@@ -6,9 +6,7 @@ use hyd_instance::record::{Field, field};
 use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
-use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator, Name, Variability,
-};
+use hyd_syntax::tree::{Arguments, ClassBody, ClassDef, ClassKind, Equation, EquationKind, Expr, ExprKind, Iterator};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -287,34 +285,6 @@ impl Flattener<'_, '_> {
             }
             _ => Section::Discrete,
         }
-    }
-
-    /// True if an expression is made of constants and parameters with values only.
-    pub(crate) fn known_before_run(&mut self, expr: &Expr, scope: Scope) -> bool {
-        self.known_with(expr, scope, &[])
-    }
-
-    /// The same where loop variables with these names are around.
-    pub(crate) fn known_with(&mut self, expr: &Expr, scope: Scope, loops: &[Name]) -> bool {
-        if crate::walk::calls_any(expr, &["initial", "terminal", "sample", "edge", "change", "pre", "der"]) {
-            return false;
-        }
-        let mut known = true;
-        let mut iterators = crate::walk::iterator_names(expr);
-        iterators.extend_from_slice(loops);
-        crate::walk::any_ref(expr, &mut |reference| {
-            if iterators.contains(&reference.parts[0].name.name) {
-                return false;
-            }
-            if reference.parts[0].name.name.as_ref() == "time" {
-                known = false;
-            } else if let Ok(hyd_instance::Resolved::Variable(steps)) = self.tree.resolve(scope, reference) {
-                let last = &self.tree.instances[steps[steps.len() - 1].0];
-                known &= last.variability <= Variability::Parameter;
-            }
-            !known
-        });
-        known
     }
 
     fn assertion(&mut self, equation: &Equation, arguments: &Arguments, scope: Scope, loops: &Loops<'_>) {

@@ -282,7 +282,7 @@ impl Flattener<'_, '_> {
     /// The value of a parameter and every start value must be known before the run.
     fn known_value(&mut self, inst: InstId, applied: &Applied, what: &str) -> bool {
         let Some(expr) = applied.tree.binding.clone() else { return true };
-        if self.known_before_run(&expr, applied.scope) {
+        if self.made_of_parameters(&expr, applied.scope) {
             return true;
         }
         let name = self.path(inst);

@@ -16,6 +16,7 @@ mod data_file;
 mod declared_unit;
 mod demand;
 mod evaluate;
+mod free_parameter;
 mod heir;
 mod import;
 pub mod instance;

@@ -87,6 +87,11 @@ impl InstanceTree<'_> {
             );
             return Err(Reported);
         }
+        if self.guessed.is_none() && self.is_free(inst) {
+            return Err(self.found_at_start(inst, span));
+        }
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else { return Err(Reported) };
         let integer = matches!(primitive.scalar, ScalarType::Integer);
         let real = matches!(primitive.scalar, ScalarType::Real);
         let settable = instance.variability == Variability::Parameter && !primitive.is_final;

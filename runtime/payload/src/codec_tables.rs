@@ -43,7 +43,7 @@ stored! {
         length, parameters, given, parameter_names, discrete, discrete_starts, pre, pre_continuous, held, chosen, delayed,
         delayed_rates, preset, starts,
     }
-    Routines { bind, simulation, initial, events }
+    Routines { bind, late_starts, simulation, initial, events }
     PlanRoutines { assign, residual, jacobian, extra, state_pattern, rate_pattern }
     EventRoutines { truths, instants, timed, rooted, discrete, reinits, reinit_unknowns, checks, pivots }
     Accumulation { terms, first, state, rate, length }

@@ -73,13 +73,13 @@ impl Instance {
         of_an_event(fault, name, "a reinitialised state is not a number")
     }
 
-    /// The first parameter or start value that is not finite.
-    pub(crate) fn bind_failure(&mut self) -> Option<EvalFailure> {
+    /// The first parameter or start value that is not finite after this routine.
+    pub(crate) fn bind_failure(&mut self, routine: RoutineId) -> Option<EvalFailure> {
         let loaded = self.loaded.clone();
         if self.memory.data.iter().all(|value| value.is_finite()) {
             return None;
         }
-        let fault = self.fault(loaded.model.routines.bind, Point::NOWHERE, 0, 0);
+        let fault = self.fault(routine, Point::NOWHERE, 0, 0);
         let (index, reason) = match fault {
             Some(fault) => (Some(fault.index), fault.reason),
             None => (None, "not a number".into()),

@@ -54,6 +54,13 @@ pub struct Model {
     pub delays: Vec<SitePlaces>,
 }
 
+impl Model {
+    /// True if start values of discrete variables wait for parameters found at the start.
+    pub fn has_late_starts(&self) -> bool {
+        !self.program.routines[self.routines.late_starts].kernels.is_empty()
+    }
+}
+
 /// Where a model comes from.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Identity {

@@ -13,6 +13,8 @@ use crate::program::{Place, RoutineId};
 pub struct Routines {
     /// Parameters and start values.
     pub bind: RoutineId,
+    /// Start values of discrete variables that wait for parameters found at the start.
+    pub late_starts: RoutineId,
     /// The simulation; its further rows are the root functions.
     pub simulation: PlanRoutines,
     /// The initial system; its further rows are the truths of all relations, then both sides of each condition that is checked.

@@ -248,11 +248,35 @@ impl Instance {
     fn start_discrete(&mut self) {
         let loaded = self.loaded.clone();
         let layout = &loaded.model.area;
+        self.start_pre();
+        self.memory
+            .data
+            .copy_within(layout.pre.start as usize..layout.pre.end as usize, layout.discrete.start as usize);
+    }
+
+    /// `pre` of discrete variables during the start: their start values.
+    fn start_pre(&mut self) {
+        let loaded = self.loaded.clone();
+        let layout = &loaded.model.area;
         for (k, start) in layout.discrete_starts.iter().enumerate() {
             let start = start.map_or(0.0, |index| self.memory.data[index as usize]);
-            self.memory.data[layout.discrete.start as usize + k] = start;
             self.memory.data[layout.pre.start as usize + k] = start;
         }
+    }
+
+    /// Start values of discrete variables that the parameters found at the start decide; the pass of the event iteration that
+    /// follows gives the variables themselves.
+    fn start_late(&mut self) -> Result<(), EvalFailure> {
+        if !self.loaded.model.has_late_starts() {
+            return Ok(());
+        }
+        let routine = self.loaded.model.routines.late_starts;
+        self.run(routine, Point::NOWHERE, &mut [], &mut []);
+        if let Some(failure) = self.bind_failure(routine) {
+            return Err(failure);
+        }
+        self.start_pre();
+        Ok(())
     }
 }
 
@@ -294,7 +318,7 @@ impl DaeSystem for Instance {
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.bind;
         self.run(routine, Point::NOWHERE, &mut [], &mut []);
-        if let Some(failure) = self.bind_failure() {
+        if let Some(failure) = self.bind_failure(routine) {
             return Err(failure);
         }
         self.start_discrete();
@@ -355,6 +379,7 @@ impl DaeSystem for Instance {
         for &(from, to) in &transfer.values {
             self.memory.data[to as usize] = self.read(from, z);
         }
+        self.start_late()?;
         self.start_delayed(z);
         if !y.iter().chain(yp.iter()).all(|value| value.is_finite()) {
             return Err(self.initial_failure(z));

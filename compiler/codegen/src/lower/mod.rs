@@ -89,7 +89,8 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
     let mut program = Program { arena: sorted.system.flat.templates.arena.clone(), ..Program::default() };
     let places = layout.plan(&sorted.simulation, true);
     let initial_places = layout.plan(&sorted.initial, false);
-    let bind = bind(&mut program, sorted, &layout)?;
+    let bind = bound(&mut program, sorted, &layout, ("bind", &[&sorted.bindings, &sorted.starts]))?;
+    let late_starts = bound(&mut program, sorted, &layout, ("late starts", &[&sorted.late_starts]))?;
     let rooted: Vec<u32> = relations(sorted, |trigger| matches!(trigger, Trigger::State));
     let root = |&r: &u32| (sorted.relations[r as usize].root, sorted.relations[r as usize].operands);
     let truths: Vec<_> = sorted.relations.iter().map(|r| (r.truth, r.operands)).collect();
@@ -113,7 +114,7 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
     let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
     let (initial, initial_plain) = lowering.lower(&mut program, names)?;
     let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
-    let routines = Arc::new(Routines { bind, simulation, initial, events });
+    let routines = Arc::new(Routines { bind, late_starts, simulation, initial, events });
     Ok(Lowered { program: Arc::new(program), layout, places, initial_places, routines, plain, initial_plain })
 }
 
@@ -140,19 +141,24 @@ pub(crate) fn add_rows(
     Ok(())
 }
 
-/// Bindings, then start values.
-fn bind(program: &mut Program, sorted: &SortedSystem, layout: &Layout) -> Result<RoutineId, String> {
+/// Parameters and start values, list after list.
+fn bound(
+    program: &mut Program,
+    sorted: &SortedSystem,
+    layout: &Layout,
+    (name, lists): (&'static str, &[&[Assignment]]),
+) -> Result<RoutineId, String> {
     let places = layout.bound();
     let locate = |operand| layout.locate(sorted, &places, operand);
     let mut kernels = Vec::new();
-    for list in [&sorted.bindings, &sorted.starts] {
+    for list in lists {
         let mut batch = Batch::new(&locate);
-        for assignment in list {
+        for assignment in *list {
             add_bound(&mut batch, &mut program.arena, sorted, layout, assignment)?;
         }
         kernels.extend(batch.kernels(&mut program.tables));
     }
-    Ok(push(program, "bind", kernels))
+    Ok(push(program, name, kernels))
 }
 
 fn add_bound(
