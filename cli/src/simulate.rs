@@ -1,14 +1,17 @@
 //! `hyd simulate FILE`: translate, run, write results, draw, say what happened.
+//!
+//! A run that ends because rounding errors grow along a torn loop is done again with the loops whole.
 
 use std::sync::Arc;
 
-use hyd_compiler::Goal;
+use hyd_compiler::{Compilation, Goal};
 use hyd_report::{Curve, Figure};
-use hyd_run::{Facts, Recorder, check_usage, finish, options, tell};
+use hyd_run::{Facts, Outcome, Recorder, check_usage, finish, options, tell};
+use hyd_runtime::{Cause, SolveError};
 
 use crate::arguments::Simulate;
 use crate::picture::{picture_format, write_picture};
-use crate::translate::{self, translate};
+use crate::translate::{self, translate, translate_whole_loops};
 use crate::{Failure, clock, output, parameters, run_failure};
 
 /// Runs the verb.
@@ -23,34 +26,66 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
             let _ = output::print("{\"status\":\"rejected\"}\n");
         }
     })?;
-    let model = compilation.model.clone();
-    let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
-    let model = model.on(arguments.run.backend.backend()).map_err(Failure::Fault)?;
-    let mut system = model.instantiate();
-    parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
-    let code = model.statistics();
-    let facts = Facts {
-        model: compilation.model_name.as_deref().unwrap_or_default().to_string(),
-        templates: code.templates,
-        code_bytes: code.code_bytes,
-        translate_s: clock::cpu_seconds() - begin,
-        warnings: model.fallback().map(|reason| format!("the code is interpreted: {reason}")).into_iter().collect(),
-    };
-    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
-    let options = options(&arguments.run, &model.payload().experiment, sensitivity)?;
-    let drawn = arguments.plot.is_some();
-    let mut outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, drawn)?;
+    let mut compilation = compilation;
+    let mut outcome = run(arguments, &compilation, begin, Vec::new())?;
+    if outcome.result.as_ref().is_err_and(may_be_rounding) {
+        let whole = translate_whole_loops(&arguments.model)?;
+        let again = run(arguments, &whole, begin, vec![WHOLE_LOOPS.to_string()])?;
+        if again.result.is_ok() {
+            (compilation, outcome) = (whole, again);
+        }
+    }
+    let format = arguments.model.message_format;
     if let Some(path) = arguments.plot.as_ref().filter(|_| outcome.recorder.rows > 0) {
         write_picture(path, &figure(&mut outcome.recorder))?;
         outcome.summary.plot = Some(path.display().to_string());
     }
-    let format = arguments.model.message_format;
     let printed = tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };
     Err(finish(&outcome.summary, error, &|error, kept| {
         let diagnostic = run_failure::diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
         translate::report(&compilation.files, &[diagnostic], format);
     }))
+}
+
+/// What is said of a run that had to be done again.
+const WHOLE_LOOPS: &str = "rounding errors grew along a loop of equations; the run was done again with all variables of the loops as \
+                           unknowns of the solver";
+
+/// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular.
+fn may_be_rounding(error: &SolveError) -> bool {
+    let singular = |cause: &Cause| *cause == Cause::Singular;
+    match error {
+        SolveError::Rounding { .. } | SolveError::Singular(_) => true,
+        SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => singular(cause),
+        _ => false,
+    }
+}
+
+/// One run; `warnings` are said of it beside its own.
+fn run(
+    arguments: &Simulate,
+    compilation: &Compilation,
+    begin: f64,
+    mut warnings: Vec<String>,
+) -> Result<Outcome, Failure> {
+    let model = compilation.model.clone();
+    let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
+    let model = model.on(arguments.run.backend.backend()).map_err(Failure::Fault)?;
+    let mut system = model.instantiate();
+    parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
+    let code = model.statistics();
+    warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
+    let facts = Facts {
+        model: compilation.model_name.as_deref().unwrap_or_default().to_string(),
+        templates: code.templates,
+        code_bytes: code.code_bytes,
+        translate_s: clock::cpu_seconds() - begin,
+        warnings,
+    };
+    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
+    let options = options(&arguments.run, &model.payload().experiment, sensitivity)?;
+    hyd_run::simulate(&mut system, &arguments.run, &options, facts, arguments.plot.is_some())
 }
 
 /// The picture of the shown variables.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hyd_compiler::render::{render, render_json};
-use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, compile};
+use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, Sources, compile, compile_whole_loops};
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
 use crate::library::LibraryPath;
@@ -15,6 +15,19 @@ const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
 
 /// Compiles the model up to `goal`; its messages are printed, errors among them end the command.
 pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
+    let compilation = compile_by(arguments, goal, compile)?;
+    report(&compilation.files, &compilation.diagnostics, arguments.message_format);
+    if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
+}
+
+/// Compiles a model that has been compiled before once more, with all variables of loops as unknowns of the solver.
+pub(crate) fn translate_whole_loops(arguments: &ModelArguments) -> Result<Compilation, Failure> {
+    compile_by(arguments, Goal::Run, compile_whole_loops)
+}
+
+type Compiler = fn(&mut dyn Sources, &str, &str, &Options) -> Compilation;
+
+fn compile_by(arguments: &ModelArguments, goal: Goal, compiler: Compiler) -> Result<Compilation, Failure> {
     let format = arguments.message_format;
     let refused = |sentence: String| {
         report(&Files::new(), &[Diagnostic::error(Code::FileAccess, sentence)], format);
@@ -25,13 +38,12 @@ pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compil
     let options =
         Options { model: arguments.model.clone(), set: arguments.set.clone(), goal, clock: clock::cpu_seconds };
     let name = arguments.file.display().to_string();
-    let mut compilation = compile(&mut sources, &name, &text, &options);
+    let mut compilation = compiler(&mut sources, &name, &text, &options);
     if let (Some(flat), false) = (&compilation.flat, compilation.has_errors()) {
         let wrong = parameters::refuse_unknown(flat, &arguments.set, &compilation.set_at_translation);
         compilation.diagnostics.extend(wrong);
     }
-    report(&compilation.files, &compilation.diagnostics, format);
-    if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
+    Ok(compilation)
 }
 
 /// Prints messages to standard error.

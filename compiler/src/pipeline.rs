@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
-use hyd_equations::{EquationSystem, PlanJacobian, SortedSystem};
+use hyd_equations::{EquationSystem, Loops, PlanJacobian, SortedSystem};
 use hyd_flat::{FlatModel, Injection, VarId};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources};
@@ -163,6 +163,22 @@ pub fn compile_with(
     options: &Options,
     terms: &[Injection],
 ) -> Compilation {
+    compile_loops(sources, name, text, options, (terms, Loops::Torn))
+}
+
+/// As [`compile`], with all variables of loops as unknowns of the solver: for values of the parameters with which rounding errors grow
+/// along a torn loop.
+pub fn compile_whole_loops(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
+    compile_loops(sources, name, text, options, (&[], Loops::Whole))
+}
+
+fn compile_loops(
+    sources: &mut dyn Sources,
+    name: &str,
+    text: &str,
+    options: &Options,
+    (terms, loops): (&[Injection], Loops),
+) -> Compilation {
     let mut result = front_end(sources, name, text, options, terms);
     // What will feed a block is no question before it runs.
     if options.goal < Goal::Run {
@@ -175,7 +191,7 @@ pub fn compile_with(
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.diagnostics.extend(units.diagnostics);
-    sort(&mut result, &flat, options, terms);
+    sort(&mut result, &flat, options, (terms, loops));
     result
 }
 
@@ -230,7 +246,7 @@ fn given(flat: &FlatModel, set: &[(String, String)]) -> Vec<(VarId, f64)> {
 }
 
 /// Flat model to sorted system with its derivatives, and to code if that is wanted.
-fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, terms: &[Injection]) {
+fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, loops): (&[Injection], Loops)) {
     // Where code is made, stages in between are handed on: copies of a million equations are dear.
     let copy = |system: &EquationSystem| (options.goal < Goal::Run).then(|| system.clone());
     let system = result.stage(options.clock, "eliminate aliases", |_| hyd_equations::build_system(flat.clone()));
@@ -243,7 +259,8 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, terms: &[
     let fixed = reduced.reduction.fixed_at_zero.iter().map(|&v| reduced.flat.var_name(v));
     result.set_at_translation.extend(fixed.filter(|name| options.set.iter().any(|(set, _)| set == name)));
     result.reduced = copy(&reduced);
-    let Outcome { value, diagnostics } = result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced));
+    let Outcome { value, diagnostics } =
+        result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced, loops));
     result.diagnostics.extend(diagnostics);
     let Some(mut sorted) = value else { return };
     result.diagnostics.extend(check_limits(&sorted, &options.set));

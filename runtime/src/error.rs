@@ -102,6 +102,17 @@ pub enum SolveError {
         /// Where; values are those at which the iteration stopped.
         place: Box<Place>,
     },
+    /// The equations of a loop do not hold, because rounding errors grow from one to the next in the order in which they are computed.
+    Rounding {
+        /// What was being done.
+        stage: Stage,
+        /// Time (s).
+        time: f64,
+        /// How far the equation is from holding, relative to its terms.
+        error: f64,
+        /// The equation that closes the loop, if known.
+        equation: Option<Box<EquationInfo>>,
+    },
     /// The local error cannot be kept within the tolerance by any step.
     StepTooSmall(Box<StepReport>),
     /// Newton's method does not converge for any step.
@@ -174,6 +185,7 @@ impl SolveError {
             SolveError::Evaluation { time, .. }
             | SolveError::Initial { time, .. }
             | SolveError::Inconsistent { time, .. }
+            | SolveError::Rounding { time, .. }
             | SolveError::EventLoop { time, .. }
             | SolveError::Chattering { time, .. }
             | SolveError::Assertion { time, .. }
@@ -190,7 +202,9 @@ impl SolveError {
     /// File names and lines of the equation, relations or assertion at fault, as far as they are known.
     pub fn places(&self) -> Vec<(&str, u32)> {
         match self {
-            SolveError::Evaluation { equation, .. } => of_equation(equation.as_deref()),
+            SolveError::Evaluation { equation, .. } | SolveError::Rounding { equation, .. } => {
+                of_equation(equation.as_deref())
+            }
             SolveError::Initial { place, .. } | SolveError::Inconsistent { place, .. } => {
                 of_equation(place.equation.as_ref())
             }

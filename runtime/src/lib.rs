@@ -30,6 +30,7 @@ mod initial;
 mod integrator;
 mod linear;
 mod linearize;
+mod loops;
 mod message;
 mod newton;
 mod options;

@@ -37,6 +37,15 @@ impl Display for SolveError {
                 place_lines(f, place, "values where the search ended")?;
                 hint(f, "the algebraic equations may have no solution for these states")
             }
+            SolveError::Rounding { stage, time, error, equation } => {
+                let time = significant(*time);
+                write!(f, "{} at t = {time} s: rounding errors grow along a loop of equations", stage.words())?;
+                write!(f, ": the last one is off by {error:.0e} of its terms")?;
+                if let Some(equation) = equation {
+                    line_of(f, equation)?;
+                }
+                hint(f, "these values of the parameters need another order of the equations than those at translation")
+            }
             SolveError::StepTooSmall(report) => {
                 write!(f, "the step size collapsed at t = {} s", significant(report.time))?;
                 if let Some(variable) = &report.place.variable {

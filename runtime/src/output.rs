@@ -9,6 +9,7 @@ use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Place, Source, Structu
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
+use crate::loops::judge;
 use crate::problem::Problem;
 use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
@@ -27,6 +28,8 @@ pub(crate) struct Output {
     y: Vec<f64>,
     yp: Vec<f64>,
     next: usize,
+    /// Output points written so far.
+    points: u64,
     /// No output point that is still to be written comes before this time (s).
     due: f64,
     reports: Vec<AssertionReport>,
@@ -46,6 +49,7 @@ impl Output {
             y: vec![0.0; n],
             yp: vec![0.0; n],
             next: 0,
+            points: 0,
             due: f64::NEG_INFINITY,
             reports: Vec::new(),
             open: Vec::new(),
@@ -56,7 +60,7 @@ impl Output {
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
     pub(crate) fn restart(&mut self, options: &Options, extra: usize) {
         self.row.resize(self.outputs + extra, 0.0);
-        (self.next, self.due) = (1, f64::NEG_INFINITY);
+        (self.next, self.due, self.points) = (1, f64::NEG_INFINITY, 0);
         self.skip_to(options, options.start);
         self.reports.clear();
         self.open.clear();
@@ -141,7 +145,11 @@ impl Output {
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
         past.interpolate(t, &mut y, &mut yp);
-        consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
+        let holds = consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
+        self.points += 1;
+        if holds && self.points.is_power_of_two() {
+            judge(problem, (Stage::Step, t), (&y, &yp))?;
+        }
         let result = match sensitivity {
             Some(sensitivity) => {
                 sensitivity.wait(t, (&y, &yp));

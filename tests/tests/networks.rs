@@ -5,9 +5,10 @@
 //! and Stability of Numerical Algorithms*, theorem 10.3).
 
 use hyd::LibraryPath;
-use hyd_compiler::{Compilation, Goal, Options, compile};
+use hyd_compiler::{Compilation, Goal, Options, compile, compile_whole_loops};
 use hyd_results::{Side, Trajectory};
-use hyd_runtime::simulate;
+use hyd_runtime::{Cause, SolveError, simulate};
+use hyd_system::DaeSystem;
 use hyd_tests::models::{messages, text_of};
 use hyd_tests::runs::{instance, on_grid};
 
@@ -35,6 +36,23 @@ impl Network {
     fn level(&mut self, node: usize, g: f64, value: f64) {
         self.matrix[node][0] += g;
         self.right[node] += g * value;
+    }
+
+    /// The largest residual of an equation beside its terms (Oettli and Prager 1964).
+    fn backward_error(&self, x: &[f64]) -> f64 {
+        let mut sums: Vec<(f64, f64)> = self.right.iter().map(|b| (-b, b.abs())).collect();
+        let mut add = |row: usize, term: f64| {
+            sums[row].0 += term;
+            sums[row].1 += term.abs();
+        };
+        for i in 0..x.len() {
+            add(i, self.matrix[i][0] * x[i]);
+            for d in 1..=self.band.min(i) {
+                add(i, self.matrix[i][d] * x[i - d]);
+                add(i - d, self.matrix[i][d] * x[i]);
+            }
+        }
+        sums.into_iter().fold(0.0, |largest, (sum, size)| largest.max(sum.abs() / size))
     }
 
     fn solve(mut self) -> Vec<f64> {
@@ -71,7 +89,16 @@ fn sizes(ratio: f64, scale: f64) -> (impl Fn(usize) -> f64, impl Fn(usize) -> f6
 }
 
 /// A row of conductances `along`, each node with one of `across` to the level `ground`.
-fn row(n: usize, along: impl Fn(usize) -> f64, across: impl Fn(usize) -> f64, (fed, ground): (f64, f64)) -> Vec<f64> {
+fn row(n: usize, along: impl Fn(usize) -> f64, across: impl Fn(usize) -> f64, levels: (f64, f64)) -> Vec<f64> {
+    row_network(n, along, across, levels).solve()
+}
+
+fn row_network(
+    n: usize,
+    along: impl Fn(usize) -> f64,
+    across: impl Fn(usize) -> f64,
+    (fed, ground): (f64, f64),
+) -> Network {
     let mut network = Network::new(n, 1);
     for k in 0..n {
         network.level(k, across(k + 1), ground);
@@ -80,7 +107,7 @@ fn row(n: usize, along: impl Fn(usize) -> f64, across: impl Fn(usize) -> f64, (f
             _ => network.link(k - 1, k, along(k + 1)),
         }
     }
-    network.solve()
+    network
 }
 
 fn translate(model: &str, set: &[(&str, String)]) -> Compilation {
@@ -252,6 +279,54 @@ fn springs_in_a_row() {
             assert_near(&format!("{n} springs, ratio {ratio}, scale {scale}"), &end, &right, 1.0, ALLOWED);
         }
     }
+}
+
+/// Values that were not those at translation may let errors grow: the run says so, or it is right.
+#[test]
+fn values_given_after_translation_are_right_or_refused() {
+    let (n, mut refused, mut rounding) = (60, 0, 0);
+    let compilation = translate("Chain", &at(n, 1.0, 1.0)[..1]);
+    for exponent in 0..12 {
+        let (r, s) = sizes(10.0_f64.powi(exponent), 1.0);
+        let network = row_network(n, r, s, (0.0, 1.0));
+        let mut system = instance(&compilation, &[("ratio", &format!("1e{exponent}"))]);
+        let mut rows = Trajectory::new();
+        match simulate(&mut system, &on_grid(0.5, 5, 1e-6), &mut rows, &|| false) {
+            Ok(_) => {
+                let value = |k| rows.series(&format!("x[{k}]")).expect("a variable").value(0.0, Side::After);
+                let found: Vec<f64> = (1..=n).map(value).collect();
+                // What the run itself allows of the terms of an equation; of all terms in a row they are some.
+                let error = network.backward_error(&found);
+                assert!(error < 1e-6, "ratio 1e{exponent}: an equation is off by {error:e} of its terms");
+            }
+            Err(SolveError::Rounding { equation, .. }) => {
+                assert!(equation.is_some_and(|equation| equation.text.contains("x[")));
+                rounding += 1;
+            }
+            // So large that the matrix of what is left is singular to all digits.
+            Err(SolveError::Initial { cause: Cause::Singular, .. }) => refused += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(rounding > 0 && refused > 0, "no ratio makes errors grow: the test shows nothing");
+}
+
+/// Loops that are not torn give the same values.
+#[test]
+fn whole_loops() {
+    let text = text_of("tests/cases/networks/networks.hyd");
+    let (r, s) = sizes(1e3, 1.0);
+    let right = row(60, |k| 1.0 / r(k), |k| 1.0 / s(k), (1.0, 0.0));
+    let set = at(60, 1e3, 1.0).into_iter().map(|(name, value)| (name.to_string(), value)).collect();
+    let options = Options { model: Some("Networks.Ladder".to_string()), set, goal: Goal::Run, clock: || 0.0 };
+    let compilation = compile_whole_loops(&mut LibraryPath::new(), "networks.hyd", &text, &options);
+    assert!(!compilation.has_errors(), "{}", messages(&compilation));
+    let mut rows = Trajectory::new();
+    let mut system = instance(&compilation, &[("ratio", "1e3")]);
+    simulate(&mut system, &on_grid(0.5, 5, 1e-6), &mut rows, &|| false).expect("runs");
+    assert!(system.loop_error(0.0, &[], &[]).is_none());
+    let value = |k| rows.series(&format!("across[{k}].p.v")).expect("a variable").value(0.0, Side::After);
+    assert_near("whole ladder", &(1..=60).map(value).collect::<Vec<_>>(), &right, 1.0, ALLOWED);
 }
 
 /// Loops of code and sparse factors; some elements, because each is looked up by its name.

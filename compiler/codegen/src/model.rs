@@ -150,8 +150,8 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
         area: area(&lowered, &names),
         structure: structure(sorted, &lowered, &row, sites(&delays)),
         tables: Arc::new(tables),
-        nominals: nominals(sorted, &sorted.simulation.unknowns),
-        initial_nominals: nominals(sorted, &sorted.initial.unknowns),
+        nominals: nominals(sorted, sorted.simulation.unknowns.iter().map(|u| u.target)),
+        initial_nominals: nominals(sorted, sorted.initial.unknowns.iter().map(|u| u.target)),
         parameters: Parameters { limits, ..parameters(sorted, &lowered.layout) },
         checks: checks(sorted, files),
         initial: transfer(sorted, &lowered, &names),
@@ -283,8 +283,8 @@ fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: 
     }
 }
 
-/// Nominal values of unknowns, one where the text gives none.
-fn nominals(sorted: &SortedSystem, unknowns: &[hyd_equations::Unknown]) -> Vec<f64> {
+/// Nominal values of variables, one where the text gives none.
+pub(crate) fn nominals(sorted: &SortedSystem, targets: impl Iterator<Item = Target>) -> Vec<f64> {
     let flat = &sorted.system.flat;
     let nominal = |target: Target| match target {
         Target::Var(v) => {
@@ -294,7 +294,7 @@ fn nominals(sorted: &SortedSystem, unknowns: &[hyd_equations::Unknown]) -> Vec<f
         _ => None,
     };
     let positive = |value: &f64| value.is_finite() && *value > 0.0;
-    unknowns.iter().map(|u| nominal(u.target).map(f64::abs).filter(positive).unwrap_or(1.0)).collect()
+    targets.map(|target| nominal(target).map(f64::abs).filter(positive).unwrap_or(1.0)).collect()
 }
 
 fn parameters(sorted: &SortedSystem, layout: &Layout) -> Parameters {

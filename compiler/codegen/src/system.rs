@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use hyd_payload::Instance;
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
-    Tangents,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
+    Structure, Tables, Tangents,
 };
 
 use crate::model::{CompiledModel, Shared};
@@ -89,6 +89,14 @@ impl DaeSystem for CompiledSystem {
 
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.instance.residual(t, y, yp, out);
+    }
+
+    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
+        self.instance.loop_error(t, y, yp)
+    }
+
+    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
+        self.instance.initial_loop_error(t0, z)
     }
 
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {

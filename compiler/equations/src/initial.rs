@@ -22,7 +22,7 @@ use crate::discrete_start::open_discrete;
 use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
 use crate::fixed_numbers::fixed_numbers;
 use crate::incidence::{self, Pattern, Unknowns, pattern};
-use crate::plan::{Kind, Mismatch, Request, build_plan};
+use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
 use crate::redundant::{Conditions, note_redundant, take_redundant};
 use crate::representative::block_of_variable;
 use crate::selection::dependent_at_start;
@@ -36,7 +36,7 @@ use crate::system::{Equation, EquationSystem, Resolution, Role};
 pub(crate) fn initial_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
-    bindings: &Bindings,
+    (bindings, loops): (&Bindings, Loops),
     values: &StartPoint,
     notes: &mut Vec<Diagnostic>,
 ) -> Result<(Plan, Vec<Redundant>), Box<Diagnostic>> {
@@ -60,7 +60,7 @@ pub(crate) fn initial_plan(
         }
     }
     let dependent = dependent_at_start(system, algebra)?;
-    let mut start = Start { unknowns, conditions, dependent, given_up: Vec::new(), passed_over: Vec::new() };
+    let mut start = Start { loops, unknowns, conditions, dependent, given_up: Vec::new(), passed_over: Vec::new() };
     let attempt = start.regular(system, algebra, bindings, values)?;
     notes.extend(note(system, &attempt.chosen));
     notes.extend(note_redundant(system, &attempt.redundant));
@@ -69,6 +69,7 @@ pub(crate) fn initial_plan(
 
 /// What determines the start, and what numbers have said about it.
 struct Start {
+    loops: Loops,
     unknowns: Unknowns,
     conditions: Conditions,
     /// Candidates that should rather not be given.
@@ -169,7 +170,7 @@ impl Start {
         };
         let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
         let wishes = wishes(system, unknowns);
-        let request = Request { pattern, unknowns, kinds, wishes, known: &bindings.known, values };
+        let request = Request { pattern, unknowns, kinds, wishes, known: &bindings.known, values, loops: self.loops };
         let plan = build_plan(system, algebra, request).map_err(|mismatch| {
             let Mismatch { pattern, matching } = *mismatch;
             Box::new(overdetermined(system, &pattern, unknowns, &matching))

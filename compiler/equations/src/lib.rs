@@ -57,7 +57,7 @@ pub use explain_variable::explain_variable;
 pub use jacobian::{Lists, Places, PlanJacobian, PlanPlace, differentiate};
 pub use matrix::{Matrix, matrix};
 pub use parameter_values::parameter_values;
-pub use plan::{LARGE, LONGEST_CHAIN, WIDE, WIDEST_SUPPORT};
+pub use plan::{LARGE, LONGEST_CHAIN, Loops, WIDE, WIDEST_SUPPORT};
 pub use print::print_system;
 pub use print_plan::{print_jacobian, print_sorted};
 pub use reduce_index::reduce_index;
@@ -84,7 +84,7 @@ pub fn build_system(flat: FlatModel) -> EquationSystem {
 pub fn sort(flat: FlatModel) -> Outcome<Option<SortedSystem>> {
     let Outcome { value, mut diagnostics } = reduce_index(build_system(flat));
     let Some(system) = value else { return Outcome { value: None, diagnostics } };
-    let sorted = sort_system(system);
+    let sorted = sort_system(system, Loops::Torn);
     diagnostics.extend(sorted.diagnostics);
     Outcome { value: sorted.value, diagnostics }
 }

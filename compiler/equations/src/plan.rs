@@ -8,7 +8,9 @@
 
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_structure::{Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, block_order, maximum_matching};
+use hyd_structure::{
+    Column, Entry, Incidence, Matching, Row, Tearing, TearingOptions, TearingPlan, block_order, maximum_matching,
+};
 use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
@@ -46,6 +48,16 @@ pub(crate) enum Kind {
     Iterated,
 }
 
+/// What becomes of loops.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Loops {
+    /// A few of their variables are unknowns of the solver, the others are computed from them.
+    #[default]
+    Torn,
+    /// All of their variables are unknowns of the solver: slower, and as exact as elimination with pivoting is.
+    Whole,
+}
+
 /// A square system to be sorted.
 pub(crate) struct Request<'a> {
     /// Equations and the unknowns in them.
@@ -60,6 +72,8 @@ pub(crate) struct Request<'a> {
     pub known: &'a Known,
     /// Its values as declared.
     pub values: &'a StartPoint,
+    /// What becomes of loops.
+    pub loops: Loops,
 }
 
 /// Why there is no plan: the equations do not match the unknowns.
@@ -125,12 +139,23 @@ pub(crate) fn build_plan(
         if let ([row], [column]) = (rows, columns) {
             builder.single(*row, *column);
         } else {
-            let plan = tearing.tear(rows, columns);
+            let plan = match request.loops {
+                Loops::Torn => tearing.tear(rows, columns),
+                Loops::Whole => whole(rows, columns),
+            };
             builder.torn(&plan);
         }
         builder.end_block(before);
     }
     Ok(finish(builder.plan))
+}
+
+/// A loop in which everything is an unknown of the solver.
+fn whole(rows: &[Row], columns: &[Column]) -> TearingPlan {
+    let mut plan = TearingPlan { assignments: Vec::new(), tearing: columns.to_vec(), residuals: rows.to_vec() };
+    plan.tearing.sort_unstable();
+    plan.residuals.sort_unstable();
+    plan
 }
 
 /// Unknowns that need no assignment should take the equations that give none.
@@ -287,7 +312,7 @@ impl Builder<'_> {
         }
     }
 
-    fn torn(&mut self, plan: &hyd_structure::TearingPlan) {
+    fn torn(&mut self, plan: &TearingPlan) {
         for &(row, column) in &plan.assignments {
             self.assign(row, column);
         }

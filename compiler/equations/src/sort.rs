@@ -18,7 +18,7 @@ use crate::explain::explain_parts;
 use crate::homotopy::{restore_simplified, take_actual};
 use crate::incidence::{Unknowns, pattern};
 use crate::initial::initial_plan;
-use crate::plan::{Kind, Mismatch, Request, build_plan};
+use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
 use crate::representative::block_of_variable;
 use crate::sorted::{EqId, Plan, Residual, SortedSystem};
@@ -26,9 +26,9 @@ use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};
 
 /// Sorts a system of index 1 or less.
-pub fn sort_system(system: EquationSystem) -> Outcome<Option<SortedSystem>> {
+pub fn sort_system(system: EquationSystem, loops: Loops) -> Outcome<Option<SortedSystem>> {
     let mut diagnostics = Vec::new();
-    let value = match sort_parts(system, &mut diagnostics) {
+    let value = match sort_parts(system, loops, &mut diagnostics) {
         Ok(sorted) => Some(sorted),
         Err(fault) => {
             diagnostics.push(*fault);
@@ -38,19 +38,23 @@ pub fn sort_system(system: EquationSystem) -> Outcome<Option<SortedSystem>> {
     Outcome { value, diagnostics }
 }
 
-fn sort_parts(system: EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Box<Diagnostic>> {
+fn sort_parts(
+    system: EquationSystem,
+    loops: Loops,
+    notes: &mut Vec<Diagnostic>,
+) -> Result<SortedSystem, Box<Diagnostic>> {
     let (mut system, mut relations) = extract_relations(system);
     let simplified = take_actual(&mut system);
     let mut algebra = Algebra::default();
     let bindings = sort_bindings(&mut system, &mut algebra)?;
     find_time_events(&mut system, &mut relations, &bindings.known);
     let values = StartPoint::of_parameters(&system, &bindings.assignments);
-    let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values)?;
+    let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values, loops)?;
     notes.extend(judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation)?);
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
-    let (initial, redundant) = initial_plan(&mut system, &mut algebra, &bindings, &values, notes)?;
+    let (initial, redundant) = initial_plan(&mut system, &mut algebra, (&bindings, loops), &values, notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;
@@ -91,6 +95,7 @@ fn simulation_plan(
     algebra: &mut Algebra,
     bindings: &Bindings,
     values: &StartPoint,
+    loops: Loops,
 ) -> Result<Plan, Box<Diagnostic>> {
     let mut unknowns = Unknowns::new(system.roles.len());
     let mut kinds = IndexVec::new();
@@ -117,7 +122,7 @@ fn simulation_plan(
     }
     let wishes = wishes(system, &unknowns);
     let pattern = pattern(system, algebra, rows, &unknowns);
-    let request = Request { pattern, unknowns: &unknowns, kinds, wishes, known: &known, values };
+    let request = Request { pattern, unknowns: &unknowns, kinds, wishes, known: &known, values, loops };
     build_plan(system, algebra, request).map_err(|mismatch| {
         let Mismatch { pattern, matching } = *mismatch;
         let diagnostic = Diagnostic::error(Code::Singular, "the continuous equations are structurally singular");

@@ -44,7 +44,7 @@ stored! {
         delayed_rates, preset, starts,
     }
     Routines { bind, late_starts, simulation, initial, events }
-    PlanRoutines { assign, residual, jacobian, extra, state_pattern, rate_pattern }
+    PlanRoutines { assign, residual, closing, closing_rows, assigned_nominals, jacobian, extra, state_pattern, rate_pattern }
     EventRoutines { truths, instants, timed, rooted, discrete, reinits, reinit_unknowns, checks, pivots }
     Accumulation { terms, first, state, rate, length }
     Term { to, a, b }

@@ -83,9 +83,13 @@ impl Engine {
         }
     }
 
+    /// The interpreter, made when it is first asked for.
+    pub(crate) fn interpreter(&self) -> Option<&Vm> {
+        self.interpreter.get_or_init(|| Vm::new(&self.program).ok()).as_ref()
+    }
+
     /// Interprets a routine and returns the first stored value that is not finite.
     pub fn first_fault(&self, routine: RoutineId, memory: &mut Memory<'_>) -> Option<Fault> {
-        let vm = self.interpreter.get_or_init(|| Vm::new(&self.program).ok());
-        vm.as_ref().and_then(|vm| vm.first_fault(routine, memory))
+        self.interpreter().and_then(|vm| vm.first_fault(routine, memory))
     }
 }

@@ -7,6 +7,7 @@
 //! of the compiler and executables run the same bytes.  Knows no text of models, no code generator and no solver.
 
 pub mod accumulation;
+mod backward_error;
 mod codec;
 mod codec_program;
 mod codec_tables;

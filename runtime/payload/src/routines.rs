@@ -30,6 +30,12 @@ pub struct PlanRoutines {
     pub assign: RoutineId,
     /// Residuals to `Out`.
     pub residual: RoutineId,
+    /// Residuals that close torn loops to `Out`, one after the other, from assigned variables as they stand in the work area.
+    pub closing: RoutineId,
+    /// Which residuals these are.
+    pub closing_rows: Vec<u32>,
+    /// Nominal values of the assigned variables; empty without torn loops.
+    pub assigned_nominals: Vec<f64>,
     /// Jacobian.
     pub jacobian: JacobianForm,
     /// Further rows to `Out`.

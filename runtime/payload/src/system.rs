@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
-    ValueKind,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
+    Structure, Tables, ValueKind,
 };
 
 use crate::engine::Engine;
@@ -386,6 +386,16 @@ impl DaeSystem for Instance {
         }
         self.memory.contradiction = self.violated_condition(z);
         Ok(())
+    }
+
+    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
+        self.set_time(t, false);
+        self.worst_loop(false, Point { unknown: y, rate: yp })
+    }
+
+    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
+        self.set_time(t0, true);
+        self.worst_loop(true, Point { unknown: z, rate: &[] })
     }
 
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {

@@ -15,20 +15,20 @@ use crate::program::{Address, Area, HOMOTOPY, INITIAL, Kernel, Program, RoutineI
 /// A program prepared for interpretation.
 #[derive(Clone, Debug)]
 pub struct Vm {
-    routines: IndexVec<RoutineId, Vec<Tape>>,
-    tables: Vec<u32>,
+    pub(crate) routines: IndexVec<RoutineId, Vec<Tape>>,
+    pub(crate) tables: Vec<u32>,
     extents: Extents,
     longest: usize,
-    machine: Machine,
+    pub(crate) machine: Machine,
 }
 
 /// A kernel: operations whose operands are positions on the tape.
 #[derive(Clone, Debug)]
-struct Tape {
-    count: u32,
-    slots: Vec<Address>,
-    operations: Vec<Node>,
-    stores: Vec<(usize, Address)>,
+pub(crate) struct Tape {
+    pub(crate) count: u32,
+    pub(crate) slots: Vec<Address>,
+    pub(crate) operations: Vec<Node>,
+    pub(crate) stores: Vec<(usize, Address)>,
 }
 
 /// The first value of a routine that is not finite.
@@ -44,7 +44,7 @@ pub struct Fault {
 
 /// Working space of the interpreter.
 #[derive(Clone, Debug, Default)]
-pub struct Registers(Vec<f64>);
+pub struct Registers(pub(crate) Vec<f64>);
 
 impl Vm {
     /// Prepares a program.
@@ -122,7 +122,13 @@ impl Tape {
         }
     }
 
-    fn evaluate(&self, instance: u32, (tables, machine): (&[u32], &Machine), memory: &Memory<'_>, values: &mut [f64]) {
+    pub(crate) fn evaluate(
+        &self,
+        instance: u32,
+        (tables, machine): (&[u32], &Machine),
+        memory: &Memory<'_>,
+        values: &mut [f64],
+    ) {
         for (k, &node) in self.operations.iter().enumerate() {
             values[k] = match node {
                 Node::Slot(slot) => {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, ParameterError, StateChoice, Structure, Tables,
-    Tangents,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
+    Structure, Tables, Tangents,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -210,6 +210,15 @@ impl DaeSystem for Delaying<'_> {
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.residual(t, y, yp, out);
+    }
+
+    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
+        self.prepare(t, y, yp);
+        self.inner.loop_error(t, y, yp)
+    }
+
+    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
+        self.inner.initial_loop_error(t0, z)
     }
 
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {

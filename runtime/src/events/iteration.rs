@@ -10,6 +10,7 @@ use hyd_system::{DaeSystem, EventChange, EventPhase};
 use super::{held_changes, relations};
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
+use crate::loops::judge;
 use crate::problem::Problem;
 use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
@@ -71,6 +72,7 @@ pub(crate) fn settle(
         if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {
             return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
         }
+        judge(problem, (Stage::Event, t), (y, yp))?;
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }

@@ -14,6 +14,7 @@ use hyd_system::{DaeSystem, EventPhase, Pattern, Structure};
 use crate::error::{SolveError, Stage};
 use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
+use crate::loops::{judge, judge_initial};
 use crate::newton::{Newton, NewtonFailure, Target};
 use crate::problem::{Problem, all_finite};
 use crate::sensitivity::Sensitivity;
@@ -110,6 +111,7 @@ impl InitialSystem {
                     solved = self.solve(problem, t);
                 }
                 solved?;
+                judge_initial(problem, t, &self.newton.x)?;
                 let result = problem.system.initial_store(t, &self.newton.x, y, yp);
                 result.map_err(|failure| failed(failure, problem))?;
             }
@@ -124,6 +126,7 @@ impl InitialSystem {
                     problem,
                 ));
             }
+            judge(problem, (Stage::Start, t), (y, yp))?;
             if let Some(sensitivity) = start.sensitivity.as_deref_mut() {
                 match reinitialised {
                     false => sensitivity.initial(problem, t, &self.newton.x, y, yp)?,

@@ -144,6 +144,24 @@ pub enum ParameterError {
     BadValue,
 }
 
+/// How far an equation that closes a loop is from holding, at values that solve the system as well as the solver can.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LoopError {
+    /// The residual row.
+    pub row: usize,
+    /// Its residual beside the size of its terms, with every variable at least as large as its nominal value.
+    pub residual: f64,
+    /// Bound of the rounding error that the variables computed before have brought into it, beside the size of its terms.
+    pub rounding: f64,
+}
+
+impl LoopError {
+    /// The smaller of the two: only both together say that rounding errors grow.
+    pub fn smaller(&self) -> f64 {
+        self.residual.min(self.rounding)
+    }
+}
+
 /// Which pass of the event iteration is asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum EventPhase {
@@ -220,6 +238,17 @@ pub trait DaeSystem: Send {
 
     /// Residual F(t, y, y'), n values.  Values may come out non-finite; the solver checks and asks `diagnose`.
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// The worst of the equations that close loops whose other variables are computed one after the other, at a solution; none
+    /// where there are no such loops.  Where neither of its numbers is near the rounding of numbers, rounding errors grow on the way.
+    fn loop_error(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> Option<LoopError> {
+        None
+    }
+
+    /// The same for a solution of the initial system.
+    fn initial_loop_error(&mut self, _t0: f64, _z: &[f64]) -> Option<LoopError> {
+        None
+    }
 
     /// Which unknowns are states at present.  Those of [`Structure::differential`], except that of some sets of candidates only
     /// some are states at a time, the others following from constraints; see [`DaeSystem::choose_states`].

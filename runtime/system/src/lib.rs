@@ -17,8 +17,8 @@ mod tangents;
 mod text;
 
 pub use dae::{
-    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, ParameterError,
-    Pattern, StateChoice, Structure,
+    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, LoopError,
+    ParameterError, Pattern, StateChoice, Structure,
 };
 pub use lanes::wide;
 pub use tables::{

@@ -103,7 +103,7 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
         extra: rooted.iter().map(root).collect(),
         options,
     };
-    let (simulation, plain) = lowering.lower(&mut program, ["assign", "residual", "jacobian", "roots"])?;
+    let (simulation, plain) = lowering.lower(&mut program, ["assign", "residual", "jacobian", "roots", "closing"])?;
     let lowering = PlanLowering {
         places: &initial_places,
         plan: &sorted.initial,
@@ -111,7 +111,7 @@ pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options)
         extra: truths.iter().copied().chain(redundant_sides(sorted)).collect(),
         ..lowering
     };
-    let names = ["initial assign", "initial residual", "initial jacobian", "initial truths"];
+    let names = ["initial assign", "initial residual", "initial jacobian", "initial truths", "initial closing"];
     let (initial, initial_plain) = lowering.lower(&mut program, names)?;
     let events = EventLowering { sorted, layout: &layout, places: &places }.lower(&mut program, &truths, rooted)?;
     let routines = Arc::new(Routines { bind, late_starts, simulation, initial, events });

@@ -16,6 +16,7 @@ use super::batch::{Batch, Item};
 use super::rows::Rows;
 use super::straight::Composer;
 use crate::layout::{Layout, Place, PlanPlaces};
+use crate::model::nominals;
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
 
 /// The kernels of a plan one row at a time, not composed: what its tangents are made from.
@@ -29,8 +30,8 @@ pub struct PlainPlan {
     pub extra: Vec<Kernel>,
 }
 
-/// Names of the routines of one plan, for listings: assign, residual, jacobian, extra.
-pub type Names = [&'static str; 4];
+/// Names of the routines of one plan, for listings: assign, residual, jacobian, extra, closing.
+pub type Names = [&'static str; 5];
 
 /// What a plan is made into code with.
 pub struct PlanLowering<'a> {
@@ -83,7 +84,15 @@ impl PlanLowering<'_> {
             Some(kernel) => JacobianForm::Entries(push(program, names[2], vec![kernel])),
             None => self.partials(program, &rows, patterns, plain.assign.clone(), names[2])?,
         };
+        let (closing, closing_rows) = self.closing(program)?;
+        let assigned_nominals = match closing_rows.is_empty() {
+            true => Vec::new(),
+            false => nominals(self.sorted, self.plan.assignments.iter().map(|a| a.target)),
+        };
         let routines = PlanRoutines {
+            closing: push(program, names[4], closing),
+            closing_rows,
+            assigned_nominals,
             assign: push(program, names[0], assign),
             residual: push(program, names[1], residual),
             extra: push(program, names[3], extra),
@@ -92,6 +101,14 @@ impl PlanLowering<'_> {
             rate_pattern,
         };
         Ok((routines, plain))
+    }
+
+    /// The residuals of torn loops, not composed, and which these are.
+    fn closing(&self, program: &mut Program) -> Result<(Vec<Kernel>, Vec<u32>), String> {
+        let torn = self.plan.blocks.iter().filter(|block| !block.assignments.is_empty());
+        let rows: Vec<u32> = torn.flat_map(|block| block.residuals.iter().copied()).collect();
+        let residuals = rows.iter().map(|&row| &self.plan.residuals[row as usize]).map(|r| (r.value, r.operands));
+        Ok((self.row_kernels(program, residuals)?, rows))
     }
 
     fn plain(&self, program: &mut Program, rows: &Rows<'_>) -> Result<PlainPlan, String> {

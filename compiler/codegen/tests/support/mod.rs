@@ -99,6 +99,7 @@ impl Maker {
             reduction: hyd_equations::Reduction::default(),
         };
         let sorted = SortedSystem {
+            late_starts: Vec::new(),
             system,
             bindings: Vec::new(),
             starts: Vec::new(),
