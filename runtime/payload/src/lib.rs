@@ -25,6 +25,7 @@ mod names;
 pub mod program;
 mod routines;
 mod selection;
+mod start;
 mod system;
 pub mod target;
 pub mod vm;

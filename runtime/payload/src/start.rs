@@ -1,0 +1,94 @@
+//! What the start does with the data of an instance: relations at the guess, start values of discrete variables, conditions that are
+//! only checked.
+
+use hyd_system::EvalFailure;
+
+use crate::system::{Instance, Point};
+
+/// A fixed start value may differ from what follows from others by this, relative to both or to 1.
+const SAME_START: f64 = 1e-6;
+
+impl Instance {
+    /// Truth of the relations at the guess, so that the initial system starts on the likely branches.
+    pub(crate) fn guess_relations(&mut self, z: &[f64]) {
+        let (held, routine) = (self.loaded.model.area.held.clone(), self.loaded.model.routines.initial.extra);
+        if held.is_empty() {
+            return;
+        }
+        // A second round, because assigned variables may depend on relations.
+        for _ in 0..2 {
+            self.run_own(routine, Point { unknown: z, rate: &[] });
+            for (k, index) in held.clone().enumerate() {
+                let truth = self.memory.out[k];
+                self.memory.data[index as usize] = if truth.is_finite() { truth } else { 0.0 };
+            }
+        }
+    }
+
+    /// Initial conditions that follow from others must hold; the first one that does not.
+    pub(crate) fn violated_condition(&mut self, z: &[f64]) -> Option<EvalFailure> {
+        let loaded = self.loaded.clone();
+        let checked = &loaded.model.initial.checked;
+        if checked.is_empty() {
+            return None;
+        }
+        self.run_own(loaded.model.routines.initial.extra, Point { unknown: z, rate: &[] });
+        let sides = &self.memory.out[loaded.model.area.held.len()..];
+        let violated = |side: &[f64]| {
+            let [value, wanted] = [side[0], side[1]];
+            let near = (value - wanted).abs() <= SAME_START * value.abs().max(wanted.abs()).max(1.0);
+            (!near).then_some((value, wanted))
+        };
+        checked.iter().zip(sides.chunks_exact(2)).find_map(|(condition, sides)| {
+            let (left, right) = violated(sides)?;
+            let name = condition.start_of.map(|name| loaded.model.names.text(name));
+            let reason = match name {
+                Some(_) => {
+                    format!("its fixed start value {right} contradicts the other initial conditions, which give {left}")
+                }
+                None => format!(
+                    "the initial equation `{}` contradicts the other conditions, which give {left} on its left and \
+                     {right} on its right side",
+                    condition.text
+                ),
+            };
+            let equation = Some(condition.equation).filter(|_| name.is_none());
+            Some(EvalFailure { equation, variable: name, reason })
+        })
+    }
+
+    /// Discrete variables and their `pre` start at their start values.
+    pub(crate) fn start_discrete(&mut self) {
+        let loaded = self.loaded.clone();
+        let layout = &loaded.model.area;
+        self.start_pre();
+        self.memory
+            .data
+            .copy_within(layout.pre.start as usize..layout.pre.end as usize, layout.discrete.start as usize);
+    }
+
+    /// `pre` of discrete variables during the start: their start values.
+    fn start_pre(&mut self) {
+        let loaded = self.loaded.clone();
+        let layout = &loaded.model.area;
+        for (k, start) in layout.discrete_starts.iter().enumerate() {
+            let start = start.map_or(0.0, |index| self.memory.data[index as usize]);
+            self.memory.data[layout.pre.start as usize + k] = start;
+        }
+    }
+
+    /// Start values of discrete variables that the parameters found at the start decide; the pass of the event iteration that
+    /// follows gives the variables themselves.
+    pub(crate) fn start_late(&mut self) -> Result<(), EvalFailure> {
+        if !self.loaded.model.has_late_starts() {
+            return Ok(());
+        }
+        let routine = self.loaded.model.routines.late_starts;
+        self.run(routine, Point::NOWHERE, &mut [], &mut []);
+        if let Some(failure) = self.bind_failure(routine) {
+            return Err(failure);
+        }
+        self.start_pre();
+        Ok(())
+    }
+}
