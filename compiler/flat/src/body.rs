@@ -241,7 +241,7 @@ impl Flattener<'_, '_> {
             known.push((name, form));
         }
         self.bodies.push(KnownBody { function: callee.inst, inputs: inputs.to_vec(), id, outputs: known, done: false });
-        self.bind_registers(&others, &mut inner)?;
+        self.bind_registers(callee, &others, &mut inner)?;
         self.run_algorithms(span, callee, &mut inner)?;
         Ok(outputs)
     }
@@ -257,7 +257,7 @@ impl Flattener<'_, '_> {
         for (frame, component) in components {
             inner.scope.frame = *frame;
             if component.variability <= hyd_syntax::tree::Variability::Parameter {
-                self.declare_local(component, inner)?;
+                self.declare_local(component, callee, inner)?;
                 continue;
             }
             let sizes = self.sizes_in_body(callee, component, inner)?;
@@ -274,14 +274,27 @@ impl Flattener<'_, '_> {
     }
 
     /// What declarations say of outputs and locals that may change, as first assignments.
-    fn bind_registers(&mut self, components: &[&(u32, Component)], inner: &mut Context) -> Result<(), Fail> {
+    fn bind_registers(
+        &mut self,
+        callee: &Callee,
+        components: &[&(u32, Component)],
+        inner: &mut Context,
+    ) -> Result<(), Fail> {
         for (frame, component) in components {
             if component.variability <= hyd_syntax::tree::Variability::Parameter {
                 continue;
             }
-            if let Some(binding) = &component.modification.binding {
-                inner.scope.frame = *frame;
-                let value = self.local_value(binding, inner)?;
+            inner.scope.frame = *frame;
+            let binding = component.modification.binding.as_ref();
+            let modified = !component.modification.arguments.is_empty();
+            let record = (modified || binding.is_none()) && !crate::function::simple_type(component);
+            let declared = if record { self.declared_record(component, callee, inner)? } else { None };
+            let value = match (declared, binding) {
+                (Some(record), _) => Some(record),
+                (None, Some(binding)) => Some(self.local_value(binding, inner)?),
+                (None, None) => None,
+            };
+            if let Some(value) = value {
                 let target = hyd_syntax::tree::ComponentRef {
                     global: false,
                     parts: vec![hyd_syntax::tree::RefPart { name: component.name.clone(), subscripts: Vec::new() }],

@@ -13,6 +13,7 @@ use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
+use crate::range::ZERO_STEP;
 use crate::statement::Flow;
 
 /// Most turns of a loop that is written out.
@@ -195,11 +196,32 @@ impl Flattener<'_, '_> {
             };
             let (start, step, stop) = (self.held(a.node), self.held(s.node), self.held(b.node));
             let arena = &mut self.model.templates.arena;
+            let zero = arena.constant(0.0);
+            let moves = arena.compare(Relation::NotEqual, s.node, zero);
+            match arena.as_constant(moves) {
+                Some(0.0) => return Err(self.error(Code::Value, range.span, ZERO_STEP)),
+                Some(_) => {}
+                None => self.step(Step::Check(moves, ZERO_STEP.into())),
+            }
+            let arena = &mut self.model.templates.arena;
             let distance = arena.sub(stop, start);
             let quotient = arena.div(distance, step);
-            // A step that just misses the end by rounding still counts.
-            let tolerance = arena.constant(1e-10);
-            let reach = arena.add(quotient, tolerance);
+            // Ranges of whole numbers are exact; a Real step that just misses the end by rounding still counts.
+            let reach = if matches!(scalar, ScalarType::Real) {
+                let (low, high, width) = (
+                    arena.call1(Function::Abs, start),
+                    arena.call1(Function::Abs, stop),
+                    arena.call1(Function::Abs, step),
+                );
+                let largest = arena.call2(Function::Max, low, high);
+                let steps = arena.div(largest, width);
+                let (rounding, slack) = (arena.constant(4.0 * f64::EPSILON), arena.constant(1e-10));
+                let rounding = arena.mul(rounding, steps);
+                let slack = arena.call2(Function::Max, slack, rounding);
+                arena.add(quotient, slack)
+            } else {
+                quotient
+            };
             let whole = arena.call1(Function::Floor, reach);
             let one = arena.constant(1.0);
             let count = arena.add(whole, one);

@@ -52,6 +52,7 @@ pub(crate) fn is_predefined(name: &str) -> bool {
         "integer",
         "Integer",
         "String",
+        "reinit",
     ];
     OPERATORS.contains(&name)
         || ARRAY_FUNCTIONS.contains(&name)
@@ -79,6 +80,12 @@ fn homotopy_arguments(name: &str, arguments: &Arguments) -> Option<Vec<Expr>> {
 }
 
 impl Flattener<'_, '_> {
+    /// The function or operator of the language that is called; `None` for another name and where a declaration hides it.
+    pub(crate) fn predefined<'r>(&mut self, function: &'r ComponentRef, cx: &Context) -> Option<&'r str> {
+        let name = simple_name(function).filter(|name| is_predefined(name))?;
+        self.tree.predefined(cx.scope, function).map(|_| name)
+    }
+
     pub(crate) fn lower_call(
         &mut self,
         span: Span,
@@ -93,7 +100,7 @@ impl Flattener<'_, '_> {
                 return self.lower_reduction(span, function, body, iterators, cx);
             }
         };
-        if let Some(name) = simple_name(function) {
+        if let Some(name) = self.predefined(function, cx) {
             let ordered = homotopy_arguments(name, arguments);
             let list = ordered.as_deref().unwrap_or(list);
             if let Some(result) = self.lower_operator(span, name, list, cx, index) {
@@ -287,7 +294,9 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
     ) -> Result<Vec<usize>, Fail> {
         let Arguments::List { positional: list, .. } = arguments else { return Ok(Vec::new()) };
-        let Some(name) = simple_name(function) else { return self.shape_of_user_call(span, function, arguments, cx) };
+        let Some(name) = self.predefined(function, cx) else {
+            return self.shape_of_user_call(span, function, arguments, cx);
+        };
         self.check_profile(span, name)?;
         let sizes = |flat: &mut Self, cx: &mut Context, list: &[Expr]| {
             list.iter()

@@ -88,8 +88,7 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Limit, span, message));
         }
         if def.kind == ClassKind::Record {
-            let expr = Expr { kind: ExprKind::Call(function.clone(), arguments.clone()), span };
-            let record = self.construct(&local, &expr, cx)?;
+            let record = self.construct(&local, span, arguments, None, cx)?;
             return Ok(vec![(def.name.name.clone(), record)]);
         }
         if def.kind != ClassKind::Function {
@@ -159,7 +158,7 @@ impl Flattener<'_, '_> {
         }
         for (frame, component) in callee.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input)) {
             inner.scope.frame = *frame;
-            self.declare_local(component, &mut inner)?;
+            self.declare_local(component, callee, &mut inner)?;
         }
         self.run_algorithms(span, callee, &mut inner)?;
         let mut outputs = Vec::new();
@@ -307,7 +306,7 @@ impl Flattener<'_, '_> {
     /// The value of an expression that is nothing but a call of a user's function: all elements at once.
     fn whole_call(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Local>, Fail> {
         let ExprKind::Call(function, arguments @ Arguments::List { .. }) = &expr.kind else { return Ok(None) };
-        if function.parts.len() == 1 && !function.global && crate::call::is_predefined(&function.parts[0].name.name) {
+        if self.predefined(function, cx).is_some() {
             return Ok(None);
         }
         let local = self.call(expr.span, function, arguments, cx)?;
@@ -320,17 +319,27 @@ impl Flattener<'_, '_> {
         Ok(Some(local))
     }
 
-    pub(crate) fn declare_local(&mut self, component: &Component, inner: &mut Context) -> Result<(), Fail> {
+    pub(crate) fn declare_local(
+        &mut self,
+        component: &Component,
+        callee: &Callee,
+        inner: &mut Context,
+    ) -> Result<(), Fail> {
+        let modified = !component.modification.arguments.is_empty();
+        if (modified || component.modification.binding.is_none())
+            && !simple_type(component)
+            && let Some(record) = self.declared_record(component, callee, inner)?
+        {
+            inner.names.push((component.name.name.clone(), record));
+            return Ok(());
+        }
         let local = match &component.modification.binding {
             Some(binding) => {
                 let local = self.local_value(&binding.clone(), inner)?;
                 self.claim_assigned(binding.span, &component.name.name, local, inner)
             }
             None if component.variability <= Variability::Parameter => return Ok(()),
-            None if !simple_type(component) => match self.empty_record(component, inner)? {
-                Some(record) => record,
-                None => return Ok(()),
-            },
+            None if !simple_type(component) => return Ok(()),
             // `v[:]` has the size of what is assigned to it.
             None if sized_by_value(component) => return Ok(()),
             None => {

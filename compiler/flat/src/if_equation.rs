@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use hyd_instance::record::{Field, field};
 use hyd_instance::{Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
@@ -235,20 +234,8 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         rows: &mut Vec<Row>,
     ) -> Result<(), Fail> {
-        let fields = match self.record_fields(left, cx)? {
-            Some(fields) => Some(fields),
-            None => self.record_fields(right, cx)?,
-        };
-        if let Some(fields) = fields {
-            let (by_left, by_right) = (self.by_constructor(left, cx)?, self.by_constructor(right, cx)?);
-            for (position, name) in fields.iter().enumerate() {
-                if let (Field::Expr(l), Field::Expr(r)) =
-                    (field(left, name, position, by_left), field(right, name, position, by_right))
-                {
-                    self.equal_rows(equation, &l, &r, cx, rows)?;
-                }
-            }
-            return Ok(());
+        if let Some(pairs) = self.record_pairs(left, right, cx)? {
+            return pairs.iter().try_for_each(|(l, r)| self.equal_rows(equation, l, r, cx, rows));
         }
         if let (ExprKind::Tuple(targets), ExprKind::Call(function, arguments)) = (&left.kind, &right.kind)
             && targets.len() > 1

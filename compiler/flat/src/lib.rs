@@ -46,6 +46,7 @@ mod print;
 mod range;
 mod record;
 mod record_array;
+mod record_made;
 mod reduction;
 mod reference;
 mod rename;

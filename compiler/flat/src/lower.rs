@@ -73,13 +73,12 @@ impl Flattener<'_, '_> {
             ExprKind::Unary(op, a) => self.lower_unary(expr.span, *op, a, cx, index),
             ExprKind::Binary(op, a, b) => self.lower_binary(expr.span, *op, a, b, cx, index),
             ExprKind::If(branches, otherwise) => self.lower_if(expr.span, branches, otherwise, cx, index),
-            ExprKind::Range(..) => {
-                let (env, complete) = cx.env();
-                if !complete {
-                    return Err(Fail::NeedsExpansion);
-                }
-                let value = self.tree.evaluate(expr, cx.scope, &env)?;
-                self.element_of_value(expr.span, &value, index)
+            ExprKind::Range(start, step, stop) => {
+                let [position] = index else {
+                    return Err(self.error(Code::ArrayShape, expr.span, "an array stands where a scalar is needed"));
+                };
+                let local = self.steps_of(start, step.as_deref(), stop, cx)?.at(position)?;
+                self.node_of_index(expr.span, &local)
             }
             ExprKind::Array(items) => {
                 let (&k, rest) = self.first_constant(expr.span, index)?;
@@ -92,7 +91,7 @@ impl Flattener<'_, '_> {
                 [Some(only)] => self.lower(only, cx, index),
                 _ => Err(self.error(Code::TypeMismatch, expr.span, "a list of results is not a value")),
             },
-            ExprKind::Field(record, name) => self.lower_field(record, &name.name, cx, index),
+            ExprKind::Field(record, name) => self.lower_field(record, name, cx, index),
             ExprKind::Colon => Err(self.error(Code::Misplaced, expr.span, "`:` is not a value")),
             ExprKind::End => match cx.ends.last() {
                 Some(&size) => Ok(self.literal(size as f64, ScalarType::Integer)),
@@ -145,7 +144,7 @@ impl Flattener<'_, '_> {
             Value::Text(_) => {
                 return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
             }
-            Value::Array(_) => {
+            Value::Array(_) | Value::Record(_) => {
                 return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
             }
         };
@@ -389,21 +388,7 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         at: &Affine,
     ) -> Result<Local, Fail> {
-        let range = self.range(iterator, cx)?;
-        match range {
-            crate::range::Range::Steps { start, step, .. } => {
-                let value = start.add_scaled(at, step).ok_or(Fail::NeedsExpansion)?;
-                Ok(Local::Index(value))
-            }
-            crate::range::Range::Values(values) => {
-                let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
-                values.get(k as usize).map(|v| local_of(v.clone())).ok_or(Fail::Reported)
-            }
-            crate::range::Range::Nodes(values) => {
-                let k = at.as_constant().ok_or(Fail::NeedsExpansion)?;
-                values.get(k as usize).map(|v| Local::Node(v.clone())).ok_or(Fail::Reported)
-            }
-        }
+        self.range(iterator, cx)?.at(at)
     }
 
     /// Sum, product, smallest or largest over the elements of an expression or the values of iterators.

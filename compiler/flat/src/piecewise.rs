@@ -8,7 +8,6 @@
 use hyd_symbolic::Relation;
 use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, UnaryOp};
 
-use crate::call::simple_name;
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Cut};
@@ -49,7 +48,7 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Option<Affine>, Fail> {
-        let Some(name @ ("div" | "mod" | "rem")) = simple_name(function) else { return Ok(None) };
+        let Some(name @ ("div" | "mod" | "rem")) = self.predefined(function, cx) else { return Ok(None) };
         let Arguments::List { positional, named } = arguments else { return Ok(None) };
         let ([a, m], true) = (positional.as_slice(), named.is_empty()) else { return Ok(None) };
         if cx.depth > 0 || !self.mentions_counter(a, cx) {

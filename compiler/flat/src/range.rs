@@ -41,6 +41,23 @@ impl Range {
         }
     }
 
+    /// What stands at a position counted from 0.
+    pub(crate) fn at(&self, position: &Affine) -> Result<Local, Fail> {
+        match self {
+            Range::Steps { start, step, .. } => {
+                start.add_scaled(position, *step).map(Local::Index).ok_or(Fail::NeedsExpansion)
+            }
+            Range::Values(values) => {
+                let k = position.as_constant().ok_or(Fail::NeedsExpansion)?;
+                values.get(k as usize).map(|v| local_of(v.clone())).ok_or(Fail::Reported)
+            }
+            Range::Nodes(values) => {
+                let k = position.as_constant().ok_or(Fail::NeedsExpansion)?;
+                values.get(k as usize).map(|v| Local::Node(v.clone())).ok_or(Fail::Reported)
+            }
+        }
+    }
+
     /// What the loop variable stands for in turn `k`, counted from 0.
     pub(crate) fn local(&self, k: usize) -> Result<Local, Fail> {
         Ok(match self {
@@ -52,6 +69,9 @@ impl Range {
         })
     }
 }
+
+/// The message for `a:0:b`.
+pub(crate) const ZERO_STEP: &str = "the step of this range is zero";
 
 /// Most values of a range.
 const MAX_STEPS: i128 = 1 << 27;
@@ -90,11 +110,14 @@ impl Flattener<'_, '_> {
             }
         }
         let [start, step, stop] = values;
-        let count = ((stop - start) / step + 1e-10).floor() + 1.0;
+        if step == 0.0 {
+            return Err(self.error(Code::Value, parts[1].span, ZERO_STEP));
+        }
+        let count = hyd_instance::value::count_of_reals(start, step, stop);
         if !(count.is_finite() && count < 1e6) {
             return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
         }
-        let values = (0..count.max(0.0) as usize).map(|k| Value::Real(start + step * k as f64)).collect();
+        let values = (0..count as usize).map(|k| Value::Real(start + step * k as f64)).collect();
         Ok(Range::Values(Arc::new(values)))
     }
 
@@ -148,12 +171,15 @@ impl Flattener<'_, '_> {
         }
         let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
         let step = match step {
-            Some(step) => self.affine(step, cx)?.as_constant().filter(|s| *s != 0).ok_or(Fail::NeedsExpansion)?,
+            Some(step) => match self.affine(step, cx)?.as_constant().ok_or(Fail::NeedsExpansion)? {
+                0 => return Err(self.error(Code::Value, step.span, ZERO_STEP)),
+                known => known,
+            },
             None => 1,
         };
         let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
-        let count = (i128::from(distance).div_euclid(i128::from(step)) + 1).max(0);
-        let count = if distance != 0 && (distance > 0) != (step > 0) { 0 } else { count };
+        let backwards = distance != 0 && (distance > 0) != (step > 0);
+        let count = if backwards { 0 } else { i128::from(distance) / i128::from(step) + 1 };
         if count > MAX_STEPS {
             let message = format!("this range has {count} values; at most {MAX_STEPS} are possible");
             return Err(self.error(Code::Limit, start.span.to(stop.span), message));

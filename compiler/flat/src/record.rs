@@ -1,10 +1,9 @@
-//! Records inside expressions and functions: constructors, fields, and what makes a record.
+//! Records inside expressions and functions: fields, and what makes a record.
 
 use hyd_instance::class::elements;
-use hyd_instance::record::{Field, field, making_call};
-use hyd_instance::{LocalClass, Resolved, ScalarType, Scope};
+use hyd_instance::{Resolved, Scope};
 use hyd_source::Code;
-use hyd_syntax::tree::{ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name};
+use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Direction, Element, Expr, ExprKind, Ident, Name, Variability};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -35,10 +34,9 @@ impl Flattener<'_, '_> {
                 let children = self.tree.instances[last].children.clone();
                 let names: Vec<Name> = children.iter().map(|&c| self.tree.instances[c].name.clone()).collect();
                 let mut fields = Vec::with_capacity(names.len());
-                for (position, name) in names.iter().enumerate() {
-                    if let Field::Expr(value) = field(expr, name, position, true) {
-                        fields.push((name.clone(), self.local_value(&value, cx)?));
-                    }
+                for name in names {
+                    let value = self.tree.field_of(cx.scope, expr, &name)?;
+                    fields.push((name, self.local_value(&value, cx)?));
                 }
                 let shape = self.steps_shape(&steps, cx)?;
                 Ok(Some(if shape.is_empty() { Local::Record(fields) } else { Local::Records(fields, shape) }))
@@ -49,8 +47,17 @@ impl Flattener<'_, '_> {
                 [Some(only)] => self.as_record(only, cx),
                 _ => Ok(None),
             },
+            ExprKind::Call(function, Arguments::List { positional, .. })
+                if self.predefined(function, cx) == Some("fill") =>
+            {
+                self.filled_records(expr.span, positional, cx)
+            }
             ExprKind::Call(function, arguments) if self.makes_record(function, cx)? => {
                 self.call(expr.span, function, arguments, cx).map(Some)
+            }
+            ExprKind::Field(record, name) => {
+                let field = self.field_value(record, name, cx)?;
+                Ok(matches!(field, Local::Record(_) | Local::Records(..)).then_some(field))
             }
             _ => Ok(None),
         }
@@ -81,8 +88,7 @@ impl Flattener<'_, '_> {
 
     /// True for constructors of records and functions whose first output is of a class, not of a predefined type.
     pub(crate) fn makes_record(&mut self, function: &ComponentRef, cx: &Context) -> Result<bool, Fail> {
-        let simple = function.parts.len() == 1 && !function.global;
-        if simple && crate::call::is_predefined(&function.parts[0].name.name) {
+        if self.predefined(function, cx).is_some() {
             return Ok(false);
         }
         let (local, def) = self.called_class(function, cx)?;
@@ -106,72 +112,58 @@ impl Flattener<'_, '_> {
         Ok(false)
     }
 
-    /// The record of a constructor call, fields not given from the declarations.
-    pub(crate) fn construct(&mut self, local: &LocalClass, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
-        self.tree.check_constructor(local.class, expr)?;
-        let shape = self.tree.table.shape(local.class)?;
-        let inst = self.tree.package_of(local)?;
-        let mut fields: Vec<(Name, Local)> = Vec::new();
-        for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            let Element::Component(declaration) = &elements(&owner)[element.position as usize] else { continue };
-            let value = match field(expr, &element.name, position, true) {
-                Field::Expr(value) => {
-                    let local = self.local_value(&value, cx)?;
-                    let named = (Scope { inst, frame: element.frame }, declaration);
-                    self.claim_field(value.span, named, &owner.name.name, local, cx)
-                }
-                _ => {
-                    let mut own = Context { depth: cx.depth + 1, ..Context::new(Scope { inst, frame: element.frame }) };
-                    own.names.clone_from(&fields);
-                    match &declaration.modification.binding {
-                        Some(default) => self.local_value(&default.clone(), &mut own)?,
-                        None => {
-                            let message = format!("the field `{}` has no value", element.name);
-                            return Err(self.error(Code::BadArguments, expr.span, message));
-                        }
-                    }
-                }
-            };
-            fields.push((element.name.clone(), value));
+    /// The fields of both sides of an equation between records, in pairs; `None` if neither side is a component that is one.
+    /// Fields that are constants or final have their values from elsewhere.
+    pub(crate) fn record_pairs(
+        &mut self,
+        left: &Expr,
+        right: &Expr,
+        cx: &mut Context,
+    ) -> Result<Option<Vec<(Expr, Expr)>>, Fail> {
+        let fields = match self.record_fields(left, cx) {
+            Some(fields) => fields,
+            None => match self.record_fields(right, cx) {
+                Some(fields) => fields,
+                None => return Ok(None),
+            },
+        };
+        self.tree.check_record(cx.scope, left)?;
+        self.tree.check_record(cx.scope, right)?;
+        let mut pairs = Vec::with_capacity(fields.len());
+        for name in fields {
+            let left = self.tree.field_of(cx.scope, left, &name)?;
+            pairs.push((left, self.tree.field_of(cx.scope, right, &name)?));
         }
-        Ok(Local::Record(fields))
+        Ok(Some(pairs))
     }
 
-    /// The fields of a record-valued expression as expressions; `None` if it is no record.
-    pub(crate) fn record_fields(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Vec<Name>>, Fail> {
-        match &expr.kind {
-            ExprKind::Ref(reference) => {
-                if cx.local(&reference.parts[0].name.name).is_some() {
-                    return Ok(None);
-                }
-                let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) else { return Ok(None) };
-                let last = &self.tree.instances[steps[steps.len() - 1].0];
-                if last.kind != ClassKind::Record {
-                    return Ok(None);
-                }
-                Ok(Some(last.children.iter().map(|&c| self.tree.instances[c].name.clone()).collect()))
-            }
-            _ => Ok(None),
+    /// The fields that an equation determines, of a component that is a record.
+    fn record_fields(&mut self, expr: &Expr, cx: &mut Context) -> Option<Vec<Name>> {
+        let ExprKind::Ref(reference) = &expr.kind else { return None };
+        if cx.local(&reference.parts[0].name.name).is_some() {
+            return None;
         }
-    }
-
-    /// True if calls that make the record in `expr` are constructors.
-    pub(crate) fn by_constructor(&mut self, expr: &Expr, cx: &Context) -> Result<bool, Fail> {
-        match making_call(expr) {
-            None => Ok(true),
-            Some(function) => {
-                let function = function.clone();
-                Ok(self.called_class(&function, cx)?.1.kind != ClassKind::Function)
-            }
+        let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) else { return None };
+        let last = &self.tree.instances[steps[steps.len() - 1].0];
+        if last.kind != ClassKind::Record {
+            return None;
         }
+        let whole = last.variability;
+        let open = |child: &&hyd_instance::InstId| {
+            let child = &self.tree.instances[**child];
+            let is_final = child.primitive.as_ref().is_some_and(|p| p.is_final);
+            child.variability == whole || child.variability > Variability::Parameter || {
+                child.variability == Variability::Parameter && !is_final
+            }
+        };
+        Some(last.children.iter().filter(open).map(|&c| self.tree.instances[c].name.clone()).collect())
     }
 
     /// `call.field`
     pub(crate) fn lower_field(
         &mut self,
         record: &Expr,
-        name: &Name,
+        name: &Ident,
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
@@ -179,31 +171,18 @@ impl Flattener<'_, '_> {
         self.element_of_local(record.span, &local, index)
     }
 
-    pub(crate) fn field_value(&mut self, record: &Expr, name: &Name, cx: &mut Context) -> Result<Local, Fail> {
+    pub(crate) fn field_value(&mut self, record: &Expr, name: &Ident, cx: &mut Context) -> Result<Local, Fail> {
+        if let Some(field) = self.field_of_constructor(record, name, cx)? {
+            return Ok(field);
+        }
         let value = self.local_value(record, cx)?;
         let fields = self.fields_of(record.span, value)?;
-        match fields.into_iter().find(|(n, _)| n == name) {
+        match fields.into_iter().find(|(n, _)| *n == name.name) {
             Some((_, local)) => Ok(local),
-            None => Err(self.error(Code::TypeMismatch, record.span, format!("the record has no field `{name}`"))),
+            None => {
+                let message = format!("the record has no field `{}`", name.name);
+                Err(self.error(Code::TypeMismatch, record.span, message))
+            }
         }
-    }
-
-    /// A local record before its fields are set.
-    pub(crate) fn empty_record(&mut self, component: &Component, inner: &mut Context) -> Result<Option<Local>, Fail> {
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
-            return Ok(None);
-        }
-        let mark = self.tree.table.diagnostics.len();
-        let sizes = self.local_sizes(component, inner)?;
-        let zero = self.literal(0.0, ScalarType::Real);
-        if let Ok(form) = self.declared_form(component, sizes, inner) {
-            return Ok(Some(form.local(&mut std::iter::repeat(zero.node))));
-        }
-        // Fields whose sizes are not known here get them when they are assigned.
-        self.tree.table.diagnostics.truncate(mark);
-        let shape = self.tree.table.shape(local.class)?;
-        let fields = shape.elements.iter().filter(|e| e.component).map(|e| (e.name.clone(), Local::Node(zero.clone())));
-        Ok(Some(Local::Record(fields.collect())))
     }
 }

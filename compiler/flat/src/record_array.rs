@@ -5,11 +5,13 @@
 //! subscripts computed in the run are those of plain arrays.
 
 use hyd_source::{Code, Span};
-use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Iterator, Name};
+use hyd_instance::Resolved;
+use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Iterator, Name};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
+use crate::lower::MAX_TERMS;
 
 type Fields = Vec<(Name, Local)>;
 
@@ -100,8 +102,12 @@ impl Flattener<'_, '_> {
                 all
             }
             ExprKind::ArrayFor(body, iterators) => {
-                let Some(function) = hyd_instance::record::making_call(body) else { return Ok(None) };
-                if !self.makes_record(&function.clone(), cx)? {
+                let mark = cx.names.len();
+                let hidden = |i: &Iterator| (i.name.name.clone(), Local::Index(Affine::constant(1)));
+                cx.names.extend(iterators.iter().map(hidden));
+                let record = self.is_record(body, cx);
+                cx.names.truncate(mark);
+                if !record? {
                     return Ok(None);
                 }
                 return self.records_for(body, iterators, cx).map(Some);
@@ -109,6 +115,107 @@ impl Flattener<'_, '_> {
             _ => return Ok(None),
         };
         if all.is_empty() { Ok(None) } else { self.stacked(expr.span, all).map(Some) }
+    }
+
+    /// True if the value of an expression is a record or an array of records, as far as the text says.
+    fn is_record(&mut self, expr: &Expr, cx: &mut Context) -> Result<bool, Fail> {
+        Ok(match &expr.kind {
+            ExprKind::Ref(reference) => {
+                if !reference.global
+                    && let Some(mut local) = cx.local(&reference.parts[0].name.name)
+                {
+                    for part in &reference.parts[1..] {
+                        let (Local::Record(fields) | Local::Records(fields, _)) = local else { return Ok(false) };
+                        let Some((_, field)) = fields.iter().find(|(n, _)| *n == part.name.name) else {
+                            return Ok(false);
+                        };
+                        local = field;
+                    }
+                    return Ok(matches!(local, Local::Record(_) | Local::Records(..)));
+                }
+                match self.tree.resolve(cx.scope, reference)? {
+                    Resolved::Variable(steps) => self.tree.instances[steps[steps.len() - 1].0].kind == ClassKind::Record,
+                    _ => false,
+                }
+            }
+            ExprKind::Call(function, Arguments::List { positional, .. }) => match self.predefined(function, cx) {
+                Some("fill") => positional.first().map_or(Ok(false), |first| self.is_record(first, cx))?,
+                Some(_) => false,
+                None => self.makes_record(function, cx)?,
+            },
+            ExprKind::Array(items) => items.first().map_or(Ok(false), |first| self.is_record(first, cx))?,
+            ExprKind::If(_, otherwise) => self.is_record(otherwise, cx)?,
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.is_record(only, cx)?,
+                _ => false,
+            },
+            ExprKind::ArrayFor(body, iterators) => {
+                let mark = cx.names.len();
+                let hidden = |i: &Iterator| (i.name.name.clone(), Local::Index(Affine::constant(1)));
+                cx.names.extend(iterators.iter().map(hidden));
+                let record = self.is_record(body, cx);
+                cx.names.truncate(mark);
+                record?
+            }
+            ExprKind::Field(record, name) => {
+                matches!(self.field_value(record, name, cx)?, Local::Record(_) | Local::Records(..))
+            }
+            _ => false,
+        })
+    }
+
+    /// `fill(r, n, m)` of a record; `None` of something else.
+    pub(crate) fn filled_records(
+        &mut self,
+        span: Span,
+        list: &[Expr],
+        cx: &mut Context,
+    ) -> Result<Option<Local>, Fail> {
+        let [record, sizes @ ..] = list else { return Ok(None) };
+        if !self.is_record(record, cx)? {
+            return Ok(None);
+        }
+        let Some(mut value) = self.as_record(record, cx)? else { return Ok(None) };
+        for size in sizes.iter().rev() {
+            let count = self.affine(size, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+            let Some(count) = usize::try_from(count).ok().filter(|&count| count <= MAX_TERMS) else {
+                let message = format!("the size {count} is negative or above {MAX_TERMS}");
+                return Err(self.error(Code::ArrayShape, size.span, message));
+            };
+            value = self.stacked(span, vec![value; count])?;
+        }
+        Ok(Some(value))
+    }
+
+    /// The part of a value at subscripts from 1 of its first dimensions.
+    pub(crate) fn part_of(&mut self, span: Span, value: Local, at: &[usize]) -> Result<Local, Fail> {
+        if at.is_empty() {
+            return Ok(value);
+        }
+        let offset = |shape: &[usize]| {
+            let inside = at.len() <= shape.len() && at.iter().zip(shape).all(|(&k, &size)| k >= 1 && k <= size);
+            inside.then(|| at.iter().zip(shape).fold(0, |all, (&k, &size)| all * size + k - 1))
+        };
+        match value {
+            Local::Array(items, shape) if offset(&shape).is_some() => {
+                let inner = shape[at.len()..].to_vec();
+                let (count, first) = (inner.iter().product::<usize>(), offset(&shape).unwrap_or(0));
+                let part = items[first * count..(first + 1) * count].to_vec();
+                match (inner.is_empty(), part.first()) {
+                    (true, Some(only)) => Ok(Local::Node(only.clone())),
+                    _ => Ok(Local::array(part, inner)),
+                }
+            }
+            Local::Records(fields, shape) if offset(&shape).is_some() => {
+                let mut parts = Vec::with_capacity(fields.len());
+                for (name, field) in fields {
+                    parts.push((name, self.part_of(span, field, at)?));
+                }
+                let inner = shape[at.len()..].to_vec();
+                Ok(if inner.is_empty() { Local::Record(parts) } else { Local::Records(parts, inner) })
+            }
+            _ => Err(self.error(Code::ArrayShape, span, "this gives too few elements to an array of records")),
+        }
     }
 
     /// The last iterator is the outermost (10.4.1).
@@ -131,7 +238,7 @@ impl Flattener<'_, '_> {
     }
 
     /// Values of one kind as an array with one dimension more.
-    fn stacked(&mut self, span: Span, all: Vec<Local>) -> Result<Local, Fail> {
+    pub(crate) fn stacked(&mut self, span: Span, all: Vec<Local>) -> Result<Local, Fail> {
         let count = all.len();
         let longer = |shape: &[usize]| std::iter::once(count).chain(shape.iter().copied()).collect::<Vec<_>>();
         let Some(first) = all.first().cloned() else {

@@ -68,12 +68,20 @@ impl Flattener<'_, '_> {
     fn lower_local(&mut self, reference: &ComponentRef, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
         let (local, subscripts) = self.leaf_of_path(reference, cx)?;
         match local {
-            Local::Index(affine) if affine.as_constant().is_none() => {
-                let slot = self.slots.slot(SlotKey::Number(affine));
-                Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
-            }
+            Local::Index(_) if index.is_empty() => self.node_of_index(reference.span, &local),
             Local::Array(items, shape) => self.array_element(reference.span, &items, &shape, &subscripts, cx, index),
             other => self.element_of_local(reference.span, &other, index),
+        }
+    }
+
+    /// The value of a loop variable, which may change with the counters.
+    pub(crate) fn node_of_index(&mut self, span: Span, local: &Local) -> Result<Typed, Fail> {
+        match local {
+            Local::Index(affine) if affine.as_constant().is_none() => {
+                let slot = self.slots.slot(SlotKey::Number(affine.clone()));
+                Ok(Typed { node: self.model.templates.arena.slot(slot), scalar: ScalarType::Integer })
+            }
+            other => self.as_node(span, other),
         }
     }
 

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use hyd_instance::record::{Field, field};
 use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
@@ -188,23 +187,13 @@ impl Flattener<'_, '_> {
         // Loop variables are no records, and hide components of their name.
         let hidden = |i: &&Iterator| (i.name.name.clone(), Local::Index(Affine::constant(0)));
         probe.names.extend(loops.iterators.iter().map(hidden));
-        let fields = match self.record_fields(left, &mut probe) {
-            Ok(Some(fields)) => fields,
-            _ => match self.record_fields(right, &mut probe) {
-                Ok(Some(fields)) => fields,
-                _ => return false,
-            },
+        let pairs = match self.record_pairs(left, right, &mut probe) {
+            Ok(Some(pairs)) => pairs,
+            Ok(None) => return false,
+            Err(_) => return true,
         };
-        let constructors = (self.by_constructor(left, &probe), self.by_constructor(right, &probe));
-        let (Ok(by_left), Ok(by_right)) = constructors else { return true };
-        for (position, name) in fields.iter().enumerate() {
-            match (field(left, name, position, by_left), field(right, name, position, by_right)) {
-                (Field::Expr(l), Field::Expr(r)) => self.equal(equation, &l, &r, scope, loops, initial),
-                _ => {
-                    let message = format!("the field `{name}` has no value on one side of this equation");
-                    let _ = self.error(Code::TypeMismatch, equation.span, message);
-                }
-            }
+        for (l, r) in pairs {
+            self.equal(equation, &l, &r, scope, loops, initial);
         }
         true
     }
@@ -252,10 +241,10 @@ impl Flattener<'_, '_> {
         origin: &Origin,
     ) -> Result<(), Fail> {
         if let Local::Record(fields) | Local::Records(fields, _) = value {
-            for (position, (name, inner)) in fields.iter().enumerate() {
-                if let Field::Expr(part) = field(target, name, position, true) {
-                    self.equal_output(equation, (&part, right), inner, cx, initial, origin)?;
-                }
+            self.tree.check_record(cx.scope, target)?;
+            for (name, inner) in fields {
+                let part = self.tree.field_of(cx.scope, target, name)?;
+                self.equal_output(equation, (&part, right), inner, cx, initial, origin)?;
             }
             return Ok(());
         }

@@ -61,8 +61,8 @@ impl Flattener<'_, '_> {
                 shape.extend(inner?);
                 Ok(shape)
             }
-            ExprKind::Field(record, name) => Ok(match self.field_value(record, &name.name, cx)? {
-                Local::Array(_, shape) => shape,
+            ExprKind::Field(record, name) => Ok(match self.field_value(record, name, cx)? {
+                Local::Array(_, shape) | Local::Records(_, shape) => shape,
                 _ => Vec::new(),
             }),
             ExprKind::Matrix(rows) => self.shape_of_matrix(rows, cx),

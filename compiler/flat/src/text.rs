@@ -25,6 +25,7 @@ impl Flattener<'_, '_> {
             ExprKind::Call(function, _) => {
                 function.parts.len() == 1 && function.parts[0].name.name.as_ref() == "String"
             }
+            ExprKind::Field(record, name) => self.tree.is_text_field(cx.scope, record, &name.name),
             ExprKind::Ref(reference) => {
                 if !reference.global
                     && let Some(local) = cx.local(&reference.parts[0].name.name)

@@ -12,6 +12,7 @@ use hyd_syntax::tree::{ClassKind, Component, Element, Name, Variability};
 use rustc_hash::FxHashMap;
 
 use crate::class::{ClassId, ClassTable, elements};
+use crate::constructor::Input;
 use crate::instance::{InstId, Instance, Instances, Known, LocalClass, Scope};
 use crate::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
 use crate::shape::{Shape, ShapeElement};
@@ -40,6 +41,10 @@ pub struct InstanceTree<'s> {
     pub overrides: Vec<Override>,
     pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
+    /// Arguments of the constructors of records.
+    pub(crate) constructors: FxHashMap<(ClassId, Option<InstId>), Rc<[Input]>>,
+    /// Names of functions of the language that were looked for around a class and its text.
+    pub(crate) declared_names: FxHashMap<(ClassId, ClassId, Name), bool>,
     pub(crate) depth: usize,
     /// Values being computed, with the places that ask for them.
     pub(crate) open_values: Vec<(InstId, Span)>,
@@ -66,6 +71,8 @@ pub fn instantiate<'s>(
         overrides,
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
+        constructors: FxHashMap::default(),
+        declared_names: FxHashMap::default(),
         depth: 0,
         open_values: Vec::new(),
         evaluating: 0,

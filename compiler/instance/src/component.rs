@@ -195,7 +195,7 @@ impl InstanceTree<'_> {
         }
         self.check_class(inst, local.class, declaration)?;
         self.instances[inst].kind = def.kind;
-        self.take_apart(&mut mods, &shape)?;
+        self.take_apart(&local, &mut mods, outside, &shape)?;
         self.instances[inst].shape = Some(shape);
         self.depth += 1;
         let result = self.instantiate_members(inst, &mods, outside);

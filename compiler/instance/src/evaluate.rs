@@ -4,7 +4,7 @@
 //! parameter asked for here becomes structural: it cannot change on the translated model.
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp};
+use hyd_syntax::tree::{Arguments, BinaryOp, ClassKind, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp};
 
 use crate::build::InstanceTree;
 use crate::builtin::{builtin, is_known};
@@ -138,10 +138,7 @@ impl InstanceTree<'_> {
                     Err(Reported)
                 }
             },
-            ExprKind::Field(..) => {
-                self.not_structural(expr.span, "the result of a function cannot be computed before the run".into());
-                Err(Reported)
-            }
+            ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
             ExprKind::Colon => {
                 self.no_meaning(expr.span, "`:` is not a value".into());
                 Err(Reported)
@@ -171,8 +168,12 @@ impl InstanceTree<'_> {
             Some(step) => self.evaluate(step, scope, env)?,
             None => Value::Integer(1),
         };
+        if by.as_real() == Some(0.0) {
+            self.table.report(Diagnostic::error(Code::Value, "the step of this range is zero").at(span, ""));
+            return Err(Reported);
+        }
         let items: Option<Vec<Value>> = match (&first, &by, &last) {
-            (Value::Integer(a), Value::Integer(s), Value::Integer(b)) if *s != 0 => {
+            (Value::Integer(a), Value::Integer(s), Value::Integer(b)) => {
                 let (distance, step) = (i128::from(*b) - i128::from(*a), i128::from(*s));
                 let backwards = distance != 0 && (distance > 0) != (step > 0);
                 let count = if backwards { 0 } else { distance / step + 1 };
@@ -187,8 +188,8 @@ impl InstanceTree<'_> {
                 Some([false, true].into_iter().filter(|v| *a <= *v && *v <= *b).map(Value::Boolean).collect())
             }
             _ => match (first.as_real(), by.as_real(), last.as_real()) {
-                (Some(a), Some(s), Some(b)) if s != 0.0 => {
-                    let count = (((b - a) / s + 1e-10).floor() + 1.0).max(0.0);
+                (Some(a), Some(s), Some(b)) => {
+                    let count = crate::value::count_of_reals(a, s, b);
                     (count <= MAX_VALUES as f64)
                         .then(|| (0..count as usize).map(|k| Value::Real(a + k as f64 * s)).collect())
                 }
@@ -247,8 +248,19 @@ impl InstanceTree<'_> {
         if !reference.global
             && let Some(value) = env.get(&reference.parts[0].name.name)
         {
-            let value = value.clone();
-            return self.subscript(reference.span, value, &reference.parts[0].subscripts, scope, env);
+            let mut value = value.clone();
+            for (k, part) in reference.parts.iter().enumerate() {
+                let mut subscripts = Vec::new();
+                if k > 0 {
+                    // Subscripts of a field stand behind those that the record kept.
+                    let all = Expr { kind: ExprKind::Colon, span: reference.span };
+                    subscripts = vec![all; if part.subscripts.is_empty() { 0 } else { value.shape().len() }];
+                    value = self.field_of_value(reference.span, &value, &part.name)?;
+                }
+                subscripts.extend(part.subscripts.iter().cloned());
+                value = self.subscript(reference.span, value, &subscripts, scope, env)?;
+            }
+            return Ok(value);
         }
         if crate::size::names_boolean(reference) {
             return Ok(Value::array(vec![Value::Boolean(false), Value::Boolean(true)]));
@@ -275,7 +287,7 @@ impl InstanceTree<'_> {
         }
     }
 
-    fn evaluate_steps(
+    pub(crate) fn evaluate_steps(
         &mut self,
         span: Span,
         steps: &[(InstId, &[Expr])],
@@ -283,6 +295,10 @@ impl InstanceTree<'_> {
         env: &Env,
     ) -> Result<Value, Reported> {
         let (last, _) = steps[steps.len() - 1];
+        let instance = &self.instances[last];
+        if instance.primitive.is_none() && instance.kind == ClassKind::Record && !self.is_broken(last) {
+            return self.value_of_record(span, steps, scope, env);
+        }
         let value = self.value_of(last, span)?;
         let spread = self.instances[last]
             .primitive
@@ -384,7 +400,7 @@ impl InstanceTree<'_> {
         let mut values = Vec::new();
         match arguments {
             Arguments::List { positional, named } => {
-                if !is_known(&name) {
+                if !is_known(&name) || self.predefined(scope, function).is_none() {
                     return match self.call_function(span, function, positional, named, scope, env)? {
                         Some(outputs) => outputs.into_iter().next().ok_or(Reported),
                         None => {

@@ -1,8 +1,7 @@
 //! Functions of the user computed at translation: their algorithms run over values.
 //!
 //! A call with known arguments in a size, a condition, an attribute or a constant is computed here (Modelica 3.6, chapter 12).
-//! The run is bounded in work (`work`) and in depth of calls, so that a mistake ends in a message.  Arguments and locals are
-//! scalars, arrays and strings; records have no value at translation.
+//! The run is bounded in work (`work`) and in depth of calls, so that a mistake ends in a message.
 
 use std::sync::Arc;
 
@@ -21,7 +20,7 @@ use crate::value::Value;
 use crate::work::{ELEMENT, STATEMENT, volume};
 
 /// Deepest nesting of calls at translation.
-const MAX_CALLS: usize = 128;
+pub(crate) const MAX_CALLS: usize = 128;
 
 /// Arguments of a call and where they are evaluated.
 struct Given<'a> {
@@ -29,6 +28,12 @@ struct Given<'a> {
     named: &'a [(hyd_syntax::tree::Ident, Expr)],
     scope: Scope,
     env: &'a Env,
+}
+
+/// A part of what is assigned to: a name and the positions in each dimension.
+struct Part {
+    name: Name,
+    positions: Vec<(Span, Value)>,
 }
 
 /// How a list of statements ended.
@@ -52,13 +57,15 @@ impl InstanceTree<'_> {
     ) -> Result<Option<Vec<Value>>, Reported> {
         let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
         let def = self.table.class(local.class).def.clone();
+        if def.kind == ClassKind::Record {
+            let record = self.constructed_value(&local, span, (positional, named), (scope, env), None)?;
+            return Ok(Some(vec![record]));
+        }
         if def.kind != ClassKind::Function {
             return Ok(None);
         }
         if env.calls >= MAX_CALLS {
-            let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.too_deep(span));
         }
         let shape = self.table.shape(local.class)?;
         let inst = self.package_of(&local)?;
@@ -83,6 +90,12 @@ impl InstanceTree<'_> {
             }
         }
         self.outputs_of(span, &def.name.name, &components, &inner).map(Some)
+    }
+
+    pub(crate) fn too_deep(&mut self, span: Span) -> Reported {
+        let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
+        self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
+        Reported
     }
 
     /// Components of a function with the frame in which each is declared.
@@ -156,8 +169,16 @@ impl InstanceTree<'_> {
         Ok(outputs)
     }
 
-    /// An array before its elements are set; nothing for a scalar, which must be set before it is read.
-    fn unset(&mut self, component: &Component, scope: Scope, env: &Env) -> Result<Option<Value>, Reported> {
+    /// An array before its elements are set, or a record; nothing for a scalar, which must be set before it is read.
+    pub(crate) fn unset(
+        &mut self,
+        component: &Component,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Option<Value>, Reported> {
+        if let Some(record) = self.unset_record(component, scope, env)? {
+            return Ok(Some(record));
+        }
         let (Some(first), Some(last)) = (component.dims.first(), component.dims.last()) else { return Ok(None) };
         let span = first.span.to(last.span);
         let zero = match component.class.parts[0].name.as_ref() {
@@ -166,21 +187,44 @@ impl InstanceTree<'_> {
             "String" => Value::Text("".into()),
             _ => Value::Real(0.0),
         };
-        let mut sizes = Vec::with_capacity(component.dims.len());
-        for dim in &component.dims {
-            if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
-                return Ok(None);
-            }
-            sizes.extend(self.evaluate(dim, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok()));
+        if component.dims.iter().any(|dim| matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon)) {
+            return Ok(None);
         }
-        let Some(count) = volume(&sizes).filter(|_| sizes.len() == component.dims.len()) else {
-            let message = format!("the size of `{}` is not a whole number in range", component.name.name);
-            self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-            return Err(Reported);
-        };
+        let sizes = self.local_sizes(component, scope, env)?;
+        let count = volume(&sizes).unwrap_or(0);
         self.spend(ELEMENT * count as u64, span)?;
         let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
         Ok(Some(value))
+    }
+
+    /// The sizes of a variable of a function.
+    pub(crate) fn local_sizes(
+        &mut self,
+        component: &Component,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Vec<usize>, Reported> {
+        let mut sizes = Vec::with_capacity(component.dims.len());
+        for dim in &component.dims {
+            let size = match self.evaluate(dim, scope, env)? {
+                Value::Integer(k) => usize::try_from(k).ok(),
+                // An enumeration or Boolean as a size: one element per value.
+                Value::Array(items)
+                    if items.iter().all(|v| matches!(v, Value::Enumeration(..) | Value::Boolean(_))) =>
+                {
+                    Some(items.len())
+                }
+                _ => None,
+            };
+            sizes.extend(size);
+        }
+        if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
+            let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
+            let message = format!("the size of `{}` is not a whole number in range", component.name.name);
+            self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+            return Err(Reported);
+        }
+        Ok(sizes)
     }
 
     fn run_statements(&mut self, statements: &[Statement], scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
@@ -326,42 +370,73 @@ impl InstanceTree<'_> {
         Ok(Flow::Next)
     }
 
-    /// `a := v`, `a[i] := v`, `a[1:2, :] := v`.
+    /// `a := v`, `a[i] := v`, `a[1:2, :] := v`, `r[i].a := v`.
     fn set_local(&mut self, target: &ComponentRef, value: Value, scope: Scope, env: &mut Env) -> Result<(), Reported> {
         let name: &Name = &target.parts[0].name.name;
-        if target.parts.len() > 1 {
-            let message = "records cannot be computed before the run";
-            self.table.report(Diagnostic::error(Code::NotStructural, message).at(target.span, ""));
-            return Err(Reported);
-        }
-        let at = env.names.iter().rposition(|(n, _)| n == name);
-        let subscripts = &target.parts[0].subscripts;
-        let Some(at) = at.filter(|_| !subscripts.is_empty()) else {
-            match at {
-                // A Real stays a Real when it is set to a whole number.
-                Some(at) => {
-                    let real = matches!(env.names[at].1.first(), Some(Value::Real(_)));
-                    env.names[at].1 = if real { widen(value) } else { value };
-                }
-                None => env.names.push((name.clone(), value)),
+        let Some(at) = env.names.iter().rposition(|(n, _)| n == name) else {
+            if target.parts.len() == 1 && target.parts[0].subscripts.is_empty() {
+                env.names.push((name.clone(), value));
+                return Ok(());
             }
-            return Ok(());
+            let message = format!("`{name}` has no value yet that a part could be set of");
+            self.table.report(Diagnostic::error(Code::NoValue, message).at(target.span, ""));
+            return Err(Reported);
         };
         // Subscripts may read the array that is written to.
-        let sizes = env.names[at].1.shape();
-        let mut positions = Vec::with_capacity(subscripts.len());
-        for (k, subscript) in subscripts.iter().enumerate() {
-            let Some(&size) = sizes.get(k) else {
-                self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(target.span, ""));
-                return Err(Reported);
-            };
-            positions.push((subscript.span, self.positions_of(subscript, size, scope, env)?));
+        let mut parts = Vec::with_capacity(target.parts.len());
+        let mut place = Some(env.names[at].1.clone());
+        for (k, part) in target.parts.iter().enumerate() {
+            if k > 0 {
+                place = place.as_ref().and_then(|value| value.first()?.field(&part.name.name));
+            }
+            let sizes = place.as_ref().map_or_else(Vec::new, Value::shape);
+            let mut positions = Vec::with_capacity(part.subscripts.len());
+            for (k, subscript) in part.subscripts.iter().enumerate() {
+                let Some(&size) = sizes.get(k) else {
+                    self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(target.span, ""));
+                    return Err(Reported);
+                };
+                positions.push((subscript.span, self.positions_of(subscript, size, scope, env)?));
+            }
+            parts.push(Part { name: part.name.name.clone(), positions });
         }
-        self.set_elements(target.span, &mut env.names[at].1, &positions, value)
+        self.set_elements(target.span, &mut env.names[at].1, &parts[0].positions, &parts[1..], value)
+    }
+
+    /// Sets a field of a record, or of each record of an array.
+    fn set_field(
+        &mut self,
+        span: Span,
+        whole: &mut Value,
+        field: &Part,
+        inner: &[Part],
+        value: Value,
+    ) -> Result<(), Reported> {
+        match (whole, value) {
+            (Value::Record(fields), value) => {
+                let fields = Arc::make_mut(fields);
+                match fields.iter_mut().find(|(name, _)| *name == field.name) {
+                    Some((_, old)) => self.set_elements(span, old, &field.positions, inner, value),
+                    None if field.positions.is_empty() && inner.is_empty() => {
+                        fields.push((field.name.clone(), value));
+                        Ok(())
+                    }
+                    None => Err(self.no_meaning(span, format!("the field `{}` has no value yet", field.name))),
+                }
+            }
+            (Value::Array(items), Value::Array(values)) if items.len() == values.len() => {
+                let items = Arc::make_mut(items).iter_mut().zip(values.iter());
+                for (item, value) in items {
+                    self.set_field(span, item, field, inner, value.clone())?;
+                }
+                Ok(())
+            }
+            _ => Err(self.no_meaning(span, format!("there is no field `{}` of this size to set", field.name))),
+        }
     }
 
     /// What a subscript names of a dimension: one position from 1 or an array of them.
-    fn positions_of(&mut self, subscript: &Expr, size: usize, scope: Scope, env: &Env) -> Result<Value, Reported> {
+    pub(crate) fn positions_of(&mut self, subscript: &Expr, size: usize, scope: Scope, env: &Env) -> Result<Value, Reported> {
         if matches!(subscript.kind, hyd_syntax::tree::ExprKind::Colon) {
             return Ok(Value::array((1..=size as i64).map(Value::Integer).collect()));
         }
@@ -375,11 +450,15 @@ impl InstanceTree<'_> {
         span: Span,
         whole: &mut Value,
         positions: &[(Span, Value)],
+        inner: &[Part],
         value: Value,
     ) -> Result<(), Reported> {
         let Some(((place_of, first), rest)) = positions.split_first() else {
-            let real = matches!(whole, Value::Real(_));
-            *whole = if real { widen(value) } else { value };
+            if let Some((field, deeper)) = inner.split_first() {
+                return self.set_field(span, whole, field, deeper, value);
+            }
+            // A Real stays a Real when it is set to a whole number, and so do the fields of a record.
+            *whole = like(whole, value);
             return Ok(());
         };
         let Value::Array(items) = whole else {
@@ -399,7 +478,7 @@ impl InstanceTree<'_> {
                 .and_then(|k| usize::try_from(k).ok())
                 .and_then(|k| Arc::make_mut(items).get_mut(k))
             {
-                Some(item) => tree.set_elements(span, item, rest, value),
+                Some(item) => tree.set_elements(span, item, rest, inner, value),
                 None => {
                     let message = format!("subscript {position} is outside 1..{count}");
                     tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(*place_of, ""));
@@ -419,6 +498,21 @@ impl InstanceTree<'_> {
             }
             (single, value) => place(self, single, value),
         }
+    }
+}
+
+/// A value in the place of another one: whole numbers become Real where that was Real.
+fn like(old: &Value, value: Value) -> Value {
+    match (old, value) {
+        (Value::Record(old), Value::Record(new)) => {
+            let field = |(name, value): &(Name, Value)| {
+                let before = old.iter().find(|(n, _)| n == name);
+                (name.clone(), before.map_or_else(|| value.clone(), |(_, before)| like(before, value.clone())))
+            };
+            Value::Record(Arc::new(new.iter().map(field).collect()))
+        }
+        (old, value) if matches!(old.first(), Some(Value::Real(_))) => widen(value),
+        (_, value) => value,
     }
 }
 

@@ -6,46 +6,51 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, did_you_mean};
-use hyd_syntax::tree::{ClassKind, Name, Variability};
+use hyd_syntax::tree::{ClassKind, ExprKind, Name, Variability};
 
 use crate::build::InstanceTree;
-use crate::instance::{InstId, Primitive, ScalarType};
-use crate::lookup::Resolved;
+use crate::instance::{InstId, LocalClass, Primitive, ScalarType};
 use crate::modifier::{Applied, AstMod, Mods, of_child};
-use crate::record::{Field, field, making_call};
 use crate::shape::Shape;
 
 impl InstanceTree<'_> {
-    /// Bindings of a component of a class (a record) become bindings of its fields.
-    pub(crate) fn take_apart(&mut self, mods: &mut Mods, shape: &Rc<Shape>) -> Result<(), Reported> {
-        for applied in mods.iter_mut() {
-            let Some(expr) = applied.tree.binding.clone() else { continue };
-            let constructor = match making_call(&expr).cloned() {
-                None => true,
-                Some(function) => match self.resolve(applied.scope, &function)? {
-                    Resolved::Class(local) if self.table.class(local.class).def.kind == ClassKind::Function => false,
-                    Resolved::Class(local) => {
-                        self.check_constructor(local.class, &expr)?;
-                        true
-                    }
-                    _ => true,
-                },
-            };
-            let mut children = applied.tree.children.clone();
-            for (position, element) in shape.elements.iter().filter(|e| e.component).enumerate() {
-                match field(&expr, &element.name, position, constructor) {
-                    Field::Expr(value) => {
-                        children.push((element.name.clone(), Arc::new(AstMod::of_binding(value))));
-                    }
-                    Field::Default => {}
-                    Field::Unknown => {
-                        let message =
-                            "a value of a record must be a record, its constructor, or a function that gives one";
-                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                        return Err(Reported);
-                    }
+    /// Bindings of a component of a class (a record) become bindings of its fields.  The first `outside` modifications are not
+    /// those of the class itself.
+    pub(crate) fn take_apart(
+        &mut self,
+        local: &LocalClass,
+        mods: &mut Mods,
+        outside: usize,
+        shape: &Rc<Shape>,
+    ) -> Result<(), Reported> {
+        if mods.iter().all(|applied| applied.tree.binding.is_none()) {
+            return Ok(());
+        }
+        let record = self.table.class(local.class).def.kind == ClassKind::Record;
+        let inputs = if record { Some(self.inputs_of_constructor(local)?) } else { None };
+        // What is final keeps its value.
+        let open = |name: &Name| inputs.as_ref().is_none_or(|inputs| inputs.iter().any(|input| input.name == *name));
+        for k in 0..mods.len() {
+            let Some(expr) = mods[k].tree.binding.clone() else { continue };
+            let scope = mods[k].scope;
+            self.check_record(scope, &expr)?;
+            let mut children = mods[k].tree.children.clone();
+            for element in shape.elements.iter().filter(|e| e.component && open(&e.name)) {
+                let name = &element.name;
+                let inner = mods.get(k + 1..outside).unwrap_or(&[]);
+                let said = |m: &Applied| m.tree.binding.is_some() || m.tree.children.iter().any(|(n, _)| n == name);
+                // The default of the declaration stays, and with it what it depends on.
+                if !inner.iter().any(said) && self.leaves_out(scope, &expr, local.class, name)? {
+                    continue;
                 }
+                let value = self.field_of(scope, &expr, name)?;
+                let said = children.iter().any(|(n, child)| n == name && child.binding.is_some());
+                if said && matches!(value.kind, ExprKind::Field(..)) {
+                    continue;
+                }
+                children.push((name.clone(), Arc::new(AstMod::of_binding(value))));
             }
+            let applied = &mut mods[k];
             applied.tree = Arc::new(AstMod {
                 binding: None,
                 each: applied.tree.each,

@@ -1,162 +1,160 @@
 //! Record values taken apart: the expression of one field of a record expression.
 //!
 //! A binding or an equation between records means one between their fields (Modelica 3.6, sections 4.9 and 12.6):
-//! `d = Data(a = 1)` gives `d.a = 1`, `d = e` gives `d.a = e.a`.
+//! `d = Data(a = 1)` gives `d.a = 1`, `d = e` gives `d.a = e.a`.  What has no name of its own, such as the default of a field that
+//! a constructor call leaves out, stays a field of the call.
 
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
+use hyd_source::{Code, Diagnostic, Reported};
+use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
 
 use crate::build::InstanceTree;
 use crate::class::ClassId;
-use crate::shape::{Shape, ShapeElement, is_builtin};
+use crate::instance::{LocalClass, Scope};
+use crate::lookup::Resolved;
 
-/// What is known of a field of a record expression.
-pub enum Field {
-    /// Its expression.
-    Expr(Expr),
-    /// The constructor does not name it: the default of the declaration stays.
-    Default,
-    /// The expression is of a kind that cannot be taken apart.
-    Unknown,
-}
-
-/// The call that makes the record, if there is one: it may be a constructor or a function.
-pub fn making_call(expr: &Expr) -> Option<&ComponentRef> {
-    match &expr.kind {
-        ExprKind::Call(function, _) => Some(function),
-        ExprKind::Array(items) => items.first().and_then(making_call),
-        ExprKind::ArrayFor(body, _) => making_call(body),
-        ExprKind::If(_, otherwise) => making_call(otherwise),
+/// The same expression with other parts where its values come from; `None` if it has no parts of that kind.
+/// `fills`: a call is one of `fill`, which repeats a record like any other value.
+fn with_parts(
+    expr: &Expr,
+    fills: bool,
+    part: &mut dyn FnMut(&Expr) -> Result<Expr, Reported>,
+) -> Result<Option<Expr>, Reported> {
+    let kind = match &expr.kind {
+        ExprKind::Array(items) => ExprKind::Array(items.iter().map(part).collect::<Result<_, _>>()?),
+        ExprKind::ArrayFor(body, iterators) => ExprKind::ArrayFor(Box::new(part(body)?), iterators.clone()),
+        ExprKind::If(branches, otherwise) => {
+            let mut parts = Vec::with_capacity(branches.len());
+            for (condition, value) in branches {
+                parts.push((condition.clone(), part(value)?));
+            }
+            ExprKind::If(parts, Box::new(part(otherwise)?))
+        }
         ExprKind::Tuple(items) => match items.as_slice() {
-            [Some(only)] => making_call(only),
-            _ => None,
+            [Some(only)] => return part(only).map(Some),
+            _ => return Ok(None),
         },
-        _ => None,
-    }
+        ExprKind::Call(function, Arguments::List { positional, named }) if fills => {
+            let mut positional = positional.clone();
+            if let Some(first) = positional.first_mut() {
+                *first = part(first)?;
+            }
+            ExprKind::Call(function.clone(), Arguments::List { positional, named: named.clone() })
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(Expr { kind, span: expr.span }))
 }
 
 impl InstanceTree<'_> {
-    /// The constructor calls of an expression name fields that their record has, each once, and leave out only those with a
-    /// default (12.6.1).
-    pub fn check_constructor(&mut self, class: ClassId, expr: &Expr) -> Result<(), Reported> {
+    /// The record whose constructor is called, if it is one.
+    pub fn constructed(&mut self, scope: Scope, function: &ComponentRef) -> Result<Option<LocalClass>, Reported> {
+        Ok(match self.resolve(scope, function)? {
+            Resolved::Class(local) if self.table.class(local.class).def.kind == ClassKind::Record => Some(local),
+            _ => None,
+        })
+    }
+
+    fn fills(&mut self, scope: Scope, expr: &Expr) -> bool {
+        matches!(&expr.kind, ExprKind::Call(function, _) if self.predefined(scope, function) == Some("fill"))
+    }
+
+    /// True if the field of a constructor's record is a String.
+    pub fn is_text_field(&mut self, scope: Scope, record: &Expr, name: &Name) -> bool {
+        let ExprKind::Call(function, _) = &record.kind else { return false };
+        let mark = self.table.diagnostics.len();
+        let found = self.constructed(scope, function).and_then(|local| match local {
+            Some(local) => {
+                let shape = self.table.shape(local.class)?;
+                let element = shape.by_name.get(name).map(|&k| &shape.elements[k as usize]);
+                Ok(element.and_then(|element| self.declared(&shape, element)))
+            }
+            None => Ok(None),
+        });
+        self.table.diagnostics.truncate(mark);
+        matches!(found, Ok(Some(field)) if field.class.parts.len() == 1 && &*field.class.parts[0].name == "String")
+    }
+
+    /// The expression can be a record, and the constructor calls in it fit their records.
+    pub fn check_record(&mut self, scope: Scope, expr: &Expr) -> Result<(), Reported> {
+        let fills = self.fills(scope, expr);
+        let parts = with_parts(expr, fills, &mut |part| {
+            self.check_record(scope, part)?;
+            Ok(part.clone())
+        })?;
         match &expr.kind {
-            ExprKind::Call(_, Arguments::List { positional, named }) => {
-                self.check_fields(class, expr.span, positional, named)
-            }
-            ExprKind::Array(items) => items.iter().try_for_each(|item| self.check_constructor(class, item)),
-            ExprKind::ArrayFor(body, _) => self.check_constructor(class, body),
-            ExprKind::If(branches, otherwise) => {
-                branches.iter().try_for_each(|(_, value)| self.check_constructor(class, value))?;
-                self.check_constructor(class, otherwise)
-            }
-            ExprKind::Tuple(items) => items.iter().flatten().try_for_each(|item| self.check_constructor(class, item)),
-            _ => Ok(()),
-        }
-    }
-
-    fn check_fields(
-        &mut self,
-        class: ClassId,
-        span: Span,
-        positional: &[Expr],
-        named: &[(Ident, Expr)],
-    ) -> Result<(), Reported> {
-        let shape = self.table.shape(class)?;
-        let fields: Vec<_> = shape.elements.iter().filter(|e| e.component).collect();
-        let record = self.table.full_name(class);
-        let declared = self.table.class(class).def.name.span;
-        let fault = |message: String, at: Span| {
-            Diagnostic::error(Code::BadArguments, message).at(at, "").with(declared, "the record is declared here")
-        };
-        if let Some(extra) = positional.get(fields.len()) {
-            let message = format!("`{record}` has {} fields, but {} values are given", fields.len(), positional.len());
-            self.table.report(fault(message, extra.span));
-            return Err(Reported);
-        }
-        for (name, value) in named {
-            let Some(k) = fields.iter().position(|e| e.name == name.name) else {
-                let help = did_you_mean(&name.name, fields.iter().map(|e| e.name.as_ref()));
-                let message = format!("`{record}` has no field `{}`", name.name);
-                self.table.report(fault(message, name.span).maybe_help(help));
-                return Err(Reported);
-            };
-            if k < positional.len() {
-                let message = format!("the field `{}` has a value already, by its position", name.name);
-                self.table.report(fault(message, name.span.to(value.span)));
-                return Err(Reported);
-            }
-        }
-        for (k, field) in fields.iter().enumerate().skip(positional.len()) {
-            let given = named.iter().any(|(name, _)| name.name == field.name);
-            let modified = shape.frames[field.frame as usize].modifications.iter().any(|(_, tree)| {
-                tree.children.iter().any(|(name, inner)| *name == field.name && inner.binding.is_some())
-            });
-            let default = field.modification.binding.is_some() || modified || self.is_class_field(&shape, k, &fields);
-            if !given && !default {
-                let message = format!("the field `{}` has no value", field.name);
-                self.table.report(fault(message, span));
-                return Err(Reported);
-            }
-        }
-        Ok(())
-    }
-
-    /// A field that is itself a record may get its values from its own declarations.
-    fn is_class_field(&self, shape: &Shape, k: usize, fields: &[&ShapeElement]) -> bool {
-        let declaration = self.declared(shape, fields[k]);
-        declaration
-            .is_some_and(|c| !(c.class.parts.len() == 1 && is_builtin(&c.class.parts[0].name)) && c.dims.is_empty())
-    }
-}
-
-/// Field `name`, number `position` of the record (from 0), of `expr`.  `constructor`: calls in it make records
-/// field by field, else they are functions whose result has the field.
-pub fn field(expr: &Expr, name: &Name, position: usize, constructor: bool) -> Field {
-    match &expr.kind {
-        ExprKind::Ref(reference) => {
-            let mut reference = reference.clone();
-            let ident = Ident { name: name.clone(), span: reference.span };
-            reference.parts.push(RefPart { name: ident, subscripts: Vec::new() });
-            Field::Expr(Expr { kind: ExprKind::Ref(reference), span: expr.span })
-        }
-        ExprKind::Call(..) if !constructor => {
-            let ident = Ident { name: name.clone(), span: expr.span };
-            Field::Expr(Expr { kind: ExprKind::Field(Box::new(expr.clone()), ident), span: expr.span })
-        }
-        ExprKind::Call(_, Arguments::List { positional, named }) => {
-            let given =
-                positional.get(position).or_else(|| named.iter().find(|(n, _)| n.name == *name).map(|(_, e)| e));
-            given.cloned().map_or(Field::Default, Field::Expr)
-        }
-        ExprKind::Array(items) => {
-            let mut fields = Vec::with_capacity(items.len());
-            for item in items {
-                match field(item, name, position, constructor) {
-                    Field::Expr(e) => fields.push(e),
-                    other => return other,
+            _ if parts.is_some() => Ok(()),
+            ExprKind::Ref(_) | ExprKind::Field(..) => Ok(()),
+            ExprKind::Call(function, Arguments::List { positional, named }) => {
+                match self.constructed(scope, function)? {
+                    Some(local) => {
+                        self.constructor_arguments(&local, expr.span, positional, named).map(|_| ())
+                    }
+                    None => Ok(()),
                 }
             }
-            Field::Expr(Expr { kind: ExprKind::Array(fields), span: expr.span })
-        }
-        ExprKind::ArrayFor(body, iterators) => match field(body, name, position, constructor) {
-            Field::Expr(e) => {
-                Field::Expr(Expr { kind: ExprKind::ArrayFor(Box::new(e), iterators.clone()), span: expr.span })
+            _ => {
+                let message = "a value of a record must be a record, its constructor, or a function that gives one";
+                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
+                Err(Reported)
             }
-            other => other,
-        },
-        ExprKind::If(branches, otherwise) => {
-            let Field::Expr(last) = field(otherwise, name, position, constructor) else { return Field::Unknown };
-            let mut parts = Vec::with_capacity(branches.len());
-            for (condition, value) in branches {
-                let Field::Expr(e) = field(value, name, position, constructor) else { return Field::Unknown };
-                parts.push((condition.clone(), e));
-            }
-            Field::Expr(Expr { kind: ExprKind::If(parts, Box::new(last)), span: expr.span })
         }
-        ExprKind::Tuple(items) => match items.as_slice() {
-            [Some(only)] => field(only, name, position, constructor),
-            _ => Field::Unknown,
-        },
-        _ => Field::Unknown,
+    }
+
+    /// The field `name` of a record expression that has been checked.
+    pub fn field_of(&mut self, scope: Scope, expr: &Expr, name: &Name) -> Result<Expr, Reported> {
+        let fills = self.fills(scope, expr);
+        if let Some(whole) = with_parts(expr, fills, &mut |part| self.field_of(scope, part, name))? {
+            return Ok(whole);
+        }
+        match &expr.kind {
+            ExprKind::Ref(reference) => {
+                let mut reference = reference.clone();
+                let ident = Ident { name: name.clone(), span: reference.span };
+                reference.parts.push(RefPart { name: ident, subscripts: Vec::new() });
+                return Ok(Expr { kind: ExprKind::Ref(reference), span: expr.span });
+            }
+            ExprKind::Call(function, Arguments::List { positional, named }) => {
+                if let Some(local) = self.constructed(scope, function)? {
+                    let inputs = self.inputs_of_constructor(&local)?;
+                    let by_place = inputs.iter().position(|i| i.name == *name).and_then(|k| positional.get(k));
+                    let by_name = || named.iter().find(|(n, _)| n.name == *name).map(|(_, e)| e);
+                    if let Some(given) = by_place.or_else(by_name) {
+                        return Ok(given.clone());
+                    }
+                    if !self.table.shape(local.class)?.by_name.contains_key(name) {
+                        let record = self.table.full_name(local.class);
+                        let message = format!("`{record}` has no field `{name}`, which is needed here");
+                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
+                        return Err(Reported);
+                    }
+                }
+            }
+            _ => {}
+        }
+        let ident = Ident { name: name.clone(), span: expr.span };
+        Ok(Expr { kind: ExprKind::Field(Box::new(expr.clone()), ident), span: expr.span })
+    }
+
+    /// True if the expression is a call of the constructor of `class` that leaves the field to its default.
+    pub(crate) fn leaves_out(
+        &mut self,
+        scope: Scope,
+        expr: &Expr,
+        class: ClassId,
+        name: &Name,
+    ) -> Result<bool, Reported> {
+        match &expr.kind {
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.leaves_out(scope, only, class, name),
+                _ => Ok(false),
+            },
+            ExprKind::Call(function, Arguments::List { positional, named }) if !self.fills(scope, expr) => {
+                let Some(local) = self.constructed(scope, function)? else { return Ok(false) };
+                let inputs = self.inputs_of_constructor(&local)?;
+                let by_place = inputs.iter().take(positional.len()).any(|input| input.name == *name);
+                Ok(local.class == class && !by_place && named.iter().all(|(n, _)| n.name != *name))
+            }
+            _ => Ok(false),
+        }
     }
 }

@@ -62,7 +62,7 @@ impl InstanceTree<'_> {
             Value::Array(items) if items.iter().all(|v| matches!(v, Value::Enumeration(..))) => {
                 Some(items.len() as i64)
             }
-            Value::Enumeration(..) | Value::Boolean(_) | Value::Real(_) | Value::Text(_) | Value::Array(_) => None,
+            Value::Enumeration(..) | Value::Boolean(_) | Value::Real(_) | Value::Text(_) | Value::Array(_) | Value::Record(_) => None,
         };
         match size {
             Some(size) if size >= 0 && (size as usize) <= MAX_ELEMENTS => Ok(size as usize),

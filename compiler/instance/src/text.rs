@@ -27,7 +27,7 @@ impl InstanceTree<'_> {
             Value::Boolean(_) => ValueKind::Boolean,
             Value::Enumeration(e, _) => ValueKind::Enumeration(e.literals.clone().into()),
             Value::Text(_) => return Ok(value),
-            Value::Array(_) => {
+            Value::Array(_) | Value::Record(_) => {
                 self.table.report(Diagnostic::error(Code::ArrayShape, "`String` takes a scalar").at(span, ""));
                 return Err(Reported);
             }

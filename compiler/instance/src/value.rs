@@ -31,6 +31,8 @@ pub enum Value {
     Enumeration(Arc<EnumType>, u32),
     /// An array; all elements have the same shape.  Shared, so that a function may pass on and read a long one for nothing.
     Array(Arc<Vec<Value>>),
+    /// A record: its fields in order; one that has no value yet is not among them.
+    Record(Arc<Vec<(Name, Value)>>),
 }
 
 impl Value {
@@ -61,7 +63,7 @@ impl Value {
         match self {
             Value::Boolean(b) => Some(f64::from(u8::from(*b))),
             Value::Enumeration(_, k) => Some(f64::from(*k)),
-            Value::Text(_) | Value::Array(_) => None,
+            Value::Text(_) | Value::Array(_) | Value::Record(_) => None,
             number => number.as_real(),
         }
     }
@@ -121,6 +123,7 @@ impl Value {
                 let inner = items.first().map_or_else(|| "empty".into(), Value::type_name);
                 format!("array of {}", inner.trim_start_matches("array of "))
             }
+            Value::Record(_) => "a record".into(),
         }
     }
 
@@ -135,6 +138,10 @@ impl Value {
                 e.literals.get((*k as usize).saturating_sub(1)).map(|l| l.to_string()).unwrap_or_default()
             }
             Value::Array(items) => format!("{{{}}}", items.iter().map(Value::text).collect::<Vec<_>>().join(",")),
+            Value::Record(fields) => {
+                let fields: Vec<String> = fields.iter().map(|(n, v)| format!("{n} = {}", v.text())).collect();
+                format!("({})", fields.join(", "))
+            }
         }
     }
 
@@ -148,6 +155,15 @@ impl Value {
         }
     }
 
+    /// A field of a record, or of each record of an array.
+    pub fn field(&self, name: &str) -> Option<Value> {
+        match self {
+            Value::Record(fields) => fields.iter().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v.clone()),
+            Value::Array(items) => items.iter().map(|v| v.field(name)).collect::<Option<_>>().map(Value::array),
+            _ => None,
+        }
+    }
+
     /// The element at 1-based subscripts.
     pub fn element(&self, subscripts: &[usize]) -> Option<&Value> {
         match (self, subscripts.split_first()) {
@@ -156,6 +172,16 @@ impl Value {
             _ => None,
         }
     }
+}
+
+/// How many values `start:step:stop` has if one of the three is a Real: a step that misses the end by rounding still counts
+/// (Modelica 3.6, section 10.4.3).  NaN or infinite if the three are.
+pub fn count_of_reals(start: f64, step: f64, stop: f64) -> f64 {
+    /// The least part of a step that is taken for rounding.
+    const SLACK: f64 = 1e-10;
+    let rounding = 4.0 * f64::EPSILON * (start.abs().max(stop.abs()) / step.abs());
+    let count = ((stop - start) / step + SLACK.max(rounding)).floor() + 1.0;
+    if count < 0.0 { 0.0 } else { count }
 }
 
 /// `a op b` for every operator of the language.

@@ -1,0 +1,197 @@
+//! Records made from their declarations, as expressions: constructor calls, and variables of functions (see
+//! `hyd_instance::constructor`).
+
+use std::sync::Arc;
+
+use hyd_instance::constructor::{RecordField, RecordMaker, Said, construct, declared};
+use hyd_instance::modifier::AstMod;
+use hyd_instance::{InstanceTree, LocalClass, ScalarType, Scope};
+use hyd_source::{Code, Span};
+use hyd_syntax::tree::{Arguments, ClassKind, Component, Expr, Ident, Name};
+
+use crate::callee::Callee;
+use crate::context::{Context, Fail, Local};
+use crate::flatten::Flattener;
+
+/// Fields as nodes.
+struct Nodes<'m, 't, 's> {
+    flat: &'m mut Flattener<'t, 's>,
+    /// Where the arguments stand, or the declaration of a variable.
+    cx: &'m mut Context,
+    /// The name of the record, for messages.
+    record: &'m str,
+    /// Fields of which nothing is said are set later.
+    set_later: bool,
+}
+
+impl Nodes<'_, '_, '_> {
+    /// Surroundings of what is written in the record.
+    fn inside(&self, scope: Scope, fields: &[(Name, Local)]) -> Context {
+        let mut own = Context { depth: self.cx.depth + 1, ..Context::new(scope) };
+        own.names = fields.to_vec();
+        own.called.clone_from(&self.cx.called);
+        own.called_from = self.cx.called_from;
+        own.no_event = self.cx.no_event;
+        own
+    }
+
+    /// A whole number given to a Real field is a Real.
+    fn fitted(&mut self, value: Local, field: &RecordField) -> Result<Local, Fail> {
+        let real = field.declaration.class.parts.len() == 1 && &*field.declaration.class.parts[0].name == "Real";
+        Ok(match value {
+            Local::Index(affine) if real && affine.as_constant().is_some() => {
+                let number = affine.as_constant().unwrap_or(0) as f64;
+                Local::Node(self.flat.literal(number, ScalarType::Real))
+            }
+            Local::Node(typed) if real && matches!(typed.scalar, ScalarType::Integer) => {
+                Local::Node(crate::lower::Typed::real(typed.node))
+            }
+            other => other,
+        })
+    }
+}
+
+impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
+    type Value = Local;
+    type Fail = Fail;
+
+    fn tree(&mut self) -> &mut InstanceTree<'s> {
+        self.flat.tree
+    }
+
+    fn given(&mut self, expr: &Expr, field: &RecordField) -> Result<Local, Fail> {
+        let value = self.flat.local_value(expr, self.cx)?;
+        let value = self.fitted(value, field)?;
+        let named = (field.type_scope, &field.declaration);
+        Ok(self.flat.claim_field(expr.span, named, self.record, value, self.cx))
+    }
+
+    fn said(
+        &mut self,
+        expr: &Expr,
+        scope: Scope,
+        fields: Option<&[(Name, Local)]>,
+        field: &RecordField,
+    ) -> Result<Local, Fail> {
+        let value = match fields {
+            Some(fields) => {
+                let mut own = self.inside(scope, fields);
+                self.flat.local_value(expr, &mut own)?
+            }
+            None if scope.inst == self.cx.scope.inst => {
+                let before = std::mem::replace(&mut self.cx.scope, scope);
+                let value = self.flat.local_value(expr, self.cx);
+                self.cx.scope = before;
+                value?
+            }
+            None => {
+                let mut own = Context { depth: self.cx.depth, ..self.inside(scope, &[]) };
+                self.flat.local_value(expr, &mut own)?
+            }
+        };
+        self.fitted(value, field)
+    }
+
+    fn part(&mut self, span: Span, value: Local, at: &[usize]) -> Result<Local, Fail> {
+        self.flat.part_of(span, value, at)
+    }
+
+    fn sizes(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Vec<usize>, Fail> {
+        let mut own = self.inside(field.scope, fields);
+        self.flat.local_sizes(&field.declaration, &mut own)
+    }
+
+    fn unset(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Option<Local>, Fail> {
+        if !self.set_later {
+            let message = format!("the field `{}` has no value", field.name);
+            return Err(self.flat.error(Code::BadArguments, field.declaration.name.span, message));
+        }
+        let zero = self.flat.literal(0.0, ScalarType::Real);
+        let mut own = self.inside(field.scope, fields);
+        let mark = self.flat.tree.table.diagnostics.len();
+        let sizes = self.flat.local_sizes(&field.declaration, &mut own);
+        own.scope = field.type_scope;
+        if let Ok(form) = sizes.and_then(|sizes| self.flat.declared_form(&field.declaration, sizes, &mut own)) {
+            return Ok(Some(form.local(&mut std::iter::repeat(zero.node))));
+        }
+        // A field whose sizes are not known here gets them when it is assigned.
+        self.flat.tree.table.diagnostics.truncate(mark);
+        Ok(Some(Local::Node(zero)))
+    }
+
+    fn record(&mut self, fields: Vec<(Name, Local)>) -> Local {
+        Local::Record(fields)
+    }
+
+    fn array(&mut self, span: Span, items: Vec<Local>) -> Result<Local, Fail> {
+        self.flat.stacked(span, items)
+    }
+}
+
+impl Flattener<'_, '_> {
+    /// The record of a constructor call, fields not given from the declarations.  `only`: the one field that is wanted.
+    pub(crate) fn construct(
+        &mut self,
+        local: &LocalClass,
+        span: Span,
+        arguments: &Arguments,
+        only: Option<&Name>,
+        cx: &mut Context,
+    ) -> Result<Local, Fail> {
+        let Arguments::List { positional, named } = arguments else {
+            let message = "only sum, product, min and max take `... for ... in ...`";
+            return Err(self.error(Code::BadArguments, span, message));
+        };
+        let given = self.tree.constructor_arguments(local, span, positional, named)?;
+        let record = self.tree.table.class(local.class).def.name.name.clone();
+        construct(&mut Nodes { flat: self, cx, record: &record, set_later: false }, local, given, only)
+    }
+
+    /// `R(...).field` where a constructor is called, without the other fields.
+    pub(crate) fn field_of_constructor(
+        &mut self,
+        record: &Expr,
+        name: &Ident,
+        cx: &mut Context,
+    ) -> Result<Option<Local>, Fail> {
+        let hyd_syntax::tree::ExprKind::Call(function, arguments) = &record.kind else { return Ok(None) };
+        if self.predefined(function, cx).is_some() {
+            return Ok(None);
+        }
+        let Some(local) = self.tree.constructed(cx.scope, function)? else { return Ok(None) };
+        let whole = self.construct(&local, record.span, arguments, Some(&name.name), cx)?;
+        match self.fields_of(record.span, whole)?.into_iter().find(|(n, _)| *n == name.name) {
+            Some((_, field)) => Ok(Some(field)),
+            None => Err(self.no_field(record.span, &name.name)),
+        }
+    }
+
+    /// A variable of a function that is a record, or an array of records, as its declaration has it; `None` for another type.
+    pub(crate) fn declared_record(
+        &mut self,
+        component: &Component,
+        callee: &Callee,
+        inner: &mut Context,
+    ) -> Result<Option<Local>, Fail> {
+        let local = self.tree.find_class(inner.scope, &component.class)?;
+        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+            return Ok(None);
+        }
+        if crate::function::sized_by_value(component) {
+            return Ok(None);
+        }
+        let sizes = self.local_sizes(component, inner)?;
+        let mut said = Vec::new();
+        // What a short definition or an `extends` clause of the function says of it.
+        for (frame, tree) in &callee.shape.frames[inner.scope.frame as usize].modifications {
+            let scope = Scope { inst: inner.scope.inst, frame: *frame };
+            let own = tree.children.iter().filter(|(name, _)| *name == component.name.name);
+            said.extend(own.map(|(_, tree)| Said { tree: tree.clone(), scope, at: Vec::new() }));
+        }
+        let tree = Arc::new(AstMod::from_syntax(&component.modification));
+        said.push(Said { tree, scope: inner.scope, at: Vec::new() });
+        let record = self.tree.table.class(local.class).def.name.name.clone();
+        let mut maker = Nodes { flat: self, cx: inner, record: &record, set_later: true };
+        declared(&mut maker, &local, &said, &sizes, component.name.span).map(Some)
+    }
+}
