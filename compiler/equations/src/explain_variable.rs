@@ -154,7 +154,7 @@ impl Report<'_> {
     fn role(&mut self, v: VarId) {
         let reduction = &self.system.reduction;
         let block = &self.system.flat.variables[self.system.flat.locate(v).0];
-        let wish = match block.state_select {
+        let wish = match block.state_select_of(v) {
             StateSelect::Default => String::new(),
             other => format!(", stateSelect = {}", format!("{other:?}").to_lowercase()),
         };

@@ -381,7 +381,7 @@ fn candidates(system: &EquationSystem, start: &Start) -> Vec<VarId> {
             _ if block.has_start => 2,
             _ => continue,
         };
-        let select = StateSelect::Always as u8 - block.state_select as u8;
+        let select = StateSelect::Always as u8 - block.state_select_of(v) as u8;
         let is_named = at_rest.contains(&Target::Der(v));
         keys.push((kind, !is_named, select, start.dependent[v], !block.has_start, v));
     }

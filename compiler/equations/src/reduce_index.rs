@@ -18,7 +18,7 @@ use crate::explain::{counted, list_names, mark_equations, mark_variables};
 use crate::higher::Derivatives;
 use crate::selection::{append_selections, candidates_are_distinct};
 use crate::sorted::EqId;
-use crate::state_select::check_always;
+use crate::state_select::{check_always, with_wished_states};
 use crate::structure::{ReductionPlan, plan_reduction};
 use crate::system::{Equation, EquationSystem};
 use crate::time_derivative::{append_derivatives, replace_rates};
@@ -29,6 +29,13 @@ const MOST_ROUNDS: usize = 8;
 
 /// The system with index 1 or less; none if it is structurally at fault.
 pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem>> {
+    // Wishes are kept where they can be; where they cannot, the model is what it is without them.
+    if let Some(mut wished) = with_wished_states(&system) {
+        let mut diagnostics = Vec::new();
+        if reduce(&mut wished, &mut diagnostics).is_ok() && check_always(&wished).is_none() {
+            return Outcome { value: Some(wished), diagnostics };
+        }
+    }
     let mut diagnostics = Vec::new();
     let reduced = reduce(&mut system, &mut diagnostics);
     let value = match reduced.and_then(|()| check_always(&system).map_or(Ok(()), Err)) {

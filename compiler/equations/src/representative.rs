@@ -88,7 +88,7 @@ impl Ranking {
 
     fn rank(&self, system: &EquationSystem, v: VarId) -> Rank {
         let block = &system.flat.variables.raw[self.block[v] as usize];
-        let select = StateSelect::Always as u8 - block.state_select as u8;
+        let select = StateSelect::Always as u8 - block.state_select_of(v) as u8;
         let (state, start) = (system.roles[v].may_be_state(), self.start[v].is_some());
         (!state, select, !self.fixed(system, v), !start, block.made.is_some(), self.depth[self.block[v] as usize], v)
     }

@@ -102,7 +102,7 @@ fn weight(system: &EquationSystem, v: VarId) -> f64 {
     let (block, k) = system.flat.locate(v);
     let block = &system.flat.variables[block];
     let nominal = block.nominal.get(k).map(f64::abs).filter(|nominal| nominal.is_finite() && *nominal > 0.0);
-    let wish = match block.state_select {
+    let wish = match block.state_select.get(k) {
         StateSelect::Always => 0.01,
         StateSelect::Prefer => 0.2,
         StateSelect::Default => 1.0,

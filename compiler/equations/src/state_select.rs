@@ -1,15 +1,52 @@
-//! `stateSelect = StateSelect.always` is kept or refused.
+//! `stateSelect`: variables that want to be states although nobody differentiates them; `always` is kept or refused.
 //!
-//! A variable of that kind must be a state (Modelica 3.6, section 4.8.8.1).  It cannot be one if its derivative occurs nowhere,
-//! or if equations determine it or make it depend on others of that kind; the message says which.  Weaker wishes weigh when
-//! states are chosen and need no check.
+//! A variable with `prefer` or `always` may be a state even if its derivative occurs in no equation (Modelica 3.6, section 4.8.8.1):
+//! then it gets one, so that what determines the variable is a constraint between states, of which index reduction chooses.
+//! `always` cannot be kept if equations determine the variable or make it depend on others of that kind; the message says which.
+//! Weaker wishes weigh when states are chosen and need no check.
 
-use hyd_flat::{StateSelect, VarId};
+use hyd_flat::{EquationBlock, Operand, PerElement, Section, StateSelect, Target, VarId, derivative_block};
 use hyd_source::{Code, Diagnostic};
+use hyd_symbolic::{SlotId, Template};
 
 use crate::explain::{list_names, mark_variables};
 use crate::representative::block_of_variable;
 use crate::system::{EquationSystem, Role};
+
+/// The system with derivatives of the variables that want to be states and are not differentiated; none if there are no such
+/// variables.
+pub(crate) fn with_wished_states(system: &EquationSystem) -> Option<EquationSystem> {
+    let mut wished: Vec<VarId> = Vec::new();
+    for block in system.flat.variables.iter() {
+        if block.state_select == PerElement::All(StateSelect::Default) {
+            continue;
+        }
+        let scalars = (0..block.count).map(|k| VarId(block.first.0 + k));
+        let wants = |&v: &VarId| {
+            block.state_select_of(v) >= StateSelect::Prefer && system.is_own(v) && system.roles[v] == Role::Algebraic
+        };
+        wished.extend(scalars.filter(wants));
+    }
+    let &first = wished.first()?;
+    let mut flat = system.flat.clone();
+    let mut operands = Vec::with_capacity(2 * wished.len());
+    for &v in &wished {
+        let block = flat.locate(v).0;
+        let element = (v.0 - flat.variables[block].first.0) as usize;
+        let rate = VarId(flat.scalars);
+        let made = derivative_block(&flat.variables[block], (element, 1), 1, rate);
+        flat.variables.push(made);
+        flat.scalars += 1;
+        operands.extend([Operand::new(Target::Var(rate)), Operand::new(Target::Der(v))]);
+    }
+    let arena = &mut flat.templates.arena;
+    let (left, right) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
+    let template = flat.templates.intern(Template { left, right, arity: 2 });
+    let origin = flat.variables[flat.locate(first).0].origin.clone();
+    let (section, count) = (Section::Continuous, wished.len() as u32);
+    flat.equations.push(EquationBlock { section, made: true, template, count, operands, origin });
+    Some(crate::build_system(flat))
+}
 
 /// An error if a variable that must be a state is none after index reduction.
 pub(crate) fn check_always(system: &EquationSystem) -> Option<Diagnostic> {
@@ -18,7 +55,7 @@ pub(crate) fn check_always(system: &EquationSystem) -> Option<Diagnostic> {
         .roles
         .iter_enumerated()
         .filter(|&(v, role)| system.is_own(v) && *role == Role::Algebraic)
-        .filter(|&(v, _)| system.flat.variables.raw[blocks[v] as usize].state_select == StateSelect::Always)
+        .filter(|&(v, _)| system.flat.variables.raw[blocks[v] as usize].state_select_of(v) == StateSelect::Always)
         .map(|(v, _)| v)
         .collect();
     let &first = refused.first()?;

@@ -295,13 +295,13 @@ impl Wishes {
     /// True for what must not become dependent: `stateSelect = always`, and what `reinit` writes (Modelica 3.6, section 8.3.5).
     fn is_always(&self, system: &EquationSystem, v: VarId) -> bool {
         let block = &system.flat.variables.raw[self.block[v] as usize];
-        block.state_select == StateSelect::Always || self.is_reinitialised[v]
+        block.state_select_of(v) == StateSelect::Always || self.is_reinitialised[v]
     }
 
     fn of(&self, system: &EquationSystem, v: VarId, order: u32) -> Wish {
         let block = &system.flat.variables.raw[self.block[v] as usize];
         let fixed = block.fixed.get((v.0 - block.first.0) as usize);
-        let select = block.state_select as u8;
+        let select = block.state_select_of(v) as u8;
         debug_assert!(StateSelect::Never < StateSelect::Always);
         let was_state = system.roles[v] == Role::State;
         let flags = [self.is_reinitialised[v], fixed, self.has_start[v], block.made.is_none(), was_state];

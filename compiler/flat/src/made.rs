@@ -52,7 +52,7 @@ pub fn derivative_block(
         max: PerElement::All(f64::INFINITY),
         limit_spans: [None, None],
         nominal: PerElement::All(None),
-        state_select: StateSelect::Default,
+        state_select: PerElement::All(StateSelect::Default),
         ..block.clone()
     }
 }
@@ -121,7 +121,7 @@ impl Flattener<'_, '_> {
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
             nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
+            state_select: PerElement::All(StateSelect::Default),
             origin,
         });
         first

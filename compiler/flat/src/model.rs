@@ -193,7 +193,7 @@ pub struct VariableBlock {
     /// The `nominal` attribute, `None` if not stated.
     pub nominal: PerElement<Option<f64>>,
     /// The `stateSelect` attribute.
-    pub state_select: StateSelect,
+    pub state_select: PerElement<StateSelect>,
     /// Instance path and text of the declaration.
     pub origin: Origin,
 }

@@ -16,6 +16,13 @@ use crate::flatten::{Flattener, scale, sizes_text};
 /// Most scalar variables of one model.
 const MAX_VARIABLES: usize = Operand::LIMIT;
 
+impl VariableBlock {
+    /// The `stateSelect` attribute of one of its scalars.
+    pub fn state_select_of(&self, v: VarId) -> StateSelect {
+        self.state_select.get((v.0 - self.first.0) as usize)
+    }
+}
+
 impl Flattener<'_, '_> {
     /// Makes the variables of an instance and all below it.
     pub(crate) fn declare(&mut self, inst: InstId) {
@@ -74,7 +81,7 @@ impl Flattener<'_, '_> {
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
             nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
+            state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span },
         };
         let parent = instance.parent;
@@ -137,16 +144,14 @@ impl Flattener<'_, '_> {
             let positive = |v: &Value| v.as_real().map(f64::abs).filter(|x| *x > 0.0 && x.is_finite());
             self.model.variables[block].nominal = per_element(&values, positive);
         }
-        if let Some(values) = self.element_values(inst, "stateSelect")
-            && let Some(Value::Enumeration(_, k)) = values.first()
-        {
-            self.model.variables[block].state_select = match k {
-                1 => StateSelect::Never,
-                2 => StateSelect::Avoid,
-                4 => StateSelect::Prefer,
-                5 => StateSelect::Always,
+        if let Some(values) = self.element_values(inst, "stateSelect") {
+            self.model.variables[block].state_select = per_element(&values, |value| match value {
+                Value::Enumeration(_, 1) => StateSelect::Never,
+                Value::Enumeration(_, 2) => StateSelect::Avoid,
+                Value::Enumeration(_, 4) => StateSelect::Prefer,
+                Value::Enumeration(_, 5) => StateSelect::Always,
                 _ => StateSelect::Default,
-            };
+            });
         }
     }
 

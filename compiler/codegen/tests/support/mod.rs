@@ -148,7 +148,7 @@ impl Maker {
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
             nominal: PerElement::All(Some(10.0)),
-            state_select: StateSelect::Default,
+            state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span: Span::new(FileId(0), 0, 0) },
         });
         for _ in 0..count {

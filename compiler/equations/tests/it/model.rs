@@ -89,7 +89,7 @@ impl Model {
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
             nominal: PerElement::All(None),
-            state_select: StateSelect::Default,
+            state_select: PerElement::All(StateSelect::Default),
             origin: self.origin(),
         }
     }

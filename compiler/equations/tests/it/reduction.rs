@@ -70,7 +70,7 @@ fn select(model: &mut Model, wishes: &[(&str, StateSelect)]) {
     for block in model.flat.variables.raw.iter_mut() {
         let name = block.name.element(0);
         if let Some(&(_, select)) = wishes.iter().find(|wish| wish.0 == name) {
-            block.state_select = select;
+            block.state_select = hyd_flat::PerElement::All(select);
         }
     }
 }
