@@ -208,6 +208,14 @@ impl Flattener<'_, '_> {
         match (name, list) {
             ("zeros", _) => return Ok(self.literal(0.0, ScalarType::Integer)),
             ("ones", _) => return Ok(self.literal(1.0, ScalarType::Integer)),
+            ("identity", [_]) => {
+                let [i, j] = index else {
+                    return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                };
+                let (i, j) = (i.as_constant(), j.as_constant());
+                let same = i.zip(j).ok_or(Fail::NeedsExpansion)?;
+                return Ok(self.literal(f64::from(u8::from(same.0 == same.1)), ScalarType::Integer));
+            }
             ("fill", [value, sizes @ ..]) => return self.lower(value, cx, index.get(sizes.len()..).unwrap_or(&[])),
             ("linspace", [a, b, n]) => {
                 let (a, b) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
@@ -215,9 +223,15 @@ impl Flattener<'_, '_> {
                 let Some(k) = index.first() else {
                     return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
                 };
-                let slot = self.slots.slot(crate::index::SlotKey::Number(k.clone()));
+                let k = match k.as_constant() {
+                    Some(k) => self.model.templates.arena.constant(k as f64),
+                    None => {
+                        let slot = self.slots.slot(crate::index::SlotKey::Number(k.clone()));
+                        self.model.templates.arena.slot(slot)
+                    }
+                };
                 let arena = &mut self.model.templates.arena;
-                let (k, steps) = (arena.slot(slot), arena.constant((count - 1).max(1) as f64));
+                let steps = arena.constant((count - 1).max(1) as f64);
                 let distance = arena.sub(b.node, a.node);
                 let step = arena.div(distance, steps);
                 let way = arena.mul(step, k);

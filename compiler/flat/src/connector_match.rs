@@ -27,7 +27,7 @@ impl Flattener<'_, '_> {
         let alike = |a: &Leaf, b: &Leaf| {
             let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
             let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
-            (&a.path, a.flow, &p.dims) == (&b.path, b.flow, &q.dims)
+            (&a.path, a.flow, self.inner_sizes(a)) == (&b.path, b.flow, self.inner_sizes(b))
                 && scalars.is_some_and(|(p, q)| p.scalar.name() == q.scalar.name())
         };
         if x.len() == y.len() && x.iter().zip(&y).all(|(a, b)| alike(a, b)) {
@@ -36,7 +36,7 @@ impl Flattener<'_, '_> {
         let describe = |flat: &Self, leaf: &Leaf| {
             let own = &flat.tree.instances[leaf.inst];
             let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
-            (leaf.path.clone(), leaf.flow, scalar.to_string(), own.dims.clone())
+            (leaf.path.clone(), leaf.flow, scalar.to_string(), flat.inner_sizes(leaf).to_vec())
         };
         let list = |leaves: &[Leaf]| leaves.iter().map(|l| describe(self, l)).collect::<Vec<_>>();
         let (mut p, mut q) = (list(&x), list(&y));
@@ -46,6 +46,11 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         Err(self.kinds_differ(span, (a, &x), (b, &y)))
+    }
+
+    /// Sizes of a variable within its connector; where it is the connector itself, its sizes say which elements there are.
+    fn inner_sizes(&self, leaf: &Leaf) -> &[usize] {
+        if leaf.path.is_empty() { &[] } else { &self.tree.instances[leaf.inst].dims }
     }
 
     /// Says that one connector has other sizes than the other.
@@ -74,8 +79,10 @@ impl Flattener<'_, '_> {
     /// Says in what two connectors differ.
     fn kinds_differ(&mut self, span: Span, (a, x): (&ComponentRef, &[Leaf]), (b, y): (&ComponentRef, &[Leaf])) -> Fail {
         let names = |leaves: &[Leaf]| {
-            let dims = |l: &Leaf| self.tree.instances[l.inst].dims.clone();
-            let sizes = |l: &Leaf| if dims(l).is_empty() { String::new() } else { format!("{:?}", dims(l)) };
+            let sizes = |l: &Leaf| match self.inner_sizes(l) {
+                [] => String::new(),
+                sizes => format!("{sizes:?}"),
+            };
             let texts: Vec<String> = leaves
                 .iter()
                 .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hyd_instance::{InstId, InstanceTree, Scope};
 use hyd_source::{Code, Diagnostic, Span};
-use hyd_symbolic::NodeId;
+use hyd_symbolic::{BodyId, NodeId};
 use hyd_syntax::tree::ClassKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -64,6 +64,8 @@ pub struct Flattener<'t, 's> {
     pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
     /// It has physical connectors on its outside, so that it needs a model around it.
     pub(crate) is_component: bool,
+    /// Functions that check whole numbers, by the text that computes them.
+    pub(crate) range_checks: FxHashMap<Span, BodyId>,
     pub(crate) numbers: FxHashMap<u64, ConstId>,
     /// Templates made so far, by the sides they were made from.
     pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,
@@ -118,6 +120,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         looked_at: FxHashSet::default(),
         function_units: FxHashMap::default(),
         is_component: false,
+        range_checks: FxHashMap::default(),
         numbers: FxHashMap::default(),
         canonical: FxHashMap::default(),
         paths: FxHashMap::default(),

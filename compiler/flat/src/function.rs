@@ -358,13 +358,31 @@ impl Flattener<'_, '_> {
     pub(crate) fn local_sizes(&mut self, component: &Component, inner: &mut Context) -> Result<Vec<usize>, Fail> {
         let mut sizes = Vec::new();
         for dim in &component.dims {
-            let k = self.affine(dim, inner)?.as_constant().ok_or(Fail::NeedsExpansion)?;
+            let k = match self.size_by_type(dim, inner)? {
+                Some(count) => count as i64,
+                None => self.affine(dim, inner)?.as_constant().ok_or(Fail::NeedsExpansion)?,
+            };
             let size = usize::try_from(k).ok().filter(|&size| size <= MAX_LOCAL);
             sizes.push(size.ok_or_else(|| {
                 self.error(Code::ArrayShape, dim.span, format!("the size {k} is negative or above {MAX_LOCAL}"))
             })?);
         }
         Ok(sizes)
+    }
+
+    /// The size that an enumeration or `Boolean` means: one element per value (Modelica 3.6, section 10.5).
+    pub(crate) fn size_by_type(&mut self, dim: &Expr, inner: &Context) -> Result<Option<usize>, Fail> {
+        let ExprKind::Ref(reference) = &dim.kind else { return Ok(None) };
+        if !reference.global && inner.local(&reference.parts[0].name.name).is_some() {
+            return Ok(None);
+        }
+        if matches!(reference.parts.as_slice(), [only] if only.name.name.as_ref() == "Boolean") {
+            return Ok(Some(2));
+        }
+        Ok(match self.tree.resolve(inner.scope, reference)? {
+            hyd_instance::Resolved::Class(local) => self.tree.enumeration(local.class).map(|e| e.literals.len()),
+            _ => None,
+        })
     }
 
     /// The elements of an array, or the one value there is.

@@ -24,6 +24,7 @@ mod context;
 mod delay;
 mod discrete_time;
 mod emit;
+mod exact;
 mod flatten;
 mod fold;
 mod form;

@@ -4,6 +4,7 @@
 //! array expressions need no arrays of nodes and an equation inside loops is lowered once.  Types follow Modelica 3.6,
 //! section 6.7 and chapter 10.
 
+use hyd_instance::value::LARGEST_INTEGER;
 use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{NodeId, Relation};
@@ -62,6 +63,10 @@ impl Flattener<'_, '_> {
 
     fn lower_kind(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
         match &expr.kind {
+            // Beyond the range of Integers it is a Real.
+            ExprKind::Integer(k) if k.unsigned_abs() > LARGEST_INTEGER as u64 => {
+                Ok(self.literal(*k as f64, ScalarType::Real))
+            }
             ExprKind::Integer(k) => Ok(self.literal(*k as f64, ScalarType::Integer)),
             ExprKind::Real(x) => Ok(self.literal(*x, ScalarType::Real)),
             ExprKind::Boolean(b) => Ok(self.literal(f64::from(u8::from(*b)), ScalarType::Boolean)),
@@ -148,6 +153,10 @@ impl Flattener<'_, '_> {
                 return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
             }
         };
+        if matches!(value, Value::Integer(k) if k.unsigned_abs() > LARGEST_INTEGER as u64) {
+            let message = format!("the Integer {} is beyond 2^53, from where on Integers are not exact", value.text());
+            return Err(self.error(Code::Value, span, message));
+        }
         let stored = value.as_stored().unwrap_or(0.0);
         Ok(self.literal(stored, scalar))
     }
@@ -270,11 +279,11 @@ impl Flattener<'_, '_> {
             }
             let x = self.lower(a, cx, if left.is_empty() { &[] } else { index })?;
             let y = self.lower(b, cx, if right.is_empty() { &[] } else { index })?;
-            return self.combine(span, op, x, y);
+            return self.combine_exactly(span, op, x, y, cx);
         }
         if index.is_empty() {
             let (x, y) = (self.lower(a, cx, &[])?, self.lower(b, cx, &[])?);
-            return self.combine(span, op, x, y);
+            return self.combine_exactly(span, op, x, y, cx);
         }
         if op == Op::Pow {
             return self.lower_matrix_power(span, a, b, cx, index);
@@ -282,7 +291,7 @@ impl Flattener<'_, '_> {
         let (left, right) = (self.shape(a, cx)?, self.shape(b, cx)?);
         let x = self.lower(a, cx, if left.is_empty() { &[] } else { index })?;
         let y = self.lower(b, cx, if right.is_empty() { &[] } else { index })?;
-        self.combine(span, op, x, y)
+        self.combine_exactly(span, op, x, y, cx)
     }
 
     pub(crate) fn combine(&mut self, span: Span, op: BinaryOp, x: Typed, y: Typed) -> Result<Typed, Fail> {
@@ -323,7 +332,7 @@ impl Flattener<'_, '_> {
             let mut at = vec![k.clone()];
             at.extend(columns.iter().take(right.len() - 1).cloned());
             let y = flat.lower(b, cx, &at)?;
-            flat.combine(span, BinaryOp::Mul, x, y)
+            flat.combine_exactly(span, BinaryOp::Mul, x, y, cx)
         };
         if let Some(long) = self.long_fold(Fold::Sum, inner, (span, cx), &mut term)? {
             return Ok(long);

@@ -3,7 +3,9 @@
 use hyd_instance::class::elements;
 use hyd_instance::{Resolved, Scope};
 use hyd_source::Code;
-use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Direction, Element, Expr, ExprKind, Ident, Name, Variability};
+use hyd_syntax::tree::{
+    Arguments, ClassKind, ComponentRef, Direction, Element, Expr, ExprKind, Ident, Name, Variability,
+};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;

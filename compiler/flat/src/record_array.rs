@@ -4,8 +4,8 @@
 //! own.  So subscripts of a path are joined into one list for the field it ends in, and elements, slices, assignments and
 //! subscripts computed in the run are those of plain arrays.
 
-use hyd_source::{Code, Span};
 use hyd_instance::Resolved;
+use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Iterator, Name};
 
 use crate::context::{Context, Fail, Local};
@@ -134,7 +134,9 @@ impl Flattener<'_, '_> {
                     return Ok(matches!(local, Local::Record(_) | Local::Records(..)));
                 }
                 match self.tree.resolve(cx.scope, reference)? {
-                    Resolved::Variable(steps) => self.tree.instances[steps[steps.len() - 1].0].kind == ClassKind::Record,
+                    Resolved::Variable(steps) => {
+                        self.tree.instances[steps[steps.len() - 1].0].kind == ClassKind::Record
+                    }
                     _ => false,
                 }
             }

@@ -136,7 +136,7 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::ArrayShape, span, message));
         }
         if constant {
-            return self.element_of_constant(span, last, &offset, cx);
+            return self.element_of_constant(span, last, &offset);
         }
         if kind == Kind::Der && !matches!(scalar, ScalarType::Real) {
             let message = format!("`der` needs a Real variable, but `{name}` is {}", scalar.name());
@@ -184,13 +184,7 @@ impl Flattener<'_, '_> {
     }
 
     /// An element of a constant, or the value of all of them where that is the same.
-    fn element_of_constant(
-        &mut self,
-        span: Span,
-        inst: InstId,
-        offset: &Affine,
-        cx: &mut Context,
-    ) -> Result<Typed, Fail> {
+    fn element_of_constant(&mut self, span: Span, inst: InstId, offset: &Affine) -> Result<Typed, Fail> {
         let value = self.tree.value_of(inst, span)?;
         let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
         let chosen = match offset.as_constant() {
@@ -200,7 +194,7 @@ impl Flattener<'_, '_> {
         };
         let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
         let k = if flat.len() == 1 { 0 } else { offset.as_constant().unwrap_or(0) };
-        self.constant_of(span, inst, &chosen, k as usize, cx)
+        self.constant_of(span, inst, &chosen, k as usize)
     }
 
     /// An element of a constant array at subscripts that the run decides, inside a compiled function.

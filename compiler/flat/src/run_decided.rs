@@ -207,14 +207,17 @@ impl Flattener<'_, '_> {
         }
         let names: Vec<Name> = cx.names.iter().map(|(name, _)| name.clone()).collect();
         let mut varies = false;
-        let own = crate::walk::iterator_names(expr);
         crate::walk::any_ref(expr, &mut |reference| {
             let first = &reference.parts[0].name.name;
-            if names.contains(first) || own.contains(first) {
+            if names.contains(first) {
                 return false;
             }
-            if let Ok(Resolved::Variable(steps)) = self.tree.resolve(cx.scope, reference) {
-                varies = self.tree.instances[steps[steps.len() - 1].0].variability > Variability::Parameter;
+            match self.tree.resolve(cx.scope, reference) {
+                Ok(Resolved::Variable(steps)) => {
+                    varies = self.tree.instances[steps[steps.len() - 1].0].variability > Variability::Parameter;
+                }
+                Ok(Resolved::Time) => varies = cx.depth == 0,
+                _ => {}
             }
             varies
         });

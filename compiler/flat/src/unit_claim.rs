@@ -34,15 +34,10 @@ pub(crate) struct Declared {
 
 impl Flattener<'_, '_> {
     /// A constant: a literal, or a number with its unit.
-    pub(crate) fn constant_of(
-        &mut self,
-        span: Span,
-        inst: InstId,
-        value: &Value,
-        k: usize,
-        cx: &Context,
-    ) -> Result<Typed, Fail> {
-        let (Value::Real(number), false) = (value, self.in_body(cx)) else { return self.constant_value(span, value) };
+    pub(crate) fn constant_of(&mut self, span: Span, inst: InstId, value: &Value, k: usize) -> Result<Typed, Fail> {
+        let (Value::Real(number), true) = (value, self.builders.is_empty()) else {
+            return self.constant_value(span, value);
+        };
         let Some(unit) = self.unit_of_constant(inst, k) else { return self.constant_value(span, value) };
         let name = self.path(inst);
         Ok(self.quantity(*number, &unit, name, self.tree.instances[inst].span))
@@ -129,7 +124,7 @@ impl Flattener<'_, '_> {
     /// The inputs of a call have the units that the function declares.
     pub(crate) fn claim_inputs(&mut self, span: Span, callee: &Callee, values: Vec<Local>, cx: &Context) -> Vec<Local> {
         let units = self.units_of_function(callee);
-        if units.is_empty() || self.in_body(cx) {
+        if units.is_empty() || !self.builders.is_empty() {
             return values;
         }
         let mut claimed = Vec::with_capacity(values.len());
@@ -148,7 +143,7 @@ impl Flattener<'_, '_> {
     /// A value given to a declaration inside a function has its unit.
     pub(crate) fn claim_assigned(&mut self, span: Span, name: &Name, value: Local, cx: &Context) -> Local {
         let Some(&(function, _)) = cx.called.last() else { return value };
-        if cx.depth == 0 || self.in_body(cx) {
+        if cx.depth == 0 || !self.builders.is_empty() {
             return value;
         }
         let Some(units) = self.function_units.get(&function).cloned() else { return value };
@@ -169,7 +164,7 @@ impl Flattener<'_, '_> {
         value: Local,
         cx: &Context,
     ) -> Local {
-        if self.in_body(cx) {
+        if !self.builders.is_empty() {
             return value;
         }
         let Some(unit) = self.tree.declared_unit(scope, declaration) else { return value };

@@ -3,16 +3,28 @@
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name};
 use hyd_syntax::visit::{Role, Visitor, walk_arguments, walk_expr, walk_reference};
 
-/// True if `test` holds for a reference (not for the names of called functions) anywhere in the expression.
+/// True if `test` holds for a reference anywhere in the expression, apart from the names of called functions and from the loop
+/// variables that the expression itself declares.
 pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool {
     struct Search<'f> {
         test: &'f mut dyn FnMut(&ComponentRef) -> bool,
+        own: Vec<Name>,
         found: bool,
     }
     impl Visitor for Search<'_> {
         fn reference(&mut self, reference: &ComponentRef, role: Role) {
-            self.found = self.found || role == Role::Read && (self.test)(reference);
+            let own = !reference.global && self.own.contains(&reference.parts[0].name.name);
+            self.found = self.found || role == Role::Read && !own && (self.test)(reference);
             walk_reference(self, reference);
+        }
+
+        fn enter(&mut self, iterators: &[Iterator]) {
+            iterators.iter().filter_map(|i| i.range.as_ref()).for_each(|e| self.expr(e));
+            self.own.extend(iterators.iter().map(|i| i.name.name.clone()));
+        }
+
+        fn leave(&mut self, iterators: &[Iterator]) {
+            self.own.truncate(self.own.len() - iterators.len());
         }
 
         fn expr(&mut self, expr: &Expr) {
@@ -26,7 +38,7 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
             }
         }
     }
-    let mut search = Search { test, found: false };
+    let mut search = Search { test, own: Vec::new(), found: false };
     search.expr(expr);
     search.found
 }

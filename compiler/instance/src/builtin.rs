@@ -1,7 +1,7 @@
 //! Functions of the language on values known at translation (Modelica 3.6, sections 3.7 and 10.3).
 
 use crate::array::array_function;
-use crate::value::{Value, binary};
+use crate::value::{LARGEST_INTEGER, Value, binary};
 use crate::work::{MAX_VALUES, volume};
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::math::Function;
@@ -36,7 +36,10 @@ pub(crate) fn builtin(name: &str, values: &[Value]) -> Option<Value> {
         | "skew" => return array_function(name, values),
         "noEvent" | "homotopy" => return values.first().cloned(),
         "smooth" => return values.get(1).cloned(),
-        "integer" => return Some(Value::Integer(real(0)?.floor() as i64)),
+        "integer" => {
+            let whole = real(0)?.floor();
+            return (whole.abs() <= LARGEST_INTEGER as f64).then_some(Value::Integer(whole as i64));
+        }
         "Integer" => {
             return match values.first()? {
                 Value::Enumeration(_, k) => Some(Value::Integer(i64::from(*k))),

@@ -88,6 +88,7 @@ impl ClassTable<'_> {
         let (here, there) = (shape.frames[frame as usize].class, shape.frames[element.frame as usize].class);
         let (new, old) = (self.element(here, position), self.element(there, element.position as usize));
         if here == there && element.position == position as u32 || Arc::ptr_eq(&new.0, &old.0) && new.1 == old.1 {
+            shape.elements[known as usize].also.push(frame);
             return Ok(());
         }
         let name = element.name.clone();
@@ -112,6 +113,7 @@ impl ClassTable<'_> {
             && here != there
             && self.same_declaration(a, b)
         {
+            shape.elements[known as usize].also.push(frame);
             return Ok(());
         }
         let first = name_span(old.element()).unwrap_or(span);

@@ -98,11 +98,8 @@ pub trait RecordMaker<'s> {
     /// The sizes that the declaration of a field gives.
     fn sizes(&mut self, field: &RecordField, fields: &[(Name, Self::Value)]) -> Result<Vec<usize>, Self::Fail>;
     /// A field of which nothing is said; `None` if it has no value yet.
-    fn unset(
-        &mut self,
-        field: &RecordField,
-        fields: &[(Name, Self::Value)],
-    ) -> Result<Option<Self::Value>, Self::Fail>;
+    fn unset(&mut self, field: &RecordField, fields: &[(Name, Self::Value)])
+    -> Result<Option<Self::Value>, Self::Fail>;
     /// A record.
     fn record(&mut self, fields: Vec<(Name, Self::Value)>) -> Self::Value;
     /// Values as an array with one dimension more.

@@ -10,7 +10,7 @@ use crate::build::InstanceTree;
 use crate::builtin::{builtin, is_known};
 use crate::instance::{InstId, Scope, path};
 use crate::lookup::Resolved;
-use crate::value::{Value, binary};
+use crate::value::{Value, binary, first_if_uniform};
 use crate::work::{ELEMENT, MAX_VALUES, TURN};
 
 /// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
@@ -455,6 +455,7 @@ impl InstanceTree<'_> {
                     _ => self.evaluate(&arguments[0], scope, env)?.shape(),
                 }
             }
+            Some(_) if self.depends_on_run(&arguments[0], scope, env) => self.shape_of(&arguments[0], scope, env)?,
             // Sizes cost nothing, however long the array.
             Some(_) => self.evaluate_kind(&arguments[0], scope, env)?.shape(),
             None => Vec::new(),
@@ -487,14 +488,4 @@ fn has_integers(value: &Value) -> bool {
         Value::Array(items) => items.iter().any(has_integers),
         _ => false,
     }
-}
-
-/// The first element along `depth` dimensions if all are equal.
-fn first_if_uniform(value: &Value, depth: usize) -> Option<Value> {
-    if depth == 0 {
-        return Some(value.clone());
-    }
-    let Value::Array(items) = value else { return None };
-    let first = first_if_uniform(items.first()?, depth - 1)?;
-    items.iter().all(|v| first_if_uniform(v, depth - 1).as_ref() == Some(&first)).then_some(first)
 }

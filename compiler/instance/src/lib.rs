@@ -7,6 +7,7 @@
 
 mod advice;
 mod array;
+mod assign;
 mod build;
 mod builtin;
 pub mod class;
@@ -17,6 +18,7 @@ mod data_file;
 mod declared_unit;
 mod demand;
 mod evaluate;
+mod expression_shape;
 mod free_parameter;
 mod heir;
 mod import;

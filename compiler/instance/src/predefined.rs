@@ -4,7 +4,8 @@
 //! of the class, of a package around it or of an import is what `max` means there.  Operators with special meaning cannot be
 //! declared (3.7).
 
-use hyd_syntax::tree::ComponentRef;
+use hyd_source::{Code, Diagnostic};
+use hyd_syntax::tree::{ComponentRef, Name};
 
 use crate::build::InstanceTree;
 use crate::instance::Scope;
@@ -38,14 +39,25 @@ impl InstanceTree<'_> {
     /// The function or operator of the language that a call in this scope would mean; `None` for a name with dots and where a
     /// declaration hides it.
     pub fn predefined<'r>(&mut self, scope: Scope, function: &'r ComponentRef) -> Option<&'r str> {
-        match function.parts.as_slice() {
-            [only] if !function.global && !self.is_declared(scope, &only.name.name) => Some(&only.name.name),
-            _ => None,
+        let [only] = function.parts.as_slice() else { return None };
+        let name = &only.name.name;
+        if function.global {
+            return None;
         }
+        if !self.is_declared(scope, name) {
+            return Some(name);
+        }
+        // What is only asked for its size is left out wherever an expression is looked through.
+        if matches!(name.as_ref(), "size" | "ndims") {
+            let message = format!("a declaration that hides the function `{name}` is outside the language profile");
+            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(function.span, "called here"));
+            return Some(name);
+        }
+        None
     }
 
     /// True if a declaration around the scope has this name.
-    fn is_declared(&mut self, scope: Scope, name: &hyd_syntax::tree::Name) -> bool {
+    fn is_declared(&mut self, scope: Scope, name: &Name) -> bool {
         if NEVER_HIDDEN.contains(&name.as_ref()) {
             return false;
         }

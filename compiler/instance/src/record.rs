@@ -86,9 +86,7 @@ impl InstanceTree<'_> {
             ExprKind::Ref(_) | ExprKind::Field(..) => Ok(()),
             ExprKind::Call(function, Arguments::List { positional, named }) => {
                 match self.constructed(scope, function)? {
-                    Some(local) => {
-                        self.constructor_arguments(&local, expr.span, positional, named).map(|_| ())
-                    }
+                    Some(local) => self.constructor_arguments(&local, expr.span, positional, named).map(|_| ()),
                     None => Ok(()),
                 }
             }

@@ -53,6 +53,8 @@ pub struct ShapeElement {
     pub modification: Arc<AstMod>,
     /// Frame and position of the declaration that this one redeclares.
     pub replaced: Option<(u32, u32)>,
+    /// Frames that declare the same element once more.
+    pub also: Vec<u32>,
 }
 
 /// A class with everything inherited.
@@ -78,7 +80,9 @@ impl Shape {
     pub fn visible(&self, name: &str, frame: u32) -> Option<&ShapeElement> {
         let element = &self.elements[*self.by_name.get(name)? as usize];
         let visible = &self.frames[frame as usize].visible;
-        let seen = visible.contains(&element.frame) || element.replaced.is_some_and(|(f, _)| visible.contains(&f));
+        let seen = visible.contains(&element.frame)
+            || element.replaced.is_some_and(|(f, _)| visible.contains(&f))
+            || element.also.iter().any(|frame| visible.contains(frame));
         seen.then_some(element)
     }
 }
@@ -235,6 +239,7 @@ impl ClassTable<'_> {
             component,
             modification: Arc::new(AstMod::from_syntax(modification)),
             replaced: None,
+            also: Vec::new(),
         });
         Ok(())
     }

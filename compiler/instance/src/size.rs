@@ -44,9 +44,14 @@ impl InstanceTree<'_> {
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
                 return Err(Reported);
             };
-            let value = self.evaluate_applied(&applied)?;
+            let given = match applied.tree.binding.clone() {
+                Some(expr) if self.depends_on_run(&expr, applied.scope, &Env::default()) => {
+                    self.shape_of(&expr, applied.scope, &Env::default())?
+                }
+                _ => self.evaluate_applied(&applied)?.shape(),
+            };
             let skip: usize = applied.spread.iter().map(|&i| self.instances[i].dims.len()).sum();
-            return value.shape().get(skip + k).copied().ok_or_else(|| {
+            return given.get(skip + k).copied().ok_or_else(|| {
                 let message = format!("the value of `{name}` has too few dimensions");
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
                 Reported
@@ -62,7 +67,12 @@ impl InstanceTree<'_> {
             Value::Array(items) if items.iter().all(|v| matches!(v, Value::Enumeration(..))) => {
                 Some(items.len() as i64)
             }
-            Value::Enumeration(..) | Value::Boolean(_) | Value::Real(_) | Value::Text(_) | Value::Array(_) | Value::Record(_) => None,
+            Value::Enumeration(..)
+            | Value::Boolean(_)
+            | Value::Real(_)
+            | Value::Text(_)
+            | Value::Array(_)
+            | Value::Record(_) => None,
         };
         match size {
             Some(size) if size >= 0 && (size as usize) <= MAX_ELEMENTS => Ok(size as usize),

@@ -35,6 +35,9 @@ pub enum Value {
     Record(Arc<Vec<(Name, Value)>>),
 }
 
+/// The largest whole number that is exact in the run, where an Integer is a double, together with all below.
+pub const LARGEST_INTEGER: i64 = (1 << 53) - 1;
+
 impl Value {
     /// An array of these elements.
     pub fn array(items: Vec<Value>) -> Self {
@@ -174,6 +177,16 @@ impl Value {
     }
 }
 
+/// The first element along `depth` dimensions if all are equal.
+pub(crate) fn first_if_uniform(value: &Value, depth: usize) -> Option<Value> {
+    if depth == 0 {
+        return Some(value.clone());
+    }
+    let Value::Array(items) = value else { return None };
+    let first = first_if_uniform(items.first()?, depth - 1)?;
+    items.iter().all(|v| first_if_uniform(v, depth - 1).as_ref() == Some(&first)).then_some(first)
+}
+
 /// How many values `start:step:stop` has if one of the three is a Real: a step that misses the end by rounding still counts
 /// (Modelica 3.6, section 10.4.3).  NaN or infinite if the three are.
 pub fn count_of_reals(start: f64, step: f64, stop: f64) -> f64 {
@@ -279,10 +292,11 @@ fn compare(op: BinaryOp, a: &Value, b: &Value) -> Option<bool> {
 
 fn integers(op: BinaryOp, x: i64, y: i64) -> Option<Value> {
     use BinaryOp as Op;
+    let exact = |k: i64| (k.unsigned_abs() <= LARGEST_INTEGER as u64).then_some(Value::Integer(k));
     match op {
-        Op::Add | Op::ElementAdd => x.checked_add(y).map(Value::Integer),
-        Op::Sub | Op::ElementSub => x.checked_sub(y).map(Value::Integer),
-        Op::Mul | Op::ElementMul => x.checked_mul(y).map(Value::Integer),
+        Op::Add | Op::ElementAdd => x.checked_add(y).and_then(exact),
+        Op::Sub | Op::ElementSub => x.checked_sub(y).and_then(exact),
+        Op::Mul | Op::ElementMul => x.checked_mul(y).and_then(exact),
         _ => reals(op, x as f64, y as f64),
     }
 }

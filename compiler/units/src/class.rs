@@ -135,6 +135,8 @@ const COUNT: u32 = 2;
 pub type SlotClass = u64;
 
 const DER: u64 = 1 << 32;
+/// Nothing is known or asked of the unit.
+const FREE: u64 = 1 << 36;
 const NEGATED: u64 = 1 << 33;
 const NUMBER: u64 = 1 << 34;
 
@@ -242,7 +244,8 @@ impl Classes {
             }
             Target::Const(c) if exact => NUMBER | c.0 as u64 | if operand.negated() { NEGATED } else { 0 },
             Target::Delayed(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]),
-            Target::DelayedRate(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]) | DER,
+            // It stands before the delay time only, and both together have the unit of what is delayed.
+            Target::DelayedRate(_) => FREE,
             Target::Const(_) | Target::Held(_) | Target::Chosen(_) => u64::from(COUNT << TAG_SHIFT),
         }
     }
@@ -252,6 +255,9 @@ impl Classes {
         let code = class as u32;
         if class & NUMBER != 0 {
             return Form::COUNT;
+        }
+        if class & FREE != 0 {
+            return Form::Free;
         }
         let mut product = match code >> TAG_SHIFT {
             KNOWN => Product::known(&self.units[(code & INDEX) as usize]),
@@ -272,7 +278,7 @@ impl Classes {
     /// The unknown unit a class stands for.
     pub fn unknown(&self, class: SlotClass) -> Option<UnknownId> {
         let code = class as u32;
-        (class & NUMBER == 0 && code >> TAG_SHIFT == UNKNOWN).then_some(code & INDEX)
+        (class & (NUMBER | FREE) == 0 && code >> TAG_SHIFT == UNKNOWN).then_some(code & INDEX)
     }
 
     /// The unknown unit of a scalar.
