@@ -19,7 +19,7 @@ use crate::index::Affine;
 use crate::lower::Typed;
 
 /// Deepest nesting of function calls.
-const MAX_CALLS: usize = 64;
+pub(crate) const MAX_CALLS: usize = 64;
 
 /// The outputs of a call in their order.
 pub(crate) type Outputs = Vec<(Name, Local)>;

@@ -142,6 +142,10 @@ impl Flattener<'_, '_> {
             let message = "only sum, product, min and max take `... for ... in ...`";
             return Err(self.error(Code::BadArguments, span, message));
         };
+        if cx.depth >= crate::function::MAX_CALLS {
+            let message = format!("functions call each other deeper than {} levels", crate::function::MAX_CALLS);
+            return Err(self.error(Code::Limit, span, message));
+        }
         let given = self.tree.constructor_arguments(local, span, positional, named)?;
         let record = self.tree.table.class(local.class).def.name.name.clone();
         construct(&mut Nodes { flat: self, cx, record: &record, set_later: false }, local, given, only)

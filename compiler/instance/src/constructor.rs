@@ -106,6 +106,9 @@ pub trait RecordMaker<'s> {
     fn array(&mut self, span: Span, items: Vec<Self::Value>) -> Result<Self::Value, Self::Fail>;
 }
 
+/// Deepest nesting of records in records.
+const MAX_NESTED: usize = 50;
+
 /// A record in the making.
 struct Level<V> {
     inst: InstId,
@@ -144,6 +147,13 @@ fn make<'s, M: RecordMaker<'s>>(
     given: Vec<(Name, Expr)>,
     only: Option<&Name>,
 ) -> Result<M::Value, M::Fail> {
+    if levels.len() >= MAX_NESTED {
+        let table = &mut maker.tree().table;
+        let (name, span) = (table.full_name(local.class), table.class(local.class).def.name.span);
+        let message = format!("records are nested deeper than {MAX_NESTED} levels: does `{name}` hold itself?");
+        table.report(Diagnostic::error(Code::Limit, message).at(span, "declared here"));
+        return Err(Reported.into());
+    }
     let (inst, fields) = maker.tree().record_fields(local, said, at)?;
     let fields: Rc<[RecordField]> = fields.into();
     levels.push(Level { inst, fields: fields.clone(), given, done: Vec::new(), open: Vec::new() });
