@@ -117,8 +117,8 @@ impl Display for SolveError {
                 }
                 hint(
                     f,
-                    "a `noEvent` whose condition flips to and fro needs an event or a smooth transition; else raise the limit of steps, or \
-                     loosen the tolerance",
+                    "a `noEvent` whose condition flips to and fro needs an event or a smooth transition; else raise the limit of steps (`--max-steps`), \
+                     or loosen the tolerance",
                 )
             }
             SolveError::Interrupted { time } => write!(f, "interrupted at t = {time} s"),

@@ -3,6 +3,8 @@
 //! A column is a full name and a source (a place in the row, a parameter or a constant, and a sign), so that eliminated
 //! aliases cost a column name and nothing else.  Which variables become columns is the caller's choice.
 
+use std::collections::HashSet;
+
 use hyd_system::{Place, Source, Tables, Variability, VariableInfo};
 
 /// Decides by variable and full name of the element whether it becomes a column.
@@ -50,10 +52,12 @@ pub fn described_columns(
     mut keep: impl FnMut(&VariableInfo, &str) -> bool,
 ) -> Vec<(Column, &VariableInfo)> {
     let mut all = Vec::new();
+    // A name is a column once, whatever the tables hold under it.
+    let mut known = HashSet::new();
     for variable in &tables.variables {
         for (element, &source) in variable.sources.iter().enumerate() {
             let name = variable.name.element(element);
-            if keep(variable, &name) {
+            if keep(variable, &name) && known.insert(name.clone()) {
                 all.push((Column { name, source }, variable));
             }
         }

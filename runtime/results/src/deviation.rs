@@ -136,7 +136,8 @@ fn farthest(
 
 fn distance(value: f64, low: f64, high: f64) -> f64 {
     if !value.is_finite() || !low.is_finite() || !high.is_finite() {
-        let alike = value.is_finite() == (low.is_finite() && high.is_finite());
+        // A window without any number leaves its bounds crossed.
+        let alike = if value.is_nan() { low > high || low.is_nan() } else { (low..=high).contains(&value) };
         return if alike { 0.0 } else { f64::INFINITY };
     }
     (value - high).max(low - value).max(0.0)
@@ -204,5 +205,10 @@ mod tests {
         let b = table("time,x,y\n0,0,NaN\n1,1,NaN\n");
         let found = deviations(&a, &b, 0.0);
         assert_eq!((found[0].largest, found[1].largest), (f64::INFINITY, 0.0));
+        // Infinities are alike on the same side only, and none is like what is not a number.
+        let a = table("time,x,y,z\n0,inf,inf,inf\n1,inf,inf,inf\n");
+        let b = table("time,x,y,z\n0,inf,-inf,NaN\n1,inf,-inf,NaN\n");
+        let found: Vec<f64> = deviations(&a, &b, 0.0).iter().map(|own| own.largest).collect();
+        assert_eq!(found, [0.0, f64::INFINITY, f64::INFINITY]);
     }
 }

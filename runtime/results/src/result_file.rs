@@ -1,7 +1,7 @@
 //! The file of a run: a format chosen by its name, written under a temporary name until it is whole.
 //!
-//! A run that came to its end, or was stopped in good order, gives `F.csv`; one that failed gives `F.partial.csv`, and one whose
-//! process is killed leaves only the temporary file, so nothing that is not whole stands under a name that says so.
+//! A run that came to its end gives `F.csv`; one that failed or was stopped gives `F.partial.csv`, and one whose process is killed
+//! leaves only the temporary file: nothing that is not whole stands under a name that says so, or replaces what is whole.
 
 use std::fs::File;
 use std::io;
@@ -61,7 +61,7 @@ impl ResultFile {
         self.close(&path)
     }
 
-    /// The run failed: what there is gets a name that says so.  `None` if there were no rows.
+    /// The run failed or was stopped: what there is gets a name that says so.  `None` if there were no rows.
     pub fn partial(self) -> io::Result<Option<PathBuf>> {
         let path = partial(&self.path);
         self.close(&path)
@@ -87,8 +87,8 @@ impl Sink for ResultFile {
     }
 }
 
-/// `F.csv` to `F.partial.csv`.
-fn partial(path: &Path) -> PathBuf {
+/// `F.csv` to `F.partial.csv`: the name of what is not whole.
+pub fn partial(path: &Path) -> PathBuf {
     match path.extension() {
         Some(extension) => path.with_extension(format!("partial.{}", extension.to_string_lossy())),
         None => path.with_extension("partial"),
