@@ -110,11 +110,26 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
         let mut parts = full.split('.').map(Name::from);
         let first = parts.next().and_then(|name| table.top(&name));
         let class = parts.fold(first, |class, name| class.and_then(|class| table.child(class, &name)));
-        if let Some(class) = class {
+        if let Some(class) = class.or_else(|| misspelt(&mut table, &full)) {
             collect_classes(&mut table, class, kind, &mut found);
         }
     }
     (found, table.files, table.diagnostics)
+}
+
+/// The class in a file whose name differs in case only, which is how classes are looked up: what the file was expected to
+/// define is no fault then.
+fn misspelt(table: &mut ClassTable<'_>, full: &str) -> Option<ClassId> {
+    let names = |table: &ClassTable<'_>, class: ClassId| table.full_name(class);
+    let ids: Vec<ClassId> = table.class_ids().collect();
+    let class = ids.into_iter().find(|&class| {
+        let name = names(table, class);
+        name != full && name.to_lowercase() == full.to_lowercase()
+    })?;
+    let last = full.rsplit('.').next().unwrap_or(full);
+    let expected = format!("should define `{last}` and does not");
+    table.diagnostics.retain(|diagnostic| !diagnostic.message.ends_with(&expected));
+    Some(class)
 }
 
 fn collect_classes(table: &mut ClassTable<'_>, class: ClassId, kind: &str, found: &mut Vec<AnnotatedClass>) {
@@ -201,7 +216,8 @@ fn record(modification: &Modification) -> Note {
         Argument::Modify(entry) => {
             let name: Vec<&str> = entry.target.parts.iter().map(|part| &*part.name).collect();
             let note = match &entry.modification.binding {
-                Some(value) => note_of(value)?,
+                // Whoever asks for it finds that it is nothing he can use.
+                Some(value) => note_of(value).unwrap_or(Note::Record(Vec::new())),
                 None => record(&entry.modification),
             };
             Some((Arc::from(name.join(".")), note))

@@ -70,7 +70,17 @@ impl Describe<'_> {
         let unknown_blocks = self.unknown_blocks();
         let mut variables = Vec::new();
         let mut shown: Vec<Option<u32>> = Vec::with_capacity(flat.variables.len());
+        // Derivatives that are variables, by what they are the derivatives of: one that the text differentiates again may be freed
+        // by the reduction of the index as well.
+        let mut rates: FxHashMap<(VarId, u32, u32), u32> = FxHashMap::default();
         for block in flat.variables.iter() {
+            if let (Some(Made::Derivative { of, order }), 1..) = (block.made, block.count) {
+                let known = *rates.entry((of, order, block.count)).or_insert(variables.len() as u32);
+                if known < variables.len() as u32 {
+                    shown.push(Some(known));
+                    continue;
+                }
+            }
             // Of what the translation made derivatives are shown, and unknowns, because messages name them.
             let hide = match block.made {
                 None | Some(Made::Derivative { .. }) => block.count == 0,

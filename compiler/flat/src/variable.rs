@@ -324,7 +324,11 @@ impl Flattener<'_, '_> {
             Some(Direction::Input) => (Code::OpenInput, format!("nothing gives the input `{name}` a value")),
             _ => (Code::NoValue, format!("the parameter `{name}` has no value")),
         };
-        self.report(Diagnostic::warning(code, format!("{what}; {taken} is taken")).at(span, "declared here"));
+        let message = Diagnostic::warning(code, format!("{what}; {taken} is taken"));
+        self.report(match self.tree.users_line(inst) {
+            Some(component) => message.at(component, "of this component").with(span, "declared here"),
+            None => message.at(span, "declared here"),
+        });
     }
 
     /// A parameter whose value was set from outside before translation and used there.

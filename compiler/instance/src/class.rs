@@ -237,6 +237,12 @@ impl<'s> ClassTable<'s> {
         self.classes[parent].children.insert(name.clone(), Some(class));
     }
 
+    /// All classes that have been read so far.
+    pub fn class_ids(&self) -> impl Iterator<Item = ClassId> + use<> {
+        let ids: Vec<ClassId> = self.classes.iter_enumerated().map(|(id, _)| id).collect();
+        ids.into_iter()
+    }
+
     /// A class at the top.
     pub fn top(&mut self, name: &Name) -> Option<ClassId> {
         if let Some(&known) = self.top.get(name) {

@@ -2,7 +2,7 @@
 //!
 //! A function whose body is `external "hyd" values = csvColumn(file, column);` takes two Strings and gives the numbers
 //! that stand in a column of a file with a header.  Fields are separated by commas, semicolons or tabs, whichever the
-//! header has; lines that are empty or begin with `#` are passed over.  A name of a column may be followed by its unit
+//! header has; every row has as many as the header; lines that are empty or begin with `#` are passed over.  A name of a column may be followed by its unit
 //! (`p_R [Pa]`).  Where the file lies is for the source of texts to know.  External functions of other languages are
 //! outside the profile.
 
@@ -60,26 +60,75 @@ type Wrong = (String, Option<String>);
 fn column_of(text: &str, wanted: &str) -> Result<Vec<f64>, Wrong> {
     let mut lines =
         text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+    if let Some(k) = text.lines().position(|line| line.len() > LONGEST) {
+        return Err((format!("line {} is longer than {} MB", k + 1, LONGEST >> 20), None));
+    }
     let Some((_, header)) = lines.next() else { return Err(("the file is empty".to_string(), None)) };
+    let header = header.trim_start_matches('\u{feff}');
     let separator = [';', '\t'].into_iter().find(|&c| header.contains(c)).unwrap_or(',');
-    let names: Vec<&str> = header.trim_start_matches('\u{feff}').split(separator).map(bare).collect();
-    let position = names.iter().position(|name| *name == wanted);
-    let Some(k) = position.or_else(|| names.iter().position(|name| without_unit(name) == wanted)) else {
-        let help = did_you_mean(wanted, names.iter().copied())
-            .or_else(|| Some(format!("its columns are {}", names.join(", "))));
-        return Err((format!("there is no column `{wanted}`"), help));
-    };
+    let names: Vec<&str> = fields(header, separator).map(bare).collect();
+    let k = position(&names, wanted)?;
     let mut values = Vec::new();
     for (number, line) in lines {
-        let Some(field) = line.split(separator).nth(k).map(bare) else {
-            return Err((format!("line {} has no column {}", number + 1, k + 1), None));
-        };
-        match field.parse::<f64>() {
+        let line_number = number + 1;
+        let row: Vec<&str> = fields(line, separator).map(bare).collect();
+        if row.len() != names.len() {
+            let few = if row.len() == 1 { "1 field".to_string() } else { format!("{} fields", row.len()) };
+            let sentence = format!("line {line_number} has {few}, and the header {}", names.len());
+            let is_comma = separator == ',' && row.len() > names.len();
+            return Err((sentence, is_comma.then(|| DECIMAL_POINT.to_string())));
+        }
+        match row[k].parse::<f64>() {
             Ok(value) if value.is_finite() => values.push(value),
-            _ => return Err((format!("line {}: `{field}` is no number", number + 1), None)),
+            _ => {
+                let is_comma = row[k].replacen(',', ".", 1).parse::<f64>().is_ok();
+                let sentence = format!("line {line_number}: `{}` is no number", shortened(row[k]));
+                return Err((sentence, is_comma.then(|| DECIMAL_POINT.to_string())));
+            }
         }
     }
     if values.is_empty() { Err(("there are no rows below its header".to_string(), None)) } else { Ok(values) }
+}
+
+/// The column of this name, or the only one of this name and a unit.
+fn position(names: &[&str], wanted: &str) -> Result<usize, Wrong> {
+    let called = |is: &dyn Fn(&str) -> bool| -> Vec<usize> { (0..names.len()).filter(|&k| is(names[k])).collect() };
+    let mut found = called(&|name| name == wanted);
+    if found.is_empty() {
+        found = called(&|name| without_unit(name) == wanted);
+    }
+    match found[..] {
+        [k] => Ok(k),
+        [] => {
+            let help = did_you_mean(wanted, names.iter().copied())
+                .or_else(|| Some(format!("its columns are {}", shortened(&names.join(", ")))));
+            Err((format!("there is no column `{wanted}`"), help))
+        }
+        _ => Err((format!("{} of its columns are called `{wanted}`", found.len()), None)),
+    }
+}
+
+/// Longest line (bytes): its fields take many times as much memory.
+const LONGEST: usize = 1 << 20;
+/// What is to be said of `1,5`.
+const DECIMAL_POINT: &str = "numbers have a decimal point, no comma";
+
+/// The beginning of what may be long.
+fn shortened(text: &str) -> String {
+    const MOST: usize = 200;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_string(),
+    }
+}
+
+/// The fields of a line; what is quoted holds no separators.
+fn fields(line: &str, separator: char) -> impl Iterator<Item = &str> {
+    let mut is_quoted = false;
+    line.split(move |c| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
+    })
 }
 
 /// A field without blanks and quotes around it.
@@ -113,10 +162,33 @@ mod tests {
     fn faults_name_the_line() {
         let wrong = |text: &str| column_of(text, "p").unwrap_err().0;
         assert_eq!(wrong("# c\nt,p\n0,1\n1,x\n"), "line 4: `x` is no number");
-        assert_eq!(wrong("t,p\n0,1\n1\n"), "line 3 has no column 2");
+        assert_eq!(wrong("t,p\n0,1\n1\n"), "line 3 has 1 field, and the header 2");
+        assert_eq!(wrong("t,p\n0,1\n1,2,3\n"), "line 3 has 3 fields, and the header 2");
+        assert_eq!(wrong("t,p\n0,1\n1,1e999\n"), "line 3: `1e999` is no number");
+        assert_eq!(wrong("t,p\n0,1\n1,\n"), "line 3: `` is no number");
+        assert_eq!(wrong("p,p\n0,1\n"), "2 of its columns are called `p`");
+        assert_eq!(wrong("p [Pa],p (bar)\n0,1\n"), "2 of its columns are called `p`");
         assert_eq!(wrong("t,p\n"), "there are no rows below its header");
         assert_eq!(wrong("t,q\n0,1\n"), "there is no column `p`");
         assert_eq!(wrong(""), "the file is empty");
         assert_eq!(column_of("t,q\n0,1\n", "p").unwrap_err().1.unwrap(), "its columns are t, q");
+    }
+
+    /// `1,5` is neither 1 nor 5 nor 1.5.
+    #[test]
+    fn decimal_commas_are_told() {
+        for (text, sentence) in [
+            ("p\n1,5\n", "line 2 has 2 fields, and the header 1"),
+            ("t,p\n0,1,5\n", "line 2 has 3 fields, and the header 2"),
+            ("t;p\n0;1,5\n", "line 2: `1,5` is no number"),
+            ("t\tp\n0\t1,5\n", "line 2: `1,5` is no number"),
+            ("t,p\n0,\"1,5\"\n", "line 2: `1,5` is no number"),
+        ] {
+            let wrong = column_of(text, "p").unwrap_err();
+            assert_eq!((wrong.0.as_str(), wrong.1.as_deref()), (sentence, Some(super::DECIMAL_POINT)), "{text:?}");
+        }
+        // What is quoted holds no separators.
+        assert_eq!(column_of("\"a, b\",p\n\"x, y\",2\n", "p"), Ok(vec![2.0]));
+        assert_eq!(column_of("t;\"p, left\"\n0;3\n", "p, left"), Ok(vec![3.0]));
     }
 }

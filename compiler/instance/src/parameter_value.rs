@@ -114,10 +114,12 @@ impl InstanceTree<'_> {
         let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
         let Some(applied) = primitive.binding.clone().or(start) else {
             let declared = instance.span;
-            let message = format!("the parameter `{name}` has no value");
-            self.table.report(
-                Diagnostic::error(Code::NoValue, message).at(span, "needed here").with(declared, "declared here"),
-            );
+            let message = Diagnostic::error(Code::NoValue, format!("the parameter `{name}` has no value"));
+            let message = match self.users_line(inst) {
+                Some(component) => message.at(component, "of this component").with(span, "needed here"),
+                None => message.at(span, "needed here"),
+            };
+            self.table.report(message.with(declared, "declared here"));
             return Err(Reported);
         };
         let value = self.evaluate_applied(&applied)?;
@@ -127,6 +129,19 @@ impl InstanceTree<'_> {
             return Err(Reported);
         }
         Ok(if real { widen(value) } else { value })
+    }
+
+    /// Where the text of the model declares the component that holds an instance of another file, such as a library's; none
+    /// where the instance stands in the model's own text.
+    pub fn users_line(&self, inst: InstId) -> Option<Span> {
+        let own = self.table.class(self.instances[self.root].class?).def.name.span.file;
+        let is_own = |inst: InstId| self.instances[inst].span.file == own;
+        if is_own(inst) {
+            return None;
+        }
+        let above = std::iter::successors(Some(inst), |&inst| self.instances[inst].parent);
+        let above = above.take_while(|&inst| inst != self.root);
+        above.skip(1).find(|&inst| is_own(inst)).map(|inst| self.instances[inst].span)
     }
 
     /// The value a modification gives, in its own scope.
