@@ -100,12 +100,15 @@ pub struct ModelArguments {
 }
 
 /// Where classes come from.
-#[derive(Args, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct LibraryArguments {
     /// Folder with libraries, or one library: class A is DIR/A/package.hyd or DIR/A.hyd, .mo serves too (repeatable; then
     /// HYD_LIBRARY, then the built-in library)
     #[arg(long = "library", value_name = "DIR")]
     pub library: Vec<PathBuf>,
+    /// Lets models, studies, sets and plans name files outside of their own folder and those of the libraries
+    #[arg(long)]
+    pub allow_outside: bool,
 }
 
 /// `hyd check`
@@ -284,6 +287,9 @@ pub struct Compare {
     /// Variables to compare: those whose full name matches
     #[arg(long, value_name = "REGEX")]
     pub variables: Option<String>,
+    /// Compares only what both results have: a shorter run or a variable that one of them lacks is no difference then
+    #[arg(long)]
+    pub common: bool,
     /// Lists all variables, not only those that deviate most
     #[arg(long)]
     pub all: bool,

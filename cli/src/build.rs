@@ -13,6 +13,7 @@ use hyd_system::DaeSystem;
 use crate::arguments::Build;
 use crate::translate::translate;
 use crate::{Failure, output, parameters};
+use hyd_run::check_target;
 
 /// Environment variable that names the launcher.
 const LAUNCHER_VARIABLE: &str = "HYD_LAUNCHER";
@@ -21,8 +22,8 @@ const LAUNCHER: &str = if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launc
 
 /// Runs the verb.
 pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
-    refuse_text(&arguments.output, &arguments.model.file)?;
-    let launcher = launcher()?;
+    check_target("-o", &arguments.output, &[&arguments.model.file])?;
+    let launcher = launcher(&arguments.output)?;
     let compilation = translate(&arguments.model, Goal::Run)?;
     let model = compilation.model.as_ref();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
@@ -57,22 +58,14 @@ pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     })
 }
 
-/// An executable never replaces a text.
-fn refuse_text(output: &Path, file: &Path) -> Result<(), Failure> {
-    let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let same = output.canonicalize().is_ok_and(|output| file.canonicalize().is_ok_and(|file| output == file));
-    if same || matches!(extension.as_str(), "hyd" | "mo" | "toml") {
-        return Err(Failure::Usage(format!("-o `{}` would replace a source text", output.display())));
-    }
-    Ok(())
-}
-
-/// The bytes of the launcher.
-fn launcher() -> Result<Vec<u8>, Failure> {
+/// The bytes of the launcher, which `output` must not be, nor this program.
+fn launcher(output: &Path) -> Result<Vec<u8>, Failure> {
     let path = match std::env::var_os(LAUNCHER_VARIABLE).filter(|path| !path.is_empty()) {
         Some(path) => PathBuf::from(path),
         None => beside_us()?,
     };
+    let own = std::env::current_exe().unwrap_or_default();
+    check_target("-o", output, &[&path, &own])?;
     let bytes = std::fs::read(&path);
     let bytes =
         bytes.map_err(|error| Failure::Fault(format!("the launcher `{}` cannot be read: {error}", path.display())))?;

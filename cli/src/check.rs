@@ -1,21 +1,47 @@
 //! `hyd check FILE`: translates up to the sorted system and prints the counts.
+//!
+//! A component whose connectors are open cannot be sorted by itself; if it brings as many equations as it must (Modelica 3.6,
+//! section 4.7), that is all that can be said of it, and no fault.
 
-use hyd_compiler::{Compilation, Goal};
+use hyd_compiler::{Code, Compilation, Diagnostic, Goal, Severity};
 use hyd_flat::Section;
 use hyd_system::Variability;
 
 use crate::arguments::Check;
-use crate::translate::translate;
+use crate::translate::{compiled, report};
 use crate::{Failure, output};
 
 /// Runs the verb.
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
-    let compilation = translate(&arguments.model, Goal::Check)?;
+    let mut compilation = compiled(&arguments.model, Goal::Check)?;
+    let ends = ends_of_component(&compilation);
+    if !ends.is_empty() {
+        compilation.diagnostics.retain(|diagnostic| !is_of_balance(diagnostic));
+    }
+    report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
+    if compilation.has_errors() {
+        return Err(Failure::Reported);
+    }
     let mut text = counts(&compilation);
+    if !ends.is_empty() {
+        text.push_str(&format!("  balanced as a component: {} to be connected where it is used\n", ends.join(", ")));
+    }
     if arguments.unknown_units {
         text.push_str(&unknown_units(&compilation));
     }
     output::print(&text)
+}
+
+/// The connectors and inputs of a component that is balanced by itself and only lacks what is connected to it.
+fn ends_of_component(compilation: &Compilation) -> Vec<String> {
+    let errors = || compilation.diagnostics.iter().filter(|own| own.severity == Severity::Error);
+    let ends = compilation.flat.iter().flat_map(|flat| &flat.open_ends).map(|name| format!("`{name}`"));
+    if errors().next().is_some() && errors().all(is_of_balance) { ends.collect() } else { Vec::new() }
+}
+
+/// Equations and unknowns that do not fit each other, which is no fault while what is connected is missing.
+fn is_of_balance(diagnostic: &Diagnostic) -> bool {
+    diagnostic.severity == Severity::Error && matches!(diagnostic.code, Code::Unbalanced | Code::Singular)
 }
 
 /// The variables whose unit is neither declared nor follows from others; an array is one line.

@@ -1,25 +1,33 @@
 //! `hyd discover STUDY.toml --bench SET.json --report DIR`: where do they differ, what is missing, and the model that has it.
 
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::Instant;
 
 use hyd_compiler::inquiry::annotated_classes;
+use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects};
 use hyd_discovery::report::{Report, report, table};
 use hyd_discovery::search::{Findings, NEEDED, Search};
 use hyd_discovery::variant::Workshop;
-use hyd_results::write_whole;
+use hyd_results::{refuse_read, write_whole};
 
-use crate::arguments::Discover;
+use crate::arguments::{Discover, MessageFormat};
 use crate::discovery_calibration as calibration;
-use crate::discovery_memory::{FitsFile, hash};
+use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
 use crate::picture::write_picture;
 use crate::study::{Opened, failure, open};
+use crate::translate::report as report_all;
 use crate::{Failure, output};
+
+/// The files of a report.
+const FILES: [&str; 6] = ["report.json", "trajectories.csv", "report.html", "gap.svg", MODEL, MEMORY];
+/// The model that has what was found.
+const MODEL: &str = "discovered.hyd";
 
 /// Runs the verb.
 pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
@@ -41,6 +49,11 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let candidates = all_candidates(&opened, &workshop)?;
     let seed = arguments.study.seed;
     let hash = fingerprint(&opened, &workshop, &candidates, seed)?;
+    // By now all texts and tables have been read; better here than after a long search.
+    for name in FILES {
+        let path = arguments.report.join(name);
+        refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
+    }
     let needed = threshold(arguments, (setup, &workshop, &candidates), hash, &progress)?;
     let memory = FitsFile::open(&arguments.report, hash, arguments.resume);
     let memory = memory.map_err(|error| {
@@ -95,8 +108,7 @@ fn searched(search: Search<'_>) -> Result<(Findings, Option<Setup>), Failure> {
 fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Result<(), Failure> {
     let save = |name: &str, text: &str| {
         let path = arguments.report.join(name);
-        write_whole(&path, text.as_bytes())
-            .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))
+        write_whole(&path, text.as_bytes()).map_err(|error| unwritable(&path, &error))
     };
     save("report.json", json)?;
     save("trajectories.csv", &table(&report.curves))?;
@@ -104,9 +116,9 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
     if let Some(figure) = gap_picture(setup, report) {
         write_picture(&arguments.report.join("gap.svg"), &figure)?;
     }
-    let stale = arguments.report.join("discovered.hyd");
+    let stale = arguments.report.join(MODEL);
     match &report.model {
-        Some(text) => save("discovered.hyd", text)?,
+        Some(text) => save(MODEL, text)?,
         // The model of an earlier call is not that of this one.
         None if stale.exists() => std::fs::remove_file(&stale)
             .map_err(|error| Failure::Fault(format!("`{}` cannot be removed: {error}", stale.display())))?,
@@ -115,10 +127,23 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
     Ok(())
 }
 
+fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
+}
+
 /// All effects of the libraries at all places of the base model.
 fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candidate>, Failure> {
     let setup = &opened.setup;
-    let (classes, ..) = annotated_classes(&mut *opened.sources(), "effect");
+    let (classes, files, mut diagnostics) = annotated_classes(&mut *opened.sources(), "effect");
+    // What lies in a folder of libraries under another name than its own is no class of it.
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.code == Code::UnknownClass) {
+        diagnostic.severity = Severity::Warning;
+    }
+    // An effect that cannot be read is missing among the answers.
+    report_all(&files, &diagnostics, MessageFormat::Text);
+    if diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(Failure::Reported);
+    }
     let mut effects = effects(&classes).map_err(failure)?;
     let without = &setup.study.without;
     effects.retain(|effect| {

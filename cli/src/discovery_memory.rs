@@ -14,7 +14,7 @@ use hyd_discovery::search::memory::Memory;
 use serde_json::{Value, json};
 
 /// Name in the folder of the report.
-const NAME: &str = "fits.jsonl";
+pub(crate) const MEMORY: &str = "fits.jsonl";
 
 /// Fits in a file.
 pub(crate) struct FitsFile {
@@ -29,7 +29,7 @@ impl FitsFile {
     /// # Errors
     /// When it cannot be written.
     pub(crate) fn open(folder: &Path, hash: u64, resume: bool) -> io::Result<Self> {
-        let path = folder.join(NAME);
+        let path = folder.join(MEMORY);
         let header = json!({"hyd": env!("CARGO_PKG_VERSION"), "search": format!("{hash:016x}")});
         let known = if resume { read(&path, &header).unwrap_or_default() } else { BTreeMap::new() };
         // Written anew, so that what a kill has torn is gone.
@@ -107,7 +107,7 @@ mod tests {
         let first = FitsFile::open(&folder, 7, false).unwrap();
         first.keep("alone: the base model", &[0.1, -3e-300, f64::MIN_POSITIVE]);
         drop(first);
-        let mut file = OpenOptions::new().append(true).open(folder.join(NAME)).unwrap();
+        let mut file = OpenOptions::new().append(true).open(folder.join(MEMORY)).unwrap();
         file.write_all(b"{\"fit\": \"torn\", \"xi\": [\"3f").unwrap();
         let again = FitsFile::open(&folder, 7, true).unwrap();
         assert_eq!(again.taken_over(), 1);

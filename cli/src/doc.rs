@@ -11,7 +11,7 @@ use hyd_compiler::{Goal, Options, compile};
 use hyd_doc::{Example, Library, Page, Source};
 use hyd_report::{Curve, Figure};
 use hyd_results::{Trajectory, write_whole};
-use hyd_run::{Selection, interrupt, read_text};
+use hyd_run::{Selection, check_target, interrupt, read_text};
 use hyd_runtime::Simulator;
 use hyd_system::DaeSystem;
 
@@ -31,6 +31,7 @@ const INTERVALS: usize = 1000;
 /// Runs the verb.
 pub(crate) fn doc(arguments: &Doc) -> Result<(), Failure> {
     let sources = sources(arguments.library.as_deref())?;
+    check_target("--output", &arguments.output, &[])?;
     let library = Library::new(sources.clone());
     if library.count() == 0 {
         return Err(Failure::Fault("the folder holds no classes".to_string()));

@@ -6,6 +6,7 @@ use crate::arguments::{Equations, EquationsWanted, StageName};
 use crate::translate::translate;
 use crate::{Failure, output};
 use hyd_results::write_whole;
+use hyd_run::check_target;
 
 /// Runs the verb.
 pub(crate) fn equations(arguments: &Equations) -> Result<(), Failure> {
@@ -18,6 +19,9 @@ pub(crate) fn equations(arguments: &Equations) -> Result<(), Failure> {
         Some(StageName::Jacobian) => (Stage::Jacobian, Goal::Check),
         Some(StageName::C) => (Stage::C, Goal::Run),
     };
+    if let Some(path) = html {
+        check_target("--html", path, &[&arguments.model.file])?;
+    }
     let compilation = translate(&arguments.model, goal)?;
     let unfinished = || Failure::Fault("the translation did not come to this stage".to_string());
     if let Some(variable) = explain {

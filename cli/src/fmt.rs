@@ -137,16 +137,9 @@ pub(crate) fn collect(path: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), 
     Ok(())
 }
 
-/// Replaces the text of a file, behind links if it is one.
+/// Replaces the text of a file by its layout: the one writing over what was read.
 fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let path = path.canonicalize()?;
-    let rights = fs::metadata(&path)?.permissions();
-    if rights.readonly() {
-        return Err(io::Error::new(io::ErrorKind::PermissionDenied, "it may only be read"));
-    }
-    let whole = WholeFile::create(&path)?;
-    let mut file = whole.writer()?;
-    file.write_all(text.as_bytes())?;
-    file.set_permissions(rights)?;
+    let whole = WholeFile::rewrite(path)?;
+    whole.writer()?.write_all(text.as_bytes())?;
     whole.finish().map(|_| ())
 }

@@ -19,6 +19,7 @@ mod equations;
 mod explain;
 mod fit;
 mod fmt;
+mod inside;
 mod library;
 mod linearize;
 mod new;

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{Head, SourceText, Sources, head};
 
+use crate::inside::refuse_outside;
 use hyd_run::{TextError, read_text};
 
 include!(concat!(env!("OUT_DIR"), "/standard_library.rs"));
@@ -36,6 +37,8 @@ pub struct LibraryPath {
     base: Option<PathBuf>,
     /// Folders in which data files are looked for: that of the main file, those of the libraries.
     data: Vec<PathBuf>,
+    /// Models may name data files elsewhere.
+    allow_outside: bool,
 }
 
 impl LibraryPath {
@@ -47,6 +50,11 @@ impl LibraryPath {
     /// Names files below a folder relative to it, in messages and explanations.
     pub fn name_from(&mut self, base: &Path) {
         self.base = Some(base.to_path_buf());
+    }
+
+    /// Lets models name data files outside of these folders.
+    pub fn allow_outside(&mut self) {
+        self.allow_outside = true;
     }
 
     /// Adds the folder of the main file if its text says that it belongs to a package.
@@ -164,11 +172,14 @@ impl Sources for LibraryPath {
     fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
         let path = Path::new(name);
         let found = self.data.iter().map(|folder| folder.join(path)).find(|path| path.exists());
-        let text =
-            read_text(&found.unwrap_or_else(|| path.to_path_buf())).map_err(|error| match self.data.first() {
-                Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
-                _ => error.to_string(),
-            })?;
+        let found = found.unwrap_or_else(|| path.to_path_buf());
+        if !self.allow_outside && found.exists() {
+            refuse_outside(name, &found, &self.data)?;
+        }
+        let text = read_text(&found).map_err(|error| match self.data.first() {
+            Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
+            _ => error.to_string(),
+        })?;
         Ok(text.into())
     }
 

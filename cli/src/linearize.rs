@@ -7,6 +7,7 @@ use std::sync::Arc;
 use hyd_compiler::Goal;
 use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
+use hyd_run::check_target;
 use hyd_run::parameters::varied;
 use hyd_runtime::{LinearModel, OperatingPoint, Options, SolveError, linearize as linear_model, simulate};
 use hyd_system::{DaeSystem, Source, Tables, significant};
@@ -19,6 +20,9 @@ use crate::{Failure, output, parameters, run_failure};
 /// Runs the verb.
 pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
     let format = Format::of(arguments.result.as_deref())?;
+    if let Some(path) = &arguments.result {
+        check_target("--result", path, &[&arguments.model.file])?;
+    }
     let compilation = translate(&arguments.model, Goal::Run)?;
     let model = compilation.model.as_ref();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;

@@ -6,6 +6,7 @@ use hyd_report::Figure;
 
 use crate::Failure;
 use hyd_results::write_whole;
+use hyd_run::check_target;
 
 /// Image pixels per pixel of the drawing: 192 dpi.
 const PNG_SCALE: f64 = 2.0;
@@ -19,8 +20,14 @@ pub(crate) enum PictureFormat {
     Png,
 }
 
+/// Refuses a picture of `option` that would replace a file that is read, or of no format.
+pub(crate) fn check_picture(option: &str, path: &Path) -> Result<(), Failure> {
+    picture_format(path)?;
+    check_target(option, path, &[])
+}
+
 /// The format that a file's name asks for.
-pub(crate) fn picture_format(path: &Path) -> Result<PictureFormat, Failure> {
+fn picture_format(path: &Path) -> Result<PictureFormat, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("svg") => Ok(PictureFormat::Svg),

@@ -11,8 +11,8 @@ use hyd_compiler::{Compilation, Goal};
 use hyd_report::{Curve, Figure};
 use hyd_results::Table;
 
-use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments, Plot};
-use crate::picture::{picture_format, write_picture};
+use crate::arguments::{MessageFormat, ModelArguments, Plot};
+use crate::picture::{check_picture, write_picture};
 use crate::translate::translate;
 use crate::{Failure, output, result_table};
 use hyd_run::{MOST_CURVES, Selection};
@@ -23,10 +23,12 @@ const FEW: usize = 12;
 /// Runs the verb.
 pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("svg"));
-    picture_format(&path)?;
+    check_picture("--output", &path)?;
     let selection = Selection::new(arguments.variables.as_deref())?;
     let tables =
         arguments.files.iter().map(|file| result_table::read(file)).collect::<Result<Vec<Table>, Failure>>()?;
+    // Only now is it known which files are read.
+    check_picture("--output", &path)?;
     let units = units(arguments)?;
     let curves = curves(&tables, &selection, &units)?;
     let figure = Figure { title: arguments.title.clone(), ..Figure::by_unit(labels(&arguments.files), curves) };
@@ -50,7 +52,7 @@ fn units(arguments: &Plot) -> Result<BTreeMap<String, String>, Failure> {
             file: file.clone(),
             model: arguments.model.clone(),
             set: Vec::new(),
-            libraries: LibraryArguments { library: arguments.libraries.library.clone() },
+            libraries: arguments.libraries.clone(),
             message_format: MessageFormat::Text,
         };
         units = model_units(&translate(&model, Goal::Flat)?);

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use hyd_frames::{Cells, Frame, is_parquet};
-use hyd_results::Table;
+use hyd_results::{Table, note_read};
 
 use crate::Failure;
 
@@ -18,6 +18,7 @@ pub(crate) fn read(file: &Path) -> Result<Table, Failure> {
     if !file.exists() {
         return Err(Failure::Fault(format!("there is no file `{}`", file.display())));
     }
+    note_read(file);
     let table = if is_parquet(file) {
         Frame::read(file).map_err(|error| error.to_string()).and_then(from_frame)
     } else {

@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use hyd_compiler::{Compilation, Goal};
 use hyd_report::{Curve, Figure};
-use hyd_run::{Facts, Outcome, Recorder, check_usage, finish, options, tell};
+use hyd_results::partial;
+use hyd_run::{Facts, Outcome, Recorder, Status, check_usage, finish, options, tell};
 use hyd_runtime::{Cause, SolveError};
 
 use crate::arguments::Simulate;
-use crate::picture::{picture_format, write_picture};
+use crate::picture::{check_picture, write_picture};
 use crate::translate::{self, translate, translate_whole_loops};
 use crate::{Failure, clock, output, parameters, run_failure};
 
@@ -18,7 +19,7 @@ use crate::{Failure, clock, output, parameters, run_failure};
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     check_usage(&arguments.run, Some(&arguments.model.file))?;
     if let Some(path) = &arguments.plot {
-        picture_format(path)?;
+        check_picture("--plot", path)?;
     }
     let begin = clock::cpu_seconds();
     let compilation = translate(&arguments.model, Goal::Run).inspect_err(|_| {
@@ -26,6 +27,11 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
             let _ = output::print("{\"status\":\"rejected\"}\n");
         }
     })?;
+    // Only now is it known which files are read; better here than after a long run.
+    check_usage(&arguments.run, None)?;
+    if let Some(path) = &arguments.plot {
+        check_picture("--plot", path)?;
+    }
     let mut compilation = compilation;
     let mut outcome = run(arguments, &compilation, begin, Vec::new())?;
     if outcome.result.as_ref().is_err_and(may_be_rounding) {
@@ -37,7 +43,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     }
     let format = arguments.model.message_format;
     if let Some(path) = arguments.plot.as_ref().filter(|_| outcome.recorder.rows > 0) {
-        write_picture(path, &figure(&mut outcome.recorder))?;
+        // The picture of a part replaces that of a whole run no more than its rows do.
+        let is_whole = matches!(outcome.summary.status, Status::Done | Status::Terminated);
+        let path = if is_whole { path.clone() } else { partial(path) };
+        write_picture(&path, &figure(&mut outcome.recorder))?;
         outcome.summary.plot = Some(path.display().to_string());
     }
     let printed = tell(&outcome.summary, arguments.run.json, format);

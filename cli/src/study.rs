@@ -6,10 +6,10 @@ use hyd_compiler::Sources;
 use hyd_discovery::variant::Workshop;
 use hyd_discovery::{Bench, Fault, Setup, Study};
 
-use crate::Failure;
-use crate::arguments::StudyArguments;
+use crate::arguments::{LibraryArguments, MessageFormat, StudyArguments};
 use crate::library::LibraryPath;
 use crate::translate::library_path;
+use crate::{Failure, output};
 use hyd_run::read_text;
 
 /// A study and a set, opened.
@@ -24,7 +24,7 @@ pub(crate) struct Opened {
     pub model_text: String,
     /// Full name of the base model.
     pub class: String,
-    libraries: Vec<PathBuf>,
+    libraries: LibraryArguments,
 }
 
 /// A fault of a study as the end of a command.
@@ -38,24 +38,37 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let study = Study::parse(&text(&arguments.study)?);
     let study = study.map_err(|fault| Failure::Fault(format!("`{}`: {fault}", arguments.study.display())))?;
     let folder = arguments.bench.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mut read = |name: &str| read_text(&folder.join(name)).map_err(|error| Fault::new(error.to_string()));
+    let libraries = &arguments.libraries;
+    let mut read = |name: &str| {
+        let path = libraries
+            .file_of(&folder, name)
+            .map_err(|why| Fault::new(format!("`{}`: the table {why}", arguments.bench.display())))?;
+        read_text(&path).map_err(|error| Fault::new(error.to_string()))
+    };
     let bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read).map_err(failure)?;
     let class = study.class(bench.base_model.as_deref()).map_err(failure)?.to_string();
-    let model_file = arguments.study.parent().unwrap_or(Path::new("")).join(&study.file);
+    for sentence in &bench.warnings {
+        output::sentence("warning", sentence, MessageFormat::Text);
+    }
+    let folder = arguments.study.parent().unwrap_or(Path::new(""));
+    let model_file = libraries.file_of(folder, &study.file);
+    let model_file =
+        model_file.map_err(|why| Failure::Fault(format!("`{}`: the model's file {why}", arguments.study.display())))?;
     let model_text = text(&model_file)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
     let study_file = arguments.study.display().to_string();
-    Ok(Opened { setup, study_file, model_file, model_text, class, libraries: arguments.libraries.library.clone() })
+    Ok(Opened { setup, study_file, model_file, model_text, class, libraries: libraries.clone() })
 }
 
 impl Opened {
     /// A new way to the libraries.
     pub(crate) fn sources(&self) -> Box<dyn Sources> {
         // The same folders have been listed once before; a folder that is gone since then has no classes.
-        let arguments = crate::arguments::LibraryArguments { library: self.libraries.clone() };
-        Box::new(library_path(&arguments, &self.model_file, &self.model_text).unwrap_or_else(|_| LibraryPath::new()))
+        Box::new(
+            library_path(&self.libraries, &self.model_file, &self.model_text).unwrap_or_else(|_| LibraryPath::new()),
+        )
     }
 
     /// Writer of models over the libraries that `sources` gives.

@@ -49,7 +49,8 @@ fn plan(arguments: &Sweep) -> Result<(Plan, PathBuf), Failure> {
         let path = arguments.file.display();
         let model = plan.model.clone();
         let model = model.ok_or_else(|| Failure::Fault(format!("`{path}` names no model (model = \"FILE\")")))?;
-        file = arguments.file.parent().unwrap_or(Path::new("")).join(model);
+        let folder = arguments.file.parent().unwrap_or(Path::new(""));
+        file = arguments.libraries.file_of(folder, &model).map_err(Failure::Fault)?;
     }
     plan.class = arguments.model.clone().or(plan.class);
     override_plan(&mut plan, &arguments.sweep);
@@ -61,7 +62,7 @@ fn model_arguments(arguments: &Sweep, plan: &Plan, file: PathBuf) -> ModelArgume
         file,
         model: plan.class.clone(),
         set: plan.set.clone().into_iter().collect(),
-        libraries: crate::arguments::LibraryArguments { library: arguments.libraries.library.clone() },
+        libraries: arguments.libraries.clone(),
         message_format: arguments.sweep.message_format,
     }
 }

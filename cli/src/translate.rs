@@ -6,6 +6,7 @@ use hyd_compiler::render::{render, render_json};
 use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, Sources, compile, compile_whole_loops};
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
+use crate::inside::refuse_outside;
 use crate::library::LibraryPath;
 use crate::{Failure, clock, output, parameters};
 use hyd_run::read_text;
@@ -15,7 +16,7 @@ const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
 
 /// Compiles the model up to `goal`; its messages are printed, errors among them end the command.
 pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
-    let compilation = compile_by(arguments, goal, compile)?;
+    let compilation = compiled(arguments, goal)?;
     report(&compilation.files, &compilation.diagnostics, arguments.message_format);
     if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
 }
@@ -23,6 +24,11 @@ pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compil
 /// Compiles a model that has been compiled before once more, with all variables of loops as unknowns of the solver.
 pub(crate) fn translate_whole_loops(arguments: &ModelArguments) -> Result<Compilation, Failure> {
     compile_by(arguments, Goal::Run, compile_whole_loops)
+}
+
+/// The same without a word on what the compiler says.
+pub(crate) fn compiled(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
+    compile_by(arguments, goal, compile)
 }
 
 type Compiler = fn(&mut dyn Sources, &str, &str, &Options) -> Compilation;
@@ -59,15 +65,35 @@ pub(crate) fn report(files: &Files, diagnostics: &[Diagnostic], format: MessageF
 
 pub(crate) fn library_path(arguments: &LibraryArguments, file: &Path, text: &str) -> Result<LibraryPath, String> {
     let mut library = LibraryPath::new();
+    if arguments.allow_outside {
+        library.allow_outside();
+    }
     if let Ok(folder) = std::env::current_dir() {
         library.name_from(&folder);
     }
     library.add_main_file(file, text);
-    let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
-    let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());
-    let folders: Vec<PathBuf> = arguments.library.iter().cloned().chain(listed).collect();
-    for folder in folders {
+    for folder in arguments.folders() {
         library.add_folder(&folder)?;
     }
     Ok(library)
+}
+
+impl LibraryArguments {
+    /// All folders of libraries, those of the environment last.
+    fn folders(&self) -> Vec<PathBuf> {
+        let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
+        let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());
+        self.library.iter().cloned().chain(listed).collect()
+    }
+
+    /// The file that a text in `folder` names.  `Err`: why it is not read.
+    pub(crate) fn file_of(&self, folder: &Path, name: &str) -> Result<PathBuf, String> {
+        let path = folder.join(name);
+        if !self.allow_outside {
+            let own = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_path_buf() };
+            let folders: Vec<PathBuf> = [own].into_iter().chain(self.folders()).collect();
+            refuse_outside(name, &path, &folders)?;
+        }
+        Ok(path)
+    }
 }

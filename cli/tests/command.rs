@@ -277,9 +277,9 @@ fn control_c_leaves_what_was_computed() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(3), "{error}");
     assert!(error.starts_with("error: interrupted at t = "), "{error}");
-    let csv = fs::read_to_string(folder.0.join("a.csv")).unwrap();
+    let csv = fs::read_to_string(folder.0.join("a.partial.csv")).unwrap();
     assert!(csv.ends_with('\n') && csv.lines().count() > 2);
     assert_eq!(csv.lines().next(), Some("time,x,y,der(x),der(y)"));
     assert!(csv.lines().all(|line| line.split(',').count() == 5));
-    assert_eq!(folder.names(), ["a.csv", "forever.hyd"]);
+    assert_eq!(folder.names(), ["a.partial.csv", "forever.hyd"]);
 }

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use hyd_compiler::did_you_mean;
 use hyd_compiler::inquiry::{AnnotatedClass, AnnotatedComponent, Note};
 
 use crate::Fault;
@@ -135,11 +136,51 @@ pub fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
     classes.iter().map(|class| effect(class).map(Arc::new)).collect()
 }
 
+/// What an effect's annotation may say.
+const KEYS: [&str; 16] = [
+    "id",
+    "kind",
+    "words",
+    "signature",
+    "rivals",
+    "at",
+    "at_one_of",
+    "adds",
+    "prior",
+    "range",
+    "zero",
+    "probe",
+    "probe_of_range",
+    "per_shot",
+    "base",
+    "channels",
+];
+
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
     let wrong = |why: String| {
         Fault::new(format!("`{}` ({}:{}) is no usable effect: {why}", class.name, class.file, class.line))
     };
     let note = class.note.get("effect").ok_or_else(|| wrong("its annotation has no `effect`".into()))?;
+    if let Note::Record(entries) = note {
+        for (key, _) in entries.iter().filter(|(key, _)| !KEYS.contains(&&**key)) {
+            let hint = did_you_mean(key, KEYS).map_or_else(String::new, |hint| format!("; {hint}"));
+            return Err(wrong(format!("an effect has no `{key}`{hint}")));
+        }
+    }
+    let wanted: [(&[&str], &str, fn(&Note) -> bool); 4] = [
+        (&["per_shot", "probe_of_range"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
+        (&["zero", "probe"], "a number", |own| own.number().is_some_and(f64::is_finite)),
+        (&["id", "kind", "words", "signature", "adds", "prior", "base"], "a text", |own| own.text().is_some()),
+        (&["at", "at_one_of", "rivals", "channels"], "a list of texts", |own| match own {
+            Note::List(list) => list.iter().all(|one| one.text().is_some()),
+            own => own.text().is_some(),
+        }),
+    ];
+    for (keys, what, is_wanted) in wanted {
+        if let Some(key) = keys.iter().find(|key| note.get(key).is_some_and(|own| !is_wanted(own))) {
+            return Err(wrong(format!("`{key}` must be {what}")));
+        }
+    }
     let text = |key: &str| note.get(key).and_then(Note::text).map(Arc::<str>::from);
     let needed = |key: &str| text(key).ok_or_else(|| wrong(format!("`{key}` is missing")));
     let number = |key: &str| note.get(key).and_then(Note::number);
@@ -263,5 +304,32 @@ mod tests {
             let fault = effects(&[with_range(ends)]).unwrap_err();
             assert!(fault.sentence.contains("own.hyd:3") && fault.sentence.contains("`range`"), "{}", fault.sentence);
         }
+    }
+
+    #[test]
+    fn what_an_effect_says_wrongly_is_told() {
+        for (key, value, expected) in [
+            ("per_shto", Note::Boolean(true), "an effect has no `per_shto`; did you mean `per_shot`?"),
+            ("per_shot", Note::Number(1.0), "`per_shot` must be `true` or `false`"),
+            ("zero", Note::Record(Vec::new()), "`zero` must be a number"),
+            ("rivals", Note::List(vec![Note::Number(1.0)]), "`rivals` must be a list of texts"),
+            ("words", Note::Number(1.0), "`words` must be a text"),
+        ] {
+            let mut class = with_range(&[0.5, 2.0]);
+            if let Note::Record(all) = &mut class.note
+                && let Note::Record(entries) = &mut all[0].1
+            {
+                entries.push((key.into(), value));
+            }
+            let fault = effects(&[class]).unwrap_err();
+            assert!(fault.sentence.ends_with(expected), "{}", fault.sentence);
+        }
+        let mut class = with_range(&[0.5, 2.0]);
+        if let Note::Record(all) = &mut class.note
+            && let Note::Record(entries) = &mut all[0].1
+        {
+            entries.push(("rivals".into(), Note::List(Vec::new())));
+        }
+        assert!(effects(&[class]).unwrap()[0].rivals.is_empty());
     }
 }

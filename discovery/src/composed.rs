@@ -18,7 +18,7 @@ pub(crate) struct Composed {
     /// What follows: the byte after it, and what it is.
     pub(crate) parts: Vec<(usize, String)>,
     /// Names of classes that exist in it only, and which class of the user's stands for them.
-    pub(crate) names: Vec<(&'static str, String)>,
+    pub(crate) names: Vec<(String, String)>,
 }
 
 impl Composed {

@@ -13,6 +13,8 @@ use crate::{Bench, Fault, Study};
 
 /// Samples to either side over which the slope is the largest.
 const NEIGHBOURS: usize = 4;
+/// Share of its largest value below which a channel has returned where a mask does not say.
+const RETURNED: f64 = 0.05;
 /// Output points of a run.
 const MOST_INTERVALS: usize = 200_000;
 
@@ -164,11 +166,13 @@ fn start_of_run((first, last, step): (f64, f64, f64), stated: Option<f64>) -> Re
 }
 
 fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) -> Result<(), Fault> {
+    // A study that was read has one where it has the other.
+    let within = mask.within.unwrap_or(0.0);
     for formula in &mask.around {
         let at = evaluate(formula, &|name| shot.conditions.get(name).copied())
             .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))?;
         for (time, used) in shot.times.iter().zip(&mut *used) {
-            *used &= (time - at).abs() > mask.within;
+            *used &= (time - at).abs() > within;
         }
     }
     let is_span = mask.from.is_some() || mask.to.is_some() || mask.after_return_of.is_some();
@@ -177,9 +181,10 @@ fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) -> Result<(), Fault> 
     }
     let mut from = mask.from.unwrap_or(f64::NEG_INFINITY);
     if let Some(values) = mask.after_return_of.as_ref().and_then(|name| shot.values.get(name)) {
+        let below = mask.below.unwrap_or(RETURNED);
         let top = values.iter().copied().filter(|v| v.is_finite()).fold(f64::MIN, f64::max);
         let peak = values.iter().position(|&v| v == top).unwrap_or(0);
-        let back = (peak..values.len()).find(|&k| values[k] < mask.below * top);
+        let back = (peak..values.len()).find(|&k| values[k] < below * top);
         from = from.max(back.map_or(f64::INFINITY, |k| shot.times[k]));
     }
     let to = mask.to.unwrap_or(f64::INFINITY);

@@ -12,6 +12,8 @@ use std::sync::Arc;
 use hyd_compiler::InjectionSite;
 use hyd_system::{Tables, ValueKind, Variability};
 
+use crate::variant::CHANNEL;
+
 /// Most variables of the neighbourhood that are tried in one equation.
 const MOST_VARIABLES: usize = 6;
 /// Width of the transition of a saturating shape, and of the shapes near an end, by the range of the variable.
@@ -111,6 +113,10 @@ fn around(site: &InjectionSite, tables: &Tables) -> Vec<(String, String)> {
         .collect();
     for full in own.chain(component.iter().map(String::as_str)) {
         let Some(short) = full.strip_prefix(&prefix) else { continue };
+        // The variables of channels are made for the comparison, not the model's.
+        if full.starts_with(CHANNEL) {
+            continue;
+        }
         let usable = tables.find(full).is_some_and(|(variable, _)| {
             variable.variability == Variability::Continuous
                 && variable.kind == ValueKind::Real

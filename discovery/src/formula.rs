@@ -12,7 +12,8 @@ pub(crate) fn evaluate(text: &str, value_of: &dyn Fn(&str) -> Option<f64>) -> Re
     let mut reader = Reader { text, rest: text, value_of, depth: 0 };
     let value = reader.sum()?;
     match reader.rest.trim_start() {
-        "" => Ok(value),
+        "" if value.is_finite() => Ok(value),
+        "" => Err(reader.wrong(&format!("its value is {value}"))),
         rest => Err(reader.wrong(&format!("`{rest}` does not belong here"))),
     }
 }

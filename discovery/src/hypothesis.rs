@@ -97,12 +97,12 @@ impl Hypothesis {
             let places = vec![problem.places.len()];
             problem.places.push(place);
             problem.base.iter_mut().for_each(|values| values.push(nominal));
-            problem.unknowns.push(Unknown {
-                name: format!("{} of `{}`", term.shape, term.equation),
-                meaning: Meaning::Value { places, prior: Prior::Normal(0.0, *spread) },
-                shot: None,
-                effect: Some(EffectPart { effect: self.inserts.len(), parameter: 0 }),
-            });
+            problem.unknowns.push(Unknown::new(
+                format!("{} of `{}`", term.shape, term.equation),
+                Meaning::Value { places, prior: Prior::Normal(0.0, *spread) },
+                None,
+                Some(EffectPart { effect: self.inserts.len(), parameter: 0 }),
+            ));
         }
         Ok(problem)
     }
@@ -147,8 +147,8 @@ impl Hypothesis {
         for unknown in &problem.unknowns[before.len()..] {
             let carries = unknown.effect.is_some_and(|part| Some(part.effect) == last && part.parameter == 0);
             xi.push(match &unknown.meaning {
-                Meaning::Value { prior, .. } if carries => prior.xi(size, LIMIT - 1.0),
-                _ => 0.0,
+                Meaning::Value { prior, .. } if carries => unknown.within(prior.xi(size, LIMIT - 1.0)),
+                _ => unknown.within(0.0),
             });
         }
         xi
@@ -162,7 +162,7 @@ impl Hypothesis {
             if let Meaning::Value { prior, .. } = &unknown.meaning
                 && carries
             {
-                *xi = prior.xi(size, LIMIT - 1.0);
+                *xi = unknown.within(prior.xi(size, LIMIT - 1.0));
             }
         }
     }

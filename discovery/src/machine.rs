@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hyd_compiler::{CompiledModel, CompiledSystem, did_you_mean};
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
-use hyd_system::{DaeSystem, Place, Settable, Source, Tables};
+use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
 
 use crate::Fault;
 use crate::variant::CHANNEL;
@@ -70,8 +70,18 @@ pub struct Machine {
     channels: Vec<Source>,
     tolerance: f64,
     delays: bool,
+    limits: Vec<Limit>,
     workers: Vec<Mutex<Worker>>,
     runs: AtomicUsize,
+}
+
+/// What a parameter or constant of the model may be.
+#[derive(Clone, Debug)]
+struct Limit {
+    name: String,
+    kind: ValueKind,
+    source: Source,
+    range: (f64, f64),
 }
 
 struct Worker {
@@ -92,6 +102,9 @@ struct Grid {
     row: usize,
     constants: usize,
     derivatives: Derivatives,
+    limits: Vec<Limit>,
+    /// Which value of the run is outside of its limits.
+    outside: Option<String>,
 }
 
 impl Grid {
@@ -104,6 +117,10 @@ impl Grid {
 
 impl Sink for Grid {
     fn begin(&mut self, _tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
+        self.outside = self.limits.iter().find_map(|limit| limit.outside(parameters));
+        if self.outside.is_some() {
+            return Err(io::Error::other("a value is outside of its limits"));
+        }
         self.parameters.clear();
         self.parameters.extend_from_slice(parameters);
         for column in &mut self.values {
@@ -160,6 +177,13 @@ impl Machine {
             let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
             sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
         }
+        let limits = model.payload().parameters.limits.iter().filter_map(|limit| {
+            let variable = tables.variables.get(limit.variable as usize)?;
+            let source = *variable.sources.get(limit.element as usize)?;
+            let (name, kind) = (variable.name.element(limit.element as usize), variable.kind.clone());
+            Some(Limit { name, kind, source, range: (limit.min, limit.max) })
+        });
+        let limits: Vec<Limit> = limits.collect();
         let workers = (0..threads.max(1)).map(|_| {
             let system = model.instantiate();
             let simulator = Simulator::new(system.structure());
@@ -173,6 +197,8 @@ impl Machine {
                 row: system.structure().outputs,
                 constants: system.parameters().len(),
                 derivatives: Vec::new(),
+                limits: limits.clone(),
+                outside: None,
             };
             Mutex::new(Worker { system, simulator, grid })
         });
@@ -183,6 +209,7 @@ impl Machine {
             tolerance,
             delays: !system.structure().delays.is_empty(),
             workers: workers.collect(),
+            limits,
             runs: AtomicUsize::new(0),
         })
     }
@@ -224,6 +251,14 @@ impl Machine {
                 "`{name}` is no parameter that can be set: it is final, follows from others or decides sizes"
             ))),
         }
+    }
+
+    /// What a parameter may be.
+    pub(crate) fn range(&self, place: &ParameterPlace) -> (f64, f64) {
+        self.limits
+            .iter()
+            .find(|limit| limit.name == place.name)
+            .map_or((f64::NEG_INFINITY, f64::INFINITY), |own| own.range)
     }
 
     fn unknown(&self, name: &str) -> Fault {
@@ -282,6 +317,7 @@ impl Machine {
         options.intervals = span.intervals;
         options.sensitivity = job.derived.iter().map(|&place| places[place].name.clone()).collect();
         grid.prepare(span, job.derived.len());
+        grid.outside = None;
         options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
         match simulator.run(system, &options, grid, &|| false) {
             Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
@@ -294,8 +330,24 @@ impl Machine {
                 Ok((grid.values.clone(), derivatives))
             }
             Ok(_) => Err(Fault::run("the model ended the run")),
-            Err(error) => Err(Fault::run(error.to_string())),
+            Err(error) => Err(match grid.outside.take() {
+                Some(outside) => Fault::new(outside),
+                None => Fault::run(error.to_string()),
+            }),
         }
+    }
+}
+
+impl Limit {
+    /// What is to be said of the value that it has with these parameters, if it is outside.
+    fn outside(&self, parameters: &[f64]) -> Option<String> {
+        let value = match self.source.place {
+            Place::Parameter(k) => *parameters.get(k as usize)?,
+            Place::Constant(value) => value,
+            Place::Output(_) => return None,
+        };
+        let value = if self.source.negated { -value } else { value };
+        given::outside(&self.name, &self.kind, value, self.range).map(|outside| outside.message)
     }
 }
 

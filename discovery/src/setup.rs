@@ -9,6 +9,7 @@ use hyd_compiler::CompiledModel;
 use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::formula::evaluate;
+use crate::limits::limit;
 use crate::machine::{Machine, ParameterPlace};
 use crate::prior::Prior;
 use crate::problem::Problem;
@@ -160,7 +161,10 @@ impl Setup {
         for (number, insert) in inserts.iter().enumerate() {
             self.effect(number, insert, &mut list, &mut unknowns)?;
         }
-        Ok(Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns, lender: None })
+        let mut problem =
+            Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns, lender: None };
+        limit(&mut problem);
+        Ok(problem)
     }
 
     fn nuisance(&self, label: &str, nuisance: &Nuisance, at: usize, list: &PlaceList<'_>, unknowns: &mut Vec<Unknown>) {
@@ -180,7 +184,7 @@ impl Setup {
                 }
                 _ => continue,
             };
-            unknowns.push(Unknown { name: self.named(label, shot), meaning, shot, effect: None });
+            unknowns.push(Unknown::new(self.named(label, shot), meaning, shot, None));
         }
     }
 
@@ -196,11 +200,11 @@ impl Setup {
         for (channel, info) in self.data.channels.iter().enumerate() {
             if info.offset > 0.0 {
                 let meaning = Meaning::Offset { channel, sigma: info.offset };
-                unknowns.push(Unknown { name: format!("offset of {}", info.name), meaning, shot: None, effect: None });
+                unknowns.push(Unknown::new(format!("offset of {}", info.name), meaning, None, None));
             }
             if info.gain > 0.0 {
                 let meaning = Meaning::Gain { channel, sigma: info.gain };
-                unknowns.push(Unknown { name: format!("gain of {}", info.name), meaning, shot: None, effect: None });
+                unknowns.push(Unknown::new(format!("gain of {}", info.name), meaning, None, None));
             }
         }
     }
@@ -218,7 +222,7 @@ impl Setup {
         for shot in (0..self.data.shots.len()).filter(|_| *sigma > 0.0) {
             let (name, meaning) =
                 (self.named("trigger", Some(shot)), Meaning::Late { places: places.clone(), sigma: *sigma });
-            unknowns.push(Unknown { name, meaning, shot: Some(shot), effect: None });
+            unknowns.push(Unknown::new(name, meaning, Some(shot), None));
         }
         Ok(())
     }
@@ -253,7 +257,7 @@ impl Setup {
                 let name = self.named(&format!("{}.{}", effect.id, parameter.name), shot);
                 let meaning = Meaning::Value { places: places.clone(), prior };
                 let effect = Some(EffectPart { effect: number, parameter: k });
-                unknowns.push(Unknown { name, meaning, shot, effect });
+                unknowns.push(Unknown::new(name, meaning, shot, effect));
             }
         }
         Ok(())

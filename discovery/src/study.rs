@@ -4,10 +4,17 @@
 //! the set (`bench`), so that one study serves all benches of a machine.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
 
 use crate::Fault;
+use crate::study_check::{check, unreadable};
+
+/// Longest text of a study (bytes): reading it takes fifty times as much memory.
+const LONGEST: usize = 4 << 20;
 
 /// A study.
 #[derive(Deserialize, Clone, Debug)]
@@ -65,13 +72,35 @@ pub struct Channel {
 }
 
 /// A parameter that may be off.
-#[derive(Deserialize, Clone, Debug)]
-#[serde(untagged)]
+#[derive(Clone, Debug)]
 pub enum Nuisance {
     /// Its full name; the set states the relative tolerance.
     Parameter(String),
     /// All of it.
     Stated(StatedNuisance),
+}
+
+// By hand, so that a key that does not belong there is told by its name.
+impl<'de> Deserialize<'de> for Nuisance {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Nuisance;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a parameter, or a table with `parameter`")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<Nuisance, E> {
+                Ok(Nuisance::Parameter(name.to_string()))
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Nuisance, M::Error> {
+                StatedNuisance::deserialize(MapAccessDeserializer::new(map)).map(Nuisance::Stated)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
 }
 
 /// A parameter that may be off, with its prior.
@@ -143,13 +172,11 @@ pub struct Mask {
     #[serde(default)]
     pub around: Vec<String>,
     /// As far as this to both sides (s).
-    #[serde(default)]
-    pub within: f64,
+    pub within: Option<f64>,
     /// From the time on at which this channel has been up and returns below `below` of its largest value.
     pub after_return_of: Option<String>,
-    /// That share.
-    #[serde(default = "twentieth")]
-    pub below: f64,
+    /// That share; a twentieth where it is not given.
+    pub below: Option<f64>,
 }
 
 /// Numerics.
@@ -173,40 +200,17 @@ fn one() -> f64 {
     1.0
 }
 
-fn twentieth() -> f64 {
-    0.05
-}
-
 impl Study {
     /// Reads a study.
     ///
     /// # Errors
     /// A sentence with the line at fault.
     pub fn parse(text: &str) -> Result<Self, Fault> {
-        let study: Study = toml::from_str(text).map_err(|error| Fault::new(error.to_string().trim().to_string()))?;
-        for (name, channel) in &study.channels {
-            if !(channel.scale.is_finite() && channel.scale != 0.0) {
-                return Err(Fault::new(format!(
-                    "channel `{name}`: the scale {} must be a number but zero",
-                    channel.scale
-                )));
-            }
+        if text.len() > LONGEST {
+            return Err(Fault::new(format!("it is longer than {} MB, as no study is", LONGEST >> 20)));
         }
-        let is_empty = |mask: &Mask| mask.around.is_empty() == (mask.within > 0.0) || !mask.within.is_finite();
-        if study.shots.masks.iter().any(is_empty) {
-            return Err(Fault::new(
-                "a mask with `around` needs `within`, a positive time to both sides (s), and one without has no use for it",
-            ));
-        }
-        if study.channels.is_empty() {
-            return Err(Fault::new("the study names no channel"));
-        }
-        if study.run.start.is_some_and(|start| !start.is_finite()) {
-            return Err(Fault::new("the start of runs must be a time (s)"));
-        }
-        if !(1e-12..=1e-3).contains(&study.run.tolerance) {
-            return Err(Fault::new(format!("the tolerance {} must lie between 1e-12 and 1e-3", study.run.tolerance)));
-        }
+        let study: Study = toml::from_str(text).map_err(|error| unreadable(text, &error))?;
+        check(&study, text)?;
         Ok(study)
     }
 

@@ -60,6 +60,8 @@ pub struct Unknown {
     pub shot: Option<usize>,
     /// Which parameter of which inserted effect it is.
     pub effect: Option<EffectPart>,
+    /// How far it may go, in standard deviations: no farther than the limits of its parameters (`limits`).
+    pub bounds: (f64, f64),
 }
 
 /// A parameter of an inserted effect.
@@ -72,6 +74,16 @@ pub struct EffectPart {
 }
 
 impl Unknown {
+    /// An unknown that is limited by its prior alone.
+    pub fn new(name: String, meaning: Meaning, shot: Option<usize>, effect: Option<EffectPart>) -> Self {
+        Self { name, meaning, shot, effect, bounds: (-LIMIT, LIMIT) }
+    }
+
+    /// The nearest number that it may have.
+    pub fn within(&self, xi: f64) -> f64 {
+        xi.clamp(self.bounds.0, self.bounds.1)
+    }
+
     /// Has it an influence on this shot?
     pub fn touches(&self, shot: usize) -> bool {
         self.shot.is_none_or(|own| own == shot)

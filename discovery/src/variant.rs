@@ -20,10 +20,10 @@ use crate::catalogue::{Candidate, Site, sites};
 use crate::composed::Composed;
 use crate::dictionary::Term;
 
-/// Name of the model with effects, and of the one with channels.
-pub const EXTENDED: &str = "Discovered";
+/// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
+/// the study's file has the name already.
+const EXTENDED: &str = "Discovered";
 const MEASURED: &str = "HydMeasured";
-/// Name of the model in which places are looked for.
 const PLACES: &str = "HydPlaces";
 /// Name of a text that begins with no file of the user's.
 const STUDY: &str = "study";
@@ -103,13 +103,27 @@ fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
 }
 
 impl Workshop<'_> {
+    /// A name that stands nowhere in the study's model: a model that an earlier search has written may be the next base.
+    fn free_name(&self, wanted: &str) -> String {
+        let is_taken = |name: &str| self.preamble.contains(name) || self.class.contains(name);
+        let numbered = (2_u32..).map(|k| format!("{wanted}{k}"));
+        // A text is finite, and there is a name for every number.
+        std::iter::once(wanted.to_string()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+    }
+
+    /// Name of the model with effects.
+    pub fn extended_name(&self) -> String {
+        self.free_name(EXTENDED)
+    }
+
     /// Text of the model with effects in it and with parameter values `extra` by path.
     pub fn extended(&self, inserts: &[Insert], description: &str, extra: &[(String, f64)], annotation: &str) -> String {
         let inside = modifications(inserts, extra);
         let class = &self.class;
         let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
         let description = print_string(description);
-        format!("model {EXTENDED} {description}\n  extends {class}{list};\n{annotation}end {EXTENDED};\n")
+        let name = self.extended_name();
+        format!("model {name} {description}\n  extends {class}{list};\n{annotation}end {name};\n")
     }
 
     /// Translates a model with effects whose parameters are set at run time.
@@ -127,6 +141,10 @@ impl Workshop<'_> {
     pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Arc<CompiledModel>, Fault> {
         let extended = self.extended(inserts, "with effects", &[], "");
         self.translate_with(&self.preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
+    }
+
+    fn options(&self) -> Options {
+        Options { model: Some(self.free_name(MEASURED)), set: Vec::new(), goal: Goal::Run, clock: || 0.0 }
     }
 
     /// What is put together, for messages.
@@ -156,11 +174,12 @@ impl Workshop<'_> {
     /// The messages of the compiler.
     pub fn places(&self) -> Result<Vec<Site>, Fault> {
         // A model of its own, so that a class of a library is found the same way as one of the study's file.
-        let text = format!("{}model {PLACES}\n  extends {};\nend {PLACES};\n", self.preamble, self.class);
+        let name = self.free_name(PLACES);
+        let text = format!("{}model {name}\n  extends {};\nend {name};\n", self.preamble, self.class);
         let own = self.preamble.len();
         let composed = self.composed(text, own, Vec::new(), &self.words(&[]));
         let found =
-            annotated_components(&mut *(self.sources)(), (&composed.name, &composed.text), Some(PLACES), "place");
+            annotated_components(&mut *(self.sources)(), (&composed.name, &composed.text), Some(&name), "place");
         let found =
             found.map_err(|(files, diagnostics)| self.refused(&composed, &files, &diagnostics, &self.words(&[])))?;
         Ok(sites(&found))
@@ -169,12 +188,12 @@ impl Workshop<'_> {
     /// Equations of the model with effects to which terms can be added.
     pub fn injection_sites(&self, inserts: &[Insert]) -> Vec<InjectionSite> {
         let (text, _) = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""));
-        let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &options());
+        let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &self.options());
         let own = self.preamble.lines().count();
         sites.into_iter().filter(|site| *site.file != *self.name() || site.line as usize <= own).collect()
     }
 
-    /// Translates a text that defines [`EXTENDED`] and all that it needs, with the channels added.
+    /// Translates a text that defines the model with effects and all that it needs, with the channels added.
     ///
     /// # Errors
     /// The messages of the compiler.
@@ -212,14 +231,15 @@ impl Workshop<'_> {
 
     /// A text with the channels added, and where they end.
     fn measured(&self, preamble: &str, extended: &str) -> (String, Vec<(usize, String)>) {
-        let mut text = format!("{preamble}{extended}model {MEASURED}\n  extends {EXTENDED};\n");
+        let (name, base) = (self.free_name(MEASURED), self.extended_name());
+        let mut text = format!("{preamble}{extended}model {name}\n  extends {base};\n");
         let mut ends = vec![(text.len(), String::new())];
         for (k, expression) in self.channels.iter().enumerate() {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
             ends.push((text.len(), format!("the channel `{expression}` of the study `{}`", self.study)));
         }
-        let _ = writeln!(text, "end {MEASURED};");
+        let _ = writeln!(text, "end {name};");
         (text, ends)
     }
 
@@ -229,7 +249,7 @@ impl Workshop<'_> {
         let mut parts = channels;
         parts.push((text.len(), String::new()));
         parts.iter_mut().filter(|(_, said)| said.is_empty()).for_each(|(_, said)| said.clone_from(&words));
-        let names = [EXTENDED, MEASURED, PLACES].map(|name| (name, self.class.clone())).to_vec();
+        let names = [EXTENDED, MEASURED, PLACES].map(|name| (self.free_name(name), self.class.clone())).to_vec();
         Composed { name: self.name().to_string(), text, own, parts, names }
     }
 
@@ -239,7 +259,7 @@ impl Workshop<'_> {
         let heading = format!("{words} of the study `{}` cannot be translated", self.study);
         if diagnostics.iter().any(is_syntax) && composed.own > 0 {
             // A file whose last `end` is missing goes on in what was put behind it; on its own it tells what is wrong.
-            let options = Options { model: Some(self.class.clone()), goal: Goal::Flat, ..options() };
+            let options = Options { model: Some(self.class.clone()), goal: Goal::Flat, ..self.options() };
             let alone = compile(&mut *(self.sources)(), &self.file, &composed.text[..composed.own], &options);
             let wrong: Vec<Diagnostic> = alone.diagnostics.iter().filter(|own| is_syntax(own)).cloned().collect();
             if !wrong.is_empty() {
@@ -249,7 +269,7 @@ impl Workshop<'_> {
         Fault::new(format!("{heading}\n{}", composed.told(files, diagnostics)))
     }
 
-    /// Translates a text that defines [`EXTENDED`], with the channels added; `words` say what it is.
+    /// Translates a text that defines the model with effects, with the channels added; `words` say what it is.
     #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
     fn translate_with(
         &self,
@@ -259,7 +279,8 @@ impl Workshop<'_> {
     ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
         let (text, channels) = self.measured(preamble, extended);
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
-        let compilation: Compilation = compile_with(&mut *(self.sources)(), self.name(), &text, &options(), &terms);
+        let compilation: Compilation =
+            compile_with(&mut *(self.sources)(), self.name(), &text, &self.options(), &terms);
         match compilation.model.clone() {
             Some(model) if !compilation.has_errors() => {
                 let files = &compilation.files;
@@ -271,10 +292,6 @@ impl Workshop<'_> {
             }
         }
     }
-}
-
-fn options() -> Options {
-    Options { model: Some(MEASURED.to_string()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 }
 }
 
 /// Name of the parameter that is the coefficient of a term.

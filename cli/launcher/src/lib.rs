@@ -68,6 +68,7 @@ fn program_name(first: Option<&OsString>) -> String {
 
 fn own_payload() -> Result<Result<Vec<u8>, format::FormatError>, String> {
     let path = std::env::current_exe().map_err(|error| format!("this program cannot find its own file: {error}"))?;
+    hyd_run::note_read(&path);
     let bytes = std::fs::File::open(&path).and_then(|mut program| executable::payload(&mut program));
     bytes.map_err(|error| format!("`{}` cannot be read: {error}", path.display()))
 }

@@ -54,6 +54,9 @@ pub struct RunArguments {
     /// Output at every step of the solver
     #[arg(long)]
     pub every_step: bool,
+    /// Number of steps after which the run is given up [default: 50 million]
+    #[arg(long, value_name = "N")]
+    pub max_steps: Option<std::num::NonZeroU64>,
     /// Method of integration
     #[arg(long, value_name = "METHOD", default_value = "auto")]
     pub solver: Solver,

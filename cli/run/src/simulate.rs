@@ -1,7 +1,8 @@
 //! One run of a system: options, result file, summary, messages.
 //!
 //! Times and tolerance come from the command line, else from the model's `experiment` annotation, else 1 s and 1e-6.  A result
-//! file is whole or absent: a run that fails leaves what it computed as `F.partial.csv`, one that Ctrl-C stops as `F.csv`.
+//! file is whole or absent: a run that fails, or that Ctrl-C stops, leaves what it computed as `F.partial.csv`, and what stood in
+//! `F.csv` stays.
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use crate::arguments::{MessageFormat, RunArguments, Solver};
 use crate::recorder::Recorder;
 use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
+use crate::target::check_target;
 use crate::{Failure, clock, interrupt, output};
 
 /// Jumps that are told one by one.
@@ -123,27 +125,14 @@ fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structu
 /// Wrong usage.
 pub fn check_usage(arguments: &RunArguments, model: Option<&Path>) -> Result<(), Failure> {
     if let Some(path) = &arguments.result {
+        check_target("--result", path, model.as_slice())?;
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let replaces = model.is_some_and(|model| same_file(path, model));
-        if matches!(extension.as_str(), "hyd" | "mo" | "toml") || replaces {
-            let path = path.display();
-            return Err(Failure::Usage(format!(
-                "--result `{path}` would replace a source text; results end in .csv, .mat or .parquet"
-            )));
-        }
         if !matches!(extension.as_str(), "" | "csv" | "mat" | "parquet") {
             let path = path.display();
             return Err(Failure::Usage(format!("--result `{path}`: results end in .csv, .mat or .parquet")));
         }
     }
     Selection::new(arguments.variables.as_deref()).map(|_| ())
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
 }
 
 /// Times, tolerance and output of a run.
@@ -159,11 +148,9 @@ pub fn options(
     let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
     let mut options = Options::new(start, stop);
     options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
-    if let Some(interval) = experiment.interval.filter(|interval| *interval > 0.0) {
-        options.intervals = ((stop - start) / interval).round().clamp(1.0, 1e9) as usize;
-    }
-    options.intervals = arguments.intervals.unwrap_or(options.intervals);
+    options.intervals = arguments.intervals.or(stated_intervals(experiment, start, stop)).unwrap_or(options.intervals);
     options.every_step = arguments.every_step;
+    options.max_steps = arguments.max_steps.map_or(options.max_steps, std::num::NonZeroU64::get);
     options.solver = match arguments.solver {
         Solver::Auto => hyd_runtime::Solver::Auto,
         Solver::Bdf => hyd_runtime::Solver::Bdf,
@@ -172,6 +159,12 @@ pub fn options(
     options.sensitivity = sensitivity;
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
+}
+
+/// The number of output intervals by the model's `experiment` annotation.
+pub(crate) fn stated_intervals(experiment: &Experiment, start: f64, stop: f64) -> Option<usize> {
+    let interval = experiment.interval.filter(|interval| *interval > 0.0)?;
+    Some(((stop - start) / interval).round().clamp(1.0, 1e9) as usize)
 }
 
 fn shown(
@@ -209,7 +202,10 @@ fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<Resu
 
 /// Gives the file its name; says which, or `None` if there is nothing worth keeping.
 fn close(file: ResultFile, path: &Path, status: Status) -> Result<Option<PathBuf>, Failure> {
-    let closed = if status == Status::Failed { file.partial() } else { file.complete() };
+    let closed = match status {
+        Status::Done | Status::Terminated => file.complete(),
+        Status::Interrupted | Status::Failed => file.partial(),
+    };
     closed.map_err(|error| unwritable(path, &error))
 }
 

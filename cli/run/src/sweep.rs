@@ -17,8 +17,11 @@ use serde_json::json;
 
 use crate::arguments::{DrawMethod, SweepArguments};
 use crate::selection::Selection;
+use crate::simulate::stated_intervals;
 use crate::{Failure, interrupt, output, parameters};
 
+/// Longest text of a plan (bytes): reading it takes fifty times as much memory.
+const LONGEST_PLAN: usize = 4 << 20;
 /// Reasons of failed runs that are told.
 const MOST_REASONS: usize = 3;
 
@@ -49,6 +52,10 @@ pub struct Prepared<'a> {
 /// A sentence.
 pub fn read_plan(path: &Path) -> Result<Plan, Failure> {
     let text = crate::read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
+    if text.len() > LONGEST_PLAN {
+        let sentence = format!("`{}` is longer than {} MB, as no plan is", path.display(), LONGEST_PLAN >> 20);
+        return Err(Failure::Fault(sentence));
+    }
     Plan::parse(&text).map_err(|error| Failure::Fault(format!("`{}`: {error}", path.display())))
 }
 
@@ -221,7 +228,8 @@ fn options(plan: &Plan, experiment: &Experiment) -> Result<Options, Failure> {
     let mut options = Options::new(start, plan.stop.or(experiment.stop).unwrap_or(start + 1.0));
     options.tolerance = plan.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
     // Without rows only the end counts.
-    options.intervals = plan.intervals.unwrap_or(if plan.rows { options.intervals } else { 1 });
+    let stated = || stated_intervals(experiment, start, options.stop).unwrap_or(options.intervals);
+    options.intervals = plan.intervals.unwrap_or_else(|| if plan.rows { stated() } else { 1 });
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
 }

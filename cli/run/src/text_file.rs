@@ -63,7 +63,7 @@ impl fmt::Display for TextError {
 
 impl std::error::Error for TextError {}
 
-/// The text of a file, without a byte-order mark.
+/// The text of a file, without a byte-order mark; from now on the file is not written over.
 pub fn read_text(path: &Path) -> Result<String, TextError> {
     let failed = |error| TextError::Io { path: path.to_path_buf(), error };
     let file = File::open(path).map_err(failed)?;
@@ -71,6 +71,7 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
     if metadata.is_dir() {
         return Err(TextError::Folder { path: path.to_path_buf() });
     }
+    hyd_results::note_read(path);
     if metadata.len() > SIZE_LIMIT {
         return Err(TextError::TooLarge { path: path.to_path_buf(), limit: SIZE_LIMIT });
     }

@@ -2,7 +2,7 @@
 //!
 //! Nocedal, Wright, "Numerical Optimization", 2nd ed., section 10.3.  Between fresh Jacobians the last one is corrected
 //! by Broyden's rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an update none;
-//! a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit.
+//! a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit, and none goes beyond its bounds.
 
 use std::ops::ControlFlow;
 
@@ -11,7 +11,6 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::{Effort, Fit, squared};
 use crate::Fault;
 use crate::problem::{Problem, Runs, Weighing};
-use crate::unknowns::LIMIT;
 
 /// A step that promises less than this share of the distance to a rival does not catch up.
 const CATCHING_UP: f64 = 0.02;
@@ -49,7 +48,8 @@ pub fn minimise_over(
     effort: Effort,
     known: Option<(&DMatrix<f64>, &Weighing)>,
 ) -> Result<Fit, Fault> {
-    let best = Fit::at(problem, start, weighing)?;
+    let start: Vec<f64> = problem.unknowns.iter().zip(start).map(|(own, &xi)| own.within(xi)).collect();
+    let best = Fit::at(problem, &start, weighing)?;
     let (jacobian, age) = match known {
         Some(known) => (complete(problem, (&best.xi, &best.runs), weighing, known, effort.difference)?, 1),
         None => (DMatrix::zeros(0, 0), OLD),
@@ -90,7 +90,17 @@ impl Descent<'_> {
         for (k, &unknown) in self.free.iter().enumerate() {
             gradient[k] += self.best.xi[unknown];
         }
-        let normal = squared(&self.jacobian);
+        let mut normal = squared(&self.jacobian);
+        // What stands at the end of where it may go and would go on is held (Bertsekas 1982: projected Newton methods).
+        for (k, &unknown) in self.free.iter().enumerate() {
+            let (low, high) = self.problem.unknowns[unknown].bounds;
+            let xi = self.best.xi[unknown];
+            if xi <= low && gradient[k] > 0.0 || xi >= high && gradient[k] < 0.0 {
+                gradient[k] = 0.0;
+                normal.row_mut(k).fill(0.0);
+                normal.column_mut(k).fill(0.0);
+            }
+        }
         let Some((step, promised)) = damped_step(&normal, &gradient, self.damping, self.effort.step_limit) else {
             return Ok(ControlFlow::Break(()));
         };
@@ -111,7 +121,7 @@ impl Descent<'_> {
     fn attempt(&mut self, step: &DVector<f64>, promised: f64, is_worthwhile: bool) -> ControlFlow<()> {
         let mut xi = self.best.xi.clone();
         for (&unknown, change) in self.free.iter().zip(step.iter()) {
-            xi[unknown] = (xi[unknown] + change).clamp(-LIMIT, LIMIT);
+            xi[unknown] = self.problem.unknowns[unknown].within(xi[unknown] + change);
         }
         self.best.steps += 1;
         match Fit::at(self.problem, &xi, self.weighing) {

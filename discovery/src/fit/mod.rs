@@ -88,6 +88,9 @@ impl Fit {
         let runs = problem.simulate(xi, weighing)?;
         let residuals = problem.residuals(xi, &runs, weighing);
         let misfit = residuals.norm_squared();
+        if !misfit.is_finite() {
+            return Err(problem.overflow(xi, &runs, weighing));
+        }
         let cost = misfit + xi.iter().map(|x| x * x).sum::<f64>();
         Ok(Self {
             xi: xi.to_vec(),

@@ -9,7 +9,6 @@ use crate::Fault;
 use crate::fit::schedule::lower;
 use crate::fit::{Effort, Fit, minimise, minimise_over};
 use crate::problem::{Problem, Weighing};
-use crate::unknowns::LIMIT;
 
 /// 95 % point of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841;
@@ -59,7 +58,7 @@ fn profile(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing, which: usize) 
         let (mut xi, mut last) = (fit.xi.clone(), 0.0_f64);
         for _ in 0..STEPS {
             let before = xi[which];
-            xi[which] = (before + direction * STEP * error).clamp(-LIMIT, LIMIT);
+            xi[which] = problem.unknowns[which].within(before + direction * STEP * error);
             if xi[which] == before {
                 break;
             }

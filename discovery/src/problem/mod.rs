@@ -121,9 +121,10 @@ impl Problem<'_> {
         let answers = self.machine.run(&self.spans(weighing.horizon), &self.places, &jobs);
         let mut runs: Runs = vec![None; self.data.shots.len()];
         for (job, answer) in jobs.iter().zip(answers) {
-            runs[job.span] = Some(
-                answer.map_err(|fault| Fault::run(format!("shot {}: {fault}", self.data.shots[job.span].number)))?,
-            );
+            runs[job.span] = Some(answer.map_err(|fault| {
+                let sentence = format!("shot {}: {fault}", self.data.shots[job.span].number);
+                Fault { sentence, ..fault }
+            })?);
         }
         Ok(runs)
     }
@@ -157,6 +158,28 @@ impl Problem<'_> {
             self.whiten(channel, &weights, &mut all[begin..]);
         }
         all
+    }
+
+    /// Why a misfit is no number: the shot and the channel whose residuals are the largest.
+    pub(crate) fn overflow(&self, xi: &[f64], runs: &Runs, weighing: &Weighing) -> Fault {
+        let spans = self.spans(weighing.horizon);
+        let mut worst = (0.0, None);
+        for &shot in &weighing.shots {
+            let data = &self.data.shots[shot];
+            let residuals = self.residuals_of(shot, xi, (runs, &spans[shot]), weighing);
+            let channels = (0..data.traces.len()).filter(|&channel| data.traces[channel].is_some());
+            for (channel, part) in channels.zip(residuals.chunks(data.times.len().max(1))) {
+                // What is no number is worse than any.
+                let largest = part.iter().map(|r| if r.is_nan() { f64::INFINITY } else { r.abs() }).fold(0.0, f64::max);
+                if largest > worst.0 {
+                    worst = (largest, Some((shot, channel)));
+                }
+            }
+        }
+        let place = worst.1.map_or_else(String::new, |(shot, channel)| {
+            format!("shot {}, channel `{}`: ", self.data.shots[shot].number, self.data.channels[channel].name)
+        });
+        Fault::new(format!("{place}model and measurement are so far apart that the misfit is no number"))
     }
 
     /// Change of the whitened residuals when the channels go from `runs` to `other`.

@@ -4,6 +4,7 @@
 //! residuals in standard deviations of the noise (1.0 is noise); see [`crate::proof`].
 
 mod json;
+mod nearest;
 mod parameters;
 mod phases;
 mod summary;

@@ -4,12 +4,11 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::{AllGaps, Scene, json::proposed};
+use super::{AllGaps, Scene, json::proposed, nearest};
 use crate::Fault;
 use crate::catalogue::Candidate;
 use crate::proof::Gap;
 use crate::search::Status;
-use crate::variant::EXTENDED;
 
 /// What came out, in one sentence.
 pub(super) fn sentence(scene: &Scene<'_>) -> String {
@@ -46,6 +45,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     let _ = writeln!(text, "{}", sentence(scene));
     if let Some(reason) = &findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
+    }
+    for line in nearest::lines(json) {
+        let _ = writeln!(text, "  {line}");
     }
     if !setup.exposed.is_empty() {
         let numbers: Vec<String> =
@@ -98,7 +100,8 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
             let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));
         }
     }
-    let model = if after.is_some() { format!("; the model is {EXTENDED}") } else { String::new() };
+    let model =
+        if after.is_some() { format!("; the model is {}", scene.workshop.extended_name()) } else { String::new() };
     let _ = writeln!(text, "\n{} runs of one shot, {seconds:.1} s{model}", findings.runs);
     Ok(text)
 }

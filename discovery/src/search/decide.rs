@@ -208,7 +208,7 @@ impl Search<'_> {
 
 /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.  What
 /// each of them is expected to be does not count: one that is a term itself would lose against it by its prior.
-fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
+pub(crate) fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
     let Some((term, own)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
         return false;
     };

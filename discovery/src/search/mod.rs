@@ -29,6 +29,7 @@ use crate::power::{Confusion, Power};
 use crate::problem::{Problem, Weighing};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
+pub(crate) use decide::is_beaten;
 use decide::noise;
 use memory::Memory;
 use rule::Outcome;

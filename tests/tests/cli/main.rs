@@ -1,11 +1,12 @@
 //! The command line as its users meet it: the real program, its messages, exit codes and files.
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
-//! cannot be written, closed pipes and Ctrl-C; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
+//! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
 mod bad_input;
+mod components;
 #[cfg(unix)]
 mod faults;
 mod files;
@@ -13,6 +14,7 @@ mod formatting;
 mod library_page;
 mod new_folder;
 mod outputs;
+mod overwriting;
 mod process;
 mod settings;
 mod studies;

@@ -120,6 +120,8 @@ fn a_result_has_the_columns_of_the_text() {
             "  der(x) = v;\n  der(v) = a;\n  x = cos(time);\n",
             "time,x,v,a,der(x),der(v),der(der(x))",
         ),
+        // The derivative is differentiated by the text, and freed by the reduction of the index.
+        ("twice", "  Real h;\n", "  x = sin(time) + 1;\n  h = der(der(x^2));\n", "time,x,h,der(x),der(der(x))"),
         ("sum", sum, "  der(x) = -s;\n  p = (1:100)*x;\n  s = sum(p);\n", "time,x,s,der(x)"),
     ] {
         let model = format!("model M\n  Real x(start = 1, fixed = true);\n{declared}equation\n{equations}end M;\n");
@@ -174,7 +176,7 @@ fn shifted(folder: &Scratch) -> String {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_leaves_a_whole_file() {
+fn ctrl_c_leaves_whole_rows() {
     let folder = Scratch::new();
     folder.write("oscillator.hyd", OSCILLATOR);
     let arguments = ["simulate", "oscillator.hyd", "--stop", "1e7", "--intervals", "100000000", "--result", "r.csv"];
@@ -184,8 +186,8 @@ fn ctrl_c_leaves_a_whole_file() {
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     assert_eq!(wait(&mut child, &arguments).code(), Some(3));
-    assert_eq!(folder.names(), ["oscillator.hyd", "r.csv"]);
-    let text = folder.read("r.csv");
+    assert_eq!(folder.names(), ["oscillator.hyd", "r.partial.csv"]);
+    let text = folder.read("r.partial.csv");
     assert!(text.ends_with('\n'));
     let rows = rows(&text);
     assert!(rows.len() > 2 && rows.windows(2).all(|pair| pair[0].0 <= pair[1].0));

@@ -22,6 +22,7 @@ fn arguments(result: &Path) -> RunArguments {
         stop: None,
         tolerance: None,
         intervals: None,
+        max_steps: None,
         every_step: false,
         solver: hyd_run::Solver::Auto,
         result: Some(result.to_path_buf()),
