@@ -202,7 +202,11 @@ impl<'t> Builder<'t> {
     /// An operand with the signs or `not` before it; `least` is the level of the place where it stands.
     fn signed(&mut self, nodes: &mut Nodes<'t>, least: u8) -> Expr {
         let mut signs: Vec<(UnaryOp, Span)> = Vec::new();
-        while let Some(sign) = nodes.next_if(|n| n.as_rule() == Rule::prefix) {
+        // After `not` a sign begins the relation that is negated: `not -a < b` is `not (-a < b)`.
+        let begins_relation = |signs: &[(UnaryOp, Span)], sign: &Node<'t>| {
+            sign.as_str() != "not" && matches!(signs.last(), Some((UnaryOp::Not, _)))
+        };
+        while let Some(sign) = nodes.next_if(|n| n.as_rule() == Rule::prefix && !begins_relation(&signs, n)) {
             let op = match sign.as_str() {
                 "not" => UnaryOp::Not,
                 "+" | ".+" => UnaryOp::Plus,
