@@ -1,0 +1,44 @@
+//! The past of delayed expressions: pieces of parabolas between the steps.
+
+/// One step of the past.
+struct Piece {
+    start: f64,
+    end: f64,
+    values: [f64; 3],
+}
+
+/// The past of one `delay`.
+#[derive(Default)]
+pub struct Past {
+    first: f64,
+    pieces: Vec<Piece>,
+}
+
+/// Times closer than this are the same (s).
+const SAME: f64 = 1e-12;
+
+impl Past {
+    /// What was before the start.
+    pub fn begin(&mut self, value: f64) {
+        self.first = value;
+        self.pieces.clear();
+    }
+
+    /// The values at the start, in the middle and at the end of a step.
+    pub fn add(&mut self, start: f64, end: f64, values: [f64; 3]) {
+        self.pieces.push(Piece { start, end, values });
+    }
+
+    /// The value at a time; at a jump the one that comes after it, or the one before.
+    pub fn value(&self, time: f64, after: bool) -> f64 {
+        let piece = match after {
+            true => self.pieces.iter().rev().find(|piece| piece.start <= time + SAME),
+            false => {
+                self.pieces.iter().find(|piece| piece.end >= time - SAME).filter(|piece| piece.start < time - SAME)
+            }
+        };
+        let Some(Piece { start, end, values: [a, m, b] }) = piece else { return self.first };
+        let s = (time - start) / (end - start);
+        a * (1.0 - s) * (1.0 - 2.0 * s) + m * 4.0 * s * (1.0 - s) + b * s * (2.0 * s - 1.0)
+    }
+}
