@@ -61,10 +61,26 @@ impl Flattener<'_, '_> {
         }
         let called = cx.called.clone();
         cx.depends_on_run();
-        let chosen = self.lower(value, cx, index);
-        let other = self.lower_branches(span, rest, otherwise, cx, index);
+        let chosen = self.where_holds(test.node, cx, |flat, cx| flat.lower(value, cx, index));
+        let not = self.model.templates.arena.not(test.node);
+        let other = self.where_holds(not, cx, |flat, cx| flat.lower_branches(span, rest, otherwise, cx, index));
         cx.called = called;
         self.choose(span, test.node, chosen?, other?)
+    }
+
+    /// Lowers what is reached only where `test` is true.
+    pub(crate) fn where_holds<T>(
+        &mut self,
+        test: NodeId,
+        cx: &mut Context,
+        lower: impl FnOnce(&mut Self, &mut Context) -> T,
+    ) -> T {
+        let around = cx.holds;
+        let arena = &mut self.model.templates.arena;
+        cx.holds = Some(around.map_or(test, |outer| arena.and(outer, test)));
+        let result = lower(self, cx);
+        cx.holds = around;
+        result
     }
 
     /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the

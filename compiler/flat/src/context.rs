@@ -82,7 +82,7 @@ pub struct Context {
     pub assigned: Option<Vec<(VarId, Typed)>>,
     /// In an algorithm section of a model: all variables it assigns somewhere.
     pub algorithm_targets: Vec<VarId>,
-    /// In an algorithm section of a model: this place is reached; `None` where it always is.
+    /// In a branch, or in an algorithm section of a model: this place is reached; `None` where it always is.
     pub holds: Option<NodeId>,
     /// Conditions of the `when` statements of the section, by place in the text.
     pub whens: Vec<(Span, Vec<WhenCondition>)>,

@@ -177,6 +177,13 @@ impl Flattener<'_, '_> {
 
     /// The equations of a branch by scalar.
     fn rows(&mut self, body: &[Equation], cx: &mut Context, around: Around) -> Result<Vec<Row>, Fail> {
+        let outside = std::mem::replace(&mut cx.holds, around.holds);
+        let rows = self.rows_of_branch(body, cx, around);
+        cx.holds = outside;
+        rows
+    }
+
+    fn rows_of_branch(&mut self, body: &[Equation], cx: &mut Context, around: Around) -> Result<Vec<Row>, Fail> {
         let mut rows = Vec::new();
         for equation in body {
             match &equation.kind {

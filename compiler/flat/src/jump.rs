@@ -4,10 +4,13 @@
 //! elseif z >= pre(q) + 1 then max(floor(z), pre(q) + 1) else pre(q)`, whose two relations are watched (Modelica 3.6,
 //! section 3.7.2.1).  So the solver never steps over a jump and between jumps `mod(x, y) = x - q*y` is smooth.  Inside
 //! `noEvent`, functions and `when` the functions are plain.
+//!
+//! The variable has an equation of its own, outside the branch that the function stands in.  Where that branch is not taken `z`
+//! may have no value (`if x > 0 then floor(sqrt(x)) else 0`), so there `q` rests: `z` is `pre(q)`.
 
 use hyd_instance::ScalarType;
 use hyd_source::{Origin, Span};
-use hyd_symbolic::{Function, Node, NodeId, Relation};
+use hyd_symbolic::{Arena, Function, Node, NodeId, Relation, post_order};
 use hyd_system::ValueKind;
 
 use crate::context::{Context, Fail};
@@ -54,6 +57,11 @@ impl Flattener<'_, '_> {
         }))
     }
 
+    /// The condition under which the place is reached, if `z` may have no value where it is not.
+    fn guard(&self, z: NodeId, cx: &Context) -> Option<NodeId> {
+        cx.holds.filter(|_| may_fail(&self.model.templates.arena, z))
+    }
+
     fn whole_above(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
         let minus = self.model.templates.arena.neg(z);
         let below = self.whole_below(span, minus, cx)?;
@@ -64,7 +72,12 @@ impl Flattener<'_, '_> {
         let (below, above) = (self.whole_below(span, z, cx)?, self.whole_above(span, z, cx)?);
         let arena = &mut self.model.templates.arena;
         let zero = arena.constant(0.0);
-        let positive = arena.event(Relation::GreaterEqual, z, zero);
+        let reached = match self.guard(z, cx) {
+            Some(guard) => self.model.templates.arena.select(guard, z, zero),
+            None => z,
+        };
+        let arena = &mut self.model.templates.arena;
+        let positive = arena.event(Relation::GreaterEqual, reached, zero);
         Ok(arena.select(positive, below, above))
     }
 
@@ -82,9 +95,13 @@ impl Flattener<'_, '_> {
     /// The largest whole number not above `z`, as a discrete variable.
     fn whole_below(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
         let counts = cx.loop_counts();
-        let slots = hyd_symbolic::slots(&self.model.templates.arena, &[z]);
+        let guard = self.guard(z, cx);
+        let arena = &mut self.model.templates.arena;
+        let zero = arena.constant(0.0);
+        let guarded = guard.map_or(z, |guard| arena.select(guard, z, zero));
+        let slots = hyd_symbolic::slots(arena, &[guarded]);
         let keys: Vec<SlotKey> = slots.iter().map(|slot| self.slots.keys[slot.0 as usize].clone()).collect();
-        let key = (z, keys, counts.clone());
+        let key = (guarded, keys, counts.clone());
         let known = self.jumps.iter().find(|(k, _)| *k == key).map(|(_, v)| *v);
         let first = match known {
             Some(first) => first,
@@ -95,7 +112,7 @@ impl Flattener<'_, '_> {
                 let (block, _) = self.model.locate(first);
                 self.model.variables[block].kind = ValueKind::Integer;
                 self.jumps.push((key, first));
-                self.emit_jump(first, z, &counts, cx, &origin)?;
+                self.emit_jump(first, (guard, z), &counts, cx, &origin)?;
                 first
             }
         };
@@ -117,7 +134,7 @@ impl Flattener<'_, '_> {
     fn emit_jump(
         &mut self,
         first: VarId,
-        z: NodeId,
+        (guard, z): (Option<NodeId>, NodeId),
         counts: &[usize],
         cx: &Context,
         origin: &Origin,
@@ -125,6 +142,7 @@ impl Flattener<'_, '_> {
         let (now, before) =
             (self.whole_slot(Kind::Var, first, counts, cx)?, self.whole_slot(Kind::Pre, first, counts, cx)?);
         let arena = &mut self.model.templates.arena;
+        let z = guard.map_or(z, |guard| arena.select(guard, z, before));
         let one = arena.constant(1.0);
         let next = arena.add(before, one);
         let low = arena.event(Relation::Less, z, before);
@@ -150,4 +168,26 @@ impl Flattener<'_, '_> {
         };
         Ok(Typed { node, scalar: ScalarType::Integer })
     }
+}
+
+/// True if an expression may have no finite value although all that it reads has one.
+fn may_fail(arena: &Arena, z: NodeId) -> bool {
+    let zero = |id: NodeId| arena.as_constant(id).is_none_or(|value| value == 0.0);
+    post_order(arena, &[z]).into_iter().any(|id| match arena.node(id) {
+        Node::Div(_, b) | Node::Call2(Function::Div | Function::Mod | Function::Rem, _, b) => zero(b),
+        Node::Call1(function, _) => !matches!(
+            function,
+            Function::Sin
+                | Function::Cos
+                | Function::Atan
+                | Function::Tanh
+                | Function::Abs
+                | Function::Sign
+                | Function::Floor
+                | Function::Ceil
+        ),
+        Node::Call2(function, ..) => !matches!(function, Function::Atan2 | Function::Min | Function::Max),
+        Node::Apply(..) => true,
+        _ => false,
+    })
 }

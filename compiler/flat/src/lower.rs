@@ -219,8 +219,11 @@ impl Flattener<'_, '_> {
         match op {
             Op::And | Op::Or if self.in_body(cx) => self.build_logic(op == Op::And, a, b, cx, index),
             Op::And | Op::Or => {
-                let (x, y) = (self.lower(a, cx, index)?, self.lower(b, cx, index)?);
+                let x = self.lower(a, cx, index)?;
                 self.want_boolean(a.span, "a logical operator", &x)?;
+                // The right side matters only where the left one does not decide.
+                let open = if op == Op::And { x.node } else { self.model.templates.arena.not(x.node) };
+                let y = self.where_holds(open, cx, |flat, cx| flat.lower(b, cx, index))?;
                 self.want_boolean(b.span, "a logical operator", &y)?;
                 let arena = &mut self.model.templates.arena;
                 let node = if op == Op::And { arena.and(x.node, y.node) } else { arena.or(x.node, y.node) };
