@@ -4,7 +4,7 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Place, Source, Structure};
+use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Instants, Place, Source, Structure};
 
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
@@ -15,8 +15,8 @@ use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
 use crate::{Options, Warning};
 
-/// An output point this close to an event, in units in the last place of t, is the event's rows.
-const SAME_TIME_ULPS: f64 = 16.0;
+/// A run that writes a step's rows asks after so many whether to stop.
+const ROWS_BETWEEN_QUESTIONS: usize = 1000;
 
 /// Warnings that are kept apart; the last one takes the points of all further ones.
 const MOST_WARNINGS: usize = 1000;
@@ -101,12 +101,12 @@ impl Output {
     }
 
     /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are
-    /// left to the rows of an event.
+    /// left to the rows of an event.  `stop` is asked now and then.
     pub(crate) fn grid(
         &mut self,
         problem: &mut Problem<'_>,
         sink: &mut dyn Sink,
-        options: &Options,
+        (options, stop): (&Options, &dyn Fn() -> bool),
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         (end, inclusive): (f64, bool),
         mut sensitivity: Option<&mut Sensitivity>,
@@ -121,11 +121,14 @@ impl Output {
         if self.due > end {
             return Ok(());
         }
-        let slack = SAME_TIME_ULPS * f64::EPSILON * end.abs();
+        let instants = Instants::of_run(options.start);
         while let Some(t) = options.output_time(self.next) {
-            if t > end || (!inclusive && options.event_rows && t >= end - slack) {
+            if t > end || (!inclusive && options.event_rows && instants.same(t, end)) {
                 self.due = t;
                 return Ok(());
+            }
+            if self.next % ROWS_BETWEEN_QUESTIONS == 0 && stop() {
+                return Err(SolveError::Interrupted { time: t });
             }
             self.next += 1;
             self.point(problem, sink, (past, consistency, weights), t, sensitivity.as_deref_mut())?;
@@ -179,8 +182,8 @@ impl Output {
 
     /// Drops output points that the rows of an event at `t` (s) stand for.
     pub(crate) fn skip_to(&mut self, options: &Options, t: f64) {
-        let slack = SAME_TIME_ULPS * f64::EPSILON * t.abs();
-        while options.output_time(self.next).is_some_and(|next| next <= t + slack) {
+        let instants = Instants::of_run(options.start);
+        while options.output_time(self.next).is_some_and(|next| instants.has_come(next, t)) {
             self.next += 1;
         }
     }

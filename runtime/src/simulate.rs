@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
+use hyd_system::{AssertionReport, DaeSystem, EventPhase, Instants, Structure};
 
 use crate::delay::{DelayWork, Delaying, Recorder};
 use crate::error::SolveError;
@@ -99,8 +99,13 @@ struct Run<'a, 'b> {
     problem: &'a mut Problem<'b>,
     options: &'a Options,
     sink: &'a mut dyn Sink,
+    stop: &'a dyn Fn() -> bool,
     chatter: Chatter,
     time_event: f64,
+    /// No relation of time alone changes before (s).
+    unchanged_until: f64,
+    /// Time of the last event, at first the start (s): time events are looked for after it.
+    last_event: f64,
     terminated: Option<String>,
 }
 
@@ -111,6 +116,25 @@ impl Run<'_, '_> {
 
     fn limit(&self) -> f64 {
         self.time_event.min(self.options.stop)
+    }
+
+    /// Notes that an event, or the start, has been settled at `t` (s).
+    fn settled(&mut self, t: f64) {
+        self.last_event = t;
+        self.unchanged_until = t;
+        self.find_time_event();
+    }
+
+    /// Looks for the next time event.  What coincides with the end of the run happens at it; what happens right after the end does
+    /// not happen.
+    fn find_time_event(&mut self) {
+        let next = self.problem.system.next_time_event(self.last_event);
+        let at_stop = Instants::of_run(self.options.start).same(next.t, self.options.stop);
+        self.time_event = match at_stop {
+            true if next.right_after => f64::INFINITY,
+            true => self.options.stop,
+            false => next.t,
+        };
     }
 }
 
@@ -196,11 +220,14 @@ impl Simulator {
             problem: &mut problem,
             options,
             sink,
+            stop,
             chatter: Chatter::default(),
             time_event: f64::INFINITY,
+            last_event: options.start,
+            unchanged_until: options.start,
             terminated: None,
         };
-        let result = self.begin(&mut run).and_then(|()| self.advance(&mut run, stop));
+        let result = self.begin(&mut run).and_then(|()| self.advance(&mut run));
         let result = self.finish_rows(&mut run, result);
         let terminated = run.terminated;
         self.statistics = problem.statistics;
@@ -275,11 +302,12 @@ impl Simulator {
     /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
     fn restart(&mut self, run: &mut Run<'_, '_>, t: f64) {
         run.problem.system.begin_segment(t, &self.point.y, &self.point.yp);
-        run.time_event = run.problem.system.next_time_event(t);
-        let rest = run.limit() - t;
-        if rest <= 0.0 {
+        run.settled(t);
+        if t >= run.options.stop {
             return;
         }
+        // Another event may follow at the same time; it begins with these values, too.
+        let rest = if run.limit() > t { run.limit() - t } else { run.options.stop - t };
         self.weights.update(&self.point.y);
         self.consistency.choose_states(run.problem, t, &self.point.y, &self.point.yp);
         self.states.copy_from_slice(self.consistency.states());
@@ -304,11 +332,11 @@ impl Simulator {
     }
 
     /// The loop over steps; returns the time reached.
-    fn advance(&mut self, run: &mut Run<'_, '_>, stop: &dyn Fn() -> bool) -> Result<f64, SolveError> {
+    fn advance(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let mut t = run.options.start;
         let mut stall = Stall::new(t);
         while t < run.options.stop && run.terminated.is_none() {
-            if stop() {
+            if (run.stop)() {
                 return Err(SolveError::Interrupted { time: t });
             }
             let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
@@ -344,6 +372,12 @@ impl Simulator {
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let from = self.integrator.t();
         let mut limit = run.limit().min(from + run.problem.system.longest_step());
+        if run.unchanged_until <= from {
+            run.unchanged_until = run.problem.system.unchanged_until(from, run.limit());
+        }
+        if run.unchanged_until < run.limit() {
+            limit = limit.min(run.unchanged_until.max(from + 32.0 * self.integrator.smallest_step(from)));
+        }
         if let Some(shortest) = run.problem.system.shortest_delay() {
             self.integrator.note_delay(shortest);
             if self.integrator.is_one_step() {
@@ -361,7 +395,7 @@ impl Simulator {
         let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
         let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
         if recorder.record_step() && self.integrator.t() < run.time_event {
-            run.time_event = run.problem.system.next_time_event(self.integrator.t());
+            run.find_time_event();
         }
         let spacing = run.span() / run.options.intervals as f64;
         let past = (&self.integrator, &mut self.consistency, &self.weights);
@@ -370,7 +404,8 @@ impl Simulator {
         let is_event = state_event.is_some() || t >= run.time_event;
         let past = (&self.integrator, &mut self.consistency, &self.weights);
         let sensitivity = self.sensitivity.as_deref_mut();
-        self.output.grid(run.problem, run.sink, run.options, past, (t, !is_event), sensitivity)?;
+        let to = (run.options, run.stop);
+        self.output.grid(run.problem, run.sink, to, past, (t, !is_event), sensitivity)?;
         if let Some(sensitivity) = &mut self.sensitivity {
             let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
             let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
@@ -420,12 +455,14 @@ impl Simulator {
         run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
+        // A second event at the same time begins where the one before has left off, with its row.
+        let begun = t == run.last_event;
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.reach(run.problem)?;
             self.output.flush(run.problem, run.sink, sensitivity)?;
             sensitivity.arrive(run.problem, t, y, yp)?;
         }
-        if rows {
+        if rows && !begun {
             self.consistency.project(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             let sensitivity = self.sensitivity.as_deref_mut();
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent, sensitivity)?;
@@ -459,7 +496,7 @@ impl Simulator {
             self.restart(run, t);
         } else {
             // Nothing that the integrator sees has changed: it keeps its past.
-            run.time_event = run.problem.system.next_time_event(t);
+            run.settled(t);
             self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
         }
         Ok(())

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use hyd_payload::Instance;
 use hyd_system::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
-    Structure, Tables, Tangents,
+    Structure, Tables, Tangents, TimeEvent,
 };
 
 use crate::model::{CompiledModel, Shared};
@@ -119,8 +119,12 @@ impl DaeSystem for CompiledSystem {
         self.instance.held(out);
     }
 
-    fn next_time_event(&mut self, t: f64) -> f64 {
+    fn next_time_event(&mut self, t: f64) -> TimeEvent {
         self.instance.next_time_event(t)
+    }
+
+    fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
+        self.instance.unchanged_until(t, until)
     }
 
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {

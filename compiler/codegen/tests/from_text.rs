@@ -180,7 +180,7 @@ fn implicit_equations_and_initial_equations_are_solved() {
         assert!((value(&mut system, "x", 0.0, &y, &yp) - 1.0).abs() < 1e-12);
         close(&mut system, 0.0, &mut y, &mut yp);
         assert!((value(&mut system, "u", 0.0, &y, &yp) - 1.0).abs() < 1e-12);
-        assert_eq!(system.next_time_event(0.0), 0.5);
+        assert_eq!(system.next_time_event(0.0).t, 0.5);
         let change = system.event_pass(EventPhase::First, 0.5, &mut y, &yp).unwrap();
         assert!(change.changed);
         close(&mut system, 0.5, &mut y, &mut yp);
@@ -236,7 +236,7 @@ fn a_ball_bounces_and_a_clock_ticks() {
         let mut system = compile(text, &options);
         let (mut y, mut yp) = start(&mut system);
         close(&mut system, 0.0, &mut y, &mut yp);
-        assert_eq!(system.next_time_event(0.0), 0.3);
+        assert_eq!(system.next_time_event(0.0).t, 0.3);
         let settle = |system: &mut CompiledSystem, t: f64, y: &mut [f64], yp: &mut [f64]| {
             let mut phase = EventPhase::First;
             for _ in 0..5 {
@@ -254,7 +254,7 @@ fn a_ball_bounces_and_a_clock_ticks() {
         settle(&mut system, 0.3, &mut y, &mut yp);
         let height = 1.0 - 9.81 / 2.0 * 0.09;
         assert!((value(&mut system, "seen", 0.3, &y, &yp) - height).abs() < 1e-12);
-        assert_eq!(system.next_time_event(0.3), 0.6);
+        assert_eq!(system.next_time_event(0.3).t, 0.6);
         assert_eq!(value(&mut system, "low", 0.3, &y, &yp), 0.0);
         let mut roots = vec![0.0; system.structure().roots];
         let contact = (2.0f64 / 9.81).sqrt() + 1e-12;

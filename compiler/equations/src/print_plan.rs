@@ -68,8 +68,9 @@ fn relation(sorted: &SortedSystem, k: usize) -> String {
     let text = text.strip_prefix("noEvent(").and_then(|t| t.strip_suffix(')')).unwrap_or(&text);
     match relation.trigger {
         Trigger::State => format!("{}: {text}", k + 1),
-        Trigger::Time(at) => {
-            format!("{}: {text}, at time {}", k + 1, expression(&sorted.system, at, relation.operands))
+        Trigger::Time { instant, right_after, .. } => {
+            let when = if right_after { "right after time" } else { "at time" };
+            format!("{}: {text}, {when} {}", k + 1, expression(&sorted.system, instant, relation.operands))
         }
     }
 }

@@ -42,8 +42,8 @@ struct Extracted {
     root: NodeId,
     /// For each slot of `truth` the slot of the new template (those of relations taken out before included).
     slots: Vec<SlotId>,
-    /// The instant, if the relation is linear in time; an expression over the slots of `truth`.
-    instant: Option<NodeId>,
+    /// When it changes, if it is linear in time; an expression over the slots of `truth`.
+    timed: Option<Trigger>,
 }
 
 #[derive(Clone)]
@@ -103,10 +103,7 @@ impl Pass {
                 let own = entry.key().1.clone();
                 entry.insert(next);
                 let fixed = own.iter().all(|&operand| is_fixed_between_events(system, operand));
-                let trigger = match relation.instant {
-                    Some(instant) if fixed => Trigger::Time(instant),
-                    _ => Trigger::State,
-                };
+                let trigger = relation.timed.filter(|_| fixed).unwrap_or(Trigger::State);
                 let operands = append(system, &own);
                 let (truth, root) = (relation.truth, relation.root);
                 self.relations.push(EventRelation { truth, root, operands, trigger, equation: eq });
@@ -121,9 +118,9 @@ pub(crate) fn find_time_events(system: &mut EquationSystem, relations: &mut [Eve
     for relation in relations.iter_mut().filter(|r| r.trigger == Trigger::State) {
         let operands = system.operands_of(relation.operands);
         if operands.iter().all(|&o| known.is_known(o) || is_fixed_between_events(system, o))
-            && let Some(at) = instant(&mut system.flat.templates, relation.root, relation.operands.len)
+            && let Some(timed) = timed(&mut system.flat.templates, relation.truth, relation.root, relation.operands.len)
         {
-            relation.trigger = Trigger::Time(at);
+            relation.trigger = timed;
         }
     }
 }
@@ -235,23 +232,25 @@ fn extract(templates: &mut Templates, literal: NodeId) -> Extracted {
         Node::Compare(_, a, b) => arena.sub(a, b),
         _ => truth,
     };
-    let instant = instant(templates, root, form.arity);
-    Extracted { truth, root, slots, instant }
+    let timed = timed(templates, truth, root, form.arity);
+    Extracted { truth, root, slots, timed }
 }
 
-/// The time at which `root` is zero, if it is linear in time with a number as its slope.
-fn instant(templates: &mut Templates, root: NodeId, arity: u32) -> Option<NodeId> {
+/// When a comparison changes, if its root function is linear in time with a number as its slope: where that is zero.
+fn timed(templates: &mut Templates, truth: NodeId, root: NodeId, arity: u32) -> Option<Trigger> {
     let arena = &mut templates.arena;
+    let Node::Compare(relation, ..) = arena.node(truth) else { return None };
     if !contains_time(arena, root) || contains_initial(arena, root) {
         return None;
     }
     let slope = partial_time(arena, root);
-    if arena.as_constant(slope).is_none_or(|slope| slope == 0.0) {
-        return None;
-    }
+    let rises = arena.as_constant(slope).filter(|&slope| slope != 0.0)? > 0.0;
+    // Where both sides are equal it is already what it becomes, or still what it was.
+    let at_equality = matches!(relation, Relation::LessEqual | Relation::GreaterEqual);
     let time = SlotId(arity);
     let named = rewrite(arena, root, |arena, node| (node == Node::Time).then(|| arena.slot(time)));
     let zero = arena.constant(0.0);
     let solution = solve_for(arena, named, zero, time)?;
-    solution.divisors.is_empty().then_some(solution.value)
+    let right_after = at_equality != rises;
+    solution.divisors.is_empty().then_some(Trigger::Time { instant: solution.value, rises, right_after })
 }

@@ -138,8 +138,15 @@ pub struct Plan {
 pub enum Trigger {
     /// By the sign of its root function.
     State,
-    /// At the instant given by this expression over the relation's operands, which read only parameters and discrete variables.
-    Time(NodeId),
+    /// At a known instant.
+    Time {
+        /// The instant, an expression over the relation's operands, which read only parameters and discrete variables.
+        instant: NodeId,
+        /// The relation becomes true, not false.
+        rises: bool,
+        /// It changes right after its instant (`>`, `<=`), not at it (`>=`, `<`).
+        right_after: bool,
+    },
 }
 
 /// A relation that can cause events.

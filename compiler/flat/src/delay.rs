@@ -85,7 +85,7 @@ impl Flattener<'_, '_> {
     }
 
     /// True if a value cannot change during the run.
-    fn is_fixed(&self, node: NodeId) -> bool {
+    pub(crate) fn is_fixed(&self, node: NodeId) -> bool {
         let arena = &self.model.templates.arena;
         let fixed = |slot: &hyd_symbolic::SlotId| match &self.slots.keys[slot.0 as usize] {
             SlotKey::Number(_) | SlotKey::Quantity(_) => true,
@@ -182,7 +182,7 @@ impl Flattener<'_, '_> {
         if origin.path.is_empty() { call } else { format!("{}.{call}", origin.path) }
     }
 
-    fn call_text(&self, span: Span) -> String {
+    pub(crate) fn call_text(&self, span: Span) -> String {
         self.tree.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ")
     }
 }

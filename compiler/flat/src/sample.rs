@@ -1,21 +1,24 @@
 //! `sample(start, interval)`: true at the instants `start + k*interval`.
 //!
-//! Two discrete variables of the translation's own carry it: the next instant, and whether it is due.  `due` rises when
-//! `time` reaches the instant before the event, the instant moves on, and `due` falls again in the next pass of the same
-//! event, so `sample` is true in one pass only (Modelica 3.6, section 3.7.5).  Inside loops and arrays of components each
-//! element has instants of its own.
+//! Two discrete variables of the translation's own carry it: how many instants have passed, and whether one is due.  `due` is
+//! true when `time` reaches the instant that comes next, the count goes on, and `due` falls again in the next pass of the
+//! same event, so `sample` is true in one pass only (Modelica 3.6, section 3.7.5).  The instant is computed from the
+//! count, because a running sum would wander off.  Inside loops and arrays of components each element has instants of its own.
 
-use hyd_source::{Code, Origin, Span};
-use hyd_symbolic::{Function, Node, Relation};
+use hyd_source::{Code, Diagnostic, Origin, Span};
+use hyd_symbolic::{Function, Node, NodeId, Relation};
 use hyd_syntax::tree::Expr;
-use hyd_system::{ValueKind, Variability};
+use hyd_system::{TextFormat, ValueKind, Variability};
 
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
 use crate::made::Made;
-use crate::model::{Section, VarId};
+use crate::model::{Message, MessagePart, Section, VarId};
+
+/// An instant this part of the times it is computed from before the start of the run is at the start.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Flattener<'_, '_> {
     pub(crate) fn lower_sample(&mut self, span: Span, list: &[Expr], cx: &mut Context) -> Result<Typed, Fail> {
@@ -34,11 +37,7 @@ impl Flattener<'_, '_> {
             }
         };
         let at = crate::delay::offset(cx)?;
-        let now = self.variable_slot(Kind::Var, due, &at);
-        let before = self.variable_slot(Kind::Pre, due, &at);
-        let arena = &mut self.model.templates.arena;
-        let off = arena.not(before);
-        Ok(Typed::boolean(arena.and(now, off)))
+        Ok(Typed::boolean(self.variable_slot(Kind::Var, due, &at)))
     }
 
     fn variable_slot(&mut self, kind: Kind, v: VarId, at: &Affine) -> hyd_symbolic::NodeId {
@@ -46,45 +45,105 @@ impl Flattener<'_, '_> {
         self.model.templates.arena.slot(slot)
     }
 
-    /// `due = time >= pre(next) and not initial()`, `next = if due and not pre(due) then pre(next) + interval else pre(next)`.
+    /// `due = time >= start + pre(turn)*interval and not initial()`, `turn = if due then pre(turn) + 1 else pre(turn)`.
     fn make_sample(&mut self, span: Span, start: &Expr, interval: &Expr, cx: &mut Context) -> Result<VarId, Fail> {
         let origin = Origin { path: self.path(cx.scope.inst), span };
         let first = self.lower(start, cx, &[])?;
         let step = self.lower(interval, cx, &[])?;
         self.want_number(start.span, "`sample`", &first)?;
         self.want_number(interval.span, "`sample`", &step)?;
+        for (part, value, what) in [(start, &first, "first instant"), (interval, &step, "interval")] {
+            if !self.is_fixed(value.node) {
+                let message = format!("the {what} of `sample` must be known before the run");
+                let fault =
+                    Diagnostic::error(Code::NotStructural, message).at(part.span, "this changes during the run");
+                self.report(fault.help("a relation like `time >= pre(next)` has instants that the run decides"));
+                return Err(Fail::Reported);
+            }
+        }
         let number = self.samples.len() + 1;
         let shape = (ValueKind::Real, Variability::Discrete);
         let dims = cx.loop_counts();
         let at = crate::delay::offset(cx)?;
-        let next = self.make(Made::Event, format!("$sample{number}.next"), &dims, shape, origin.clone());
-        let (block, _) = self.model.locate(next);
+        let turn = self.make(Made::Event, format!("$sample{number}.turn"), &dims, shape, origin.clone());
+        let (block, _) = self.model.locate(turn);
         self.model.variables[block].has_start = true;
         let due = self.made_boolean(format!("$sample{number}.due"), &dims, origin.clone());
         let mut slot = |kind: Kind, v: VarId| self.variable_slot(kind, v, &at);
-        let (next_start, next_pre) = (slot(Kind::Start, next), slot(Kind::Pre, next));
-        let (next_now, due_now) = (slot(Kind::Var, next), slot(Kind::Var, due));
-        let due_pre = slot(Kind::Pre, due);
+        let (turn_start, turn_pre) = (slot(Kind::Start, turn), slot(Kind::Pre, turn));
+        let (turn_now, due_now) = (slot(Kind::Var, turn), slot(Kind::Var, due));
+        let proper = self.check_sample((span, interval.span), &step, cx.holds, &dims, &origin)?;
         let arena = &mut self.model.templates.arena;
-        // The first instant at or after the start of the run.
-        let (time, zero) = (arena.intern(Node::Time), arena.constant(0.0));
+        let (zero, one) = (arena.constant(0.0), arena.constant(1.0));
+        // The first instant at or after the start of the run; one that coincides with it but for rounding counts.
+        let time = arena.intern(Node::Time);
         let passed = arena.sub(time, first.node);
-        let turns = arena.div(passed, step.node);
+        let (now, from) = (arena.call1(Function::Abs, time), arena.call1(Function::Abs, first.node));
+        let scale = arena.call2(Function::Max, now, from);
+        let rounding = arena.constant(ROUNDING);
+        let slack = arena.mul(rounding, scale);
+        let left = arena.sub(passed, slack);
+        let turns = arena.div(left, step.node);
         let whole = arena.call1(Function::Ceil, turns);
         let skipped = arena.call2(Function::Max, whole, zero);
-        let way = arena.mul(skipped, step.node);
-        let begin = arena.add(first.node, way);
-        let reached = arena.event(Relation::GreaterEqual, time, next_pre);
+        let begin = arena.select(proper, skipped, zero);
+        let way = arena.mul(turn_pre, step.node);
+        let instant = arena.add(first.node, way);
+        let reached = arena.event(Relation::GreaterEqual, time, instant);
         let initial = arena.intern(Node::Initial);
         let running = arena.not(initial);
+        let reached = arena.and(reached, proper);
         let is_due = arena.and(reached, running);
-        let was = arena.not(due_pre);
-        let rises = arena.and(due_now, was);
-        let later = arena.add(next_pre, step.node);
-        let moved = arena.select(rises, later, next_pre);
-        self.emit(Section::Start, next_start, begin, &dims, &origin);
+        let later = arena.add(turn_pre, one);
+        let moved = arena.select(due_now, later, turn_pre);
+        self.emit(Section::Start, turn_start, begin, &dims, &origin);
         self.emit(Section::Discrete, due_now, is_due, &dims, &origin);
-        self.emit(Section::Discrete, next_now, moved, &dims, &origin);
+        self.emit(Section::Discrete, turn_now, moved, &dims, &origin);
         Ok(due)
+    }
+
+    /// That the interval is a positive number: refused here where its value is known, asserted of the run otherwise (`holds`: where the
+    /// place is reached).
+    fn check_sample(
+        &mut self,
+        (span, at): (Span, Span),
+        step: &Typed,
+        holds: Option<NodeId>,
+        dims: &[usize],
+        origin: &Origin,
+    ) -> Result<NodeId, Fail> {
+        let call = self.call_text(span);
+        let arena = &mut self.model.templates.arena;
+        if let Some(value) = arena.as_constant(step.node).filter(|_| holds.is_none()) {
+            return match value > 0.0 && value.is_finite() {
+                true => Ok(arena.constant(1.0)),
+                false => {
+                    let message = format!("the interval of `{call}` is {value}, and must be a positive number");
+                    Err(self.error(Code::BadArguments, at, message))
+                }
+            };
+        }
+        let (zero, most) = (arena.constant(0.0), arena.constant(f64::MAX));
+        let positive = arena.compare(Relation::Greater, step.node, zero);
+        let finite = arena.compare(Relation::LessEqual, step.node, most);
+        let proper = arena.and(positive, finite);
+        let shown = arena.argument_list(&[step.node]);
+        let (before, after) = (format!("the interval of `{call}` is "), ", and must be a positive number".to_string());
+        let message = self.model.messages.len() as u32;
+        let parts = vec![
+            MessagePart::Text(before.clone().into()),
+            MessagePart::Value(TextFormat::default(), ValueKind::Real),
+            MessagePart::Text(after.clone().into()),
+        ];
+        self.model.messages.push(Message { text: format!("{before}no{after}").into(), parts, error: true });
+        let wanted = match holds {
+            Some(holds) => {
+                let idle = arena.not(holds);
+                arena.or(idle, proper)
+            }
+            None => proper,
+        };
+        self.emit(Section::Assert(message), wanted, shown, dims, origin);
+        Ok(proper)
     }
 }

@@ -11,7 +11,7 @@ use crate::delay::SitePlaces;
 use crate::model::{Check, Checked, Experiment, Identity, InitialTransfer, Limit, MessagePiece, OutputRow, Parameters};
 use crate::names::{Name, RowNames, Wrap};
 use crate::program::{Area, Place};
-use crate::routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines};
+use crate::routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, TimedRelation};
 use crate::selection::CandidateSet;
 
 stored! {
@@ -45,7 +45,10 @@ stored! {
     }
     Routines { bind, late_starts, simulation, initial, events }
     PlanRoutines { assign, residual, closing, closing_rows, assigned_nominals, jacobian, extra, state_pattern, rate_pattern }
-    EventRoutines { truths, instants, timed, rooted, discrete, reinits, reinit_unknowns, checks, pivots }
+    EventRoutines {
+        truths, instants, timed, rooted, by_time, time_roots, discrete, reinits, reinit_unknowns, checks, pivots,
+    }
+    TimedRelation { relation, rises, right_after }
     Accumulation { terms, first, state, rate, length }
     Term { to, a, b }
     PartialRows { rows }

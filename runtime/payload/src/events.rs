@@ -1,4 +1,4 @@
-//! One pass of the event iteration, and the instants of time events.
+//! One pass of the event iteration.
 //!
 //! A pass fixes `pre` values and the truth of relations, then evaluates assigned variables and discrete equations until
 //! they agree with each other (the discrete part of the simultaneous equations of Modelica 3.6, section 8.6, at fixed
@@ -10,34 +10,10 @@ use crate::program::Area;
 use crate::routines::EventRoutines;
 use crate::system::{Instance, Point};
 
-/// Two instants closer than this many units in the last place are the same.
-const SAME_INSTANT: f64 = 8.0 * f64::EPSILON;
-
 /// Rounds of a pass before the discrete equations are taken to have no solution at these unknowns.
 const ROUNDS: usize = 16;
 
-fn tolerance(a: f64, b: f64) -> f64 {
-    SAME_INSTANT * a.abs().max(b.abs())
-}
-
-/// True if two instants differ by no more than rounding.
-pub fn same_instant(a: f64, b: f64) -> bool {
-    (a - b).abs() <= tolerance(a, b)
-}
-
 impl Instance {
-    /// The first instant of a time event that lies after `t` by more than rounding.
-    pub(crate) fn following_instant(&mut self, t: f64) -> f64 {
-        if self.loaded.model.routines.events.timed.is_empty() {
-            return f64::INFINITY;
-        }
-        self.set_time(t, false);
-        self.run_own(self.loaded.model.routines.events.instants, Point::NOWHERE);
-        let instants = &self.memory.out[..self.loaded.model.routines.events.timed.len()];
-        let after = |instant: &f64| *instant > t + tolerance(t, *instant);
-        instants.iter().copied().filter(after).fold(f64::INFINITY, f64::min)
-    }
-
     /// One pass; see [`hyd_system::DaeSystem::event_pass`].
     pub(crate) fn pass(
         &mut self,
@@ -48,6 +24,9 @@ impl Instance {
     ) -> Result<EventChange, EvalFailure> {
         self.set_time(t, phase == EventPhase::Initial);
         self.save_pre(phase, Point { unknown: y, rate: yp });
+        if phase == EventPhase::First {
+            self.place_clock(t, Point { unknown: y, rate: yp });
+        }
         self.remember();
         self.settle(t, Point { unknown: y, rate: yp });
         let changed = self.differs();
@@ -139,7 +118,7 @@ impl Instance {
         self.run_own(events.truths, point);
         let mut truths = std::mem::take(&mut self.memory.out);
         self.truths_by_roots(point, events, &mut truths);
-        self.truths_after_instants(t, point, events, &mut truths);
+        self.truths_by_instants(t, point, events, &mut truths);
         let mut changed = false;
         for (&truth, index) in truths[..count].iter().zip(layout.held.clone()) {
             let held = &mut self.memory.data[index as usize];
@@ -152,7 +131,7 @@ impl Instance {
 
     /// Relations behind root functions follow the sign that the solver located, so that rounding cannot make them differ.
     ///
-    /// `space` as in [`Instance::truths_after_instants`].
+    /// `space` as in [`Instance::truths_by_instants`].
     fn truths_by_roots(&mut self, point: Point<'_>, events: &EventRoutines, space: &mut [f64]) {
         if events.rooted.is_empty() {
             return;
@@ -165,36 +144,6 @@ impl Instance {
                 truths[relation as usize] = f64::from(u8::from(root > 0.0));
             }
         }
-    }
-
-    /// Relations whose instant is now take the truth they have from now on, however the comparison rounds.
-    ///
-    /// `space` holds three thirds: the truths, and space for instants and for later truths.
-    fn truths_after_instants(&mut self, t: f64, point: Point<'_>, events: &EventRoutines, space: &mut [f64]) {
-        if events.timed.is_empty() {
-            return;
-        }
-        let third = space.len() / 3;
-        let (truths, rest) = space.split_at_mut(third);
-        let (instants, later) = rest.split_at_mut(third);
-        self.run(events.instants, point, instants, &mut []);
-        let now = |instant: f64| same_instant(instant, t);
-        if !instants[..events.timed.len()].iter().any(|&instant| now(instant)) {
-            return;
-        }
-        // A relation of this kind changes at its instant only, so any later time tells its truth.
-        self.set_clock(t + 1.0 + t.abs());
-        self.run(events.truths, point, later, &mut []);
-        self.set_clock(t);
-        for (&relation, &instant) in events.timed.iter().zip(instants.iter()) {
-            if now(instant) {
-                truths[relation as usize] = later[relation as usize];
-            }
-        }
-    }
-
-    fn set_clock(&mut self, t: f64) {
-        self.memory.data[crate::program::TIME as usize] = t;
     }
 
     /// Evaluates the discrete equations in order; true if a variable changed.

@@ -7,6 +7,7 @@
 //! of the compiler and executables run the same bytes.  Knows no text of models, no code generator and no solver.
 
 pub mod accumulation;
+mod ahead;
 mod backward_error;
 mod codec;
 mod codec_program;
@@ -18,6 +19,7 @@ mod events;
 pub mod executable;
 pub mod format;
 mod functions;
+mod interval;
 mod mapping;
 pub mod memory;
 mod model;
@@ -28,12 +30,12 @@ mod selection;
 mod start;
 mod system;
 pub mod target;
+mod timed;
 pub mod vm;
 
 pub use codec::Damage;
 pub use delay::{Signed, SitePlaces};
 pub use engine::{Backend, Engine};
-pub use events::same_instant;
 pub use functions::{SINES_AND_COSINES, position as function_position};
 pub use mapping::{Code, NativeCode};
 pub use model::{
@@ -41,6 +43,6 @@ pub use model::{
 };
 pub use names::{Name, Names, RowNames, Wrap};
 pub use program::Place;
-pub use routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines};
+pub use routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, TimedRelation};
 pub use selection::CandidateSet;
 pub use system::{Instance, Point};

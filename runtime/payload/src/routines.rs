@@ -63,9 +63,13 @@ pub struct EventRoutines {
     /// Instants of the relations in `timed` to `Out`.
     pub instants: RoutineId,
     /// Relations that change at known instants.
-    pub timed: Vec<u32>,
+    pub timed: Vec<TimedRelation>,
     /// Relations behind the root functions.
     pub rooted: Vec<u32>,
+    /// Relations whose root functions depend on time alone.
+    pub by_time: Vec<u32>,
+    /// Their root functions to `Out`; needs no `assign` before.
+    pub time_roots: RoutineId,
     /// Discrete equations, each stored at once.
     pub discrete: RoutineId,
     /// New values of states to `Out`.
@@ -76,6 +80,17 @@ pub struct EventRoutines {
     pub checks: RoutineId,
     /// Coefficients that decide the choice of states to `Out`.
     pub pivots: RoutineId,
+}
+
+/// A relation between time and what only events change, `time >= p` or `2*time < q`: it changes once, at its instant.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct TimedRelation {
+    /// The relation.
+    pub relation: u32,
+    /// It becomes true, not false.
+    pub rises: bool,
+    /// It changes right after its instant and is still what it was at the instant itself: `>` and `<=`, not `>=` and `<`.
+    pub right_after: bool,
 }
 
 /// What can be set from outside: the places of flag and value.

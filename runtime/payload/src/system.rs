@@ -7,15 +7,17 @@ use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
-    Structure, Tables, ValueKind,
+    Structure, Tables, TimeEvent, ValueKind,
 };
 
+use crate::ahead::Search;
 use crate::engine::Engine;
 use crate::memory::Memory;
 use crate::model::Loaded;
 use crate::program::{Area, HOMOTOPY, INITIAL, Place, RoutineId, TIME};
 use crate::routines::{JacobianForm, PlanRoutines};
 use crate::selection::{CandidateSet, Choice};
+use crate::timed::Clock;
 use crate::vm::Registers;
 
 /// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
@@ -42,6 +44,10 @@ pub(crate) struct Own {
     /// Which candidates are states, per set.
     choices: Vec<Choice>,
     registers: Registers,
+    /// Work space of the search for changes of relations of time alone.
+    pub search: Search,
+    /// On which side of the last time event the run stands.
+    pub clock: Clock,
     /// An initial condition that does not hold with the last solution of the initial system.
     pub contradiction: Option<EvalFailure>,
 }
@@ -72,7 +78,7 @@ impl Instance {
         let pivots = loaded.model.candidates.iter().map(|set| set.entries.len()).sum();
         let checks = loaded.model.checks.iter().map(|check| 1 + check.values.1 as usize).sum();
         let starts = layout.held.len() + 2 * loaded.model.initial.checked.len();
-        let sizes = [starts, events.timed.len(), events.reinit_unknowns.len(), checks, pivots];
+        let sizes = [starts, events.timed.len(), events.by_time.len(), events.reinit_unknowns.len(), checks, pivots];
         let memory = Own {
             data,
             work: vec![0.0; work],
@@ -82,6 +88,8 @@ impl Instance {
             scratch: vec![0.0; scratch_length(&loaded)],
             choices: loaded.model.candidates.iter().map(CandidateSet::first_choice).collect(),
             registers: loaded.engine.registers(),
+            search: Search::default(),
+            clock: Clock::default(),
             contradiction: None,
         };
         let mut instance = Self { loaded, memory };
@@ -229,6 +237,7 @@ impl DaeSystem for Instance {
 
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
         self.reset();
+        self.memory.clock = Clock::of_run(t0);
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.bind;
         self.run(routine, Point::NOWHERE, &mut [], &mut []);
@@ -363,8 +372,12 @@ impl DaeSystem for Instance {
         }
     }
 
-    fn next_time_event(&mut self, t: f64) -> f64 {
+    fn next_time_event(&mut self, t: f64) -> TimeEvent {
         self.following_instant(t)
+    }
+
+    fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
+        self.first_change_of_time(t, until)
     }
 
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {

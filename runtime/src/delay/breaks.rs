@@ -134,16 +134,23 @@ impl Breaks {
         (self.first + 1..segment).rev().find(|&s| self.state(s, site) != State::Smooth).unwrap_or(self.first)
     }
 
-    /// Lets a site that reads at `at` (s) cross the breaks it has reached; `slack` (s) is the width of an instant.  True if
-    /// it has crossed one.
-    pub(super) fn cross(&mut self, past: &Past, site: usize, at: f64, slack: f64) -> bool {
+    /// Lets a site cross the breaks whose return `has_come`, asked with the begins of their segments (s).  True if it has crossed one.
+    pub(super) fn cross(&mut self, past: &Past, site: usize, has_come: impl Fn(f64) -> bool) -> bool {
         let before = self.cursors[site].low;
         while let Some(high) = self.cursors[site].high
-            && at >= past.begin_of(high) - slack
+            && has_come(past.begin_of(high))
         {
             self.cursors[site].low = high;
             self.cursors[site].high = self.barrier_after(site, high, past.newest());
         }
+        self.cursors[site].low != before
+    }
+
+    /// The same for a site that reads at `at` (s) and may have gone back before breaks crossed earlier; `slack` (s) is the width of an
+    /// instant.
+    pub(super) fn cross_near(&mut self, past: &Past, site: usize, at: f64, slack: f64) -> bool {
+        let before = self.cursors[site].low;
+        self.cross(past, site, |begin| at >= begin - slack);
         while self.cursors[site].low > self.first && at < past.begin_of(self.cursors[site].low) - 2.0 * slack {
             let low = self.cursors[site].low;
             self.cursors[site].high = Some(low);

@@ -19,7 +19,7 @@ mod record;
 mod system;
 mod tangents;
 
-use hyd_system::{DelaySite, Structure};
+use hyd_system::{DelaySite, Instants, Structure};
 
 use breaks::Breaks;
 use past::{Past, Spot, Wanted};
@@ -29,8 +29,8 @@ pub(crate) use system::Delaying;
 
 /// Without states a step may have at least this part of the bound of a varying delay time.
 const SHORTEST_PART: f64 = 1e-3;
-/// Two instants closer than this many units in the last place are the same.
-const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
+/// A delay time is at rest when it changes by less than this part of its bound.
+const SAME_DELAY: f64 = 16.0 * f64::EPSILON;
 /// Points of the past, beside the iterate, for a value within the step in work.
 const NEWEST_POINTS: usize = 4;
 /// They lie at least this part of the step in work apart, so that differences are no noise.
@@ -41,6 +41,7 @@ const NEWEST_DISTANCE: f64 = 0.25;
 pub(crate) struct DelayWork {
     sites: Vec<DelaySite>,
     any_varying: bool,
+    instants: Instants,
     has_states: bool,
     /// The past is recorded (not yet during the start).
     recording: bool,
@@ -215,7 +216,7 @@ impl DelayWork {
             self.sources[site] = source;
             if self.sites[site].varying && time.is_finite() {
                 let time = time.clamp(0.0, self.bounds[site].max(0.0));
-                settled &= (time - self.times[site]).abs() <= SAME_INSTANT * self.bounds[site];
+                settled &= (time - self.times[site]).abs() <= SAME_DELAY * self.bounds[site];
                 self.times[site] = time;
             }
         }
@@ -234,7 +235,7 @@ impl DelayWork {
 
     /// Width of an instant at `t` (s).
     fn slack(&self, site: usize, t: f64) -> f64 {
-        SAME_INSTANT * t.abs().max(self.times[site].abs())
+        self.instants.width(t.abs().max(self.times[site].abs()))
     }
 
     /// Longest sensible step (s).  Without states nothing tests the error of a step and no iteration can fail, so no step may be
@@ -257,7 +258,7 @@ impl DelayWork {
         for site in (0..self.sites.len()).filter(|&site| !self.sites[site].varying) {
             if let Some(high) = self.breaks.cursors[site].high {
                 let back = self.past.begin_of(high) + self.times[site];
-                if back > t + self.slack(site, t) {
+                if self.instants.lies_ahead(back, t) {
                     next = next.min(back);
                 }
             }
@@ -269,8 +270,11 @@ impl DelayWork {
     fn cross(&mut self, t: f64) -> bool {
         let mut crossed = false;
         for site in 0..self.sites.len() {
-            let (at, slack) = (t - self.times[site], self.slack(site, t));
-            crossed |= self.breaks.cross(&self.past, site, at, slack);
+            let (delay, instants) = (self.times[site], self.instants);
+            crossed |= match self.sites[site].varying {
+                true => self.breaks.cross_near(&self.past, site, t - delay, self.slack(site, t)),
+                false => self.breaks.cross(&self.past, site, |begin| instants.has_come(begin + delay, t)),
+            };
         }
         if crossed {
             self.cached = None;

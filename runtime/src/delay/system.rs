@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
-    Structure, Tables, Tangents,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, Instants, LoopError, ParameterError, StateChoice,
+    Structure, Tables, Tangents, TimeEvent,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -138,7 +138,7 @@ impl<'a> Delaying<'a> {
         for site in 0..work.sites.len() {
             let slack = work.slack(site, t);
             if work.times[site] <= slack {
-                work.breaks.cross(&work.past, site, t, slack);
+                work.breaks.cross_near(&work.past, site, t, slack);
             }
         }
     }
@@ -155,6 +155,7 @@ impl<'a> Delaying<'a> {
         work.shortest_fixed = fixed.map(|(&time, _)| time).fold(f64::INFINITY, f64::min);
         work.scale.fill(0.0);
         work.limits.fill(0.0);
+        work.instants = Instants::of_run(t);
         work.past.restart(t, &work.new_sources);
         work.breaks.restart(work.sites.len());
         work.sources.copy_from_slice(&work.new_sources);
@@ -258,9 +259,15 @@ impl DaeSystem for Delaying<'_> {
         out[first..].fill(true);
     }
 
-    fn next_time_event(&mut self, t: f64) -> f64 {
+    fn next_time_event(&mut self, t: f64) -> TimeEvent {
         let next = self.inner.next_time_event(t);
-        if self.work.recording { next.min(self.work.next_break(t)) } else { next }
+        let back = if self.work.recording { self.work.next_break(t) } else { f64::INFINITY };
+        // What coincides happens at the system's own instant, so that breaks do not wander off by adding delays.
+        if self.work.instants.lies_ahead(next.t, back) { TimeEvent::at(back) } else { next }
+    }
+
+    fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
+        self.inner.unchanged_until(t, until)
     }
 
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {

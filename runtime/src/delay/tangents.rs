@@ -9,10 +9,10 @@
 
 use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
 
+use super::DelayWork;
 use super::past::{Past, Segment, Spot, Wanted};
 use super::polynomial::NODES;
 use super::system::Delaying;
-use super::{DelayWork, SAME_INSTANT};
 
 /// A derivative has jumped if the change is this many tolerances of its largest size.
 const VISIBLE_JUMP: f64 = 100.0;
@@ -258,7 +258,7 @@ impl Delaying<'_> {
         for (k, _) in self.work.sites.iter().enumerate().filter(|(_, site)| !site.varying) {
             let Some(high) = self.work.breaks.cursors[k].high else { continue };
             let back = self.work.past.begin_of(high) + self.work.times[k];
-            if (back - t).abs() <= 4.0 * SAME_INSTANT * t.abs().max(self.work.times[k]) {
+            if self.work.instants.same(back, t) {
                 for (direction, out) in out[..derived.count()].iter_mut().enumerate() {
                     *out = derived.instant(high, direction) + derived.times[k * derived.width + direction];
                 }

@@ -6,7 +6,8 @@
 //! truth holds.  Every point tried is made consistent first, so that roots of algebraic unknowns see the values that
 //! the event will see.  A relation that changes and changes back within a step is looked for at points between, no
 //! farther apart than the output points, and at the bottom of the parabola through three of them where it comes close
-//! to zero.
+//! to zero, or where lines through them meet below it.  Relations of time alone are known in advance instead
+//! ([`hyd_system::DaeSystem::unchanged_until`]).
 
 use hyd_system::{DaeSystem, Structure};
 
@@ -25,14 +26,29 @@ const HALVING: u32 = 4;
 const MOST_PARTS: usize = 24;
 /// A parabola whose bottom is below this part of its ends is looked at there.
 const NEAR_ZERO: f64 = 0.4;
+/// A part of a step in which a kink may reach zero is halved at most so often.
+const MOST_HALVINGS: u32 = 40;
+/// A line that comes down to this part of where it began may bend to zero.
+const BENT: f64 = 0.25;
 /// Relations that turn back within so many final brackets after an event belong to the same instant.
 const SAME_INSTANT: f64 = 16.0;
+
+/// A part of a step, of which a root function may reach zero inside: times (s) and distances from zero at both ends, and the slopes with
+/// which it comes and goes (1/s; 0 where they are not known).
+#[derive(Clone, Copy)]
+struct Dip {
+    l: (f64, f64),
+    r: (f64, f64),
+    slopes: (f64, f64),
+}
 
 /// Watches the root functions over a run.
 pub(crate) struct RootWatch {
     held: Vec<bool>,
     /// The value was exactly zero on the wrong side just after the last event: zero is no change until it has moved.
     resting: Vec<bool>,
+    /// Time of the last event or the start (s): nothing happens before it, also where a step's begin is rounded to before it.
+    from: f64,
     left: Vec<f64>,
     right: Vec<f64>,
     trial: Vec<f64>,
@@ -54,6 +70,7 @@ impl RootWatch {
         Self {
             held: vec![false; roots],
             resting: vec![false; roots],
+            from: f64::NEG_INFINITY,
             left: vec![0.0; roots],
             right: vec![0.0; roots],
             trial: vec![0.0; roots],
@@ -71,6 +88,7 @@ impl RootWatch {
         if self.held.is_empty() {
             return;
         }
+        self.from = t;
         problem.system.held(&mut self.held);
         problem.system.roots(t, y, yp, &mut self.left);
         for k in 0..self.held.len() {
@@ -91,35 +109,13 @@ impl RootWatch {
         if self.held.is_empty() {
             return None;
         }
-        let (begin, end) = (past.t_before(), past.t());
-        problem.system.roots(past.t(), past.y(), past.yp(), &mut self.right);
-        if !mark(&self.right, &self.held, &self.resting, &mut self.fired) {
-            return self.between(problem, past, consistency, weights, spacing);
-        }
-        // The same point again, consistent this time.
-        if !self.confirmed(problem, past, consistency, weights, end) {
-            self.right.copy_from_slice(&self.trial);
-            self.advance();
-            return None;
-        }
-        Some(self.locate(problem, past, consistency, weights, (begin, end)))
-    }
-
-    /// A change that is undone again before the end of the step.
-    fn between(
-        &mut self,
-        problem: &mut Problem<'_>,
-        past: &Integrator,
-        consistency: &mut Consistency,
-        weights: &Weights,
-        spacing: f64,
-    ) -> Option<f64> {
-        let (begin, end) = (past.t_before(), past.t());
+        let (begin, end) = (past.t_before().max(self.from), past.t());
+        problem.system.roots(end, past.y(), past.yp(), &mut self.right);
         let parts = (((end - begin) / spacing).ceil() as usize).clamp(past.parts(), MOST_PARTS);
         let part = (end - begin) / parts as f64;
         self.samples[2].copy_from_slice(&self.left);
         for j in 1..=parts {
-            let t = begin + j as f64 * part;
+            let t = if j < parts { begin + j as f64 * part } else { end };
             self.samples.rotate_left(1);
             if j < parts {
                 past.interpolate(t, &mut self.trial_y, &mut self.trial_yp);
@@ -127,13 +123,18 @@ impl RootWatch {
             } else {
                 self.samples[2].copy_from_slice(&self.right);
             }
-            let flipped = j < parts && mark(&self.samples[2], &self.held, &self.resting, &mut self.fired);
+            // A change that is undone before `t` comes first.
+            let dip = if j > 1 { self.dip(problem, past, (t, part)) } else { None };
             let bottom = if j > 1 { self.bottom().map(|place| t + (place - 1.0) * part) } else { None };
-            let suspect = if flipped { Some(t) } else { bottom };
-            if let Some(suspect) = suspect
-                && self.confirmed(problem, past, consistency, weights, suspect)
-            {
-                return Some(self.locate(problem, past, consistency, weights, (begin, suspect)));
+            let flipped = mark(&self.samples[2], &self.held, &self.resting, &mut self.fired);
+            for suspect in [dip, bottom, flipped.then_some(t)].into_iter().flatten().filter(|&at| at > begin) {
+                // The same point again, consistent this time.
+                if self.confirmed(problem, past, consistency, weights, suspect) {
+                    return Some(self.locate(problem, past, consistency, weights, (begin, suspect)));
+                }
+                if suspect == end {
+                    self.right.copy_from_slice(&self.trial);
+                }
             }
         }
         self.advance();
@@ -152,6 +153,66 @@ impl RootWatch {
             (inside && lowest < NEAR_ZERO * a.min(c)).then(|| -slope / bend)
         };
         (0..self.held.len()).filter_map(place).min_by(f64::total_cmp)
+    }
+
+    /// A time at which a relation has changed that is as before at the last three points, the newest at `t`.  A function
+    /// with a kink (`abs(x) < 1e-3`) comes near zero on a line, so where the line through two of the points would cross zero
+    /// before the third one, the part is halved towards the crossing.
+    fn dip(&mut self, problem: &mut Problem<'_>, past: &Integrator, (t, part): (f64, f64)) -> Option<f64> {
+        for k in 0..self.held.len() {
+            let sign = if self.held[k] { 1.0 } else { -1.0 };
+            let [a, b, c] = std::array::from_fn(|j| sign * self.samples[j][k]);
+            if 2.0 * b < (1.0 + BENT) * a {
+                let found =
+                    self.descend(problem, past, k, Dip { l: (t - part, b), r: (t, c), slopes: (b - a, 0.0) }, part);
+                if found.is_some() {
+                    return found;
+                }
+            }
+            if 2.0 * b < (1.0 + BENT) * c {
+                let dip = Dip { l: (t - 2.0 * part, a), r: (t - part, b), slopes: (0.0, c - b) };
+                let found = self.descend(problem, past, k, dip, part);
+                if found.is_some() {
+                    return found;
+                }
+            }
+        }
+        None
+    }
+
+    /// Follows a dip down to where it reaches zero, or is seen not to.
+    fn descend(
+        &mut self,
+        problem: &mut Problem<'_>,
+        past: &Integrator,
+        k: usize,
+        mut dip: Dip,
+        part: f64,
+    ) -> Option<f64> {
+        let sign = if self.held[k] { 1.0 } else { -1.0 };
+        dip.slopes = (dip.slopes.0 / part, dip.slopes.1 / part);
+        for _ in 0..MOST_HALVINGS {
+            let ((l, left), (r, right), (falls, rises)) = (dip.l, dip.r, dip.slopes);
+            let (middle, half) = (0.5 * (l + r), 0.5 * (r - l));
+            past.interpolate(middle, &mut self.trial_y, &mut self.trial_yp);
+            problem.system.roots(middle, &self.trial_y, &self.trial_yp, &mut self.trial);
+            if mark(&self.trial, &self.held, &self.resting, &mut self.fired) {
+                return Some(middle);
+            }
+            let (value, low) = (sign * self.trial[k], BENT * left.max(right));
+            let (before, after) = ((value - left) / half, (right - value) / half);
+            // How low lines from both sides come in either half.
+            let first = (left + falls * half).min(value - after * half);
+            let second = (value + before * half).min(right - rises * half);
+            dip = if first < low && first <= second {
+                Dip { l: dip.l, r: (middle, value), slopes: (falls, after) }
+            } else if second < low {
+                Dip { l: (middle, value), r: dip.r, slopes: (before, rises) }
+            } else {
+                return None;
+            };
+        }
+        None
     }
 
     /// True if a relation has changed at time `t` on consistent values, which then stand in `right`, `y` and `yp`.

@@ -187,6 +187,26 @@ pub struct EventChange {
     pub terminated: Option<String>,
 }
 
+/// When the next time event is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TimeEvent {
+    /// The time (s); infinity if there is none.
+    pub t: f64,
+    /// It happens right after this time, as `time > 1` does at 1 s: after all else that happens at that time, and not at all at
+    /// the end of the run.
+    pub right_after: bool,
+}
+
+impl TimeEvent {
+    /// There is none.
+    pub const NEVER: Self = Self::at(f64::INFINITY);
+
+    /// At a time (s).
+    pub const fn at(t: f64) -> Self {
+        Self { t, right_after: false }
+    }
+}
+
 /// A hybrid system `F(t, y, y') = 0`.
 ///
 /// Relations that can cause events keep their truth value during integration (the residual is smooth between events) and
@@ -274,8 +294,14 @@ pub trait DaeSystem: Send {
     /// Truth of each relation behind the roots as held now, in the order of `roots`.
     fn held(&self, out: &mut [bool]);
 
-    /// The first time event strictly after `t` (infinity if none), given the current discrete state.
-    fn next_time_event(&mut self, t: f64) -> f64;
+    /// The first time event after that at `t`, given the current discrete state; `t` is the start or the time of the last event.
+    fn next_time_event(&mut self, t: f64) -> TimeEvent;
+
+    /// How far after `t`, at most to `until`, the solver may step without passing over a change of relations that depend on time alone.
+    /// Where that is before `until` a relation has just changed, or the question must be asked again from there.
+    fn unchanged_until(&mut self, _t: f64, until: f64) -> f64 {
+        until
+    }
 
     /// One pass of the event iteration at fixed `t`: recomputes relations and discrete equations, runs `when` and `reinit`.
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure>;

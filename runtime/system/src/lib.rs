@@ -10,6 +10,7 @@
 pub mod angles;
 mod dae;
 pub mod given;
+mod instant;
 mod lanes;
 pub mod math;
 mod tables;
@@ -18,8 +19,9 @@ mod text;
 
 pub use dae::{
     AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, LoopError,
-    ParameterError, Pattern, StateChoice, Structure,
+    ParameterError, Pattern, StateChoice, Structure, TimeEvent,
 };
+pub use instant::Instants;
 pub use lanes::wide;
 pub use tables::{
     EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,

@@ -185,8 +185,8 @@ impl<M: Model> DaeSystem for Hand<M> {
     fn held(&self, out: &mut [bool]) {
         self.model.held(out);
     }
-    fn next_time_event(&mut self, t: f64) -> f64 {
-        self.model.next_time_event(t)
+    fn next_time_event(&mut self, t: f64) -> TimeEvent {
+        TimeEvent::at(self.model.next_time_event(t))
     }
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {
         Ok(self.model.event(phase, t, y, yp))

@@ -7,6 +7,7 @@
 
 pub mod accumulate;
 mod batch;
+mod by_time;
 pub mod plan;
 pub mod rows;
 mod straight;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use hyd_equations::{Assignment, OperandRange, PlanJacobian, SortedSystem, Trigger};
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
-use hyd_payload::{Backend, EventRoutines, Routines};
+use hyd_payload::{Backend, EventRoutines, Routines, TimedRelation};
 use hyd_symbolic::{Arena, NodeId, SlotId};
 
 use crate::layout::{Layout, Place, PlanPlaces};
@@ -201,14 +202,15 @@ impl EventLowering<'_> {
         truths: &[(NodeId, OperandRange)],
         rooted: Vec<u32>,
     ) -> Result<EventRoutines, String> {
-        let timed = relations(self.sorted, |trigger| matches!(trigger, Trigger::Time(_)));
-        let instants: Vec<_> = timed
-            .iter()
-            .filter_map(|&r| match self.sorted.relations[r as usize] {
-                relation if let Trigger::Time(instant) = relation.trigger => Some((instant, relation.operands)),
-                _ => None,
-            })
-            .collect();
+        let (mut timed, mut instants) = (Vec::new(), Vec::new());
+        for (k, relation) in (0u32..).zip(&self.sorted.relations) {
+            if let Trigger::Time { instant, rises, right_after } = relation.trigger {
+                timed.push(TimedRelation { relation: k, rises, right_after });
+                instants.push((instant, relation.operands));
+            }
+        }
+        let locate = |operand| self.layout.locate(self.sorted, self.places, operand);
+        let (by_time, time_roots) = by_time::lower(program, self.sorted, &locate, &rooted)?;
         let reinits: Vec<_> = self.sorted.reinits.iter().map(|a| (a.value, a.operands)).collect();
         let pivots: Vec<_> = self.sorted.pivots.iter().map(|p| (p.value, p.operands)).collect();
         let mut checks: Vec<_> = self.sorted.checks.iter().map(|c| (c.condition.value, c.condition.operands)).collect();
@@ -218,6 +220,8 @@ impl EventLowering<'_> {
             instants: self.rows(program, "instants", &instants)?,
             timed,
             rooted,
+            by_time,
+            time_roots: push(program, "time roots", time_roots),
             discrete: self.discrete(program)?,
             reinits: self.rows(program, "reinits", &reinits)?,
             reinit_unknowns: self.reinit_unknowns()?,

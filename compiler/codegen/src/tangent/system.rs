@@ -10,7 +10,6 @@ use super::memory::TangentMemory;
 use crate::program::Area;
 use crate::system::CompiledSystem;
 use hyd_payload::Point;
-use hyd_payload::same_instant;
 
 /// Rounds after which discrete equations that feed back through assigned variables are taken as they are.
 const ROUNDS: usize = 16;
@@ -226,11 +225,7 @@ impl Tangents for CompiledSystem {
         self.instance.set_time(t, false);
         let nothing = Point { unknown: &[], rate: &[] };
         self.instance.run_own(events.instants, nothing);
-        let Some(k) =
-            self.instance.results()[..events.timed.len()].iter().position(|&instant| same_instant(instant, t))
-        else {
-            return false;
-        };
+        let Some(k) = self.instance.changes_at(t) else { return false };
         let mut tangents = self.take_tangents();
         self.partials(&mut tangents, Part::Instants, nothing);
         tangents.chain(Part::Instants, |rows| &rows.instants, false);

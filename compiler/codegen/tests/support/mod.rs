@@ -260,15 +260,16 @@ impl Maker {
         relation: Relation,
         grow: impl FnOnce(&mut Expression<'_>) -> (NodeId, NodeId, Option<NodeId>),
     ) -> u32 {
-        let (mut root, mut instant) = (None, None);
+        let (mut root, mut timed) = (None, None);
         let (truth, operands, equation) = self.expression("relation", |e| {
             let (a, b, at) = grow(e);
             let upward = matches!(relation, Relation::Greater | Relation::GreaterEqual);
             root = Some(if upward { e.sub(a, b) } else { e.sub(b, a) });
-            instant = at;
+            let at_equality = matches!(relation, Relation::GreaterEqual | Relation::LessEqual);
+            timed = at.map(|instant| Trigger::Time { instant, rises: upward, right_after: at_equality != upward });
             e.compare(relation, a, b)
         });
-        let trigger = instant.map_or(Trigger::State, Trigger::Time);
+        let trigger = timed.unwrap_or(Trigger::State);
         self.sorted.relations.push(EventRelation { truth, root: root.unwrap(), operands, trigger, equation });
         self.sorted.relations.len() as u32 - 1
     }

@@ -76,7 +76,7 @@ fn equal_relations_share_an_entry_and_roots_are_positive_where_true() {
 fn instants(sorted: &SortedSystem) -> Vec<Option<f64>> {
     let run = Run::new(sorted);
     let instant = |trigger| match trigger {
-        Trigger::Time(at) => Some(at),
+        Trigger::Time { instant, .. } => Some(instant),
         Trigger::State => None,
     };
     sorted.relations.iter().map(|r| instant(r.trigger).map(|at| run.value(at, r.operands))).collect()

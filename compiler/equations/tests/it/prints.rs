@@ -64,7 +64,7 @@ simulation blocks (2)
 at events (1)
   n := if relation 2 then 1 else pre(n)
 relations (2)
-  1: time > k, at time k
+  1: time > k, right after time k
   2: p < 0.5
 ";
     assert_eq!(text, expected);
