@@ -4,6 +4,9 @@
 
 use std::fmt;
 
+/// Most output intervals; their rows alone are tens of gigabytes.
+const MOST_INTERVALS: usize = 1_000_000_000;
+
 /// Method of integration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Solver {
@@ -88,8 +91,8 @@ impl Options {
             Err(OptionError::Times { start: self.start, stop: self.stop })
         } else if !(1e-13..=0.1).contains(&self.tolerance) {
             Err(OptionError::Tolerance(self.tolerance))
-        } else if self.intervals == 0 {
-            Err(OptionError::Intervals)
+        } else if !(1..=MOST_INTERVALS).contains(&self.intervals) {
+            Err(OptionError::Intervals(self.intervals))
         } else if self.times.windows(2).any(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less)) {
             Err(OptionError::OutputTimes)
         } else if !positive(self.max_step) || !positive(self.initial_step) {
@@ -128,8 +131,8 @@ pub enum OptionError {
     },
     /// The tolerance is not between 1e-13 and 0.1.
     Tolerance(f64),
-    /// There must be at least one interval.
-    Intervals,
+    /// There are no intervals or too many.
+    Intervals(usize),
     /// Output points do not ascend.
     OutputTimes,
     /// A step size is not a positive number.
@@ -152,7 +155,10 @@ impl fmt::Display for OptionError {
                 write!(f, "the stop time {stop} s must be a number not before the start time {start} s")
             }
             OptionError::Tolerance(value) => write!(f, "the tolerance {value} must lie between 1e-13 and 0.1"),
-            OptionError::Intervals => write!(f, "there must be at least one output interval"),
+            OptionError::Intervals(0) => write!(f, "there must be at least one output interval"),
+            OptionError::Intervals(count) => {
+                write!(f, "{count} output intervals are too many: {MOST_INTERVALS} is the most")
+            }
             OptionError::OutputTimes => write!(f, "output times must ascend"),
             OptionError::Step => write!(f, "step sizes must be positive numbers"),
             OptionError::Sensitivity { name, reason } => write!(f, "no sensitivity to `{name}`: {reason}"),
