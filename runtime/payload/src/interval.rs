@@ -295,6 +295,11 @@ impl Enclosure {
 
     fn call2(self, function: Function, other: Self) -> Self {
         let quotient = || self.value.div(other.value);
+        // `x - q*y` may be a little less than nothing.
+        let rounding = || {
+            let most = ROUNDED * self.value.abs().high;
+            Interval::exact(-most, most)
+        };
         let less = |whole: Self| self.add(whole.mul(other).neg());
         match function {
             Function::Max => self.max(other),
@@ -303,11 +308,11 @@ impl Enclosure {
             Function::Div => Self::whole(quotient().low.trunc(), quotient().high.trunc()),
             Function::Mod => match quotient() {
                 q if q.low.floor() == q.high.floor() => less(Self::constant(q.low.floor())),
-                _ => Self { value: other.value.hull(Interval::ZERO), slope: Interval::ALL },
+                _ => Self { value: other.value.hull(Interval::ZERO).add(rounding()), slope: Interval::ALL },
             },
             Function::Rem => match quotient() {
                 q if q.low.trunc() == q.high.trunc() => less(Self::constant(q.low.trunc())),
-                _ => Self { value: other.value.hull(other.value.neg()), slope: Interval::ALL },
+                _ => Self { value: other.value.hull(other.value.neg()).add(rounding()), slope: Interval::ALL },
             },
             Function::Atan2 => {
                 let half = std::f64::consts::PI * (1.0 + ROUNDED);
