@@ -129,12 +129,9 @@ impl Run<'_, '_> {
     /// not happen.
     fn find_time_event(&mut self) {
         let next = self.problem.system.next_time_event(self.last_event);
-        let at_stop = Instants::of_run(self.options.start).same(next.t, self.options.stop);
-        self.time_event = match at_stop {
-            true if next.right_after => f64::INFINITY,
-            true => self.options.stop,
-            false => next.t,
-        };
+        let (stop, instants) = (self.options.stop, Instants::of_run(self.options.start));
+        let at_stop = if next.right_after { f64::INFINITY } else { stop };
+        self.time_event = if instants.same(next.t, stop) { at_stop } else { next.t };
     }
 }
 
@@ -404,8 +401,7 @@ impl Simulator {
         let is_event = state_event.is_some() || t >= run.time_event;
         let past = (&self.integrator, &mut self.consistency, &self.weights);
         let sensitivity = self.sensitivity.as_deref_mut();
-        let to = (run.options, run.stop);
-        self.output.grid(run.problem, run.sink, to, past, (t, !is_event), sensitivity)?;
+        self.output.grid(run.problem, run.sink, (run.options, run.stop), past, (t, !is_event), sensitivity)?;
         if let Some(sensitivity) = &mut self.sensitivity {
             let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
             let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
