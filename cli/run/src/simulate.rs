@@ -164,7 +164,8 @@ pub fn options(
 /// The number of output intervals by the model's `experiment` annotation.
 pub(crate) fn stated_intervals(experiment: &Experiment, start: f64, stop: f64) -> Option<usize> {
     let interval = experiment.interval.filter(|interval| *interval > 0.0)?;
-    Some(((stop - start) / interval).round().clamp(1.0, 1e9) as usize)
+    // Too many, also more than the type holds, are refused when the run begins.
+    Some(((stop - start) / interval).round().max(1.0) as usize)
 }
 
 fn shown(
