@@ -247,10 +247,15 @@ fn a_leak_is_named_and_the_model_that_has_it_is_written() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// The study with lines put before its first section, in a folder of its own.
+/// The study with lines put before its first section, in a folder of its own with the package of the model.
 fn study_with(folder: &Path, lines: &str, edits: &[(&str, &str)]) {
     let text = fs::read_to_string(study()).expect("readable");
-    fs::copy(root().join("models/single_acting_drive/drive.hyd"), folder.join("drive.hyd")).expect("copied");
+    for entry in fs::read_dir(root().join("models/single_acting_drive")).expect("a folder") {
+        let path = entry.expect("listed").path();
+        if path.extension().is_some_and(|extension| extension == "hyd") {
+            fs::copy(&path, folder.join(path.file_name().expect("a file"))).expect("copied");
+        }
+    }
     let mut text = text.replace("file = \"drive.hyd\"", &format!("file = \"drive.hyd\"\n{lines}"));
     for (old, new) in edits {
         assert!(text.contains(old), "{old}");
