@@ -2,7 +2,8 @@
 //!
 //! A pass fixes `pre` values and the truth of relations, then evaluates assigned variables and discrete equations until
 //! they agree with each other (the discrete part of the simultaneous equations of Modelica 3.6, section 8.6, at fixed
-//! unknowns), then `reinit` and `terminate`.  The solver solves for the unknowns again between passes.
+//! unknowns), then `reinit` and `terminate`.  The solver solves for the unknowns again between passes; where discrete equations read
+//! unknowns that follow from discrete variables, a pass is repeated with their new values until both agree, before `pre` moves on.
 
 use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
 
@@ -12,6 +13,12 @@ use crate::system::{Instance, Point};
 
 /// Rounds of a pass before the discrete equations are taken to have no solution at these unknowns.
 const ROUNDS: usize = 16;
+
+/// Values read of two solutions of the same equations that differ by no more than this, relative to them, are the same; where they are
+/// differences that nearly vanish and do not come to rest, by no more than [`SOLVED`], relative to them and 1, after so many repetitions.
+const SAME_SOLUTION: f64 = 1e-12;
+const SOLVED: f64 = 1e-9;
+const MANY_REPETITIONS: u32 = 20;
 
 impl Instance {
     /// One pass; see [`hyd_system::DaeSystem::event_pass`].
@@ -23,15 +30,24 @@ impl Instance {
         yp: &[f64],
     ) -> Result<EventChange, EvalFailure> {
         self.set_time(t, phase == EventPhase::Initial);
-        self.save_pre(phase, Point { unknown: y, rate: yp });
+        if phase != EventPhase::Repeat {
+            self.save_pre(phase, Point { unknown: y, rate: yp });
+        }
         if phase == EventPhase::First {
             self.place_clock(t, Point { unknown: y, rate: yp });
         }
         self.remember();
-        self.settle(t, Point { unknown: y, rate: yp });
+        self.settle(phase, t, Point { unknown: y, rate: yp });
+        self.memory.repetitions = if phase == EventPhase::Repeat { self.memory.repetitions + 1 } else { 0 };
         let changed = self.differs();
         if !self.discrete_values().iter().all(|value| value.is_finite()) {
             return Err(self.discrete_failure(Point { unknown: y, rate: yp }));
+        }
+        // At the start every pass solves the initial system again with the same `pre`.
+        let unsettled = changed && phase != EventPhase::Initial && self.loaded.model.routines.events.reads_solution;
+        self.memory.reinit_waits = unsettled;
+        if unsettled {
+            return Ok(EventChange { changed, unsettled, ..EventChange::default() });
         }
         let terminated = self.termination(Point { unknown: y, rate: yp });
         let reinitialised = self.reinitialise(y, yp)?;
@@ -42,7 +58,12 @@ impl Instance {
         {
             return Err(contradiction);
         }
-        Ok(EventChange { changed, reinitialised, terminated })
+        Ok(EventChange { changed, reinitialised, terminated, unsettled })
+    }
+
+    /// True if the last pass has left `reinit` to its repetition.
+    pub fn reinit_waits(&self) -> bool {
+        self.memory.reinit_waits
     }
 
     fn discrete_values(&self) -> &[f64] {
@@ -83,19 +104,30 @@ impl Instance {
         }
     }
 
+    /// True if a discrete variable or a relation is not what it was; solutions that a repetition reads differ by rounding at least.
     fn differs(&self) -> bool {
         let layout = &self.loaded.model.area;
         let mut positions = layout.discrete.clone().chain(layout.held.clone()).zip(&self.memory.before);
-        positions.any(|(index, kept)| self.memory.data[index as usize] != *kept)
+        let allowed = |a: f64, b: f64| match self.memory.repetitions {
+            0 => 0.0,
+            1..MANY_REPETITIONS => SAME_SOLUTION * a.abs().max(b.abs()),
+            // About as exact as the solver makes unknowns.
+            _ => SOLVED * (a.abs().max(b.abs()) + 1.0),
+        };
+        positions.any(|(index, &kept)| {
+            let value = self.memory.data[index as usize];
+            value != kept && (value - kept).abs() > allowed(value, kept)
+        })
     }
 
     /// New truths once, then assigned variables and discrete equations until nothing changes.
     ///
-    /// Relations stay as they are within a pass, so that a discrete variable may move the threshold that fired it.
-    fn settle(&mut self, t: f64, point: Point<'_>) {
+    /// Relations stay as they are within a pass and when it is repeated, so that a discrete variable may move the threshold that
+    /// fired it.
+    fn settle(&mut self, phase: EventPhase, t: f64, point: Point<'_>) {
         let loaded = self.loaded.clone();
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
-        let mut changed = self.update_relations(t, point);
+        let mut changed = phase != EventPhase::Repeat && self.update_relations(t, point);
         for _ in 0..ROUNDS {
             if changed {
                 self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);

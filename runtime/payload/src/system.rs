@@ -48,6 +48,10 @@ pub(crate) struct Own {
     pub search: Search,
     /// On which side of the last time event the run stands.
     pub clock: Clock,
+    /// The last pass of the event iteration has left `reinit` to its repetition.
+    pub reinit_waits: bool,
+    /// How often the last pass has been repeated.
+    pub repetitions: u32,
     /// An initial condition that does not hold with the last solution of the initial system.
     pub contradiction: Option<EvalFailure>,
 }
@@ -90,6 +94,8 @@ impl Instance {
             registers: loaded.engine.registers(),
             search: Search::default(),
             clock: Clock::default(),
+            reinit_waits: false,
+            repetitions: 0,
             contradiction: None,
         };
         let mut instance = Self { loaded, memory };

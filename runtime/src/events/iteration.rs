@@ -1,7 +1,7 @@
 //! Settling the system at one instant, and noticing when instants pile up.
 //!
 //! Discrete equations run once with `pre` as before the event; while a relation or a discrete variable changes, the continuous
-//! part is made consistent and they run again.  Many events without progress in time are chattering and end
+//! part is made consistent and they run again, first with the same `pre` where they read what was found there.  Many events without progress in time are chattering and end
 //! the run with the relation's text, because integration would take forever.  So are events at ever shorter distance: beyond
 //! the point where they accumulate the model says nothing, and rounding would let a ball fall through its floor.
 
@@ -65,6 +65,10 @@ pub(crate) fn settle(
         }
         outcome.terminated = change.terminated.or(outcome.terminated);
         if !change.changed && !change.reinitialised {
+            if phase == EventPhase::Repeat {
+                phase = EventPhase::Iterate;
+                continue;
+            }
             return Ok(outcome);
         }
         outcome.changed = true;
@@ -76,7 +80,7 @@ pub(crate) fn settle(
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
-        phase = EventPhase::Iterate;
+        phase = if change.unsettled { EventPhase::Repeat } else { EventPhase::Iterate };
     }
     Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
 }

@@ -174,6 +174,9 @@ pub enum EventPhase {
     First,
     /// A further pass at the same instant: `pre(v)` becomes the value of the last pass.
     Iterate,
+    /// The last pass once more with the solution of the continuous part that it has led to, see [`EventChange::unsettled`]: `pre(v)`
+    /// and relations stay.
+    Repeat,
 }
 
 /// Result of one pass of the event iteration.
@@ -185,6 +188,9 @@ pub struct EventChange {
     pub reinitialised: bool,
     /// `terminate` was called: its message.
     pub terminated: Option<String>,
+    /// Discrete equations or `reinit` read unknowns that follow from what has just changed: solve the continuous part, then ask for
+    /// [`EventPhase::Repeat`].  `reinit` and `terminate` wait for it.
+    pub unsettled: bool,
 }
 
 /// When the next time event is.

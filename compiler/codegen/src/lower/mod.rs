@@ -14,11 +14,12 @@ mod straight;
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, OperandRange, PlanJacobian, SortedSystem, Trigger};
+use hyd_equations::{Assignment, OperandRange, PlanJacobian, Role, SortedSystem, Trigger};
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
 use hyd_payload::{Backend, EventRoutines, Routines, TimedRelation};
 use hyd_symbolic::{Arena, NodeId, SlotId};
+use rustc_hash::FxHashSet;
 
 use crate::layout::{Layout, Place, PlanPlaces};
 use crate::program::{Area, Program, RoutineId};
@@ -225,6 +226,7 @@ impl EventLowering<'_> {
             discrete: self.discrete(program)?,
             reinits: self.rows(program, "reinits", &reinits)?,
             reinit_unknowns: self.reinit_unknowns()?,
+            reads_solution: self.reads_solution(),
             checks: self.rows(program, "checks", &checks)?,
             pivots: self.rows(program, "pivots", &pivots)?,
         })
@@ -255,6 +257,29 @@ impl EventLowering<'_> {
         }
         let kernels = batch.kernels(&mut program.tables);
         Ok(push(program, "discrete", kernels))
+    }
+
+    /// True if what happens at an event reads what the solver finds for the discrete variables of that event: rates, unknowns that are
+    /// no states, and what is assigned from them.
+    fn reads_solution(&self) -> bool {
+        let plan = &self.sorted.simulation;
+        let solved = |target: Target| match target {
+            Target::Der(_) => true,
+            Target::Var(v) => self.sorted.system.roles[v] == Role::Candidate,
+            _ => false,
+        };
+        let mut found: FxHashSet<Target> =
+            plan.unknowns.iter().filter(|unknown| !unknown.differential).map(|unknown| unknown.target).collect();
+        let operands = |range: OperandRange| self.sorted.system.operands_of(range).iter().map(|o| o.target());
+        let reads = |found: &FxHashSet<Target>, range: OperandRange, own: Target| {
+            operands(range).any(|target| target != own && (solved(target) || found.contains(&target)))
+        };
+        for a in &plan.assignments {
+            if reads(&found, a.operands, a.target) {
+                found.insert(a.target);
+            }
+        }
+        self.sorted.discrete.iter().chain(&self.sorted.reinits).any(|a| reads(&found, a.operands, a.target))
     }
 
     fn reinit_unknowns(&self) -> Result<Vec<u32>, String> {

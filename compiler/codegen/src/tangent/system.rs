@@ -240,6 +240,10 @@ impl Tangents for CompiledSystem {
         self.instance.set_time(t, phase == EventPhase::Initial);
         let shared = self.shared.clone();
         let layout = &shared.lowered.layout;
+        if phase == EventPhase::Repeat {
+            self.tangents = Some(tangents);
+            return;
+        }
         if phase != EventPhase::Initial {
             for (from, to) in layout.discrete.clone().zip(layout.pre.clone()) {
                 tangents.copy(from, to);
@@ -279,7 +283,9 @@ impl Tangents for CompiledSystem {
         self.assign_partials(&mut tangents, point);
         tangents.load(along);
         let changed = self.settle_tangents(&mut tangents, point);
-        self.reinit_tangents(&mut tangents, point, dy);
+        if !self.instance.reinit_waits() {
+            self.reinit_tangents(&mut tangents, point, dy);
+        }
         self.tangents = Some(tangents);
         changed
     }
