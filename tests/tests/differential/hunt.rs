@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hyd_differential::generate::{Switches, model};
+use hyd_differential::generate::model;
 use hyd_differential::shrink::shrink;
 
 use crate::compare::{CHECKS, Check, Difference, Verdict, check, reference};
@@ -25,8 +25,8 @@ pub struct Bag {
 }
 
 /// What differs for a seed.
-fn first_difference(seed: u64, switches: Switches) -> Result<Option<(Check, Difference)>, String> {
-    let model = model(seed, switches);
+fn first_difference(seed: u64) -> Result<Option<(Check, Difference)>, String> {
+    let model = model(seed);
     let known = reference(&model).ok();
     for way in CHECKS {
         match check(&model, way, known.as_ref()) {
@@ -41,8 +41,8 @@ fn first_difference(seed: u64, switches: Switches) -> Result<Option<(Check, Diff
 }
 
 /// The report of a difference, as small as it gets.
-fn report(seed: u64, switches: Switches, way: Check, found: &Difference) -> String {
-    let whole = model(seed, switches);
+fn report(seed: u64, way: Check, found: &Difference) -> String {
+    let whole = model(seed);
     let mut last = found.clone();
     shrink(&whole, &mut |candidate| match check(candidate, way, None) {
         Verdict::Different(difference) if difference.kind == last.kind => {
@@ -55,7 +55,7 @@ fn report(seed: u64, switches: Switches, way: Check, found: &Difference) -> Stri
 }
 
 /// Compares the models of so many seeds from the first one.
-pub fn hunt(first: u64, count: u64, switches: Switches) -> Bag {
+pub fn hunt(first: u64, count: u64) -> Bag {
     let (next, bag) = (AtomicU64::new(first), Mutex::new(Bag::default()));
     let kinds = Mutex::new(Vec::<String>::new());
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
@@ -65,7 +65,7 @@ pub fn hunt(first: u64, count: u64, switches: Switches) -> Bag {
             if seed >= first + count {
                 return;
             }
-            let found = first_difference(seed, switches);
+            let found = first_difference(seed);
             let mut told = None;
             if let Ok(Some((way, difference))) = &found {
                 let told_enough = {
@@ -73,7 +73,7 @@ pub fn hunt(first: u64, count: u64, switches: Switches) -> Bag {
                     kinds.push(difference.kind.clone());
                     kinds.len() > MOST
                 };
-                told = (!told_enough).then(|| report(seed, switches, *way, difference));
+                told = (!told_enough).then(|| report(seed, *way, difference));
             }
             let mut bag = bag.lock().expect("no thread panics with it");
             match found {

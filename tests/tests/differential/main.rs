@@ -14,8 +14,6 @@ mod hunt;
 mod processes;
 mod ways;
 
-use hyd_differential::generate::Switches;
-
 /// Models of the usual run.
 const USUAL: (u64, u64) = (1, 200);
 
@@ -29,7 +27,7 @@ fn asked() -> (u64, u64) {
 #[test]
 fn seeds() {
     let (first, count) = asked();
-    let bag = hunt::hunt(first, count, Switches::default());
+    let bag = hunt::hunt(first, count);
     println!("{} models compared, {} not clear, {} differ", bag.compared, bag.unclear.len(), bag.differences);
     if std::env::var_os("HYD_DIFFERENTIAL").is_some() {
         bag.unclear.iter().for_each(|line| println!("not clear: {line}"));

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hyd_differential::evaluate::evaluate;
-use hyd_differential::generate::{Switches, model};
+use hyd_differential::generate::model;
 use hyd_differential::model::{Expr, Id, Model, Role};
 use hyd_differential::print::{Form, column, text};
 use hyd_frames::{Cells, Frame};
@@ -52,7 +52,7 @@ impl Drop for Scratch {
 
 /// The first models from a seed on that are clear and of which this is true.
 fn clear_models(first: u64, count: usize, wanted: &dyn Fn(&Model) -> bool) -> Vec<(u64, Model)> {
-    let all = (first..).map(|seed| (seed, model(seed, Switches::default())));
+    let all = (first..).map(|seed| (seed, model(seed)));
     all.filter(|(_, m)| wanted(m) && evaluate(m, &[0.0, m.stop]).is_ok()).take(count).collect()
 }
 

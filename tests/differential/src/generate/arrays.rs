@@ -68,8 +68,8 @@ pub fn strided(b: &mut Builder) {
             // Ends past its last value or on it.
             0 => Range { step: Some(2), ..Range::new(first, n as i64) },
             1 => Range { step: Some(-2), ..Range::new(last, first) },
-            _ if b.switches.uneven_ranges_downwards => Range { step: Some(-2), ..Range::new(last, first - 1) },
-            _ => Range { step: Some(2), ..Range::new(first, last) },
+            // Ends below its last value.
+            _ => Range { step: Some(-2), ..Range::new(last, first - 1) },
         };
         let term = b.bounded_with(2, std::slice::from_ref(&i));
         let form = b.form();

@@ -83,7 +83,7 @@ pub fn acts(b: &mut Builder) {
     let n = b.discrete("k", Kind::Integer, 0.0);
     let held = b.discrete("h", Kind::Real, 0.25);
     let trigger = b.trigger();
-    let term = b.at_event(|b| b.term(1));
+    let term = b.term(1);
     // A variable keeps its value until it is assigned, so both mean the value before.
     let before = if b.random.once_in(2) { pre(n) } else { Expr::name(n) };
     let mut branches = vec![(trigger, vec![assign(n, before + Expr::Number(2.0)), assign(held, term * Expr::name(n))])];

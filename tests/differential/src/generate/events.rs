@@ -23,8 +23,7 @@ impl Builder {
     /// `sample` at random.
     pub fn sample(&mut self) -> Expr {
         let interval = self.random.between(3, 12) as f64 / 32.0;
-        let least = if self.switches.sample_at_start { 0 } else { 1 };
-        let start = self.random.between(least, 12) as f64 / 32.0;
+        let start = self.random.between(0, 12) as f64 / 32.0;
         Expr::Sample(start, interval)
     }
 
@@ -67,7 +66,7 @@ pub fn counter(b: &mut Builder) {
             Expr::If(vec![(small, pre(n) + Expr::Number(2.0))], Box::new(Expr::Number(-1.0)))
         }
     };
-    let sampled = b.at_event(|b| b.term(2));
+    let sampled = b.term(2);
     let e = match b.random.below(2) {
         0 => sampled,
         _ => Expr::Number(0.5) * pre(held) + sampled * Expr::name(n),
@@ -201,7 +200,7 @@ pub fn memories(b: &mut Builder) {
     let id = b.model.add(Variable::new(name, Role::Discrete).sized(&[n]).starting(0.25));
     let at = |e: Expr| vec![Subscript::At(e)];
     let i = Expr::local("i");
-    let first = b.at_event(|b| b.term(2));
+    let first = b.term(2);
     let shift = Expr::Pre(id, at(i.clone() - Expr::Number(1.0)));
     let body = vec![
         Statement::Define(Target::Name(id, at(Expr::Number(1.0))), first, Form::Plain),
@@ -223,7 +222,7 @@ pub fn alternatives(b: &mut Builder) {
     let one = vec![assign(n, pre(n) + Expr::Number(1.0)), assign(t, Expr::Time)];
     let condition = Expr::binary(Operator::Greater, pre(n), Expr::Number(2.0));
     let yes = vec![assign(n, Expr::Number(0.0)), assign(t, Expr::Number(2.0) * Expr::Time)];
-    let term = b.at_event(|b| b.term(1));
+    let term = b.term(1);
     let no = vec![assign(n, pre(n) + Expr::Number(3.0)), assign(t, term)];
     let other = vec![Statement::If(vec![(condition, yes)], no)];
     b.push(Statement::When(vec![(first, one), (second, other)]));

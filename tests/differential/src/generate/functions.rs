@@ -129,10 +129,8 @@ pub fn iteration(b: &mut Builder) {
         set("x", Expr::Number(1.0)),
         Step::While(near, turn),
     ];
-    if b.switches.sizes_in_compiled_functions {
-        let line = Expr::call("linspace", vec![Expr::local("u"), Expr::Number(3.0), Expr::Number(4.0)]);
-        body.push(set("x", Expr::local("x") + Expr::Number(0.1) * Expr::call("sum", vec![line])));
-    }
+    let line = Expr::call("linspace", vec![Expr::local("u"), Expr::Number(3.0), Expr::Number(4.0)]);
+    body.push(set("x", Expr::local("x") + Expr::Number(0.1) * Expr::call("sum", vec![line])));
     let name = b.function(vec![real("u")], vec![real("x")], vec![real("a"), whole("k")], body);
     let u = b.term(1);
     b.called(name, vec![u]);

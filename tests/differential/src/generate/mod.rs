@@ -19,53 +19,10 @@ mod terms;
 
 use crate::model::{Expr, Form, Id, Kind, Model, Role, Statement, Target, Variable};
 use crate::random::Random;
-use crate::visit;
-
-/// Parts of the language that are left out as long as the product is known to fail there.
-///
-/// Each names the fault; whoever mends one sets it to `true` in [`Switches::default`] and keeps it there.
-#[derive(Clone, Copy, Debug)]
-pub struct Switches {
-    /// Ranges with a negative step that do not end on their last value (`10:-3:0`) turn once too often.
-    pub uneven_ranges_downwards: bool,
-    /// Records constructed by place, or with fields left to their defaults, also those of a modified base class.
-    pub records_by_place: bool,
-    /// Records as local variables of functions keep their defaults.
-    pub local_records: bool,
-    /// `size` of `linspace`, `cat` and the like in functions that are compiled.
-    pub sizes_in_compiled_functions: bool,
-    /// Free parameters in conditions of equations, and in start values.
-    pub free_parameters_anywhere: bool,
-    /// `time > 0`, which is false at the start.
-    pub time_after_start: bool,
-    /// `sample` that acts at the start itself.
-    pub sample_at_start: bool,
-    /// Iterators in conditions of `if` around reductions.
-    pub reductions_in_conditions: bool,
-    /// `when` that reads unknowns of algebraic loops, or derivatives, that jump at the same event: it gets the values before.
-    pub loops_in_when: bool,
-}
-
-impl Default for Switches {
-    fn default() -> Self {
-        Self {
-            uneven_ranges_downwards: false,
-            records_by_place: false,
-            local_records: false,
-            sizes_in_compiled_functions: false,
-            free_parameters_anywhere: false,
-            time_after_start: false,
-            sample_at_start: true,
-            reductions_in_conditions: false,
-            loops_in_when: false,
-        }
-    }
-}
 
 /// A model in the making.
 struct Builder {
     random: Random,
-    switches: Switches,
     model: Model,
     /// Real scalars that may be read by whatever comes now, smooth between events.
     readable: Vec<Expr>,
@@ -81,8 +38,6 @@ struct Builder {
     wholes: Vec<Expr>,
     /// The parameter that decides sizes, and its value.
     size: Option<(Id, usize)>,
-    /// Variables that algebraic loops determine, or follow from them.
-    looped: Vec<Id>,
     /// What makes names different.
     serial: usize,
 }
@@ -142,12 +97,11 @@ const PIECES: [Piece; 48] = [
 ];
 
 /// The model of a seed.
-pub fn model(seed: u64, switches: Switches) -> Model {
+pub fn model(seed: u64) -> Model {
     let mut random = Random::new(seed);
     let order = random.bits();
     let mut builder = Builder {
         random,
-        switches,
         model: Model { order, stop: 1.0, ..Model::default() },
         readable: vec![Expr::Time],
         parameters: Vec::new(),
@@ -156,7 +110,6 @@ pub fn model(seed: u64, switches: Switches) -> Model {
         truths: Vec::new(),
         wholes: Vec::new(),
         size: None,
-        looped: Vec::new(),
         serial: 0,
     };
     builder.model.stop = *builder.random.pick(&[1.0, 1.5, 2.0]);
@@ -186,19 +139,6 @@ impl Builder {
     }
 
     fn push(&mut self, statement: Statement) {
-        let mut read = Vec::new();
-        visit::of_statement(&statement, &mut |e| visit::reads(e, &self.model, &mut read));
-        let derives = matches!(&statement, Statement::Define(_, Expr::Der(_), _));
-        let solves = derives || matches!(&statement, Statement::Implicit(..) | Statement::Network(_));
-        if solves || read.iter().any(|id| self.looped.contains(id)) {
-            let mut defined = Vec::new();
-            visit::defined(&statement, &mut defined);
-            if let Statement::DefineRecord(component, _) = &statement {
-                visit::reads(&Expr::Record(*component), &self.model, &mut defined);
-            }
-            defined.retain(|id| self.model.variables[*id].role == Role::Algebraic);
-            self.looped.extend(defined);
-        }
         self.model.statements.push(statement);
     }
 
@@ -219,23 +159,6 @@ impl Builder {
     fn instant(&mut self) -> f64 {
         let last = (self.model.stop * 32.0) as i64 - 1;
         self.random.between(1, last) as f64 / 32.0
-    }
-
-    /// Makes something that a `when` may read.
-    fn at_event<T>(&mut self, make: impl FnOnce(&mut Self) -> T) -> T {
-        let all = self.readable.clone();
-        if !self.switches.loops_in_when {
-            let free = |e: &Expr| {
-                let mut read = Vec::new();
-                visit::reads(e, &self.model, &mut read);
-                !read.iter().any(|id| self.looped.contains(id))
-            };
-            let kept: Vec<Expr> = self.readable.iter().filter(|e| free(e)).cloned().collect();
-            self.readable = kept;
-        }
-        let made = make(self);
-        self.readable = all;
-        made
     }
 
     fn begin(&mut self) {

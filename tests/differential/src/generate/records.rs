@@ -45,7 +45,7 @@ impl Builder {
 
     fn construct(&mut self, class: &str, make: &mut dyn FnMut(&mut Self) -> Expr) -> Expr {
         let fields = self.fields(class).into_iter().map(|f| (f, make(self))).collect();
-        let named = !self.switches.records_by_place || self.random.once_in(2);
+        let named = self.random.once_in(2);
         Expr::Construct(class.to_string(), fields, named)
     }
 }
@@ -68,22 +68,18 @@ pub fn parameters(b: &mut Builder) {
 
 /// Records of parameters whose class has defaults, perhaps modified ones of a base class; not all fields are given.
 pub fn defaults(b: &mut Builder) {
-    if !b.switches.records_by_place && !b.switches.local_records {
-        return parameters(b);
-    }
     let name = b.fresh("R");
     let fields = ["a", "b", "c"].map(|f| (f.to_string(), b.random.number(0.2, 1.5))).to_vec();
     let derived = b.random.once_in(2).then(|| b.random.number(0.2, 1.5));
     b.model.records.push(RecordClass { name: name.clone(), fields: fields.clone(), defaults: true, derived });
-    if b.switches.records_by_place {
+    if b.random.once_in(2) {
         let given = b.random.between(0, 3) as usize;
         let values = fields.iter().take(given).map(|(f, _)| (f.clone(), Expr::Number(b.random.number(0.2, 1.5))));
         let values: Vec<(String, Expr)> = values.collect();
         let named = b.random.once_in(2);
         let (_, ids) = b.record(&name, true, Some(Expr::Construct(name.clone(), values, named)));
         b.readable.extend(ids.into_iter().map(Expr::name));
-    }
-    if b.switches.local_records {
+    } else {
         let local = Local { name: "r".into(), kind: Type::Record(name), sizes: Vec::new(), value: None };
         let field = |f: &str| Expr::Field(Box::new(Expr::local("r")), f.to_string());
         let e = field("a") * Expr::local("u") + Expr::call("sin", vec![field("b")]) - field("c");

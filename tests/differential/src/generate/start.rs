@@ -52,7 +52,7 @@ impl Builder {
                 self.model.initial.push((Expr::name(g) + cubic, right));
             }
         }
-        if self.switches.free_parameters_anywhere {
+        if self.random.once_in(2) {
             let condition = Expr::binary(Operator::Greater, Expr::name(g), Expr::Number(0.777));
             let (yes, no) = (self.bounded(1), self.bounded(1));
             let id = self.algebraic();

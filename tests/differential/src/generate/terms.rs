@@ -74,10 +74,10 @@ impl Builder {
     /// A relation that changes during the run, or may.
     pub fn relation(&mut self) -> Expr {
         let operator = *self.random.pick(&Operator::ORDERS);
-        if self.switches.time_after_start && self.random.once_in(4) {
+        if self.random.once_in(4) {
             return Expr::binary(Operator::Greater, Expr::Time, Expr::Number(0.0));
         }
-        if self.switches.reductions_in_conditions && self.random.once_in(4) {
+        if self.random.once_in(4) {
             let k = Expr::local("k");
             let term = k.clone() * self.random.pick(&self.parameters.clone()).clone() * Expr::Time;
             let sum = Expr::For(Some("sum"), Box::new(term), vec![("k".into(), crate::model::Range::new(1, 3))]);
@@ -85,7 +85,7 @@ impl Builder {
         }
         if self.random.once_in(2) {
             let limit = Expr::Number(self.instant());
-            // What is false at the instant itself is another matter (see `Switches`).
+            // What changes right after its instant takes part as `time > 0`.
             let operator = if self.random.once_in(2) { Operator::GreaterEqual } else { Operator::Less };
             return match self.random.below(3) {
                 0 if operator == Operator::GreaterEqual => Expr::binary(Operator::LessEqual, limit, Expr::Time),
