@@ -161,13 +161,14 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         Fault::new(format!("`{}` ({}:{}) is no usable effect: {why}", class.name, class.file, class.line))
     };
     let note = class.note.get("effect").ok_or_else(|| wrong("its annotation has no `effect`".into()))?;
-    if let Note::Record(entries) = note {
-        for (key, _) in entries.iter().filter(|(key, _)| !KEYS.contains(&&**key)) {
-            let hint = did_you_mean(key, KEYS).map_or_else(String::new, |hint| format!("; {hint}"));
-            return Err(wrong(format!("an effect has no `{key}`{hint}")));
-        }
+    if let Note::Record(entries) = note
+        && let Some((key, _)) = entries.iter().find(|(key, _)| !KEYS.contains(&&**key))
+    {
+        let hint = did_you_mean(key, KEYS).map_or_else(String::new, |hint| format!("; {hint}"));
+        return Err(wrong(format!("an effect has no `{key}`{hint}")));
     }
-    let wanted: [(&[&str], &str, fn(&Note) -> bool); 4] = [
+    type Wanted = (&'static [&'static str], &'static str, fn(&Note) -> bool);
+    let wanted: [Wanted; 4] = [
         (&["per_shot", "probe_of_range"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
         (&["zero", "probe"], "a number", |own| own.number().is_some_and(f64::is_finite)),
         (&["id", "kind", "words", "signature", "adds", "prior", "base"], "a text", |own| own.text().is_some()),

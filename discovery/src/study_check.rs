@@ -56,7 +56,7 @@ impl Check<'_> {
         for key in rest {
             value = match value.get_ref() {
                 DeValue::Table(table) => table.get(*key)?,
-                DeValue::Array(list) => list.iter().nth(key.parse().ok()?)?,
+                DeValue::Array(list) => list.get(key.parse::<usize>().ok()?)?,
                 _ => return None,
             };
         }

@@ -127,7 +127,7 @@ impl Output {
                 self.due = t;
                 return Ok(());
             }
-            if self.next % ROWS_BETWEEN_QUESTIONS == 0 && stop() {
+            if self.next.is_multiple_of(ROWS_BETWEEN_QUESTIONS) && stop() {
                 return Err(SolveError::Interrupted { time: t });
             }
             self.next += 1;

@@ -114,7 +114,7 @@ fn lists_have_the_sizes_of_what_they_are_for() {
 #[test]
 fn a_loop_whose_errors_grow_is_solved_again() {
     let folder = Scratch::new();
-    folder.write("late.hyd", &hyd_tests::models::text_of("tests/cases/networks/late.hyd"));
+    folder.write("late.hyd", hyd_tests::models::text_of("tests/cases/networks/late.hyd"));
     let outcome = run(folder.path(), &["simulate", "late.hyd", "--result", "r.csv", "--intervals", "2"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let said = format!("{}{}", outcome.stdout, outcome.stderr);
