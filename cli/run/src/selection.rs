@@ -3,6 +3,8 @@
 //! `--variables REGEX` searches in full names (anchor it with `^` and `$`).  Without it, files get everything that changes, and
 //! pictures and summaries a few variables of the top level.
 
+use std::collections::HashSet;
+
 use hyd_results::{Column, is_variable};
 use hyd_system::{Tables, ValueKind, Variability, VariableInfo};
 use regex::Regex;
@@ -52,6 +54,14 @@ impl Selection {
 
     /// What pictures and summaries show, with units.
     pub fn shown(&self, tables: &Tables) -> Vec<Shown> {
+        let mut shown = self.all_shown(tables);
+        // Two derivatives may have one name: that of a state and the same one that the text differentiates again.
+        let mut names = HashSet::new();
+        shown.retain(|shown| names.insert(shown.column.name.clone()));
+        shown
+    }
+
+    fn all_shown(&self, tables: &Tables) -> Vec<Shown> {
         if self.is_explicit() {
             return tables.variables.iter().flat_map(|v| self.matching(v)).collect();
         }

@@ -131,6 +131,12 @@ fn a_result_has_the_columns_of_the_text() {
         let text = folder.read("r.csv");
         let columns = text.lines().next().unwrap().split(',').filter(|column| !column.starts_with("p["));
         assert_eq!(columns.collect::<Vec<_>>().join(","), expected, "{name}");
+        let (_, summary) = result.stdout.split_once("values at 1 s").unwrap();
+        let mut shown: Vec<&str> = summary.lines().filter_map(|line| line.split_whitespace().next()).collect();
+        let all = shown.len();
+        shown.sort_unstable();
+        shown.dedup();
+        assert_eq!(shown.len(), all, "{name}: {summary}");
     }
 }
 
