@@ -466,7 +466,7 @@ fn bad_benches_end_with_a_sentence() {
         ("\"ro.lc.A_e\"", "\"ro.lc.A_f\"", vec!["no parameter `ro.lc.A_f`"]),
         ("\"C_F\"", "\"C_mF\"", vec!["shot 1", "no condition `C_mF`"]),
         ("[channels]", "[chanels]", vec!["chanels"]),
-        ("[\"t_on\", ", "[\"t_in\", ", vec!["`trigger_moves`", "`t_in`", "conditions"]),
+        ("[\"t_on\", ", "[\"t_in\", ", vec!["`trigger_moves`", "the condition `t_in`", "did you mean `t_on`?"]),
     ] {
         study_with(&folder, "", &[(old, new)]);
         refused("study.toml", &words);
