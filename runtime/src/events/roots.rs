@@ -30,6 +30,8 @@ const NEAR_ZERO: f64 = 0.4;
 const MOST_HALVINGS: u32 = 40;
 /// A line that comes down to this part of where it began may bend to zero.
 const BENT: f64 = 0.25;
+/// Values of a root function smaller than this part of those at the ends of the step say nothing.
+const NOISE: f64 = 1e-14;
 /// Relations that turn back within so many final brackets after an event belong to the same instant.
 const SAME_INSTANT: f64 = 16.0;
 
@@ -49,6 +51,8 @@ pub(crate) struct RootWatch {
     resting: Vec<bool>,
     /// Time of the last event or the start (s): nothing happens before it, also where a step's begin is rounded to before it.
     from: f64,
+    /// Sizes below which a sign is rounding: a mass that leaves its stop is not beyond it by 1e-41 m on the way.
+    noise: Vec<f64>,
     left: Vec<f64>,
     right: Vec<f64>,
     trial: Vec<f64>,
@@ -71,6 +75,7 @@ impl RootWatch {
             held: vec![false; roots],
             resting: vec![false; roots],
             from: f64::NEG_INFINITY,
+            noise: vec![0.0; roots],
             left: vec![0.0; roots],
             right: vec![0.0; roots],
             trial: vec![0.0; roots],
@@ -111,6 +116,9 @@ impl RootWatch {
         }
         let (begin, end) = (past.t_before().max(self.from), past.t());
         problem.system.roots(end, past.y(), past.yp(), &mut self.right);
+        for (noise, (left, right)) in self.noise.iter_mut().zip(self.left.iter().zip(&self.right)) {
+            *noise = NOISE * left.abs().max(right.abs());
+        }
         let parts = (((end - begin) / spacing).ceil() as usize).clamp(past.parts(), MOST_PARTS);
         let part = (end - begin) / parts as f64;
         self.samples[2].copy_from_slice(&self.left);
@@ -126,7 +134,7 @@ impl RootWatch {
             // A change that is undone before `t` comes first.
             let dip = if j > 1 { self.dip(problem, past, (t, part)) } else { None };
             let bottom = if j > 1 { self.bottom().map(|place| t + (place - 1.0) * part) } else { None };
-            let flipped = mark(&self.samples[2], &self.held, &self.resting, &mut self.fired);
+            let flipped = mark(&self.samples[2], &self.held, (&self.resting, &self.noise), &mut self.fired);
             for suspect in [dip, bottom, flipped.then_some(t)].into_iter().flatten().filter(|&at| at > begin) {
                 // The same point again, consistent this time.
                 if self.confirmed(problem, past, consistency, weights, suspect) {
@@ -196,7 +204,7 @@ impl RootWatch {
             let (middle, half) = (0.5 * (l + r), 0.5 * (r - l));
             past.interpolate(middle, &mut self.trial_y, &mut self.trial_yp);
             problem.system.roots(middle, &self.trial_y, &self.trial_yp, &mut self.trial);
-            if mark(&self.trial, &self.held, &self.resting, &mut self.fired) {
+            if mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired) {
                 return Some(middle);
             }
             let (value, low) = (sign * self.trial[k], BENT * left.max(right));
@@ -225,7 +233,7 @@ impl RootWatch {
         t: f64,
     ) -> bool {
         self.probe(problem, past, consistency, weights, t);
-        let changed = mark(&self.trial, &self.held, &self.resting, &mut self.fired);
+        let changed = mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired);
         if changed {
             self.right.copy_from_slice(&self.trial);
             std::mem::swap(&mut self.y, &mut self.trial_y);
@@ -248,7 +256,8 @@ impl RootWatch {
         problem.system.held(&mut self.held);
         problem.system.roots(t, y, yp, &mut self.trial);
         self.resting.fill(false);
-        if mark(&self.trial, &self.held, &self.resting, &mut self.fired) {
+        self.noise.fill(0.0);
+        if mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired) {
             return false;
         }
         let ahead = SAME_INSTANT * (TIME_ULPS * f64::EPSILON * t.abs() + STEP_PART * h);
@@ -256,7 +265,7 @@ impl RootWatch {
             *value = if states[k] { y[k] + ahead * yp[k] } else { y[k] };
         }
         problem.system.roots(t, &self.trial_y, yp, &mut self.trial);
-        let turned = mark(&self.trial, &self.held, &self.resting, &mut self.fired);
+        let turned = mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired);
         if turned {
             y.copy_from_slice(&self.trial_y);
         }
@@ -310,7 +319,7 @@ impl RootWatch {
                 break;
             }
             self.probe(problem, past, consistency, weights, middle);
-            if mark(&self.trial, &self.held, &self.resting, &mut self.fired) {
+            if mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired) {
                 b = middle;
                 std::mem::swap(&mut self.right, &mut self.trial);
                 std::mem::swap(&mut self.y, &mut self.trial_y);
@@ -324,7 +333,7 @@ impl RootWatch {
                 last_right = Some(false);
             }
         }
-        mark(&self.right, &self.held, &self.resting, &mut self.fired);
+        mark(&self.right, &self.held, (&self.resting, &self.noise), &mut self.fired);
         b
     }
 
@@ -349,10 +358,11 @@ fn changed(value: f64, held: bool, resting: bool) -> bool {
 }
 
 /// Marks the relations that changed; true if there are any.
-fn mark(values: &[f64], held: &[bool], resting: &[bool], fired: &mut [bool]) -> bool {
+fn mark(values: &[f64], held: &[bool], (resting, noise): (&[bool], &[f64]), fired: &mut [bool]) -> bool {
     let mut any = false;
     for k in 0..values.len() {
-        fired[k] = changed(values[k], held[k], resting[k]);
+        let beyond = noise[k] == 0.0 || values[k].abs() > noise[k];
+        fired[k] = beyond && changed(values[k], held[k], resting[k]);
         any |= fired[k];
     }
     any
