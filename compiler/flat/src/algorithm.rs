@@ -5,6 +5,8 @@
 //! assignment has its value before the event (discrete) or its start value
 //! (Modelica 3.6, section 11.1.2).
 
+use std::rc::Rc;
+
 use hyd_instance::{Resolved, Scope};
 use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{Node, NodeId, replace_below};
@@ -42,7 +44,7 @@ impl Flattener<'_, '_> {
             cx.assigned = Some(Vec::new());
             let mut targets = Vec::new();
             flat.targets(&section.statements, Place { in_when: false, initial: section.initial }, cx, &mut targets)?;
-            cx.algorithm_targets = targets;
+            cx.algorithm_targets = Rc::new(targets.into_iter().collect());
             let flow = flat.run(&section.statements, cx);
             if !matches!(flow, Ok(Flow::Next) | Err(Fail::Reported | Fail::NeedsExpansion)) {
                 let message = "`return` and `break` end a function or a loop, not an algorithm section";

@@ -9,6 +9,7 @@ use hyd_source::{Code, Span};
 use hyd_symbolic::{Function, NodeId, Relation, SlotId, Step};
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Statement, StatementKind};
 
+use crate::branch::Test;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
@@ -18,6 +19,9 @@ use crate::statement::Flow;
 
 /// Most turns of a loop that is written out.
 const MAX_WRITTEN: usize = 1000;
+
+/// Branches of an `if` that are written one within the other; more stand one after the other.
+const DEEPEST: usize = 32;
 
 impl Flattener<'_, '_> {
     pub(crate) fn build_statement(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
@@ -100,6 +104,9 @@ impl Flattener<'_, '_> {
     }
 
     fn build_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<(), Fail> {
+        if branches.len() > DEEPEST {
+            return self.build_flat_if(branches, cx);
+        }
         let Some(((condition, body), rest)) = branches.split_first() else { return Ok(()) };
         let Some(condition) = condition else { return self.run(body, cx).map(|_| ()) };
         let test = self.lower(condition, cx, &[])?;
@@ -113,6 +120,64 @@ impl Flattener<'_, '_> {
         let (no, ()) = self.block(|flat| flat.build_if(rest, cx))?;
         self.step(Step::If(test.node, yes, no));
         Ok(())
+    }
+
+    /// A long `if`, one branch after the other: a register says that a branch has been taken, so that steps nest no deeper with
+    /// more branches.
+    fn build_flat_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<(), Fail> {
+        let taken = self.open_flag();
+        for (condition, body) in branches {
+            let (steps, always) = self.block(|flat| {
+                let test = match condition {
+                    None => Test::Always,
+                    Some(condition) => flat.known_test(condition, cx)?,
+                };
+                match test {
+                    Test::Never => {}
+                    Test::Always => flat.run(body, cx).map(|_| ())?,
+                    Test::Run(test) => {
+                        let (mut yes, _) = flat.block(|flat| flat.run(body, cx))?;
+                        yes.push(flat.take(taken));
+                        flat.step(Step::If(test, yes, Vec::new()));
+                    }
+                }
+                Ok(matches!(test, Test::Always))
+            })?;
+            self.step_unless(taken, steps);
+            if always {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn known_test(&mut self, condition: &Expr, cx: &mut Context) -> Result<Test, Fail> {
+        let test = self.lower(condition, cx, &[])?;
+        self.want_boolean(condition.span, "a condition", &test)?;
+        Ok(match self.model.templates.arena.as_constant(test.node) {
+            Some(0.0) => Test::Never,
+            Some(_) => Test::Always,
+            None => Test::Run(test.node),
+        })
+    }
+
+    /// A register that says whether a branch has been taken: not yet.
+    fn open_flag(&mut self) -> u32 {
+        let taken = self.registers(1).start;
+        let zero = self.model.templates.arena.constant(0.0);
+        self.step(Step::Set(taken, zero));
+        taken
+    }
+
+    fn take(&mut self, taken: u32) -> Step {
+        Step::Set(taken, self.model.templates.arena.constant(1.0))
+    }
+
+    fn step_unless(&mut self, taken: u32, steps: Vec<Step>) {
+        if !steps.is_empty() {
+            let taken = self.model.templates.arena.slot(SlotId(taken));
+            self.step(Step::If(taken, Vec::new(), steps));
+        }
     }
 
     fn build_for(&mut self, iterators: &[Iterator], body: &[Statement], cx: &mut Context) -> Result<(), Fail> {
@@ -299,6 +364,9 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
+        if rest.len() > DEEPEST {
+            return self.build_flat_choice(span, (test, value), (rest, otherwise), cx, index);
+        }
         let (mut yes, a) = self.block(|flat| flat.lower(value, cx, index))?;
         let (mut no, b) = self.block(|flat| flat.lower_if(span, rest, otherwise, cx, index))?;
         let joined = self.choose(span, test, a.clone(), b.clone())?;
@@ -310,6 +378,52 @@ impl Flattener<'_, '_> {
         no.push(Step::Set(register, b.node));
         self.step(Step::If(test, yes, no));
         Ok(Typed { node: self.model.templates.arena.slot(SlotId(register)), scalar: joined.scalar })
+    }
+
+    /// The same for many branches, one after the other as in [`Self::build_flat_if`].
+    fn build_flat_choice(
+        &mut self,
+        span: Span,
+        (test, value): (NodeId, &Expr),
+        (rest, otherwise): (&[(Expr, Expr)], &Expr),
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<Typed, Fail> {
+        let (result, taken) = (self.registers(1).start, self.open_flag());
+        let node = self.model.templates.arena.slot(SlotId(result));
+        let (mut yes, first) = self.block(|flat| flat.lower(value, cx, index))?;
+        yes.extend([Step::Set(result, first.node), self.take(taken)]);
+        self.step(Step::If(test, yes, Vec::new()));
+        let mut joined = Typed { node, scalar: first.scalar };
+        let branches = rest.iter().map(|(condition, value)| (Some(condition), value));
+        for (condition, value) in branches.chain([(None, otherwise)]) {
+            let (steps, (always, scalar)) = self.block(|flat| {
+                let test = match condition {
+                    None => Test::Always,
+                    Some(condition) => flat.branch_test(condition, cx)?,
+                };
+                let test = match test {
+                    Test::Never => return Ok((false, None)),
+                    Test::Always => None,
+                    Test::Run(test) => Some(test),
+                };
+                let (mut yes, value) = flat.block(|flat| flat.lower(value, cx, index))?;
+                yes.extend([Step::Set(result, value.node), flat.take(taken)]);
+                match test {
+                    Some(test) => flat.step(Step::If(test, yes, Vec::new())),
+                    None => yes.into_iter().for_each(|step| flat.step(step)),
+                }
+                Ok((test.is_none(), Some(value.scalar)))
+            })?;
+            self.step_unless(taken, steps);
+            if let Some(scalar) = scalar {
+                joined = Typed { node, ..self.choose(span, test, joined, Typed { node, scalar })? };
+            }
+            if always {
+                break;
+            }
+        }
+        Ok(joined)
     }
 
     /// `a and b`, `a or b`: the second is computed only where it matters.

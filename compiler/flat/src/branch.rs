@@ -14,6 +14,16 @@ use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
 
+/// When a branch is taken.
+pub(crate) enum Test {
+    /// Known before the run: it is.
+    Always,
+    /// Known before the run: it is not.
+    Never,
+    /// The run decides.
+    Run(NodeId),
+}
+
 impl Flattener<'_, '_> {
     /// The element of an `if` expression.
     pub(crate) fn lower_if(
@@ -30,6 +40,7 @@ impl Flattener<'_, '_> {
         result
     }
 
+    /// A loop over the branches: a table of many thousands of them is no deeper for the machine than one of two.
     fn lower_branches(
         &mut self,
         span: Span,
@@ -38,34 +49,70 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
-        let Some(((condition, value), rest)) = branches.split_first() else {
-            return self.lower(otherwise, cx, index);
-        };
+        let called = cx.called.clone();
+        let around = cx.holds;
+        let mut tried: Vec<(NodeId, Result<Typed, Fail>)> = Vec::new();
+        let mut last = None;
+        for (k, (condition, value)) in branches.iter().enumerate() {
+            let test = match self.branch_test(condition, cx) {
+                Ok(Test::Always) => Ok(None),
+                Ok(Test::Never) => continue,
+                Ok(Test::Run(test)) => Ok(Some(test)),
+                Err(fail) => Err(fail),
+            };
+            match test {
+                Ok(None) => {
+                    last = Some(self.lower(value, cx, index));
+                    break;
+                }
+                Ok(Some(test)) if self.in_body(cx) => {
+                    last = Some(self.build_choice(span, test, value, (&branches[k + 1..], otherwise), cx, index));
+                    break;
+                }
+                Ok(Some(test)) => {
+                    cx.depends_on_run();
+                    let chosen = self.where_holds(test, cx, |flat, cx| flat.lower(value, cx, index));
+                    tried.push((test, chosen));
+                    // What follows is reached only where this branch is not taken.
+                    let arena = &mut self.model.templates.arena;
+                    let not = arena.not(test);
+                    cx.holds = Some(cx.holds.map_or(not, |outer| arena.and(outer, not)));
+                }
+                Err(fail) => {
+                    last = Some(Err(fail));
+                    break;
+                }
+            }
+        }
+        let last = last.unwrap_or_else(|| self.lower(otherwise, cx, index));
+        cx.holds = around;
+        cx.called = called;
+        if let Some((_, Err(fail))) = tried.iter().find(|(_, chosen)| chosen.is_err()) {
+            return Err(*fail);
+        }
+        let mut result = last?;
+        for (test, chosen) in tried.into_iter().rev() {
+            result = self.choose(span, test, chosen?, result)?;
+        }
+        Ok(result)
+    }
+
+    /// When a branch is taken.
+    pub(crate) fn branch_test(&mut self, condition: &Expr, cx: &mut Context) -> Result<Test, Fail> {
         match self.loop_condition(condition, cx)? {
-            Some(true) => return self.lower(value, cx, index),
-            Some(false) => return self.lower_branches(span, rest, otherwise, cx, index),
+            Some(true) => return Ok(Test::Always),
+            Some(false) => return Ok(Test::Never),
             None => {}
         }
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "a condition", &test)?;
-        if cx.depth > 0 {
-            // In a function a condition known here decides: the other side may never end.
-            match self.model.templates.arena.as_constant(test.node) {
-                Some(0.0) => return self.lower_branches(span, rest, otherwise, cx, index),
-                Some(_) => return self.lower(value, cx, index),
-                None => {}
-            }
-        }
-        if self.in_body(cx) {
-            return self.build_choice(span, test.node, value, (rest, otherwise), cx, index);
-        }
-        let called = cx.called.clone();
-        cx.depends_on_run();
-        let chosen = self.where_holds(test.node, cx, |flat, cx| flat.lower(value, cx, index));
-        let not = self.model.templates.arena.not(test.node);
-        let other = self.where_holds(not, cx, |flat, cx| flat.lower_branches(span, rest, otherwise, cx, index));
-        cx.called = called;
-        self.choose(span, test.node, chosen?, other?)
+        // In a function a condition known here decides: the other side may never end.
+        let known = if cx.depth > 0 { self.model.templates.arena.as_constant(test.node) } else { None };
+        Ok(match known {
+            Some(0.0) => Test::Never,
+            Some(_) => Test::Always,
+            None => Test::Run(test.node),
+        })
     }
 
     /// Lowers what is reached only where `test` is true.

@@ -6,6 +6,7 @@ use hyd_instance::{InstId, Scope, Value};
 use hyd_source::{Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
+use rustc_hash::FxHashSet;
 
 use crate::index::{Affine, CounterId, Cut, Window};
 use crate::lower::Typed;
@@ -81,7 +82,7 @@ pub struct Context {
     /// In an algorithm section of a model: variables assigned so far and their values.
     pub assigned: Option<Vec<(VarId, Typed)>>,
     /// In an algorithm section of a model: all variables it assigns somewhere.
-    pub algorithm_targets: Vec<VarId>,
+    pub algorithm_targets: Rc<FxHashSet<VarId>>,
     /// In a branch, or in an algorithm section of a model: this place is reached; `None` where it always is.
     pub holds: Option<NodeId>,
     /// Conditions of the `when` statements of the section, by place in the text.
@@ -114,7 +115,7 @@ impl Context {
             ends: Vec::new(),
             in_when: false,
             assigned: None,
-            algorithm_targets: Vec::new(),
+            algorithm_targets: Rc::default(),
             holds: None,
             whens: Vec::new(),
             inputs: Vec::new(),

@@ -6,15 +6,19 @@
 use std::rc::Rc;
 
 use hyd_index::TypedIndex;
-use hyd_source::Origin;
+use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, TemplateId, canonical};
 
+use crate::context::Fail;
 use crate::flatten::Flattener;
 use crate::index::{SlotKey, advance};
 use crate::model::{ConstId, EquationBlock, Operand, Section, Target, VarId};
 
 /// A template, and which slot each of its slots was before.
 pub(crate) type Canonical = (TemplateId, Rc<[SlotId]>);
+
+/// Most operands of all equations together (half a gigabyte): products of large matrices reach it in one line.
+const MAX_OPERANDS: u64 = 1 << 27;
 
 impl Flattener<'_, '_> {
     /// The template of `left = right`, and which slot each of its slots was before.
@@ -54,6 +58,7 @@ impl Flattener<'_, '_> {
     ) -> Option<EquationBlock> {
         let (id, order) = self.template(left, right);
         let keys: Vec<SlotKey> = order.iter().map(|&s: &SlotId| self.slots.keys[s.index()].clone()).collect();
+        self.spend_operands(counts, keys.len(), origin.span).ok()?;
         let total: usize = counts.iter().product();
         let mut operands = Vec::with_capacity(total * keys.len());
         let mut counters = vec![0i64; counts.len()];
@@ -66,6 +71,32 @@ impl Flattener<'_, '_> {
         let origin = origin.clone();
         let count = total as u32;
         (total > 0).then_some(EquationBlock { section, made: false, template: id, count, operands, origin })
+    }
+
+    /// Counts the operands of equations before they are made.
+    ///
+    /// # Errors
+    /// When all there may be are made; reported once.
+    pub(crate) fn spend_operands(&mut self, counts: &[usize], width: usize, span: Span) -> Result<(), Fail> {
+        self.check_operands(counts, width, span)?;
+        self.operands += volume(counts, width);
+        Ok(())
+    }
+
+    /// The same before variables are made for such equations.
+    ///
+    /// # Errors
+    /// When that would be more than there may be; reported once.
+    pub(crate) fn check_operands(&mut self, counts: &[usize], width: usize, span: Span) -> Result<(), Fail> {
+        if self.operands > MAX_OPERANDS {
+            return Err(Fail::Reported);
+        }
+        if self.operands.saturating_add(volume(counts, width)) <= MAX_OPERANDS {
+            return Ok(());
+        }
+        self.operands = MAX_OPERANDS + 1;
+        let message = format!("with this equation the model has more than {MAX_OPERANDS} operands, element by element");
+        Err(self.error(Code::Limit, span, message))
     }
 
     pub(crate) fn operand(&mut self, key: &SlotKey, counters: &[i64]) -> Operand {
@@ -86,4 +117,9 @@ impl Flattener<'_, '_> {
         self.numbers.insert(value.to_bits(), id);
         id
     }
+}
+
+/// Operands of equations with so many each, for all values of the counters.
+fn volume(counts: &[usize], width: usize) -> u64 {
+    counts.iter().fold(width as u64, |product, &count| product.saturating_mul(count as u64))
 }

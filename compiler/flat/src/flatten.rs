@@ -1,6 +1,7 @@
 //! The flattener: instances to variables, bindings and equations.
 //!
-//! Order: variables of all instances, then their bindings and start values, then the equation sections, then connections.
+//! Order: variables of all instances, then their bindings and start values, then the equation sections, then connections, and
+//! at the end the values from outside that all this has asked for.
 
 use std::sync::Arc;
 
@@ -39,6 +40,9 @@ pub struct Flattener<'t, 's> {
     pub(crate) rates: FxHashMap<VarId, VarId>,
     /// Expressions being worked on, one within the other, those of called functions within those of the caller.
     pub(crate) lowering: usize,
+    /// Expressions lowered for this equation so far, and operands of all equations.
+    pub(crate) lowered: u64,
+    pub(crate) operands: u64,
     /// Where a `when` sets a whole variable.
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
@@ -107,6 +111,8 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         folds: 0,
         rates: FxHashMap::default(),
         lowering: 0,
+        lowered: 0,
+        operands: 0,
         set_in_when: FxHashMap::default(),
         samples: FxHashMap::default(),
         jumps: Vec::new(),
@@ -142,6 +148,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flattener.connect_all();
     flattener.balance_components(bindings, sections);
     flattener.check_discrete_time();
+    flattener.take_given_values();
     flattener.settle();
     flattener.model
 }
@@ -166,19 +173,25 @@ impl Flattener<'_, '_> {
         path
     }
 
-    fn variable_instances(&self) -> Vec<InstId> {
+    pub(crate) fn variable_instances(&self) -> Vec<InstId> {
         let mut list: Vec<(BlockId, InstId)> = self.blocks.iter().map(|(&inst, &block)| (block, inst)).collect();
         list.sort_unstable();
         list.into_iter().map(|(_, inst)| inst).collect()
     }
 
-    /// Runs `body` with symbolic counters; where that fails for a subscript or condition, once for every part of the values of a
-    /// counter or for every value.
+    /// Runs `body` with symbolic counters, as [`Self::with_counters`] does: an equation, or what is like one.
     pub(crate) fn with_loops(
         &mut self,
         start: Context,
         body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
     ) {
+        self.lowered = 0;
+        self.with_counters(start, body);
+    }
+
+    /// Runs `body` with symbolic counters; where that fails for a subscript or condition, once for every part of the values of a
+    /// counter or for every value.
+    fn with_counters(&mut self, start: Context, body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>) {
         self.begin_slots();
         let mut cx = start.clone();
         let mark = self.tree.table.diagnostics.len();
@@ -194,7 +207,7 @@ impl Flattener<'_, '_> {
                 self.tree.table.diagnostics.truncate(mark);
                 self.take_back(&made);
                 for next in parts(&start, &cx, counter, cut) {
-                    self.with_loops(next, body);
+                    self.with_counters(next, body);
                     if self.tree.table.diagnostics.len() > mark {
                         return;
                     }

@@ -128,6 +128,8 @@ impl<'t, 's> Flattener<'t, 's> {
         term: Term<'t, 's, '_>,
     ) -> Result<Option<(VarId, Affine)>, Fail> {
         let around = cx.loop_counts();
+        // Each element is an operand of a piece at least.
+        self.check_operands(&around, total, span)?;
         let rows: usize = around.iter().product();
         let (full, rest) = (total / PIECE, total % PIECE);
         // The elements of a fold belong together.

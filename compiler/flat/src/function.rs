@@ -21,6 +21,9 @@ use crate::lower::Typed;
 /// Deepest nesting of function calls.
 pub(crate) const MAX_CALLS: usize = 64;
 
+/// Statements that take about as long as a call of a function that is run symbolically.
+const CALL: u32 = 8;
+
 /// The outputs of a call in their order.
 pub(crate) type Outputs = Vec<(Name, Local)>;
 
@@ -150,6 +153,7 @@ impl Flattener<'_, '_> {
         values: &[Local],
         cx: &Context,
     ) -> Result<Outputs, Fail> {
+        self.statements = self.statements.saturating_add(CALL);
         let mut inner = callee.context(cx);
         inner.called_from = Some(cx.called_from.unwrap_or(span));
         let values = self.claim_inputs(span, callee, values.to_vec(), cx);

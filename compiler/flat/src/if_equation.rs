@@ -4,12 +4,14 @@
 //! (Modelica 3.6, section 8.3.4).  Where a connection or a `when` hangs on a loop variable, the loop is written out in the
 //! text.  Branches chosen during the run are taken apart into scalar rows, paired by their left sides, else by their order.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use hyd_instance::{Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::{Equation, EquationKind, Expr, ExprKind, Name};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -122,46 +124,58 @@ impl Flattener<'_, '_> {
     }
 
     /// The rows of an `if`: `l = if c then r1 else r2` where left sides agree, else the difference of the sides.
+    ///
+    /// A loop over the branches: a table of many thousands of them is no deeper for the machine than one of two.
     fn joined(&mut self, span: Span, branches: &Branches, cx: &mut Context, around: Around) -> Result<Vec<Row>, Fail> {
-        let Some(((condition, body), rest)) = branches.split_first() else { return Ok(Vec::new()) };
-        let Some(condition) = condition else { return self.rows(body, cx, around) };
-        let test = self.lower(condition, cx, &[])?;
-        self.want_boolean(condition.span, "a condition", &test)?;
-        match self.model.templates.arena.as_constant(test.node) {
-            Some(0.0) => return self.joined(span, rest, cx, around),
-            Some(_) => return self.rows(body, cx, around),
-            None => {}
-        }
-        let names: Vec<Name> = cx.names.iter().map(|(name, _)| name.clone()).collect();
-        if !names.is_empty() && self.known_with(condition, around.scope, &names) {
-            let symbolic = |(name, local): &(Name, Local)| {
-                matches!(local, Local::Index(a) if a.as_constant().is_none()) && mentions(condition, name)
+        let mut tried: Vec<(NodeId, Vec<Row>)> = Vec::new();
+        let mut around = around;
+        let mut rows = Vec::new();
+        for (condition, body) in branches {
+            let Some(condition) = condition else {
+                rows = self.rows(body, cx, around)?;
+                break;
             };
-            if cx.names.iter().any(symbolic) {
-                return Err(Fail::NeedsExpansion);
+            let test = self.lower(condition, cx, &[])?;
+            self.want_boolean(condition.span, "a condition", &test)?;
+            match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => continue,
+                Some(_) => {
+                    rows = self.rows(body, cx, around)?;
+                    break;
+                }
+                None => {}
             }
+            self.expand_for_condition(condition, cx, around.scope)?;
+            let arena = &mut self.model.templates.arena;
+            let not = arena.not(test.node);
+            let (yes, no) = match around.holds {
+                None => (test.node, not),
+                Some(outer) => (arena.and(outer, test.node), arena.and(outer, not)),
+            };
+            tried.push((test.node, self.rows(body, cx, Around { holds: Some(yes), ..around })?));
+            around.holds = Some(no);
         }
-        let arena = &mut self.model.templates.arena;
-        let not = arena.not(test.node);
-        let (yes, no) = match around.holds {
-            None => (test.node, not),
-            Some(outer) => (arena.and(outer, test.node), arena.and(outer, not)),
-        };
-        let first = self.rows(body, cx, Around { holds: Some(yes), ..around })?;
-        let mut others = self.joined(span, rest, cx, Around { holds: Some(no), ..around })?;
-        if first.len() != others.len() {
-            let message = "the branches of an `if` that is decided during the run must have the same number of equations, and there must be an `else`";
-            return Err(self.error(Code::Unbalanced, span, message));
-        }
-        let mut rows = Vec::with_capacity(first.len());
-        let lefts: Vec<NodeId> = first.iter().map(|row| row.left.node).collect();
-        for row in first {
-            let same = others.iter().position(|other| other.left.node == row.left.node);
-            // The next one whose left side no row of the other branch has.
-            let other = same.or_else(|| others.iter().position(|other| !lefts.contains(&other.left.node))).unwrap_or(0);
-            rows.push(self.pair(test.node, row, others.remove(other))?);
+        for (test, first) in tried.into_iter().rev() {
+            if first.len() != rows.len() {
+                let message = "the branches of an `if` that is decided during the run must have the same number of equations, and there must be an `else`";
+                return Err(self.error(Code::Unbalanced, span, message));
+            }
+            let pairs = paired(first, rows);
+            rows = pairs.into_iter().map(|(yes, no)| self.pair(test, yes, no)).collect::<Result<_, _>>()?;
         }
         Ok(rows)
+    }
+
+    /// A condition of loop variables that is known before the run needs them one after the other.
+    fn expand_for_condition(&mut self, condition: &Expr, cx: &Context, scope: Scope) -> Result<(), Fail> {
+        let names: Vec<Name> = cx.names.iter().map(|(name, _)| name.clone()).collect();
+        if names.is_empty() || !self.known_with(condition, scope, &names) {
+            return Ok(());
+        }
+        let symbolic = |(name, local): &(Name, Local)| {
+            matches!(local, Local::Index(a) if a.as_constant().is_none()) && mentions(condition, name)
+        };
+        if cx.names.iter().any(symbolic) { Err(Fail::NeedsExpansion) } else { Ok(()) }
     }
 
     fn pair(&mut self, test: NodeId, yes: Row, no: Row) -> Result<Row, Fail> {
@@ -298,6 +312,33 @@ impl Flattener<'_, '_> {
         self.emit(Section::Assert(message), node, values, &cx.loop_counts(), &origin);
         Ok(())
     }
+}
+
+/// Each row of a branch with one of the other: with the same left side, else the next one whose left side this branch does not
+/// have.  There are as many of the one as of the other.
+fn paired(first: Vec<Row>, others: Vec<Row>) -> Vec<(Row, Row)> {
+    let lefts: FxHashSet<NodeId> = first.iter().map(|row| row.left.node).collect();
+    let mut same: FxHashMap<NodeId, VecDeque<usize>> = FxHashMap::default();
+    for (k, other) in others.iter().enumerate().filter(|(_, other)| lefts.contains(&other.left.node)) {
+        same.entry(other.left.node).or_default().push_back(k);
+    }
+    let foreign: Vec<usize> = (0..others.len()).filter(|&k| !lefts.contains(&others[k].left.node)).collect();
+    let mut others: Vec<Option<Row>> = others.into_iter().map(Some).collect();
+    let (mut foreign, mut any) = (foreign.into_iter(), 0);
+    let mut pairs = Vec::with_capacity(first.len());
+    for row in first {
+        let agreeing = same
+            .get_mut(&row.left.node)
+            .and_then(|places| std::iter::from_fn(|| places.pop_front()).find(|&k| others[k].is_some()));
+        let place = agreeing.or_else(|| foreign.find(|&k| others[k].is_some())).unwrap_or_else(|| {
+            any += others[any..].iter().take_while(|other| other.is_none()).count();
+            any
+        });
+        if let Some(other) = others.get_mut(place).and_then(Option::take) {
+            pairs.push((row, other));
+        }
+    }
+    pairs
 }
 
 /// True for what cannot be taken apart into rows.

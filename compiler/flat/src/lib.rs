@@ -30,6 +30,7 @@ mod fold;
 mod form;
 mod function;
 mod given_derivative;
+mod given_value;
 mod homotopy;
 mod if_equation;
 mod index;

@@ -47,6 +47,10 @@ pub(crate) const MAX_TERMS: usize = 1 << 20;
 /// Deepest nesting of expressions, those of called functions within those of the caller: it takes stack.
 const MAX_LOWERING: usize = 3000;
 
+/// Most expressions that one equation may be written out to, some ten seconds: where subscripts or conditions make every turn of a
+/// loop an equation of its own, one line could take for ever.
+const MAX_LOWERED: u64 = 25_000_000;
+
 impl Flattener<'_, '_> {
     /// The element of an expression.
     pub(crate) fn lower(&mut self, expr: &Expr, cx: &mut Context, index: &[Affine]) -> Result<Typed, Fail> {
@@ -54,6 +58,12 @@ impl Flattener<'_, '_> {
             let message =
                 format!("expressions with those of the functions they call are nested deeper than {MAX_LOWERING}");
             return Err(self.error(Code::Limit, expr.span, message));
+        }
+        self.lowered += 1;
+        if self.lowered >= MAX_LOWERED {
+            let message = format!("this is written out to more than {MAX_LOWERED} operations");
+            let first = self.lowered == MAX_LOWERED;
+            return Err(if first { self.error(Code::Limit, expr.span, message) } else { Fail::Reported });
         }
         self.lowering += 1;
         let lowered = self.lower_kind(expr, cx, index);

@@ -10,12 +10,14 @@ use std::rc::Rc;
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
 use hyd_symbolic::NodeId;
-use hyd_syntax::tree::{Arguments, ComponentRef, Expr, Iterator, Statement, StatementKind};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, Iterator, Name, Statement, StatementKind};
+use rustc_hash::FxHashSet;
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
+use crate::model::VarId;
 
 /// Most turns of a `while` that is decided at translation.
 const MAX_TURNS: usize = 100_000;
@@ -23,6 +25,9 @@ const MAX_TURNS: usize = 100_000;
 /// Most statements that the functions of one equation, or an algorithm section, may take when they are run symbolically, some seconds;
 /// beyond them they are compiled.
 const MAX_STATEMENTS: u32 = 2_000_000;
+
+/// Names, and variables of the model that an algorithm section has assigned so far, with their values.
+type Assigned = (Vec<(Name, Local)>, Option<Vec<(VarId, Typed)>>);
 
 /// How a list of statements ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -150,29 +155,51 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// Both ways are run; what they set is joined by a selection.
+    /// All ways are run; what they set is joined by selections.
     fn run_if(&mut self, branches: &[(Option<Expr>, Vec<Statement>)], cx: &mut Context) -> Result<Flow, Fail> {
-        let Some(((condition, body), rest)) = branches.split_first() else { return Ok(Flow::Next) };
-        let Some(condition) = condition else { return self.run(body, cx) };
-        let test = self.lower(condition, cx, &[])?;
-        self.want_boolean(condition.span, "a condition", &test)?;
-        if let Some(known) = self.model.templates.arena.as_constant(test.node) {
-            return if known != 0.0 { self.run(body, cx) } else { self.run_if(rest, cx) };
+        let mut ways: Vec<(Span, NodeId, Context)> = Vec::new();
+        // Where no condition held so far; `cx` itself before the first one that the run decides.
+        let mut other: Option<Context> = None;
+        let mut flow = Flow::Next;
+        for (condition, body) in branches {
+            let here = other.as_mut().unwrap_or(cx);
+            let Some(condition) = condition else {
+                flow = self.run(body, here)?;
+                break;
+            };
+            let test = self.lower(condition, here, &[])?;
+            self.want_boolean(condition.span, "a condition", &test)?;
+            match self.model.templates.arena.as_constant(test.node) {
+                Some(0.0) => continue,
+                Some(_) => {
+                    flow = self.run(body, here)?;
+                    break;
+                }
+                None => {}
+            }
+            let mut yes = here.clone();
+            yes.depends_on_run();
+            let mut no = yes.clone();
+            if here.in_section() {
+                let arena = &mut self.model.templates.arena;
+                let not = arena.not(test.node);
+                let (a, b) = here.holds.map_or((test.node, not), |h| (arena.and(h, test.node), arena.and(h, not)));
+                (yes.holds, no.holds) = (Some(a), Some(b));
+            }
+            if self.run(body, &mut yes)? != Flow::Next {
+                return self.opaque(condition.span);
+            }
+            ways.push((condition.span, test.node, yes));
+            other = Some(no);
         }
-        let mut yes = cx.clone();
-        yes.depends_on_run();
-        let mut no = yes.clone();
-        if cx.in_section() {
-            let arena = &mut self.model.templates.arena;
-            let not = arena.not(test.node);
-            let (a, b) = cx.holds.map_or((test.node, not), |h| (arena.and(h, test.node), arena.and(h, not)));
-            (yes.holds, no.holds) = (Some(a), Some(b));
+        let Some(mut no) = other else { return Ok(flow) };
+        if let (true, Some((span, ..))) = (flow != Flow::Next, ways.last()) {
+            return self.opaque(*span);
         }
-        let flows = (self.run(body, &mut yes)?, self.run_if(rest, &mut no)?);
-        if flows != (Flow::Next, Flow::Next) {
-            return self.opaque(condition.span);
+        for (span, test, yes) in ways.into_iter().rev() {
+            (no.names, no.assigned) = self.both_ways(span, test, &yes, &no)?;
         }
-        self.join_contexts(condition.span, test.node, yes, no, cx)?;
+        (cx.names, cx.assigned) = (no.names, no.assigned);
         Ok(Flow::Next)
     }
 
@@ -185,25 +212,25 @@ impl Flattener<'_, '_> {
         no: Context,
         cx: &mut Context,
     ) -> Result<(), Fail> {
+        (cx.names, cx.assigned) = self.both_ways(span, test, &yes, &no)?;
+        Ok(())
+    }
+
+    /// The names, and the variables of an algorithm section, after either of two ways.
+    fn both_ways(&mut self, span: Span, test: NodeId, yes: &Context, no: &Context) -> Result<Assigned, Fail> {
         let mut joined = Vec::new();
         for (name, local) in &yes.names {
             let Some(other) = no.local(name) else { continue };
             joined.push((name.clone(), self.join(span, test, local, other)?));
         }
-        cx.names = joined;
-        if let (Some(mine), Some(other)) = (&yes.assigned, &no.assigned) {
-            let mut all = Vec::new();
-            let keys = mine.iter().chain(other).map(|(v, _)| *v);
-            for v in keys {
-                if all.iter().any(|(known, _)| *known == v) {
-                    continue;
-                }
-                let (a, b) = (self.current(v, &yes), self.current(v, &no));
-                all.push((v, self.choose(span, test, a, b)?));
-            }
-            cx.assigned = Some(all);
+        let (Some(mine), Some(other)) = (&yes.assigned, &no.assigned) else { return Ok((joined, None)) };
+        let mut all = Vec::new();
+        let mut seen = FxHashSet::default();
+        for v in mine.iter().chain(other).map(|(v, _)| *v).filter(|v| seen.insert(*v)) {
+            let (a, b) = (self.current(v, yes), self.current(v, no));
+            all.push((v, self.choose(span, test, a, b)?));
         }
-        Ok(())
+        Ok((joined, Some(all)))
     }
 
     pub(crate) fn join(&mut self, span: Span, test: NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {

@@ -265,7 +265,8 @@ impl Flattener<'_, '_> {
         let Some(primitive) = &self.tree.instances[inst].primitive else { return };
         let binding = primitive.binding.clone();
         let variability = self.model.variables[block].variability;
-        if variability <= Variability::Parameter && self.overridden(inst) {
+        // Its value comes at the end, with those that will only be asked for on the way.
+        if self.is_given(inst) {
             return;
         }
         if binding.is_none() && variability == Variability::Parameter {
@@ -329,25 +330,6 @@ impl Flattener<'_, '_> {
             Some(component) => message.at(component, "of this component").with(span, "declared here"),
             None => message.at(span, "declared here"),
         });
-    }
-
-    /// A parameter whose value was set from outside before translation and used there.
-    pub(crate) fn overridden(&mut self, inst: InstId) -> bool {
-        let (path, span) = (self.path(inst), self.tree.instances[inst].span);
-        let used = self.tree.overrides.iter().any(|o| o.used && *o.path == *path);
-        let Some(Ok(value)) = used.then(|| self.tree.value_of(inst, span)) else { return false };
-        let values: Vec<f64> = value.flatten().iter().filter_map(|v| v.as_stored()).collect();
-        let block = &self.model.variables[self.blocks[&inst]];
-        let (first, count, origin) = (block.first, block.count as usize, block.origin.clone());
-        for k in 0..count {
-            let Some(&value) = values.get(k).or(values.first()) else { return false };
-            self.begin_slots();
-            let target = self.slots.slot(SlotKey::Variable(Kind::Var, first, Affine::constant(k as i64)));
-            let left = self.model.templates.arena.slot(target);
-            let right = self.model.templates.arena.constant(value);
-            self.emit(Section::Binding, left, right, &[], &origin);
-        }
-        true
     }
 
     /// `variable = expression` of a modification, for all elements.

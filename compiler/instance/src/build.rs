@@ -56,6 +56,8 @@ pub struct InstanceTree<'s> {
     pub(crate) work: u64,
     /// Modifications from outside of the instances whose components are being made.
     pub(crate) pending: FxHashMap<InstId, Mods>,
+    /// There are more components than there may be, and that has been said.
+    pub(crate) too_many: bool,
 }
 
 /// Instantiates a model.  `Err` gives the table back with its messages.
@@ -79,6 +81,7 @@ pub fn instantiate<'s>(
         guessed: None,
         work: 0,
         pending: FxHashMap::default(),
+        too_many: false,
     };
     let def = tree.table.class(class).def.clone();
     if !matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) {
@@ -105,7 +108,7 @@ pub fn instantiate<'s>(
     instance.kind = def.kind;
     instance.description = def.description.clone();
     let _ = tree.instantiate_members(root, &Vec::new(), 0);
-    Ok(tree)
+    if tree.too_many { Err(Box::new(tree.table)) } else { Ok(tree) }
 }
 
 impl InstanceTree<'_> {
@@ -210,6 +213,7 @@ impl InstanceTree<'_> {
     pub(crate) fn instantiate_element(&mut self, inst: InstId, k: usize, outer: &Mods) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
         let element = &shape.elements[k];
+        self.limit_components(inst, &shape, element)?;
         let Some(mut declaration) = self.declared(&shape, element) else { return Ok(()) };
         let original_span = declaration.name.span;
         let own_scope = Scope { inst, frame: element.frame };

@@ -7,6 +7,8 @@
 use hyd_source::{Code, Diagnostic, Reported, Span};
 
 use crate::build::InstanceTree;
+use crate::instance::InstId;
+use crate::shape::{Shape, ShapeElement};
 use crate::value::Value;
 
 /// Largest array that is computed at translation.
@@ -24,7 +26,40 @@ pub(crate) const TURN: u64 = 8;
 /// Work of making or going through one element of an array.
 pub(crate) const ELEMENT: u64 = 2;
 
+/// Most components and variables that declarations may make, an array counted once: classes that hold two of the class before
+/// double it with every line.
+const MAX_COMPONENTS: usize = 1 << 21;
+
 impl InstanceTree<'_> {
+    /// Stops where there are too many components.
+    ///
+    /// # Errors
+    /// When there are; reported once.
+    pub(crate) fn limit_components(
+        &mut self,
+        parent: InstId,
+        shape: &Shape,
+        element: &ShapeElement,
+    ) -> Result<(), Reported> {
+        if self.too_many {
+            return Err(Reported);
+        }
+        if self.instances.len() < MAX_COMPONENTS {
+            return Ok(());
+        }
+        self.too_many = true;
+        let Some(declaration) = self.declared(shape, element) else { return Err(Reported) };
+        let message = format!("the model has more than {MAX_COMPONENTS} components and variables");
+        let mut diagnostic = Diagnostic::error(Code::Limit, message).at(declaration.name.span, "reached here");
+        // Where the user may look for the cause: the outermost component around it.
+        let above = std::iter::successors(Some(parent), |&inst| self.instances[inst].parent);
+        if let Some(outermost) = above.filter(|&inst| self.instances[inst].parent == Some(self.root)).last() {
+            diagnostic = diagnostic.with(self.instances[outermost].span, "in this component");
+        }
+        self.table.report(diagnostic);
+        Err(Reported)
+    }
+
     /// Counts work before it is done.
     ///
     /// # Errors

@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::class::{Classes, Declared, SlotClass, read_declared};
 use crate::form::Fit;
 use crate::infer::{Case, Row, Rule, SMALL, infer};
-use crate::place::has_number;
+use crate::place::WholeNumbers;
 use crate::report::Reporter;
 use crate::solve::{Solution, solve};
 
@@ -179,8 +179,11 @@ impl<'a> Pass<'a> {
     fn traits_of(&mut self, template: TemplateId, span: Span) -> (bool, bool) {
         let flat = self.flat;
         let traits = self.traits.entry(template).or_insert_with(|| traits(flat, template));
-        let snippet = self.files.snippet(span);
-        (traits.exponent, traits.large.iter().all(|&value| has_number(snippet, value)))
+        if traits.large.is_empty() {
+            return (traits.exponent, true);
+        }
+        let numbers = WholeNumbers::of(self.files.snippet(span));
+        (traits.exponent, traits.large.iter().all(|&value| numbers.has(value)))
     }
 
     fn add_case(&mut self, key: &[SlotClass], equation: usize, k: usize) {

@@ -5,27 +5,37 @@
 //! operand in between.
 
 use hyd_source::Span;
+use rustc_hash::FxHashSet;
 
-/// True if the text holds a whole number of this value, written in digits: `100000` counts something, `1e5` measures it.
-pub fn has_number(text: &str, value: f64) -> bool {
-    let bytes = text.as_bytes();
-    let mut at = 0;
-    while at < bytes.len() {
-        let word = bytes[at].is_ascii_alphabetic() || bytes[at] == b'_';
-        if word {
-            at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();
-        } else if bytes[at].is_ascii_digit() {
-            let length = number_length(&bytes[at..]);
-            let digits = text.get(at..at + length).filter(|t| t.bytes().all(|b| b.is_ascii_digit()));
-            if digits.and_then(|t| t.parse::<f64>().ok()).is_some_and(|found| found == value) {
-                return true;
+/// The whole numbers of a text that are written in digits: `100000` counts something, `1e5` measures it.
+pub struct WholeNumbers(FxHashSet<u64>);
+
+impl WholeNumbers {
+    /// Those of a text, looked for once.
+    pub fn of(text: &str) -> Self {
+        let bytes = text.as_bytes();
+        let mut found = FxHashSet::default();
+        let mut at = 0;
+        while at < bytes.len() {
+            let word = bytes[at].is_ascii_alphabetic() || bytes[at] == b'_';
+            if word {
+                at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();
+            } else if bytes[at].is_ascii_digit() {
+                let length = number_length(&bytes[at..]);
+                let digits = text.get(at..at + length).filter(|t| t.bytes().all(|b| b.is_ascii_digit()));
+                found.extend(digits.and_then(|t| t.parse::<f64>().ok()).map(f64::to_bits));
+                at += length;
+            } else {
+                at += 1;
             }
-            at += length;
-        } else {
-            at += 1;
         }
+        Self(found)
     }
-    false
+
+    /// True if a positive number is among them.
+    pub fn has(&self, value: f64) -> bool {
+        self.0.contains(&value.to_bits())
+    }
 }
 
 fn number_length(bytes: &[u8]) -> usize {
@@ -172,6 +182,7 @@ mod tests {
 
     #[test]
     fn numbers_are_found_by_value_and_not_inside_words() {
+        let has_number = |text, value| WholeNumbers::of(text).has(value);
         assert!(has_number("x1000 + 1000*y", 1000.0));
         assert!(!has_number("x1000 + 1e3*y", 1000.0));
         assert!(!has_number("x1000 + a", 1000.0));

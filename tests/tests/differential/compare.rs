@@ -56,18 +56,11 @@ fn instants(model: &Model) -> Vec<f64> {
     std::iter::once(0.0).chain(inner).chain(std::iter::once(model.stop)).collect()
 }
 
-/// Parameters that decide ranges of equations and no size are set, too.
-///
-/// Off because of a fault: the ranges take the value that is set, the parameter keeps that of the text, in the results and
-/// wherever else it is read.
-const SET_RANGES: bool = false;
-
 /// The names and values of what is set, and the model that declares these values.
 fn changed(model: &Model) -> (Vec<(String, String)>, Model) {
     let mut other = model.clone();
     let mut set = Vec::new();
     let mut longer = Vec::new();
-    let sizes: Vec<_> = model.variables.iter().filter(|v| !v.dropped).filter_map(|v| v.size_by).collect();
     for (id, variable) in other.variables.iter_mut().enumerate().filter(|(_, v)| !v.dropped) {
         match (variable.role, &variable.value) {
             (Role::Parameter, Some(Expr::Number(value))) => {
@@ -83,7 +76,7 @@ fn changed(model: &Model) -> (Vec<(String, String)>, Model) {
                 variable.value = Some(Expr::Array(list));
                 set.push((column(model, Form::default(), id, 0), format!("{value}")));
             }
-            (Role::Structural, Some(Expr::Number(value))) if SET_RANGES || sizes.contains(&id) => {
+            (Role::Structural, Some(Expr::Number(value))) => {
                 let value = value + 1.0;
                 variable.value = Some(Expr::Number(value));
                 set.push((variable.name.clone(), format!("{value}")));

@@ -12,6 +12,8 @@ use hyd_payload::target;
 pub struct Target {
     /// The instruction set with its features.
     pub isa: Arc<dyn TargetIsa>,
+    /// The same with registers allocated in one pass, for functions that are too long for anything else.
+    pub hasty: Arc<dyn TargetIsa>,
     /// Calling convention of entry points and of the functions behind the table.
     pub convention: CallConv,
     /// `floor`, `ceil` and `trunc` are single instructions; otherwise they are called through the table.
@@ -33,18 +35,24 @@ pub fn host() -> Result<Target, String> {
         target::Target::Arm => ("aarch64-unknown-linux", &[], CallConv::SystemV),
         target::Target::ArmApple => ("aarch64-apple-darwin", &[], CallConv::AppleAarch64),
     };
+    let isa = instruction_set(name, extensions, "backtracking")?;
+    let hasty = instruction_set(name, extensions, "single_pass")?;
+    Ok(Target { convention, rounds_inline: isa.has_round(), isa, hasty, features: target.features() })
+}
+
+fn instruction_set(name: &str, extensions: &[&str], registers: &str) -> Result<OwnedTargetIsa, String> {
     let mut builder = lookup_by_name(name).map_err(|e| format!("no code generator for this machine: {e}"))?;
     for setting in extensions {
         builder.enable(setting).map_err(|e| format!("code generator setting `{setting}`: {e}"))?;
     }
     let mut flags = settings::builder();
     let verify = if cfg!(debug_assertions) { "true" } else { "false" };
-    let choices = [("opt_level", "speed"), ("is_pic", "true"), ("enable_verifier", verify)];
+    let choices =
+        [("opt_level", "speed"), ("is_pic", "true"), ("enable_verifier", verify), ("regalloc_algorithm", registers)];
     for (name, value) in choices {
         flags.set(name, value).map_err(|e| format!("code generator setting `{name}`: {e}"))?;
     }
-    let isa: OwnedTargetIsa = builder.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
-    Ok(Target { convention, rounds_inline: isa.has_round(), isa, features: target.features() })
+    builder.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())
 }
 
 /// The code generator's names for [`target::X86_BASELINE`].

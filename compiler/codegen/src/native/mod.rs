@@ -34,6 +34,10 @@ pub use hyd_payload::{Code, NativeCode};
 /// Functions start at multiples of this (a cache line; constants behind the code need 16).
 const FUNCTION_ALIGNMENT: usize = 64;
 
+/// Most instructions of a function whose registers are allocated with care.  The time for that grows with the square of the length;
+/// only an expression that cannot be cut (see `split`), or a body of a function, gets so long.
+const CAREFUL: usize = 12_000;
+
 /// True if code can be made for the machine this process runs on.
 pub fn is_supported() -> bool {
     isa::host().is_ok()
@@ -129,7 +133,9 @@ impl<'a> Compiler<'a> {
     /// Turns the function that was built into bytes.
     fn finish(&mut self) -> Result<u32, String> {
         let mut plane = ControlPlane::default();
-        let compiled = self.code.compile(self.target.isa.as_ref(), &mut plane).map_err(|e| format!("{e:?}"))?;
+        let long = self.code.func.dfg.num_insts() > CAREFUL;
+        let isa = if long { &self.target.hasty } else { &self.target.isa };
+        let compiled = self.code.compile(isa.as_ref(), &mut plane).map_err(|e| format!("{e:?}"))?;
         if !compiled.buffer.relocs().is_empty() {
             return Err(format!("the code keeps {} relocations", compiled.buffer.relocs().len()));
         }
