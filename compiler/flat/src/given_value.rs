@@ -4,6 +4,7 @@
 //! equation may be what asks.  So their values take the place of the bindings of the text at the very end, for all of them in
 //! one way, whoever asked first.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use hyd_instance::InstId;
@@ -12,7 +13,7 @@ use hyd_syntax::tree::Variability as Declared;
 
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
-use crate::model::{EquationBlock, Section, Target};
+use crate::model::{EquationBlock, Section, Target, VarId};
 
 impl Flattener<'_, '_> {
     /// A parameter whose value was set from outside and has been used.
@@ -46,32 +47,63 @@ impl Flattener<'_, '_> {
         };
         let ranges: Vec<Range<u32>> = given.iter().map(|(inst, _)| range(self, inst)).collect();
         self.drop_bindings(&ranges);
-        for (inst, values) in given {
+        let others = std::mem::take(&mut self.model.equations);
+        let mut made: VecDeque<(u32, Vec<EquationBlock>)> = VecDeque::new();
+        for ((inst, values), range) in given.into_iter().zip(ranges) {
             self.bind_numbers(inst, &values);
+            made.push_back((range.start, std::mem::take(&mut self.model.equations)));
+        }
+        // Bindings stand in the order of the variables.
+        let mut all = Vec::with_capacity(others.len() + made.len());
+        for block in others {
+            if let Some(v) = self.bound(&block, 0) {
+                while let Some((_, own)) = made.pop_front_if(|(first, _)| *first < v.0) {
+                    all.extend(own);
+                }
+            }
+            all.push(block);
+        }
+        all.extend(made.into_iter().flat_map(|(_, own)| own));
+        self.model.equations = all;
+    }
+
+    /// The scalar that a row of binding equations determines.
+    fn bound(&self, block: &EquationBlock, row: usize) -> Option<VarId> {
+        if block.section != Section::Binding {
+            return None;
+        }
+        let template = self.model.templates.get(block.template);
+        let Node::Slot(slot) = self.model.templates.arena.node(template.left) else { return None };
+        match block.operands_of(row, template.arity as usize)[slot.0 as usize].target() {
+            Target::Var(v) => Some(v),
+            _ => None,
         }
     }
 
     /// Takes away the equations that bind these scalars; the ranges ascend.
     fn drop_bindings(&mut self, ranges: &[Range<u32>]) {
-        let templates = &self.model.templates;
-        let bound = |block: &EquationBlock, k: usize| {
-            let template = templates.get(block.template);
-            let Node::Slot(slot) = templates.arena.node(template.left) else { return false };
-            let operand = block.operands_of(k, template.arity as usize)[slot.0 as usize];
-            let Target::Var(v) = operand.target() else { return false };
+        let given = |v: VarId| {
             let after = ranges.partition_point(|range| range.start <= v.0);
             after > 0 && ranges[after - 1].contains(&v.0)
         };
-        self.model.equations.retain_mut(|block| {
-            if block.section != Section::Binding || !(0..block.count as usize).any(|k| bound(block, k)) {
-                return true;
+        let mut kept = Vec::with_capacity(self.model.equations.len());
+        for mut block in std::mem::take(&mut self.model.equations) {
+            if block.section != Section::Binding {
+                kept.push(block);
+                continue;
             }
-            let arity = templates.get(block.template).arity as usize;
-            let kept: Vec<usize> = (0..block.count as usize).filter(|&k| !bound(block, k)).collect();
-            block.operands = kept.iter().flat_map(|&k| block.operands_of(k, arity).to_vec()).collect();
-            block.count = kept.len() as u32;
-            block.count > 0
-        });
+            let rows = 0..block.count as usize;
+            let stay: Vec<usize> = rows.filter(|&row| !self.bound(&block, row).is_some_and(given)).collect();
+            if stay.len() < block.count as usize {
+                let arity = self.model.templates.get(block.template).arity as usize;
+                block.operands = stay.iter().flat_map(|&row| block.operands_of(row, arity)).copied().collect();
+                block.count = stay.len() as u32;
+            }
+            if block.count > 0 {
+                kept.push(block);
+            }
+        }
+        self.model.equations = kept;
     }
 
     /// `variable = number` for all elements; in an array of components, one value or one list may stand for all of them.
