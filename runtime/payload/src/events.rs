@@ -38,8 +38,16 @@ impl Instance {
         }
         self.remember();
         self.settle(phase, t, Point { unknown: y, rate: yp });
-        self.memory.repetitions = if phase == EventPhase::Repeat { self.memory.repetitions + 1 } else { 0 };
+        // Passes of the start read one solution of the initial system after the other, too.
+        self.memory.repetitions = match phase {
+            EventPhase::Initial => self.memory.repetitions,
+            EventPhase::Repeat => self.memory.repetitions + 1,
+            _ => 0,
+        };
         let changed = self.differs();
+        if phase == EventPhase::Initial && self.loaded.model.routines.events.reads_solution {
+            self.memory.repetitions += 1;
+        }
         if !self.discrete_values().iter().all(|value| value.is_finite()) {
             return Err(self.discrete_failure(Point { unknown: y, rate: yp }));
         }

@@ -243,6 +243,7 @@ impl DaeSystem for Instance {
 
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
         self.reset();
+        self.memory.repetitions = 0;
         self.memory.clock = Clock::of_run(t0);
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.bind;
