@@ -30,7 +30,7 @@ const NEAR_ZERO: f64 = 0.4;
 const MOST_HALVINGS: u32 = 40;
 /// A line that comes down to this part of where it began may bend to zero.
 const BENT: f64 = 0.25;
-/// Values of a root function smaller than this part of those at the ends of the step say nothing.
+/// Values of a root function that begins at zero say nothing below this part of the value at the end of the step.
 const NOISE: f64 = 1e-14;
 /// Relations that turn back within so many final brackets after an event belong to the same instant.
 const SAME_INSTANT: f64 = 16.0;
@@ -51,7 +51,8 @@ pub(crate) struct RootWatch {
     resting: Vec<bool>,
     /// Time of the last event or the start (s): nothing happens before it, also where a step's begin is rounded to before it.
     from: f64,
-    /// Sizes below which a sign is rounding: a mass that leaves its stop is not beyond it by 1e-41 m on the way.
+    /// Sizes below which a sign is rounding, for functions that begin the step at zero: a mass that leaves its stop is not beyond it by
+    /// 1e-41 m on the way.
     noise: Vec<f64>,
     left: Vec<f64>,
     right: Vec<f64>,
@@ -117,7 +118,7 @@ impl RootWatch {
         let (begin, end) = (past.t_before().max(self.from), past.t());
         problem.system.roots(end, past.y(), past.yp(), &mut self.right);
         for (noise, (left, right)) in self.noise.iter_mut().zip(self.left.iter().zip(&self.right)) {
-            *noise = NOISE * left.abs().max(right.abs());
+            *noise = if *left == 0.0 { NOISE * right.abs() } else { 0.0 };
         }
         let parts = (((end - begin) / spacing).ceil() as usize).clamp(past.parts(), MOST_PARTS);
         let part = (end - begin) / parts as f64;
