@@ -5,6 +5,7 @@
 use hyd_compiler::{Code, Diagnostic};
 use hyd_flat::{FlatModel, VariableBlock};
 use hyd_source::did_you_mean;
+use hyd_system::by_part::by_part;
 use hyd_system::given::{self, Elements};
 use hyd_system::{Settable, Variability};
 
@@ -13,7 +14,12 @@ pub(crate) use hyd_run::parameters::{apply, changes};
 /// Messages for assignments that are not used: no such parameter, not settable, not a value of its type.
 pub(crate) fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &[String]) -> Vec<Diagnostic> {
     let mut wrong = Vec::new();
-    for (name, value) in set.iter().filter(|(name, _)| !used.contains(name)) {
+    let open: Vec<(String, String)> = set.iter().filter(|(name, _)| !used.contains(name)).cloned().collect();
+    let set = match by_part(&open, flat.variables.iter().map(|block| &block.name)) {
+        Ok(set) => set,
+        Err(message) => return vec![Diagnostic::error(Code::Value, message)],
+    };
+    for (name, value) in &set {
         let found = flat.variables.raw.iter().find_map(|block| Some((block, Elements::of(&block.name, name)?)));
         match found {
             None => wrong.push(unknown(flat, name)),

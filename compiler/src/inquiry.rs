@@ -4,6 +4,7 @@
 //! the content of `annotation(__hyd(...))` as plain data ([`Note`]), for tools that put classes and places together.
 //! What the notes mean is up to those tools.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_instance::class::{elements, nested_classes};
@@ -163,27 +164,34 @@ pub fn annotated_components(
     model: Option<&str>,
     kind: &str,
 ) -> Result<Vec<AnnotatedComponent>, (Files, Vec<Diagnostic>)> {
-    let mut table = ClassTable::new(sources);
-    let classes = table.add_main(name, text);
-    let Some(class) = choose(&mut table, name, &classes, model) else {
-        return Err((table.files, table.diagnostics));
-    };
-    let tree = hyd_instance::instantiate(table, class, Vec::new()).map_err(|table| {
-        let ClassTable { files, diagnostics, .. } = *table;
-        (files, diagnostics)
-    })?;
-    if tree.table.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
-        return Err((tree.table.files, tree.table.diagnostics));
+    let mut apart = BTreeSet::new();
+    loop {
+        let mut table = ClassTable::new(sources);
+        let classes = table.add_main(name, text);
+        let Some(class) = choose(&mut table, name, &classes, model) else {
+            return Err((table.files, table.diagnostics));
+        };
+        let tree = hyd_instance::instantiate_apart(table, class, Vec::new(), apart.clone()).map_err(|table| {
+            let ClassTable { files, diagnostics, .. } = *table;
+            (files, diagnostics)
+        })?;
+        if !tree.table.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+            let found = tree.instances.indices().filter_map(|id| component_of(&tree, id));
+            return Ok(found.filter(|component| component.note.get(kind).is_some()).collect());
+        }
+        let known = apart.len();
+        apart.extend(tree.differing().iter().cloned());
+        if apart.len() == known {
+            return Err((tree.table.files, tree.table.diagnostics));
+        }
     }
-    let found = tree.instances.indices().filter_map(|id| component_of(&tree, id));
-    Ok(found.filter(|component| component.note.get(kind).is_some()).collect())
 }
 
 /// What the declaration of an instance notes.
 fn component_of(tree: &InstanceTree<'_>, id: InstId) -> Option<AnnotatedComponent> {
     let instance = &tree.instances[id];
     let shape = tree.instances[instance.parent?].shape.clone()?;
-    let element = &shape.elements[*shape.by_name.get(&instance.name)? as usize];
+    let element = &shape.elements[*shape.by_name.get(tree.declared_name(id))? as usize];
     let declared = |frame: u32, position: u32| match elements(shape.def(&tree.table, frame)).get(position as usize) {
         Some(Element::Component(component)) if component.annotation.is_some() => Some(component.clone()),
         _ => None,

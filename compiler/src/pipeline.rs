@@ -1,5 +1,6 @@
 //! The stages in order, with their names, timings, checks and printers.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
@@ -195,20 +196,42 @@ fn compile_loops(
     result
 }
 
-/// Text to flat model.
+/// Text to flat model; anew with arrays of components in parts, where their elements were found to differ.
 fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options, terms: &[Injection]) -> Compilation {
+    let mut apart = BTreeSet::new();
+    loop {
+        let (result, differing) = read(sources, (name, text), options, terms, apart.clone());
+        let known = apart.len();
+        apart.extend(differing);
+        if !result.has_errors() || apart.len() == known {
+            return result;
+        }
+    }
+}
+
+/// Text to flat model, and the paths of arrays whose elements differ where one instance cannot stand for all of them.
+fn read(
+    sources: &mut dyn Sources,
+    (name, text): (&str, &str),
+    options: &Options,
+    terms: &[Injection],
+    apart: BTreeSet<String>,
+) -> (Compilation, BTreeSet<String>) {
     let start = (options.clock)();
     let mut table = ClassTable::new(sources);
     let classes = table.add_main(name, text);
     let parsed = (options.clock)();
     let broken = table.diagnostics.iter().any(|d| d.severity == Severity::Error);
     let chosen = if broken { None } else { choose(&mut table, name, &classes, options.model.as_deref()) };
-    let Some(class) = chosen else { return Compilation::new(table.files, table.diagnostics) };
+    let Some(class) = chosen else {
+        return (Compilation::new(table.files, table.diagnostics), BTreeSet::new());
+    };
     let overrides = options.set.iter();
     let overrides = overrides.map(|(path, text)| Override { path: path.clone(), text: text.clone(), used: false });
     let overrides = overrides.collect();
     let model_name: Arc<str> = table.full_name(class).into();
-    let mut result = match hyd_instance::instantiate(table, class, overrides) {
+    let mut differing = BTreeSet::new();
+    let mut result = match hyd_instance::instantiate_apart(table, class, overrides, apart) {
         Err(table) => Compilation::new(table.files, table.diagnostics),
         Ok(mut tree) => {
             let instantiated = (options.clock)();
@@ -220,6 +243,7 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
                 // What follows a mistake may only seem unused.
                 tree.table.advise(&classes);
             }
+            differing.clone_from(tree.differing());
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
             result.set_at_translation = used;
@@ -231,7 +255,7 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
         }
     };
     result.model_name = Some(model_name);
-    result
+    (result, differing)
 }
 
 /// Numbers of `set` by scalar variable; names that mean no scalar are left to whoever applies them.

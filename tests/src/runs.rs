@@ -6,7 +6,6 @@
 use hyd_compiler::{Compilation, CompiledSystem, Goal};
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::{Options, Summary, simulate};
-use hyd_system::{DaeSystem, Place};
 
 use crate::models::{compile_file, messages};
 
@@ -44,16 +43,9 @@ pub fn translated(file: &str, set: &[(&str, &str)]) -> Compilation {
 /// An instance of a compilation with the remaining parameters set.
 pub fn instance(compilation: &Compilation, set: &[(&str, &str)]) -> CompiledSystem {
     let mut system = compilation.model.as_ref().expect("translated").instantiate();
-    for (name, text) in set {
-        if compilation.set_at_translation.iter().any(|path| path == name) {
-            continue;
-        }
-        let tables = system.tables().clone();
-        let (info, element) = tables.find(name).unwrap_or_else(|| panic!("no parameter `{name}`"));
-        let Place::Parameter(index) = info.sources[element].place else { panic!("`{name}` is no parameter") };
-        let value = text.parse().unwrap_or_else(|_| panic!("`{text}` is no number"));
-        system.set_parameter(index as usize, value).unwrap_or_else(|error| panic!("`{name}`: {error:?}"));
-    }
+    let set: Vec<(String, String)> = set.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect();
+    hyd_run::parameters::apply(&mut system, &set, &compilation.set_at_translation)
+        .unwrap_or_else(|why| panic!("{why}"));
     system
 }
 

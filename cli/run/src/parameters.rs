@@ -2,6 +2,7 @@
 
 use hyd_payload::Limit;
 use hyd_source::did_you_mean;
+use hyd_system::by_part::by_part;
 use hyd_system::given::{self, Elements};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, Variability, VariableInfo};
 
@@ -11,7 +12,7 @@ use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, Variabil
 /// A sentence: no such parameter, not settable, not a value of its type.
 pub fn apply(system: &mut dyn DaeSystem, set: &[(String, String)], used: &[String]) -> Result<(), String> {
     let tables = system.tables().clone();
-    for (name, text) in set.iter().filter(|(name, _)| !used.contains(name)) {
+    for (name, text) in &open(&tables, set, used)? {
         for (index, value) in change(&tables, name, text)? {
             system.set_parameter(index, value).map_err(|_| format!("`{name}` cannot be set to `{text}`"))?;
         }
@@ -25,10 +26,16 @@ pub fn apply(system: &mut dyn DaeSystem, set: &[(String, String)], used: &[Strin
 /// As [`apply`].
 pub fn changes(tables: &Tables, set: &[(String, String)], used: &[String]) -> Result<Vec<(u32, f64)>, String> {
     let mut list = Vec::new();
-    for (name, text) in set.iter().filter(|(name, _)| !used.contains(name)) {
+    for (name, text) in &open(tables, set, used)? {
         list.extend(change(tables, name, text)?.into_iter().map(|(index, value)| (index as u32, value)));
     }
     Ok(list)
+}
+
+/// The assignments that are left to the run.
+fn open(tables: &Tables, set: &[(String, String)], used: &[String]) -> Result<Vec<(String, String)>, String> {
+    let open: Vec<(String, String)> = set.iter().filter(|(name, _)| !used.contains(name)).cloned().collect();
+    by_part(&open, tables.variables.iter().map(|info| &info.name))
 }
 
 fn change(tables: &Tables, name: &str, text: &str) -> Result<Vec<(usize, f64)>, String> {

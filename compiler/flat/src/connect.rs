@@ -205,7 +205,7 @@ impl Flattener<'_, '_> {
         let mut current = scope.inst;
         for part in &reference.parts {
             match self.tree.instances[current].by_name.get(&part.name.name) {
-                Some(&next) => current = next,
+                Some(&next) => current = self.tree.part_at(next, &part.subscripts).unwrap_or(next),
                 None => return false,
             }
             if self.tree.instances[current].absent {

@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use hyd_instance::InstId;
 use hyd_symbolic::Node;
-use hyd_syntax::tree::Variability as Declared;
 
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
@@ -18,11 +17,8 @@ use crate::model::{EquationBlock, Section, Target, VarId};
 impl Flattener<'_, '_> {
     /// A parameter whose value was set from outside and has been used.
     pub(crate) fn is_given(&mut self, inst: InstId) -> bool {
-        if !self.tree.overrides.iter().any(|o| o.used) || self.tree.instances[inst].variability > Declared::Parameter {
-            return false;
-        }
-        let path = self.path(inst);
-        self.tree.overrides.iter().any(|o| o.used && *o.path == *path)
+        self.tree.overrides.iter().any(|o| o.used)
+            && self.tree.override_of(inst).is_some_and(|position| self.tree.overrides[position].used)
     }
 
     /// Puts the values that were set from outside, and used, in the place of bindings.

@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use hyd_instance::substitute::with_value;
 use hyd_instance::{Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
 use hyd_symbolic::NodeId;
@@ -20,7 +21,7 @@ use crate::lower::Typed;
 use crate::model::Section;
 use crate::range::Range;
 use crate::section::Loops;
-use crate::substitute::{mentions, with_value};
+use crate::walk::mentions;
 
 type Branches = [(Option<Expr>, Vec<Equation>)];
 

@@ -58,7 +58,6 @@ mod section;
 mod shape;
 mod sides;
 mod statement;
-mod substitute;
 mod text;
 mod unit_claim;
 mod variable;

@@ -96,7 +96,7 @@ impl Flattener<'_, '_> {
         let last = whole.parts.len() - 1;
         whole.parts[last].subscripts.clear();
         let inner = whole.parts.iter().flat_map(|part| &part.subscripts);
-        if let Some(at) = inner.into_iter().find(|e| hidden.iter().any(|name| crate::substitute::mentions(e, name))) {
+        if let Some(at) = inner.into_iter().find(|e| hidden.iter().any(|name| crate::walk::mentions(e, name))) {
             let message = "a component at a subscript that only the run decides cannot be named here";
             return Err(self.error(Code::OutsideProfile, at.span, message));
         }

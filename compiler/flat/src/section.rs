@@ -31,11 +31,13 @@ impl Flattener<'_, '_> {
             return;
         }
         for section in algorithms {
-            self.algorithm(section, scope);
+            let named = self.tree.parts_in_algorithm(section, scope);
+            self.algorithm(named.as_ref().unwrap_or(section), scope);
         }
         for section in equations {
             for equation in &section.equations {
-                self.equation(equation, scope, &Loops::default(), section.initial);
+                let named = self.tree.parts_in_equation(equation, scope);
+                self.equation(named.as_ref().unwrap_or(equation), scope, &Loops::default(), section.initial);
             }
         }
     }

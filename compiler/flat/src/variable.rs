@@ -7,7 +7,7 @@ use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, Known, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Origin, Reported};
-use hyd_syntax::tree::{Direction, Variability as Declared};
+use hyd_syntax::tree::{Direction, Expr, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use std::sync::Arc;
 
@@ -348,7 +348,7 @@ impl Flattener<'_, '_> {
         let scalar = self.tree.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
         self.with_loops(Context::new(applied.scope), &mut |flat, cx| {
             let mut offset = Affine::constant(0);
-            let mut index = Vec::new();
+            let (mut index, mut parts) = (Vec::new(), Vec::new());
             for id in hyd_instance::instance::chain(&flat.tree.instances, inst) {
                 let dims = flat.tree.instances[id].dims.clone();
                 let own: Vec<Affine> = dims.iter().map(|&d| cx.counter(d)).collect();
@@ -357,6 +357,11 @@ impl Flattener<'_, '_> {
                 }
                 if applied.spread.contains(&id) || (binding && id == inst) {
                     index.extend(own.iter().cloned());
+                }
+                let part = flat.tree.instances[id].part_of.as_ref();
+                if let Some((_, at)) = part.filter(|_| applied.spread.contains(&id)) {
+                    parts.push((index.len(), id));
+                    index.extend(at.iter().map(|&k| Affine::constant(k as i64)));
                 }
                 if !dims.is_empty() {
                     cx.implicit.push((id, own));
@@ -370,6 +375,7 @@ impl Flattener<'_, '_> {
             if applied.tree.each && shape.len() < index.len() {
                 index.drain(..index.len() - shape.len());
             }
+            flat.check_parts(&expr, &shape, inst, &parts)?;
             flat.check_rank(&expr, &shape, &index, &cx.counts, inst)?;
             cx.may_add_variables = section == Section::Continuous;
             let value = flat.lower(&expr, cx, &index)?;
@@ -388,7 +394,7 @@ impl Flattener<'_, '_> {
 
     pub(crate) fn check_rank(
         &mut self,
-        expr: &hyd_syntax::tree::Expr,
+        expr: &Expr,
         shape: &[usize],
         index: &[Affine],
         counts: &[usize],
@@ -413,6 +419,34 @@ impl Flattener<'_, '_> {
             Diagnostic::error(Code::ArrayShape, message).at(expr.span, "").with(span, "declared here").maybe_help(help),
         );
         Err(Fail::Reported)
+    }
+
+    /// A value for all elements of an array made in parts has the sizes of the array; said for the first of them.
+    fn check_parts(
+        &mut self,
+        expr: &Expr,
+        shape: &[usize],
+        inst: InstId,
+        parts: &[(usize, InstId)],
+    ) -> Result<(), Fail> {
+        for &(position, part) in parts {
+            let Some((array, at)) = self.tree.instances[part].part_of.clone() else { continue };
+            let dims = self.tree.instances[array].dims.clone();
+            if shape.get(position..position + dims.len()) == Some(&dims[..]) {
+                continue;
+            }
+            if at.iter().all(|&k| k == 0) && self.tree.instances[inst].known != Known::Failed {
+                let (name, found) = (self.tree.path_of_arrays(inst), &shape[position.min(shape.len())..]);
+                let (found, wanted) = (sizes_text(found), sizes_text(&dims));
+                let message = format!("the value of `{name}` has the wrong size: {found} instead of {wanted}");
+                let help = shape.is_empty().then(|| "`each` gives the same value to all elements".to_string());
+                let declared = self.tree.instances[inst].span;
+                let diagnostic = Diagnostic::error(Code::ArrayShape, message).at(expr.span, "");
+                self.report(diagnostic.with(declared, "declared here").maybe_help(help));
+            }
+            return Err(Fail::Reported);
+        }
+        Ok(())
     }
 
     /// Parameters asked for at translation are structural; the others can be set, unless final.

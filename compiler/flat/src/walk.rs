@@ -43,6 +43,13 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
     search.found
 }
 
+/// True if the name stands in the expression, not hidden.
+pub fn mentions(expr: &Expr, name: &Name) -> bool {
+    any_ref(expr, &mut |reference| {
+        !reference.global && reference.parts.len() == 1 && reference.parts[0].name.name == *name
+    })
+}
+
 fn asks_for_sizes(function: &ComponentRef) -> bool {
     function.parts.len() == 1 && matches!(function.parts[0].name.name.as_ref(), "size" | "ndims")
 }

@@ -6,9 +6,9 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Name};
 
 use crate::build::InstanceTree;
-use crate::evaluate::{Env, widen};
+use crate::evaluate::Env;
 use crate::instance::Scope;
-use crate::value::Value;
+use crate::value::{Value, widen};
 
 /// A part of what is assigned to: a name and the positions in each dimension.
 struct Part {

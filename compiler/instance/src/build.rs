@@ -3,12 +3,13 @@
 //! For every component: gather the modifications that speak of it (outermost first), replace its class if it is
 //! redeclared, evaluate its condition and sizes, then do the same inside (Modelica 3.6, sections 5.6 and 7).
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassKind, Component, Element, Name, Variability};
+use hyd_syntax::tree::{ClassKind, Component, Element, Expr, Name, Variability};
 use rustc_hash::FxHashMap;
 
 use crate::class::{ClassId, ClassTable, elements};
@@ -16,7 +17,7 @@ use crate::constructor::Input;
 use crate::instance::{InstId, Instance, Instances, Known, LocalClass, Scope};
 use crate::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
 use crate::shape::{Shape, ShapeElement};
-use crate::value::EnumType;
+use crate::value::{EnumType, Value};
 
 /// A value set from outside by instance path.
 #[derive(Clone, Debug)]
@@ -58,6 +59,11 @@ pub struct InstanceTree<'s> {
     pub(crate) pending: FxHashMap<InstId, Mods>,
     /// There are more components than there may be, and that has been said.
     pub(crate) too_many: bool,
+    /// Arrays of components, by path, that are made element by element, and those that would have to be.
+    pub(crate) apart: BTreeSet<String>,
+    pub(crate) differing: BTreeSet<String>,
+    /// Values of modifications of such arrays, by the place of their texts, which are kept with them.
+    pub(crate) values_for_parts: FxHashMap<(usize, Scope), (Arc<Expr>, Value)>,
 }
 
 /// Instantiates a model.  `Err` gives the table back with its messages.
@@ -65,6 +71,16 @@ pub fn instantiate<'s>(
     table: ClassTable<'s>,
     class: ClassId,
     overrides: Vec<Override>,
+) -> Result<InstanceTree<'s>, Box<ClassTable<'s>>> {
+    instantiate_apart(table, class, overrides, BTreeSet::new())
+}
+
+/// The same with the arrays of components at these paths made element by element (see [`InstanceTree::differing`]).
+pub fn instantiate_apart<'s>(
+    table: ClassTable<'s>,
+    class: ClassId,
+    overrides: Vec<Override>,
+    apart: BTreeSet<String>,
 ) -> Result<InstanceTree<'s>, Box<ClassTable<'s>>> {
     let mut tree = InstanceTree {
         table,
@@ -82,6 +98,9 @@ pub fn instantiate<'s>(
         work: 0,
         pending: FxHashMap::default(),
         too_many: false,
+        apart,
+        differing: BTreeSet::new(),
+        values_for_parts: FxHashMap::default(),
     };
     let def = tree.table.class(class).def.clone();
     if !matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) {
@@ -108,6 +127,7 @@ pub fn instantiate<'s>(
     instance.kind = def.kind;
     instance.description = def.description.clone();
     let _ = tree.instantiate_members(root, &Vec::new(), 0);
+    tree.name_parts_in_bindings();
     if tree.too_many { Err(Box::new(tree.table)) } else { Ok(tree) }
 }
 
@@ -121,6 +141,8 @@ impl InstanceTree<'_> {
             shape: None,
             kind: ClassKind::Type,
             dims: Vec::new(),
+            parts: Vec::new(),
+            part_of: None,
             children: Vec::new(),
             by_name: FxHashMap::default(),
             own_inner: FxHashMap::default(),
@@ -191,7 +213,7 @@ impl InstanceTree<'_> {
     /// All modifications of element `k`, outermost first: from outside, from `extends` clauses, from the declaration.
     pub(crate) fn mods_of(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) -> Mods {
         let element = &shape.elements[k];
-        let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
+        let array = self.instances[inst].is_array().then_some(inst);
         let mut mods = of_child(outer, &element.name, array);
         for (frame, tree) in &shape.frames[element.frame as usize].modifications {
             let scope = Scope { inst, frame: *frame };

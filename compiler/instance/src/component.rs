@@ -73,6 +73,9 @@ impl InstanceTree<'_> {
                 dims.extend(self.alias_sizes(&local, &shape)?);
                 self.instances[inst].dims = dims;
                 self.check_size(inst)?;
+                if self.is_made_apart(inst, &local) {
+                    return self.make_parts(inst, &local, &shape, &mods, declaration);
+                }
                 self.make_component(inst, local, shape, mods, declaration)
             }
         }

@@ -36,7 +36,7 @@ impl InstanceTree<'_> {
     pub(crate) fn order_children(&mut self, inst: InstId) {
         let Some(shape) = self.instances[inst].shape.clone() else { return };
         let mut children = std::mem::take(&mut self.instances[inst].children);
-        children.sort_by_key(|&child| shape.by_name.get(&self.instances[child].name).copied());
+        children.sort_by_key(|&child| shape.by_name.get(self.declared_name(child)).copied());
         self.instances[inst].children = children;
     }
 

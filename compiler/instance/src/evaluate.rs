@@ -265,6 +265,9 @@ impl InstanceTree<'_> {
         if crate::size::names_boolean(reference) {
             return Ok(Value::array(vec![Value::Boolean(false), Value::Boolean(true)]));
         }
+        if let Some(named) = self.parts_named(reference, scope, env) {
+            return self.evaluate(&named, scope, env);
+        }
         match self.resolve(scope, reference)? {
             Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
             Resolved::Time => {
@@ -300,11 +303,13 @@ impl InstanceTree<'_> {
             return self.value_of_record(span, steps, scope, env);
         }
         let value = self.value_of(last, span)?;
-        let spread = self.instances[last]
-            .primitive
-            .as_ref()
-            .and_then(|p| p.binding.as_ref())
-            .map_or_else(Vec::new, |b| b.spread.clone());
+        let binding = self.instances[last].primitive.as_ref().and_then(|p| p.binding.as_ref());
+        let mut spread = binding.map_or_else(Vec::new, |b| b.spread.clone());
+        // The elements of parts have been taken; a value set from outside is the same for all elements.
+        spread.retain(|&inst| self.instances[inst].part_of.is_none());
+        if self.override_of(last).is_some() {
+            spread.clear();
+        }
         // Take the value apart dimension by dimension: arrays of components first, own sizes last.
         let mut current = value;
         for inst in spread {
@@ -316,6 +321,7 @@ impl InstanceTree<'_> {
                     Some(same) => same,
                     None => {
                         let name = path(&self.instances, last);
+                        self.differing.insert(path(&self.instances, inst));
                         self.not_structural(
                             span,
                             format!("`{name}` differs between the elements of an array of components"),
@@ -445,6 +451,11 @@ impl InstanceTree<'_> {
     fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
         let shape = match arguments.first().map(|e| &e.kind) {
             Some(ExprKind::Ref(reference)) if env.get(&reference.parts[0].name.name).is_none() => {
+                if let Some(named) = self.parts_named(reference, scope, env) {
+                    let rest = arguments[1..].iter().cloned();
+                    let arguments: Vec<Expr> = std::iter::once(named).chain(rest).collect();
+                    return self.evaluate_size(span, &arguments, scope, env);
+                }
                 match self.resolve(scope, reference)? {
                     Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
                         for (inst, _) in &steps {
@@ -468,24 +479,5 @@ impl InstanceTree<'_> {
                 self.pick(span, &sizes, &k)
             }
         }
-    }
-}
-
-/// Integers as reals, in arrays too.
-pub(crate) fn widen(value: Value) -> Value {
-    match value {
-        Value::Integer(k) => Value::Real(k as f64),
-        Value::Array(items) if items.iter().any(has_integers) => {
-            Value::array(items.iter().cloned().map(widen).collect())
-        }
-        other => other,
-    }
-}
-
-fn has_integers(value: &Value) -> bool {
-    match value {
-        Value::Integer(_) => true,
-        Value::Array(items) => items.iter().any(has_integers),
-        _ => false,
     }
 }

@@ -56,14 +56,17 @@ impl InstanceTree<'_> {
         let own = env.names.iter().map(|(name, _)| name.clone()).collect();
         let mut reads = Reads { own, found: Vec::new() };
         reads.expr(expr);
-        reads.found.iter().any(|reference| match self.resolve(scope, reference) {
-            Ok(Resolved::Time) => true,
-            Ok(Resolved::Variable(steps)) => {
-                let last = &self.instances[steps[steps.len() - 1].0];
-                last.variability > Variability::Parameter
-                    && (last.primitive.is_some() || last.kind == ClassKind::Record)
+        reads.found.iter().any(|reference| {
+            let reference = self.first_part_named(scope, reference);
+            match self.resolve(scope, &reference) {
+                Ok(Resolved::Time) => true,
+                Ok(Resolved::Variable(steps)) => {
+                    let last = &self.instances[steps[steps.len() - 1].0];
+                    last.variability > Variability::Parameter
+                        && (last.primitive.is_some() || last.kind == ClassKind::Record)
+                }
+                _ => false,
             }
-            _ => false,
         })
     }
 
@@ -146,6 +149,9 @@ impl InstanceTree<'_> {
     ) -> Result<Vec<usize>, Reported> {
         if !reference.global && env.names.iter().any(|(name, _)| *name == reference.parts[0].name.name) {
             return Ok(self.evaluate(expr, scope, env)?.shape());
+        }
+        if let Some(named) = self.parts_named(reference, scope, env) {
+            return self.shape_of(&named, scope, env);
         }
         let steps = match self.resolve(scope, reference)? {
             Resolved::Variable(steps) => steps,

@@ -133,6 +133,11 @@ pub struct Instance {
     pub kind: ClassKind,
     /// Own sizes.
     pub dims: Vec<usize>,
+    /// Of an array whose elements differ: the instances of its elements, the last subscript fastest.  They are components of the
+    /// parent, which the array itself is not.
+    pub parts: Vec<InstId>,
+    /// Of an element of such an array: the array, and its subscripts from 0.
+    pub part_of: Option<(InstId, Vec<usize>)>,
     /// Components in the order of the text.
     pub children: Vec<InstId>,
     /// Components by name (an `outer` component is the `inner` one).
@@ -161,6 +166,13 @@ pub struct Instance {
     pub primitive: Option<Primitive>,
     /// Value known at translation.
     pub known: Known,
+}
+
+impl Instance {
+    /// True for an array, and for an element of one that is made for itself: values of modifications have its sizes in front.
+    pub(crate) fn is_array(&self) -> bool {
+        !self.dims.is_empty() || self.part_of.is_some()
+    }
 }
 
 /// All instances.

@@ -10,11 +10,11 @@ use hyd_syntax::tree::{
 
 use crate::build::InstanceTree;
 use crate::class::elements;
-use crate::evaluate::{Env, widen};
+use crate::evaluate::Env;
 use crate::instance::{InstId, Scope};
 use crate::lookup::Resolved;
 use crate::shape::Shape;
-use crate::value::Value;
+use crate::value::{Value, widen};
 use crate::work::{ELEMENT, STATEMENT, volume};
 
 /// Deepest nesting of calls at translation.

@@ -239,9 +239,11 @@ impl InstanceTree<'_> {
 
     /// Follows the parts after `at` through the components of `inst`.
     fn steps<'e>(&mut self, inst: InstId, reference: &'e ComponentRef, at: usize) -> Result<Resolved<'e>, Reported> {
-        let mut steps = vec![(inst, reference.parts[at].subscripts.as_slice())];
-        let mut current = inst;
-        for part in &reference.parts[at + 1..] {
+        let last = reference.parts.len() - 1;
+        let first = self.step(inst, reference, at, at == last)?;
+        let mut steps = vec![first];
+        let mut current = first.0;
+        for (k, part) in reference.parts.iter().enumerate().skip(at + 1) {
             let name = &part.name.name;
             match self.instances[current].by_name.get(name) {
                 Some(&next) => {
@@ -271,9 +273,29 @@ impl InstanceTree<'_> {
                     return Err(Reported);
                 }
             }
-            steps.push((current, part.subscripts.as_slice()));
+            let step = self.step(current, reference, k, k == last)?;
+            current = step.0;
+            steps.push(step);
         }
         Ok(Resolved::Variable(steps))
+    }
+
+    /// What part `k` of a reference, which names `inst`, means: the element of an array made in parts takes its subscripts.
+    fn step<'e>(
+        &mut self,
+        inst: InstId,
+        reference: &'e ComponentRef,
+        k: usize,
+        last: bool,
+    ) -> Result<(InstId, &'e [Expr]), Reported> {
+        let subscripts = reference.parts[k].subscripts.as_slice();
+        if self.instances[inst].parts.is_empty() || last && subscripts.is_empty() {
+            return Ok((inst, subscripts));
+        }
+        match self.part_at(inst, subscripts) {
+            Some(part) => Ok((part, &[])),
+            None => Err(self.no_such_part(inst, subscripts, reference.span)),
+        }
     }
 
     fn protected(&mut self, inst: InstId, parent: InstId, span: Span) {

@@ -6,11 +6,11 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::Variability;
 
 use crate::build::InstanceTree;
-use crate::evaluate::{Env, widen};
-use crate::instance::{InstId, Known, ScalarType, chain, path};
+use crate::evaluate::Env;
+use crate::instance::{InstId, Known, ScalarType, path};
 use crate::modifier::Applied;
 use crate::override_value::read_value;
-use crate::value::Value;
+use crate::value::{Value, widen};
 
 impl InstanceTree<'_> {
     /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
@@ -94,23 +94,27 @@ impl InstanceTree<'_> {
         let Some(primitive) = &instance.primitive else { return Err(Reported) };
         let integer = matches!(primitive.scalar, ScalarType::Integer);
         let real = matches!(primitive.scalar, ScalarType::Real);
-        let settable = instance.variability == Variability::Parameter && !primitive.is_final;
-        // What is said last holds.
-        if let Some(known) = self.overrides.iter_mut().rev().find(|o| o.path == name).filter(|_| settable) {
-            known.used |= self.guessed.is_none();
-            let own = &instance.dims;
-            let all: Vec<usize> =
-                chain(&self.instances, inst).into_iter().flat_map(|i| self.instances[i].dims.clone()).collect();
-            return match read_value(&primitive.scalar, &known.text, own, &all) {
-                Ok(value) => Ok(if real { widen(value) } else { value }),
+        let declared = instance.span;
+        if let Some(known) = self.override_of(inst) {
+            self.overrides[known].used |= self.guessed.is_none();
+            let text = self.overrides[known].text.clone();
+            return match read_value(&primitive.scalar, &text, &instance.dims, &self.sizes_as_written(inst)) {
+                Ok(value) => {
+                    let value = self.given_value_of(inst, value, span)?;
+                    Ok(if real { widen(value) } else { value })
+                }
                 Err(reason) => {
-                    let message = format!("`{name}` cannot be set to `{}`: {reason}", known.text);
-                    let diagnostic = Diagnostic::error(Code::Value, message);
-                    self.table.report(diagnostic.with(instance.span, "declared here"));
+                    let message = format!("`{name}` cannot be set to `{text}`: {reason}");
+                    self.table.report(Diagnostic::error(Code::Value, message).with(declared, "declared here"));
                     Err(Reported)
                 }
             };
         }
+        if self.guessed.is_none() && self.is_set_by_element(inst) {
+            return Err(self.set_by_element(inst, span));
+        }
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else { return Err(Reported) };
         let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
         let Some(applied) = primitive.binding.clone().or(start) else {
             let declared = instance.span;
@@ -147,6 +151,7 @@ impl InstanceTree<'_> {
     /// The value a modification gives, in its own scope.
     pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
         match &applied.tree.binding {
+            Some(expr) if self.is_for_parts(applied) => self.value_for_parts(&expr.clone(), applied),
             Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
             None => Err(Reported),
         }

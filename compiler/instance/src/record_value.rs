@@ -8,10 +8,10 @@ use hyd_syntax::tree::{Arguments, ClassKind, Component, Expr, ExprKind, Ident, N
 use crate::build::InstanceTree;
 use crate::component::TypeOf;
 use crate::constructor::{RecordField, RecordMaker, Said, construct, declared};
-use crate::evaluate::{Env, widen};
+use crate::evaluate::Env;
 use crate::instance::{InstId, LocalClass, Scope};
 use crate::modifier::AstMod;
-use crate::value::Value;
+use crate::value::{Value, widen};
 
 /// Values of fields before the run.
 struct Values<'t, 's, 'e> {

@@ -44,13 +44,15 @@ impl InstanceTree<'_> {
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
                 return Err(Reported);
             };
-            let given = match applied.tree.binding.clone() {
+            let around = |tree: &Self| applied.spread.iter().map(|&i| tree.instances[i].dims.len()).sum::<usize>();
+            let (given, skip) = match applied.tree.binding.clone() {
                 Some(expr) if self.depends_on_run(&expr, applied.scope, &Env::default()) => {
-                    self.shape_of(&expr, applied.scope, &Env::default())?
+                    let parts = applied.spread.iter().filter_map(|&i| self.instances[i].part_of.as_ref());
+                    let parts: usize = parts.map(|(_, at)| at.len()).sum();
+                    (self.shape_of(&expr, applied.scope, &Env::default())?, around(self) + parts)
                 }
-                _ => self.evaluate_applied(&applied)?.shape(),
+                _ => (self.evaluate_applied(&applied)?.shape(), around(self)),
             };
-            let skip: usize = applied.spread.iter().map(|&i| self.instances[i].dims.len()).sum();
             return given.get(skip + k).copied().ok_or_else(|| {
                 let message = format!("the value of `{name}` has too few dimensions");
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));

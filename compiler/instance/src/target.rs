@@ -78,7 +78,7 @@ impl InstanceTree<'_> {
         let Some((_, tree)) = applied.tree.children.iter().find(|(_, tree)| tree.each) else { return };
         let mut current = Some(inst);
         while let Some(above) = current {
-            if !self.instances[above].dims.is_empty() {
+            if self.instances[above].is_array() {
                 return;
             }
             current = self.instances[above].parent.filter(|_| above != applied.scope.inst);

@@ -187,6 +187,25 @@ pub(crate) fn first_if_uniform(value: &Value, depth: usize) -> Option<Value> {
     items.iter().all(|v| first_if_uniform(v, depth - 1).as_ref() == Some(&first)).then_some(first)
 }
 
+/// Integers as reals, in arrays too.
+pub(crate) fn widen(value: Value) -> Value {
+    match value {
+        Value::Integer(k) => Value::Real(k as f64),
+        Value::Array(items) if items.iter().any(has_integers) => {
+            Value::array(items.iter().cloned().map(widen).collect())
+        }
+        other => other,
+    }
+}
+
+fn has_integers(value: &Value) -> bool {
+    match value {
+        Value::Integer(_) => true,
+        Value::Array(items) => items.iter().any(has_integers),
+        _ => false,
+    }
+}
+
 /// How many values `start:step:stop` has if one of the three is a Real: a step that misses the end by rounding still counts
 /// (Modelica 3.6, section 10.4.3).  NaN or infinite if the three are.
 pub fn count_of_reals(start: f64, step: f64, stop: f64) -> f64 {

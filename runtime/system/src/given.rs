@@ -1,6 +1,7 @@
 //! Values given as text from outside (`--set a=1.2`, a plan, a file of parameters): literals and lists of literals,
 //! read by the type of what they are for.
 
+use std::fmt;
 use std::ops::Range;
 
 use crate::tables::{NamePattern, ValueKind};
@@ -76,6 +77,18 @@ impl<'t> Given<'t> {
         match self {
             Given::Leaf(text) => vec![text],
             Given::List(items) => items.iter().flat_map(Given::leaves).collect(),
+        }
+    }
+}
+
+impl fmt::Display for Given<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Given::Leaf(text) => f.write_str(text),
+            Given::List(items) => {
+                let items: Vec<String> = items.iter().map(Given::to_string).collect();
+                write!(f, "{{{}}}", items.join(", "))
+            }
         }
     }
 }

@@ -8,6 +8,7 @@
 //! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
 
 pub mod angles;
+pub mod by_part;
 mod dae;
 pub mod given;
 mod instant;

@@ -1,46 +1,48 @@
-//! Equations with a number in place of a loop variable.
+//! Texts with a value in place of a loop variable.
 //!
 //! Needed where what there is depends on the loop (a connection for all but the first), so that the loop must be written out
 //! before anything is lowered.  A loop inside that has a variable of the same name hides it.
 
-use hyd_instance::Value;
-use hyd_syntax::tree::{ComponentRef, Equation, Expr, ExprKind, Ident, Iterator, Name, RefPart, UnaryOp};
+use hyd_syntax::tree::{ComponentRef, Equation, Expr, ExprKind, Ident, Iterator, Name, RefPart, Statement, UnaryOp};
 use hyd_syntax::visit_mut::{VisitorMut, walk_expr_mut};
 
-/// A part of the text in which names can be replaced.
-pub trait Part: Clone {
+use crate::value::Value;
+
+/// What names can be replaced in.
+pub trait Text: Clone {
     /// Lets the visitor go through it.
     fn accept(&mut self, visitor: &mut Substitution<'_>);
 }
 
-impl Part for Expr {
+impl Text for Expr {
     fn accept(&mut self, visitor: &mut Substitution<'_>) {
         visitor.expr(self);
     }
 }
 
-impl Part for Iterator {
+impl Text for Iterator {
     fn accept(&mut self, visitor: &mut Substitution<'_>) {
         self.range.iter_mut().for_each(|e| visitor.expr(e));
     }
 }
 
-impl Part for Equation {
+impl Text for Statement {
+    fn accept(&mut self, visitor: &mut Substitution<'_>) {
+        visitor.statement(self);
+    }
+}
+
+impl Text for Equation {
     fn accept(&mut self, visitor: &mut Substitution<'_>) {
         visitor.equation(self);
     }
 }
 
 /// A copy with the value in place of the name.
-pub fn with_value<P: Part>(part: &P, name: &Name, value: &Value) -> P {
-    let mut copy = part.clone();
+pub fn with_value<T: Text>(text: &T, name: &Name, value: &Value) -> T {
+    let mut copy = text.clone();
     copy.accept(&mut Substitution { name, value, hidden: Vec::new() });
     copy
-}
-
-/// True if the name stands in the expression, not hidden.
-pub fn mentions(expr: &Expr, name: &Name) -> bool {
-    crate::walk::any_ref(expr, &mut |reference| is_name(reference, name))
 }
 
 fn is_name(reference: &ComponentRef, name: &Name) -> bool {
@@ -79,7 +81,7 @@ impl VisitorMut for Substitution<'_> {
 }
 
 /// A value as it could stand in the text.
-fn literal(value: &Value, span: hyd_source::Span) -> Option<ExprKind> {
+pub(crate) fn literal(value: &Value, span: hyd_source::Span) -> Option<ExprKind> {
     let negated = |kind: ExprKind| ExprKind::Unary(UnaryOp::Minus, Box::new(Expr { kind, span }));
     Some(match value {
         Value::Integer(k) if *k < 0 => negated(ExprKind::Integer(k.saturating_abs())),
