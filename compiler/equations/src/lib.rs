@@ -47,6 +47,7 @@ mod structure;
 mod support;
 pub mod system;
 mod time_derivative;
+mod unseen_events;
 mod vanishing;
 mod verify;
 mod verify_system;

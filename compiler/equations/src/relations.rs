@@ -144,7 +144,7 @@ fn is_continuous(system: &EquationSystem, operand: Operand) -> bool {
     }
 }
 
-fn is_fixed_between_events(system: &EquationSystem, operand: Operand) -> bool {
+pub(crate) fn is_fixed_between_events(system: &EquationSystem, operand: Operand) -> bool {
     match operand.target() {
         Target::Held(_) | Target::Chosen(_) => false,
         _ => !is_continuous(system, operand),

@@ -24,6 +24,7 @@ use crate::representative::block_of_variable;
 use crate::sorted::{EqId, Plan, Residual, SortedSystem};
 use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};
+use crate::unseen_events::unseen_events;
 
 /// Sorts a system of index 1 or less.
 pub fn sort_system(system: EquationSystem, loops: Loops) -> Outcome<Option<SortedSystem>> {
@@ -51,6 +52,7 @@ fn sort_parts(
     let values = StartPoint::of_parameters(&system, &bindings.assignments);
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values, loops)?;
     notes.extend(judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation)?);
+    notes.extend(unseen_events(&system, &relations, &simulation, &bindings.known));
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);

@@ -108,6 +108,8 @@ codes! {
         "An import, a protected element or a variable inside a function is declared and never used, or assigned and never read. Public elements, inputs of functions and loop variables are not looked at, libraries neither. Remove it, or use it where it was meant.";
     Hidden = "W0202", "a name hides another",
         "A loop variable or a component has the name of a component, an import or an outer constant, which cannot be reached by its name from there on. That is legal, but readers may take one for the other: rename one of them.";
+    UnseenEvents = "W0401", "events may be missed",
+        "A condition of time alone is enclosed over intervals, so that no event of it is lost. Of a function that is compiled, because it has loops or would be a very large expression, nothing is known between two points: a change that lasts less than a step of the solver may be passed over. Write the condition as an expression, or with `sample` where it recurs.";
     Chosen = "N0401", "a choice was made",
         "The text leaves something open, and the tool chose as Modelica tools do. The message says what.";
 }
