@@ -9,7 +9,7 @@ use std::sync::Arc;
 use hyd_instance::class::elements;
 use hyd_instance::modifier::AstMod;
 use hyd_instance::shape::Shape;
-use hyd_instance::{ClassTable, InstId, LocalClass, Resolved, Scope};
+use hyd_instance::{ClassTable, InstId, LocalClass, Resolved, Scope, Value};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, Component, ComponentRef, Direction, Element, Expr, Name, Statement, StatementKind,
@@ -18,6 +18,8 @@ use hyd_syntax::tree::{
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::function::simple_type;
+use crate::index::Affine;
+use crate::walk::mentions;
 
 /// A function with all its declarations.
 #[derive(Clone)]
@@ -59,6 +61,12 @@ impl Callee {
 
     fn with_direction(&self, direction: Direction) -> Vec<Component> {
         self.components.iter().map(|(_, c)| c).filter(|c| c.direction == Some(direction)).cloned().collect()
+    }
+
+    /// True if a variable or an output of it has a size that mentions the input.
+    fn decides_sizes(&self, input: &Name) -> bool {
+        let open = self.components.iter().filter(|(_, c)| c.direction != Some(Direction::Input));
+        open.flat_map(|(_, c)| &c.dims).any(|dim| mentions(dim, input))
     }
 
     /// What the first assignment to a variable as a whole gives it.
@@ -239,7 +247,10 @@ impl Flattener<'_, '_> {
             let by_name = || named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e);
             let (local, outer) = match (positional.get(k).or_else(by_name), &input.modification.binding) {
                 (Some(expr), _) => {
-                    let local = self.local_value(expr, cx)?;
+                    let local = match self.size_given(expr, callee, input, cx)? {
+                        Some(size) => size,
+                        None => self.local_value(expr, cx)?,
+                    };
                     let outer = self.check_argument(expr, input, &local)?;
                     spans.push(Some(expr.span));
                     (local, outer)
@@ -262,6 +273,34 @@ impl Flattener<'_, '_> {
             }
         }
         Ok(values)
+    }
+
+    /// The value of an argument that decides sizes inside the function, if parameters give it: they decide on structure then.
+    fn size_given(
+        &mut self,
+        expr: &Expr,
+        callee: &Callee,
+        input: &Component,
+        cx: &Context,
+    ) -> Result<Option<Local>, Fail> {
+        let decides = matches!(input.class.parts.as_slice(), [only] if only.name.as_ref() == "Integer")
+            && input.dims.is_empty()
+            && callee.decides_sizes(&input.name.name);
+        let names: Vec<Name> = cx.names.iter().map(|(name, _)| name.clone()).collect();
+        if !decides || cx.depth > 0 || !self.known_with(expr, cx.scope, &names) {
+            return Ok(None);
+        }
+        let (env, complete) = cx.env();
+        if !complete && self.mentions_counter(expr, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        let said = self.tree.table.diagnostics.len();
+        let value = self.tree.evaluate(expr, cx.scope, &env);
+        self.tree.table.diagnostics.truncate(said);
+        match value {
+            Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
+            _ => Ok(None),
+        }
     }
 
     /// The sizes that an input declares, where they are known here.
