@@ -4,6 +4,8 @@
 //! within its own component).  `connect` joins faces; per set potentials are equal and flows sum to zero, inside
 //! faces counted positive, outside ones negative; a face in no set has zero flow (Modelica 3.6, section 9.2).
 
+use std::ops::Range;
+
 use hyd_instance::{InstId, Resolved, Scope};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{ClassKind, ComponentRef, Expr, Name, Variability};
@@ -21,8 +23,8 @@ pub(crate) const OUTSIDE: u32 = 1;
 /// The faces joined so far (union by size with path halving).
 #[derive(Default)]
 pub(crate) struct Connections {
-    /// First element of each connector instance.
-    base: FxHashMap<InstId, u32>,
+    /// The elements of each connector instance.
+    base: FxHashMap<InstId, Range<u32>>,
     /// Connector instance of each element range, in the order met.
     pub(crate) order: Vec<(InstId, u32)>,
     parent: Vec<u32>,
@@ -59,15 +61,43 @@ impl Connections {
 
     /// How many elements of a connector are connected at a face, and how many there are; `None` if no connect knows it.
     pub(crate) fn joined(&mut self, inst: InstId, face: u32) -> Option<(i64, i64)> {
-        let base = *self.base.get(&inst)?;
-        let next = self.order.iter().map(|(_, base)| *base).filter(|&b| b > base).min();
-        let end = next.unwrap_or(self.elements);
-        let mut joined = 0;
-        for element in base..end {
-            let root = self.find(2 * element + face);
-            joined += i64::from(self.size[root as usize] > 1);
+        let elements = self.range(inst)?;
+        let all = elements.len() as i64;
+        let joined = elements.filter(|element| !self.is_alone(2 * element + face)).count();
+        Some((joined as i64, all))
+    }
+
+    /// The elements of a connector; `None` if no connect knows it.
+    pub(crate) fn range(&self, inst: InstId) -> Option<Range<u32>> {
+        self.base.get(&inst).cloned()
+    }
+
+    /// All connectors met with their elements, in the order met.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = (InstId, Range<u32>)> {
+        self.order.iter().filter_map(|&(inst, _)| Some((inst, self.range(inst)?)))
+    }
+
+    /// Whether nothing is connected to an element from outside of its component.
+    pub(crate) fn is_open(&self, element: u32) -> bool {
+        self.is_alone(2 * element + INSIDE)
+    }
+
+    fn is_alone(&self, face: u32) -> bool {
+        self.parent[face as usize] == face && self.size[face as usize] == 1
+    }
+
+    /// With how many other faces an element is connected from outside of its component.
+    pub(crate) fn partners(&self, element: u32) -> u32 {
+        let mut face = 2 * element + INSIDE;
+        while self.parent[face as usize] != face {
+            face = self.parent[face as usize];
         }
-        Some((joined, i64::from(end - base)))
+        self.size[face as usize] - 1
+    }
+
+    /// The text that first connected an element from outside of its component.
+    pub(crate) fn joined_at(&self, element: u32) -> Option<Span> {
+        self.span[(2 * element + INSIDE) as usize]
     }
 
     /// The sets of joined faces, in the order of their first faces: where each starts in the list, and the list.
@@ -93,11 +123,11 @@ impl Connections {
     }
 
     pub(crate) fn register(&mut self, inst: InstId, count: u32) -> u32 {
-        if let Some(&base) = self.base.get(&inst) {
-            return base;
+        if let Some(known) = self.base.get(&inst) {
+            return known.start;
         }
         let base = self.elements;
-        self.base.insert(inst, base);
+        self.base.insert(inst, base..base + count);
         self.order.push((inst, base));
         self.elements += count;
         for face in 2 * base..2 * self.elements {

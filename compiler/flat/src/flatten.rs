@@ -146,6 +146,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flattener.check_injections();
     let sections = flattener.model.equations.len();
     flattener.connect_all();
+    flattener.check_ends();
     flattener.balance_components(bindings, sections);
     flattener.check_discrete_time();
     flattener.take_given_values();

@@ -3,7 +3,7 @@
 //! For every component: gather the modifications that speak of it (outermost first), replace its class if it is
 //! redeclared, evaluate its condition and sizes, then do the same inside (Modelica 3.6, sections 5.6 and 7).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -13,6 +13,7 @@ use hyd_syntax::tree::{ClassKind, Component, Element, Expr, Name, Variability};
 use rustc_hash::FxHashMap;
 
 use crate::class::{ClassId, ClassTable, elements};
+use crate::connection_rules::ConnectionRules;
 use crate::constructor::Input;
 use crate::instance::{InstId, Instance, Instances, Known, LocalClass, Scope};
 use crate::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
@@ -40,6 +41,8 @@ pub struct InstanceTree<'s> {
     pub root: InstId,
     /// Values set from outside.
     pub overrides: Vec<Override>,
+    /// What declarations say of connections.
+    pub connection_rules: BTreeMap<InstId, ConnectionRules>,
     pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     /// Arguments of the constructors of records.
@@ -87,6 +90,7 @@ pub fn instantiate_apart<'s>(
         instances: IndexVec::new(),
         root: InstId(0),
         overrides,
+        connection_rules: BTreeMap::new(),
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         constructors: FxHashMap::default(),
@@ -231,6 +235,19 @@ impl InstanceTree<'_> {
         }
     }
 
+    /// True where the class that has a component declares it protected, whatever is around that.
+    pub fn is_declared_protected(&self, inst: InstId) -> bool {
+        let instance = &self.instances[inst];
+        let shape = instance.parent.and_then(|parent| self.instances[parent].shape.as_ref());
+        let Some((shape, &k)) = shape.and_then(|shape| Some((shape, shape.by_name.get(&instance.name)?))) else {
+            return false;
+        };
+        let element = &shape.elements[k as usize];
+        let frame = &shape.frames[element.frame as usize];
+        let declared = &elements(&self.table.class(frame.class).def)[element.position as usize];
+        frame.protected || matches!(declared, Element::Component(component) if component.prefixes.protected)
+    }
+
     /// Makes component `k` of the instance's shape.
     pub(crate) fn instantiate_element(&mut self, inst: InstId, k: usize, outer: &Mods) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
@@ -276,6 +293,7 @@ impl InstanceTree<'_> {
                 condition: declaration.condition.clone(),
                 dims: if new.dims.is_empty() { declaration.dims.clone() } else { new.dims.clone() },
                 description: new.description.clone().or(declaration.description.clone()),
+                annotation: new.annotation.clone().or(declaration.annotation.clone()),
                 ..(**new).clone()
             };
         } else {

@@ -73,6 +73,8 @@ pub struct ClassTable<'s> {
     pub files: Files,
     /// Messages so far, of all that works on this table.
     pub diagnostics: Vec<Diagnostic>,
+    /// The text that is translated; all others belong to libraries.
+    pub main: Option<FileId>,
     sources: &'s mut dyn Sources,
     classes: IndexVec<ClassId, Class>,
     top: FxHashMap<Name, Option<ClassId>>,
@@ -89,6 +91,7 @@ impl<'s> ClassTable<'s> {
         Self {
             files: Files::new(),
             diagnostics: Vec::new(),
+            main: None,
             sources,
             classes: IndexVec::new(),
             top: FxHashMap::default(),
@@ -146,7 +149,8 @@ impl<'s> ClassTable<'s> {
     /// Reads the main text: its classes become visible under the package that its `within` names.
     /// Returns the classes of the text in order.
     pub fn add_main(&mut self, name: &str, text: &str) -> Vec<ClassId> {
-        let (_, stored) = self.parse(name.into(), text.into());
+        let (file, stored) = self.parse(name.into(), text.into());
+        self.main = Some(file);
         let within = match stored.within {
             Some(Some(path)) => path.parts,
             _ => Vec::new(),

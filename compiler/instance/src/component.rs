@@ -61,6 +61,9 @@ impl InstanceTree<'_> {
         if absent {
             return Ok(());
         }
+        if let Some(annotation) = &declaration.annotation {
+            self.note_connection_rules(inst, annotation);
+        }
         let type_of = self.type_of(type_scope, &declaration.class)?;
         let mut dims = self.sizes(&declaration.dims, scope, &mods, &declaration.name.name)?;
         match type_of {

@@ -13,6 +13,7 @@ mod builtin;
 pub mod class;
 mod class_rules;
 mod component;
+pub mod connection_rules;
 pub mod constructor;
 mod data_file;
 mod declared_unit;

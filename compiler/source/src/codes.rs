@@ -88,6 +88,8 @@ codes! {
         "A `unit` string cannot be read as a product of powers of SI units.";
     ConnectorMismatch = "E0303", "connectors do not fit",
         "Both ends of a `connect` must be connectors with the same elements: names, flow or not, types and sizes.";
+    ConnectionRule = "E0304", "a rule of a connector is broken",
+        "The library says of a connector that it must be connected (`mustBeConnected`), or to one other connector only (`mayOnlyConnectOnce`), and gives the reason (Modelica 3.6, section 18.5).";
     Unbalanced = "E0401", "number of equations and unknowns differ",
         "A model can be solved only if it has as many equations as unknowns. The message names the smallest part that is over- or under-determined.";
     Singular = "E0402", "structurally singular",
@@ -108,6 +110,8 @@ codes! {
         "An import, a protected element or a variable inside a function is declared and never used, or assigned and never read. Public elements, inputs of functions and loop variables are not looked at, libraries neither. Remove it, or use it where it was meant.";
     Hidden = "W0202", "a name hides another",
         "A loop variable or a component has the name of a component, an import or an outer constant, which cannot be reached by its name from there on. That is legal, but readers may take one for the other: rename one of them.";
+    OpenConnector = "W0301", "nothing is connected to a connector",
+        "A connector with flow variables that nothing is connected to has zero flow (Modelica 3.6, section 9.2), so a connection that was forgotten is simulated as a closed end, an open circuit or a free flange. Connect it, close it with a component that says so (such as `Hyd.Hydraulic.Components.Plug`), or mark it as open on purpose: `annotation(__hyd(open = true))` at the declaration of the component, or `open = {\"n\"}` for some of its connectors. Libraries mark in the same way connectors that may well stay open, such as the flange of a mass. Components declared inside libraries are not looked at, nor the connectors of the model itself.";
     UnseenEvents = "W0401", "events may be missed",
         "A condition of time alone is enclosed over intervals, so that no event of it is lost. Of a function that is compiled, because it has loops or would be a very large expression, nothing is known between two points: a change that lasts less than a step of the solver may be passed over. Write the condition as an expression, or with `sample` where it recurs.";
     Chosen = "N0401", "a choice was made",
