@@ -35,6 +35,8 @@ struct Joints {
     /// Position in `order` of the connector of each element.
     owner: Vec<u32>,
     members: Vec<Vec<Member>>,
+    /// Some connector that is part of another one was connected by itself.
+    nested: bool,
     groups: FxHashMap<(TemplateId, Span), usize>,
 }
 
@@ -61,7 +63,8 @@ impl Flattener<'_, '_> {
             owner[*base as usize..end].fill(k as u32);
         }
         let members = order.iter().map(|(inst, _)| self.members(*inst)).collect();
-        let mut joints = Joints { order, owner, members, groups: FxHashMap::default() };
+        let nested = order.iter().any(|(inst, _)| self.connector_around(*inst).is_some());
+        let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default() };
         let (starts, faces) = self.connections.sets();
         for range in starts.windows(2) {
             self.set_equations(&faces[range[0] as usize..range[1] as usize], &mut joints);
@@ -119,6 +122,9 @@ impl Flattener<'_, '_> {
                     discrete.push(same.discrete);
                     variables.push((VarId(same.first.0 + element * count + k), face % 2 == OUTSIDE));
                 }
+                if flow && set.len() == 1 && joints.nested && self.flows_elsewhere(first / 2, (place, k), joints) {
+                    continue;
+                }
                 if flow {
                     self.flow_sum(&variables, span, joints);
                 } else if !(directed && self.sources_meet(set, span, path, &variables, joints)) {
@@ -129,6 +135,35 @@ impl Flattener<'_, '_> {
                 }
             }
         }
+    }
+
+    /// Whether the flow of a connector that is open as such is that of another connection: of the connector that it is part of, or
+    /// of one that is part of it.
+    fn flows_elsewhere(&self, element: u32, (place, k): (usize, u32), joints: &Joints) -> bool {
+        let owner = joints.owner[element as usize] as usize;
+        let (connector, base) = joints.order[owner];
+        // The whole is left open or connected as one.
+        if self.connector_around(connector).is_some() {
+            return true;
+        }
+        let Member { inst, count, .. } = joints.members[owner][place];
+        let scalar = (element - base) * count + k;
+        let mut at = inst;
+        while at != connector {
+            if let Some(range) = self.connections.range(at)
+                && !self.connections.is_open(range.start + scalar / self.count_below(inst, at).max(1))
+            {
+                return true;
+            }
+            let Some(parent) = self.tree.instances[at].parent else { break };
+            at = parent;
+        }
+        false
+    }
+
+    /// The connector that a connector is part of.
+    fn connector_around(&self, connector: InstId) -> Option<InstId> {
+        self.tree.instances[connector].parent.filter(|&above| self.tree.instances[above].kind == ClassKind::Connector)
     }
 
     /// True, with a message, if several of the variables give a value.
