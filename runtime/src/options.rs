@@ -32,8 +32,8 @@ pub struct Options {
     pub solver: Solver,
     /// Number of equal intervals between output points.
     pub intervals: usize,
-    /// Output points between start and stop in ascending order (s) instead of those at equal intervals, if not empty; there is
-    /// a row at the start and one at the stop time all the same.
+    /// Output points in ascending order (s) instead of those at equal intervals, if not empty.  There is a row at the start
+    /// all the same, but one at the stop time only if it is listed, or an event ends the run; points after it have none.
     pub times: Vec<f64>,
     /// Rows at every accepted step instead of at equal intervals.
     pub every_step: bool,

@@ -116,6 +116,19 @@ fn every_step_gives_a_row_per_step() {
     assert_eq!(run.times().last(), Some(&1.0));
 }
 
+/// There is always a row at the start, and one at the stop time only where it is listed.
+#[test]
+fn listed_points_are_the_rows() {
+    for (times, rows) in [
+        (vec![0.3, 0.7], vec![0.0, 0.3, 0.7]),
+        (vec![0.0, 0.3, 1.0], vec![0.0, 0.3, 1.0]),
+        (vec![0.3, 2.0], vec![0.0, 0.3]),
+    ] {
+        let (run, _) = run(Decay, &Options { times, ..Options::new(0.0, 1.0) });
+        assert_eq!(run.times(), rows);
+    }
+}
+
 #[test]
 fn a_run_of_no_length_has_one_row() {
     let (run, statistics) = run(LinearDae, &Options::new(2.0, 2.0));
