@@ -287,7 +287,7 @@ pub struct Compare {
     /// Variables to compare: those whose full name matches
     #[arg(long, value_name = "REGEX")]
     pub variables: Option<String>,
-    /// Compares only what both results have: a shorter run or a variable that one of them lacks is no difference then
+    /// Compares only what both results have: a shorter run or a variable that one of them lacks is not a difference then
     #[arg(long)]
     pub common: bool,
     /// Lists all variables, not only those that deviate most

@@ -72,7 +72,7 @@ fn launcher(output: &Path) -> Result<Vec<u8>, Failure> {
     match executable::is_launcher(&bytes) {
         true => Ok(bytes),
         false => Err(Failure::Fault(format!(
-            "`{}` is no launcher for this version of hyd; `cargo build --release` makes both anew",
+            "`{}` is not a launcher for this version of hyd; `cargo build --release` makes both anew",
             path.display()
         ))),
     }

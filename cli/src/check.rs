@@ -39,7 +39,7 @@ fn ends_of_component(compilation: &Compilation) -> Vec<String> {
     if errors().next().is_some() && errors().all(is_of_balance) { ends.collect() } else { Vec::new() }
 }
 
-/// Equations and unknowns that do not fit each other, which is no fault while what is connected is missing.
+/// Equations and unknowns that do not fit each other, which is not a fault while what is connected is missing.
 fn is_of_balance(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error && matches!(diagnostic.code, Code::Unbalanced | Code::Singular)
 }

@@ -135,7 +135,7 @@ fn unwritable(path: &Path, error: &io::Error) -> Failure {
 fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candidate>, Failure> {
     let setup = &opened.setup;
     let (classes, files, mut diagnostics) = annotated_classes(&mut *opened.sources(), "effect");
-    // What lies in a folder of libraries under another name than its own is no class of it.
+    // What lies in a folder of libraries under another name than its own is not a class of it.
     for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.code == Code::UnknownClass) {
         diagnostic.severity = Severity::Warning;
     }

@@ -125,7 +125,7 @@ impl Outcome<'_> {
             let end = |end: Option<f64>| end.map_or("open".to_string(), |value| format!("{value:.5e}"));
             let _ = writeln!(text, "  {name:22}  {} to {}", end(own.interval.0), end(own.interval.1));
             if own.lower_found {
-                let _ = writeln!(text, "    the fit was no minimum: the cost falls on the way; try another --seed");
+                let _ = writeln!(text, "    the fit was not a minimum: the cost falls on the way; try another --seed");
             }
         }
         let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);

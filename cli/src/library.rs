@@ -102,7 +102,7 @@ impl LibraryPath {
         let mut names = Vec::new();
         let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         for entry in std::fs::read_dir(place)? {
-            // A name that is no Unicode text is no class's name.
+            // A name that is not Unicode text is not a class's name.
             names.extend(entry?.file_name().into_string().ok());
         }
         names.sort();

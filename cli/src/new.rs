@@ -39,7 +39,7 @@ pub(crate) fn new(arguments: &New) -> Result<(), Failure> {
     let mut text = format!("{}\n", folder.display());
     for (file, template) in FILES {
         let path = folder.join(file);
-        // The name comes last: what it holds is no template.
+        // The name comes last: what it holds is not a template.
         let content = template.replace("{Class}", &class).replace("{quoted}", &quoted(&name));
         let content = content.replace("{name}", &name.replace(char::is_control, " "));
         write_whole(&path, content.as_bytes()).map_err(|error| failed(&path, &error))?;

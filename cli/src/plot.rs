@@ -107,7 +107,7 @@ fn curves(
     Ok(curves)
 }
 
-/// `p [Pa]` into name and unit; a subscript is no unit, for no space stands before it.
+/// `p [Pa]` into name and unit; a subscript is not a unit, for no space stands before it.
 fn split_unit(header: &str) -> (&str, &str) {
     match header.strip_suffix(']').and_then(|rest| rest.rsplit_once(" [")) {
         Some((name, unit)) => (name.trim_end(), unit),

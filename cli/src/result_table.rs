@@ -1,7 +1,7 @@
 //! A result file of any format that `hyd` writes, read back as a table: CSV, MAT v4, Parquet.
 //!
 //! CSV and MAT are read by `hyd-results`; of Parquet files those are taken that have the time in front and numbers in every
-//! column.  What cannot be read is told with the name of the file.
+//! column.  What cannot be read is reported with the name of the file.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Questions about classes and models that are no part of a translation: what vendor annotations say, and where.
+//! Questions about classes and models that are not part of a translation: what vendor annotations say, and where.
 //!
 //! [`annotated_classes`] goes through the libraries, [`annotated_components`] through the instances of one model; both give
 //! the content of `annotation(__hyd(...))` as plain data ([`Note`]), for tools that put classes and places together.
@@ -102,7 +102,7 @@ pub struct AnnotatedComponent {
 }
 
 /// All classes of the libraries whose annotation has an entry `kind`, in the order in which the libraries list them; the
-/// first of a name counts.  Texts that cannot be read are left out and told of.
+/// first of a name counts.  Texts that cannot be read are left out and reported.
 pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<AnnotatedClass>, Files, Vec<Diagnostic>) {
     let names = sources.class_names();
     let mut table = ClassTable::new(sources);
@@ -119,7 +119,7 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
 }
 
 /// The class in a file whose name differs in case only, which is how classes are looked up: what the file was expected to
-/// define is no fault then.
+/// define is not a fault then.
 fn misspelt(table: &mut ClassTable<'_>, full: &str) -> Option<ClassId> {
     let names = |table: &ClassTable<'_>, class: ClassId| table.full_name(class);
     let ids: Vec<ClassId> = table.class_ids().collect();

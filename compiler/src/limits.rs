@@ -75,7 +75,7 @@ fn binding_span(sorted: &SortedSystem, v: VarId) -> Option<Span> {
     found.map(|block| block.origin.span)
 }
 
-/// Values from outside for scalar variables; what names nothing or is no number is refused elsewhere.
+/// Values from outside for scalar variables; what names nothing or is not a number is refused elsewhere.
 fn values_given(variables: &[VariableBlock], set: &[(String, String)]) -> HashMap<VarId, f64> {
     let mut known = HashMap::new();
     for (name, text) in set {

@@ -181,7 +181,7 @@ fn compile_loops(
     (terms, loops): (&[Injection], Loops),
 ) -> Compilation {
     let mut result = front_end(sources, name, text, options, terms);
-    // What will feed a block is no question before it runs.
+    // What will feed a block does not matter before it runs.
     if options.goal < Goal::Run {
         result.diagnostics.retain(|diagnostic| diagnostic.code != Code::OpenInput);
     }

@@ -14,7 +14,7 @@ use crate::set_check::{Once, check_keys, check_numbers, line_of, unused};
 use crate::shot_table::{ShotTable, read_table};
 use crate::{Fault, Study};
 
-/// Largest number of a shot: beyond it not all whole numbers are told apart.
+/// Largest number of a shot: beyond it not all integers are told apart.
 const MOST_NUMBER: f64 = 9_007_199_254_740_992.0;
 
 /// A set of shots.
@@ -115,7 +115,7 @@ impl Bench {
                 experiment.iter().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?))).collect();
             let number = match conditions.get("shot") {
                 Some(&number) if number >= 0.0 && number.fract() == 0.0 && number <= MOST_NUMBER => number as usize,
-                Some(number) => return Err(wrong(format!(": `shot` is {number}, and must be a whole number"))),
+                Some(number) => return Err(wrong(format!(": `shot` is {number}, and must be an integer"))),
                 None => k + 1,
             };
             let ShotTable { times, values, header } = read_table(file, &read(file)?, study)?;

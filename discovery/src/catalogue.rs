@@ -131,7 +131,7 @@ impl Candidate {
 /// Reads the effects among annotated classes.
 ///
 /// # Errors
-/// A sentence on the first annotation that is no effect's.
+/// A sentence on the first annotation that is not an effect's.
 pub fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
     classes.iter().map(|class| effect(class).map(Arc::new)).collect()
 }
@@ -158,7 +158,7 @@ const KEYS: [&str; 16] = [
 
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
     let wrong = |why: String| {
-        Fault::new(format!("`{}` ({}:{}) is no usable effect: {why}", class.name, class.file, class.line))
+        Fault::new(format!("`{}` ({}:{}) is not a usable effect: {why}", class.name, class.file, class.line))
     };
     let note = class.note.get("effect").ok_or_else(|| wrong("its annotation has no `effect`".into()))?;
     if let Note::Record(entries) = note

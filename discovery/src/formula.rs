@@ -91,7 +91,7 @@ impl Reader<'_> {
                 word = &self.rest[..longer + digits];
             }
             self.rest = &self.rest[word.len()..];
-            return word.parse().map_err(|_| self.wrong(&format!("`{word}` is no number")));
+            return word.parse().map_err(|_| self.wrong(&format!("`{word}` is not a number")));
         }
         if word.is_empty() {
             return Err(self.wrong("a number or the name of a condition is missing"));

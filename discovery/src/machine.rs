@@ -248,7 +248,7 @@ impl Machine {
                 Ok((place, if *negated { -value } else { value }))
             }
             _ => Err(Fault::new(format!(
-                "`{name}` is no parameter that can be set: it is final, follows from others or decides sizes"
+                "`{name}` is not a parameter that can be set: it is final, follows from others or decides sizes"
             ))),
         }
     }

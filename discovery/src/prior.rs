@@ -26,7 +26,9 @@ impl Prior {
     /// When the text is none of these or the numbers make no distribution.
     pub fn parse(text: &str) -> Result<Self, Fault> {
         let wrong = || {
-            Fault::new(format!("`{text}` is no prior; write `normal(m, s)`, `lognormal(median, s)` or `uniform(a, b)`"))
+            Fault::new(format!(
+                "`{text}` is not a prior; write `normal(m, s)`, `lognormal(median, s)` or `uniform(a, b)`"
+            ))
         };
         let (kind, rest) = text.trim().split_once('(').ok_or_else(wrong)?;
         let numbers =

@@ -1,4 +1,4 @@
-//! What a set states that makes no sense, or that nothing uses: keys that it does not have, names said twice, numbers that are no
+//! What a set states that makes no sense, or that nothing uses: keys that it does not have, names said twice, numbers that are not a
 //! scatter, channels and tolerances that the study does not know and the other way round.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -98,7 +98,7 @@ pub(crate) fn check_keys(text: &str) -> Result<Vec<String>, Fault> {
     Ok(warnings)
 }
 
-/// Refuses numbers that are no scatter.
+/// Refuses numbers that are not a scatter.
 pub(crate) fn check_numbers(bench: &Bench, text: &str) -> Result<(), Fault> {
     let maps = [
         ("noise_std", &bench.noise),
@@ -109,7 +109,7 @@ pub(crate) fn check_numbers(bench: &Bench, text: &str) -> Result<(), Fault> {
     for (key, map) in maps {
         if let Some((name, value)) = map.iter().find(|(_, value)| !(value.is_finite() && **value >= 0.0)) {
             let line = at_line(text, &[key, name]);
-            let sentence = format!("{line}the standard deviation {value} of `{name}` is no positive number");
+            let sentence = format!("{line}the standard deviation {value} of `{name}` is not a positive number");
             return Err(Fault::new(sentence));
         }
     }
@@ -133,7 +133,7 @@ pub(crate) fn unused(bench: &Bench, study: &Study, text: &str, columns: &BTreeSe
         for name in map.keys().filter(|name| !study.channels.contains_key(*name) && !columns.contains(*name)) {
             let hint = or_nothing(did_you_mean(name, study.channels.keys().map(String::as_str)));
             let line = at_line(text, &[key, name]);
-            warnings.push(format!("{line}`{key}` is stated for `{name}`, which is no channel of the study{hint}"));
+            warnings.push(format!("{line}`{key}` is stated for `{name}`, which is not a channel of the study{hint}"));
         }
     }
     for name in study.channels.keys().filter(|name| bench.shots.iter().all(|s| !s.values.contains_key(*name))) {
@@ -151,7 +151,7 @@ pub(crate) fn unused(bench: &Bench, study: &Study, text: &str, columns: &BTreeSe
     for name in useless {
         let hint = or_nothing(did_you_mean(name, held.iter().copied()));
         let line = at_line(text, &["parameter_tolerance_1sigma", name]);
-        warnings.push(format!("{line}a tolerance is stated for `{name}`, which is no nuisance of the study{hint}"));
+        warnings.push(format!("{line}a tolerance is stated for `{name}`, which is not a nuisance of the study{hint}"));
     }
     if !held.is_empty() {
         let shown: Vec<String> = held.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
@@ -200,11 +200,11 @@ mod tests {
         for (line, expected) in [
             (
                 "\"noise_std\": {\"y\": 1}, \"parameter_tolerance_1sigma\": {\"k\": 0.1},",
-                "`set.json`: line 2: `noise_std` is stated for `y`, which is no channel of the study",
+                "`set.json`: line 2: `noise_std` is stated for `y`, which is not a channel of the study",
             ),
             (
                 "\"parameter_tolerance_1sigma\": {\"K\": 0.1},",
-                "`set.json`: line 2: a tolerance is stated for `K`, which is no nuisance of the study; did you mean `k`?",
+                "`set.json`: line 2: a tolerance is stated for `K`, which is not a nuisance of the study; did you mean `k`?",
             ),
             ("", "`set.json`: neither the set nor the study says how far `k` may be off: it is not fitted"),
             (
@@ -244,12 +244,12 @@ mod tests {
     #[test]
     fn tables_are_refused_with_their_line() {
         let faults: [(&str, &str, &str); 9] = [
-            ("3,9\n", "3,1e300\n", "`a.csv`: line 5, column `y_mm`: 1e300 is no measured value"),
-            ("3,9\n", "3,inf\n", "`a.csv`: line 5, column `y_mm`: `inf` is no measured value"),
-            ("3,9\n", "3,1e999\n", "`a.csv`: line 5, column `y_mm`: `1e999` is no measured value"),
+            ("3,9\n", "3,1e300\n", "`a.csv`: line 5, column `y_mm`: 1e300 is not a measured value"),
+            ("3,9\n", "3,inf\n", "`a.csv`: line 5, column `y_mm`: `inf` is not a measured value"),
+            ("3,9\n", "3,1e999\n", "`a.csv`: line 5, column `y_mm`: `1e999` is not a measured value"),
             ("3,9\n", "3,0,9\n", "`a.csv`: line 5 has 3 fields, and the header 2; numbers have a decimal point"),
             ("3,9\n", "3\n", "`a.csv`: line 5 has 1 field, and the header 2"),
-            ("3,9\n", "\n\n3,x\n", "`a.csv`: line 7, column `y_mm`: `x` is no number"),
+            ("3,9\n", "\n\n3,x\n", "`a.csv`: line 7, column `y_mm`: `x` is not a number"),
             ("3,9\n", "1,9\n", "`a.csv`: line 5: the time 1 s does not come after 2 s"),
             ("t,y_mm\n", "t,y_mm,y_mm\n", "`a.csv`: the column `y_mm` stands twice in the header"),
             ("t,y_mm\n", "t;y_mm\n", "`a.csv`: its fields are separated by semicolons; tables of shots have commas"),

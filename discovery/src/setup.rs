@@ -1,7 +1,7 @@
 //! A study and a set put together: which parameters are set in which shot, and what may be off.
 //!
 //! Conditions decide parameters shot by shot; nuisances are relative to those values.  A nuisance whose tolerance neither the set
-//! nor the study states is no nuisance.  Shots are divided into those that are fitted and those that are held out: by default
+//! nor the study states is not a nuisance.  Shots are divided into those that are fitted and those that are held out: by default
 //! those at the centre of the operating points, so that what is foretold lies between what was seen.
 
 use hyd_compiler::CompiledModel;

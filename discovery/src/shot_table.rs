@@ -1,7 +1,7 @@
 //! The table of one shot: CSV with a header, a column of times and one for each channel.
 //!
 //! Empty fields, `-`, `NA`, `null` and NaN are gaps.  Columns that the study does not know are left alone; channels that the table
-//! does not have are missing.  Whatever else is no number is refused with its line.
+//! does not have are missing.  Whatever else is not a number is refused with its line.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,7 +46,7 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
         let line = record.position().map_or(0, |place| line_of(text, place));
         if record.len() != header.len() {
             let fields = if record.len() == 1 { "1 field".to_string() } else { format!("{} fields", record.len()) };
-            let advice = if record.len() > header.len() { "; numbers have a decimal point, no comma" } else { "" };
+            let advice = if record.len() > header.len() { "; numbers have a decimal point, not a comma" } else { "" };
             return Err(wrong(format!("line {line} has {fields}, and the header {}{advice}", header.len())));
         }
         let number = |column: usize| {
@@ -119,12 +119,12 @@ fn number(field: &str) -> Result<f64, String> {
     }
     let field_shown = shortened(field);
     match field.parse::<f64>() {
-        Ok(value) if value.is_infinite() => Err(format!("`{field_shown}` is no measured value")),
-        Ok(value) if value.abs() > LARGEST => Err(format!("{field_shown} is no measured value")),
+        Ok(value) if value.is_infinite() => Err(format!("`{field_shown}` is not a measured value")),
+        Ok(value) if value.abs() > LARGEST => Err(format!("{field_shown} is not a measured value")),
         Ok(value) => Ok(value),
         Err(_) if field.replacen(',', ".", 1).parse::<f64>().is_ok() => {
-            Err(format!("`{field_shown}` is no number; numbers have a decimal point, no comma"))
+            Err(format!("`{field_shown}` is not a number; numbers have a decimal point, not a comma"))
         }
-        Err(_) => Err(format!("`{field_shown}` is no number")),
+        Err(_) => Err(format!("`{field_shown}` is not a number")),
     }
 }

@@ -80,7 +80,7 @@ pub enum Nuisance {
     Stated(StatedNuisance),
 }
 
-// By hand, so that a key that does not belong there is told by its name.
+// By hand, so that a key that does not belong there is reported by its name.
 impl<'de> Deserialize<'de> for Nuisance {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Either;
@@ -207,7 +207,7 @@ impl Study {
     /// A sentence with the line at fault.
     pub fn parse(text: &str) -> Result<Self, Fault> {
         if text.len() > LONGEST {
-            return Err(Fault::new(format!("it is longer than {} MB, as no study is", LONGEST >> 20)));
+            return Err(Fault::new(format!("it has more than {} MB, which is too long for a study", LONGEST >> 20)));
         }
         let study: Study = toml::from_str(text).map_err(|error| unreadable(text, &error))?;
         check(&study, text)?;

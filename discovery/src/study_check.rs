@@ -1,4 +1,4 @@
-//! What a study says that makes no sense, told with its line: numbers that are no scatter or no time, names of channels and
+//! What a study says that makes no sense, reported with its line: numbers that are not a scatter or a time, names of channels and
 //! conditions that it does not have, things said twice.
 
 use hyd_compiler::did_you_mean;

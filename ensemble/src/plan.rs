@@ -66,7 +66,7 @@ pub struct Plan {
 /// A plan that makes no sense: what is wrong with it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum PlanError {
-    /// It is no TOML of this form.
+    /// It is not TOML of this form.
     Text(String),
     /// The values of a parameter: which, and why.
     Values(String, VariationError),

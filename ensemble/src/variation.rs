@@ -32,7 +32,7 @@ pub enum Variation {
     Triangular(f64, f64, f64),
 }
 
-/// A text that is no variation: what is wrong with it.
+/// A text that is not a variation: what is wrong with it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VariationError(pub String);
 
@@ -118,7 +118,7 @@ impl Variation {
     }
 
     /// The value that a draw is below with probability `p`, 0 < p < 1; listed values are taken as equally likely,
-    /// literals are no numbers.
+    /// literals are not numbers.
     pub fn quantile(&self, p: f64) -> f64 {
         match *self {
             Variation::Values(ref values) => values[((p * values.len() as f64) as usize).min(values.len() - 1)],
@@ -151,7 +151,7 @@ fn spaced(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
 /// A literal as it is stored in a run.
 fn value(kind: &ValueKind, literal: &str) -> Result<f64, String> {
     given::number(kind, literal).or_else(|why| {
-        // Results hold the positions of literals, and whole numbers of any form: what was read there may be written here.
+        // Results hold the positions of literals, and integers of any form: what was read there may be written here.
         let whole = literal.parse::<f64>().ok().filter(|number| number.fract() == 0.0 && *kind != ValueKind::Real);
         whole.ok_or_else(|| format!("`{literal}`: {why}"))
     })
@@ -160,7 +160,7 @@ fn value(kind: &ValueKind, literal: &str) -> Result<f64, String> {
 fn numbers(text: &str, separator: char) -> Result<Vec<f64>, VariationError> {
     let number = |part: &str| {
         let value = part.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-        value.ok_or_else(|| VariationError(format!("`{}` is no finite number", part.trim())))
+        value.ok_or_else(|| VariationError(format!("`{}` is not a finite number", part.trim())))
     };
     text.split(separator).map(number).collect()
 }
@@ -172,7 +172,8 @@ fn range_of(text: &str) -> Result<(f64, f64, usize), VariationError> {
     };
     let ends = numbers(&format!("{from}:{to}"), ':')?;
     let count = count.trim().parse::<usize>().ok().filter(|&count| (1..=MOST).contains(&count));
-    let count = count.ok_or_else(|| VariationError(format!("the count in `{text}` is no number from 1 to {MOST}")))?;
+    let count =
+        count.ok_or_else(|| VariationError(format!("the count in `{text}` is not a number from 1 to {MOST}")))?;
     if count == 1 && ends[0] != ends[1] {
         return Err(VariationError(format!("`{text}` asks for one value at two places")));
     }
@@ -194,7 +195,7 @@ fn distribution(name: &str, values: &[f64]) -> Result<Variation, VariationError>
         ("triangular", &[a, mode, b]) if a <= mode && mode <= b && a < b => Ok(Variation::Triangular(a, mode, b)),
         ("triangular", &[_, _, _]) => wrong("the three values must ascend"),
         ("uniform" | "loguniform" | "normal" | "lognormal" | "triangular", _) => wrong("another number of values"),
-        _ => Err(VariationError(format!("`{name}` is no distribution"))),
+        _ => Err(VariationError(format!("`{name}` is not a distribution"))),
     }
 }
 
@@ -239,7 +240,7 @@ mod tests {
             (mode, "1:2:2", "an enumeration takes neither grid nor distribution; list: slow,fast"),
             (mode, "uniform(1, 2)", "an enumeration takes neither grid nor distribution; list: slow,fast"),
             (&ValueKind::Boolean, "0:1:2", "a Boolean takes neither grid nor distribution; list: true,false"),
-            (&ValueKind::Integer, "1.5", "`1.5`: it is an Integer and needs a whole number"),
+            (&ValueKind::Integer, "1.5", "`1.5`: it is an Integer and needs an integer value"),
             (&ValueKind::Real, "1,a", "`a`: it is a Real and needs a finite number"),
             (&ValueKind::Real, "inf", "`inf`: it is a Real and needs a finite number"),
         ];
@@ -263,13 +264,13 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         let wrong = |text: &str| Variation::parse(text).unwrap_err().0;
-        assert_eq!(wrong("a:2"), "`a` is no finite number");
+        assert_eq!(wrong("a:2"), "`a` is not a finite number");
         assert_eq!(wrong("1,,2"), "a value is missing in `1,,2`");
         assert_eq!(wrong("1:2:3:4"), "`1:2:3:4` has 4 parts instead of 3");
-        assert_eq!(wrong("1:2:0"), "the count in `1:2:0` is no number from 1 to 10000000");
+        assert_eq!(wrong("1:2:0"), "the count in `1:2:0` is not a number from 1 to 10000000");
         assert_eq!(wrong("log:0:1:3"), "`log:0:1:3`: equal ratios need positive ends");
         assert_eq!(wrong("normal(1, -1)"), "normal: the deviation (and a median) must be positive");
-        assert_eq!(wrong("cauchy(0, 1)"), "`cauchy` is no distribution");
+        assert_eq!(wrong("cauchy(0, 1)"), "`cauchy` is not a distribution");
         assert_eq!(wrong("uniform(1, 2"), "`uniform(1, 2` has no closing `)`");
     }
 }

@@ -157,7 +157,7 @@ pub struct ModelFunction<S> {
 }
 
 impl<S: DaeSystem> ModelFunction<S> {
-    /// Prepares evaluations of a system.  Parameters that are no arguments keep the values that they have in it.
+    /// Prepares evaluations of a system.  Parameters that are not arguments keep the values that they have in it.
     ///
     /// # Errors
     /// A name that is not known or cannot be varied, or times out of order.
@@ -251,7 +251,7 @@ fn argument(tables: &Tables, name: &str) -> Result<(usize, bool), OptionError> {
     match (&variable.settable, variable.sources.get(element)) {
         (Settable::Structural, _) => Err(refusal(name, "it decides sizes or structure")),
         (Settable::Yes, Some(Source { place: Place::Parameter(index), negated })) => Ok((*index as usize, *negated)),
-        _ => Err(refusal(name, "it is no parameter that can be set")),
+        _ => Err(refusal(name, "it is not a parameter that can be set")),
     }
 }
 

@@ -133,7 +133,7 @@ fn set_directions(system: &mut dyn DaeSystem, t: f64, states: usize, inputs: &[u
     tangents.set_directions(&directions).map_err(|(k, error)| {
         let reason = match error {
             hyd_system::DirectionError::Unsupported(reason) => reason,
-            _ => "it is computed or was fixed at translation, so it is no input".to_string(),
+            _ => "it is computed or was fixed at translation, so it is not an input".to_string(),
         };
         LinearizeError::Input(k.saturating_sub(states), reason)
     })?;

@@ -129,7 +129,7 @@ impl Display for SolveError {
 
 impl std::error::Error for SolveError {}
 
-/// Variables, values and equations of a jump that are told.
+/// Variables, values and equations of a jump that are shown.
 const MOST_NAMED: usize = 4;
 
 impl Display for Jump {

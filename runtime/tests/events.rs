@@ -47,7 +47,7 @@ fn bounces_come_when_the_parabolas_say() {
     let top = expected[0] + e * fall;
     // Linear interpolation between rows 6 ms apart: up to g dt^2 / 8.
     assert!((height.value(top, Side::After) - e * e).abs() < 1e-4);
-    // Leaving the floor is no second event.
+    // Leaving the floor is not a second event.
     assert_eq!(summary.statistics.state_events, expected.len() as u64);
     assert!(height.values().iter().all(|&h| h > -1e-8));
 }

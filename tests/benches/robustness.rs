@@ -82,7 +82,7 @@ fn draw(system: &mut dyn DaeSystem, random: &mut Random) -> usize {
 fn gap_at_stop(system: &dyn DaeSystem) -> f64 {
     let value = |name: &str| {
         let (info, element) = system.tables().find(name).expect("a parameter of the drive");
-        let Place::Parameter(index) = info.sources[element].place else { panic!("{name} is no parameter") };
+        let Place::Parameter(index) = info.sources[element].place else { panic!("{name} is not a parameter") };
         system.parameters()[index as usize]
     };
     value("ro.lc.B_e") + value("ro.lc.x_0") + value("ro.lc.x_mks") - value("ro.su.stop.s_stop")

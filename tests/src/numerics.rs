@@ -65,7 +65,7 @@ fn problem(name: String, data: &Json) -> Problem {
     assert!(data["others"].is_null() || data["because"].is_string(), "{name}: why are digits lost?");
     let values = data["values"].as_object().unwrap_or_else(|| panic!("{name} has no values"));
     let entry = |(variable, value): (&String, &Json)| {
-        let value = value.as_f64().unwrap_or_else(|| panic!("{name}: `{variable}` is no number"));
+        let value = value.as_f64().unwrap_or_else(|| panic!("{name}: `{variable}` is not a number"));
         (variable.clone(), value, data["scale"][variable].as_f64().unwrap_or(value.abs()))
     };
     Problem {

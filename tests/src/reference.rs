@@ -39,7 +39,7 @@ impl Reference {
         let mut columns = vec![Vec::new(); header.len()];
         for record in reader.records() {
             for (column, text) in columns.iter_mut().zip(&record.expect("record")) {
-                column.push(text.parse().unwrap_or_else(|_| panic!("{name}: `{text}` is no number")));
+                column.push(text.parse().unwrap_or_else(|_| panic!("{name}: `{text}` is not a number")));
             }
         }
         assert!(columns[0].len() > 40, "{name}: too few samples");

@@ -71,7 +71,7 @@ fn parameters(system: &dyn DaeSystem, study: &Study, shot: &Shot, before: f64, d
         }
         let value = set.entry(name.clone()).or_insert_with(|| {
             let (info, element) = system.tables().find(name).unwrap_or_else(|| panic!("no parameter `{name}`"));
-            let Place::Parameter(index) = info.sources[element].place else { panic!("`{name}` is no parameter") };
+            let Place::Parameter(index) = info.sources[element].place else { panic!("`{name}` is not a parameter") };
             system.parameters()[index as usize]
         });
         *value *= factor.as_f64().expect("a number");

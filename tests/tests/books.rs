@@ -33,7 +33,7 @@ fn ranges(text: &str) -> Vec<(String, f64, f64)> {
         let (low, high) = range.split_once(" .. ")?;
         Some((name.to_string(), low.parse().ok()?, high.parse().ok()?))
     };
-    lines.map(|line| range(line).unwrap_or_else(|| panic!("`{line}` is no range"))).collect()
+    lines.map(|line| range(line).unwrap_or_else(|| panic!("`{line}` is not a range"))).collect()
 }
 
 fn stop(text: &str) -> f64 {

@@ -39,7 +39,7 @@ fn run(folder: &Path, line: &str) -> Outcome {
         Some(own) => folder.join(own),
         None => PathBuf::from(env!("CARGO_BIN_EXE_hyd-under-test")),
     };
-    assert!(words[0] == "hyd" || words[0].starts_with("./"), "`{line}` is no command of the program");
+    assert!(words[0] == "hyd" || words[0].starts_with("./"), "`{line}` is not a command of the program");
     let mut command = Command::new(program);
     command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
     let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");

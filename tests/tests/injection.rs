@@ -43,7 +43,7 @@ fn system(compilation: &Compilation) -> CompiledSystem {
 fn set(system: &mut CompiledSystem, name: &str, value: f64) {
     let tables = system.tables().clone();
     let (variable, element) = tables.find(name).unwrap_or_else(|| panic!("no `{name}`"));
-    let Place::Parameter(index) = variable.sources[element].place else { panic!("`{name}` is no parameter") };
+    let Place::Parameter(index) = variable.sources[element].place else { panic!("`{name}` is not a parameter") };
     system.set_parameter(index as usize, value).expect("settable");
 }
 

@@ -110,7 +110,7 @@ fn what_makes_no_sense_is_refused() {
     };
     assert_eq!(message(&["q"], &["x"], &[1.0]), "no sensitivity to `q`: there is no parameter of this name");
     assert_eq!(message(&["n"], &["x"], &[1.0]), "no sensitivity to `n`: it decides sizes or structure");
-    assert_eq!(message(&["x"], &["x"], &[1.0]), "no sensitivity to `x`: it is no parameter that can be set");
+    assert_eq!(message(&["x"], &["x"], &[1.0]), "no sensitivity to `x`: it is not a parameter that can be set");
     assert_eq!(message(&["k"], &["q"], &[1.0]), "there is no variable `q`");
     assert_eq!(message(&["k"], &["x"], &[1.0, 1.0]), "time 2 must be a number greater than the one before it");
     let mut function = function(&["k"], &["x"], &[1.0]).expect("known names");

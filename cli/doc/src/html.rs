@@ -80,7 +80,7 @@ fn text(text: &str) -> String {
     escape(&entities.iter().fold(text.to_string(), |text, (entity, c)| text.replace(entity, c)))
 }
 
-/// Name of the tag at the start, whether it closes, and its length; none if it is no tag.
+/// Name of the tag at the start, whether it closes, and its length; none if it is not a tag.
 fn tag(text: &str) -> Option<(String, bool, usize)> {
     let end = text.find('>')?;
     let inner = &text[1..end];

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 /// Names with their values as text, as `--set` takes them.
 ///
 /// # Errors
-/// The file cannot be read, is no TOML, or holds what is no value of a parameter.
+/// The file cannot be read, is not TOML, or holds what is not a value of a parameter.
 pub fn read(path: &Path) -> Result<Vec<(String, String)>, Failure> {
     let text = read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
     parse(&text).map_err(|reason| Failure::Fault(format!("`{}`: {reason}", path.display())))
@@ -28,7 +28,7 @@ fn collect(table: &Table, prefix: &str, list: &mut Vec<(String, String)>) -> Res
             Value::Table(inner) => collect(inner, &name, list)?,
             _ => list.push((
                 name.clone(),
-                value_text(value).ok_or_else(|| format!("`{name}` has no value of a parameter"))?,
+                value_text(value).ok_or_else(|| format!("`{name}` is not a value that a parameter can have"))?,
             )),
         }
     }

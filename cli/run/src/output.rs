@@ -1,6 +1,6 @@
 //! Writing to standard output and standard error.
 //!
-//! A reader that closes its end early (`hyd ... | head`) is no error of ours and never a panic.
+//! A reader that closes its end early (`hyd ... | head`) is not an error of ours and never a panic.
 
 use std::io::{self, IsTerminal, Write};
 

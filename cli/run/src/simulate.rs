@@ -19,9 +19,9 @@ use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::target::check_target;
 use crate::{Failure, clock, interrupt, output};
 
-/// Jumps that are told one by one.
+/// Jumps that are reported one by one.
 const MOST_JUMPS: usize = 5;
-/// Warnings that are told one by one.
+/// Warnings that are reported one by one.
 const MOST_WARNINGS: usize = 20;
 
 /// What the summary says of a model besides its run.

@@ -22,7 +22,7 @@ use crate::{Failure, interrupt, output, parameters};
 
 /// Longest text of a plan (bytes): reading it takes fifty times as much memory.
 const LONGEST_PLAN: usize = 4 << 20;
-/// Reasons of failed runs that are told.
+/// Reasons of failed runs that are shown.
 const MOST_REASONS: usize = 3;
 
 /// What is run many times.
@@ -53,7 +53,8 @@ pub struct Prepared<'a> {
 pub fn read_plan(path: &Path) -> Result<Plan, Failure> {
     let text = crate::read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
     if text.len() > LONGEST_PLAN {
-        let sentence = format!("`{}` is longer than {} MB, as no plan is", path.display(), LONGEST_PLAN >> 20);
+        let sentence =
+            format!("`{}` has more than {} MB, which is too long for a plan", path.display(), LONGEST_PLAN >> 20);
         return Err(Failure::Fault(sentence));
     }
     Plan::parse(&text).map_err(|error| Failure::Fault(format!("`{}`: {error}", path.display())))

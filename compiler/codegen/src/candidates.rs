@@ -10,13 +10,13 @@ use crate::program::Area;
 /// The sets of a system.
 ///
 /// # Errors
-/// A sentence, when a candidate is no unknown (a fault of an earlier stage).
+/// A sentence, when a candidate is not an unknown (a fault of an earlier stage).
 pub(crate) fn candidate_sets(sorted: &SortedSystem, places: &PlanPlaces) -> Result<Vec<CandidateSet>, String> {
     let unknown = |v| {
         let (target, _) = resolve(sorted, Operand::new(Target::Var(v)));
         match places.get(target) {
             Some(Place { area: Area::Unknown, index }) => Ok(index),
-            _ => Err(format!("`{}` may be a state but is no unknown", sorted.system.flat.var_name(v))),
+            _ => Err(format!("`{}` may be a state but is not an unknown", sorted.system.flat.var_name(v))),
         }
     };
     let set = |selection: &Selection| {

@@ -49,7 +49,7 @@ pub(crate) fn judge_blocks(
         let made_up = made_up.get_or_insert_with(|| StartPoint::of_made_up_parameters(system, &bindings.assignments));
         match linear.dependence(system, made_up) {
             Some(_) => return Err(Box::new(fault(system, &linear, &dependence, true))),
-            // A single factor that vanishes is told by index reduction.
+            // A single factor that vanishes is reported by index reduction.
             None if size == 1 => {}
             None => warnings.push(fault(system, &linear, &dependence, false)),
         }

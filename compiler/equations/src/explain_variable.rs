@@ -168,7 +168,7 @@ impl Report<'_> {
                 format!("a candidate: constraints leave fewer states than candidates; {}", self.candidates(v))
             }
             Role::Algebraic if reduction.demoted.contains(&v) => {
-                format!("no state although its derivative occurs: a constraint determines it{wish}")
+                format!("not a state although its derivative occurs: a constraint determines it{wish}")
             }
             Role::Algebraic if reduction.dummies.contains(&v) => {
                 "a dummy derivative: an algebraic variable for the derivative of a variable that a constraint determines"

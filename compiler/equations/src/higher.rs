@@ -83,11 +83,11 @@ impl Derivatives {
         }
     }
 
-    /// The variable of a derivative that is no rate.
+    /// The variable of a derivative that is not a rate.
     pub fn variable(&self, v: VarId, order: u32) -> VarId {
         match order {
             0 => v,
-            _ => *self.made.get(&(v, order)).expect("invariant: made for every order that is no rate"),
+            _ => *self.made.get(&(v, order)).expect("invariant: made for every order that is not a rate"),
         }
     }
 

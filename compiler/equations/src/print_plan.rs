@@ -136,7 +136,7 @@ fn block(system: &EquationSystem, plan: &Plan, block: Block<'_>) -> String {
                 (_, target) => target_name(system, target),
             })
             .collect();
-        // What one unknown alone is determined by is no system.
+        // What one unknown alone is determined by is not a system.
         let kind = match block.assignments.len() + block.residuals.len() {
             1 => "solve",
             _ if is_linear(system, plan, block) => "solve linear",

@@ -69,7 +69,7 @@ pub struct Equation {
 /// What index reduction did, for printing and for the start.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Reduction {
-    /// Variables whose derivative occurs but that are no states, because equations determine them.
+    /// Variables whose derivative occurs but that are not states, because equations determine them.
     pub demoted: Vec<VarId>,
     /// The dummy derivatives: algebraic variables made for the derivatives of those.
     pub dummies: Vec<VarId>,
@@ -150,12 +150,12 @@ impl EquationSystem {
         &self.operands[range.first as usize..(range.first + range.len) as usize]
     }
 
-    /// Variables whose derivative occurs and that are no states at any time.
+    /// Variables whose derivative occurs and that are not states at any time.
     pub fn never_states(&self) -> Vec<VarId> {
         self.without_candidates(&self.reduction.demoted)
     }
 
-    /// Dummy derivatives that are no states at any time.
+    /// Dummy derivatives that are not states at any time.
     pub fn dummies(&self) -> Vec<VarId> {
         self.without_candidates(&self.reduction.dummies)
     }

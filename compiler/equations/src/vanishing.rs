@@ -1,7 +1,7 @@
 //! Parameters whose value 0 takes an unknown out of an equation that has to determine it.
 //!
 //! `R*i = u1 - u2` determines the current, unless `R` is 0: then it says that two voltages are equal, which index reduction can
-//! deal with, as long as it is told.  Where the equations match fewer unknowns without the terms that vanish, those parameters
+//! deal with, as long as it is reported.  Where the equations match fewer unknowns without the terms that vanish, those parameters
 //! are taken as 0 for good at translation.  A parameter whose 0 changes nothing of that kind remains data.
 
 use hyd_flat::{Section, Target, VarId};

@@ -99,7 +99,7 @@ fn check_plan(name: &str, plan: &Plan) -> Result<(), String> {
     let whole = is_range(&assignments, plan.assignments.len())
         && is_range(&unknowns, plan.unknowns.len())
         && is_range(&residuals, plan.residuals.len());
-    if whole { Ok(()) } else { Err(format!("{name}: blocks are no partition in order")) }
+    if whole { Ok(()) } else { Err(format!("{name}: blocks are not a partition in order")) }
 }
 
 fn check_coverage(

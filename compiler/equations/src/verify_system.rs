@@ -39,7 +39,7 @@ pub fn verify_system(system: &EquationSystem) -> Result<(), String> {
                 }
                 Target::Der(v) if !matches!(system.roles[v], Role::State | Role::Candidate) => {
                     return Err(format!(
-                        "the derivative of `{}`, which is no state ({})",
+                        "the derivative of `{}`, which is not a state ({})",
                         system.flat.var_name(v),
                         text()
                     ));

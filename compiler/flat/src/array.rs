@@ -204,7 +204,7 @@ impl Flattener<'_, '_> {
         Err(Fail::Reported)
     }
 
-    /// `A^n` of a square matrix and a whole number from 0: a product (10.6.7).
+    /// `A^n` of a square matrix and an integer from 0: a product (10.6.7).
     pub(crate) fn lower_matrix_power(
         &mut self,
         span: Span,
@@ -227,7 +227,7 @@ impl Flattener<'_, '_> {
                 let product = expr(ExprKind::Binary(BinaryOp::Mul, Box::new(a.clone()), Box::new(rest)));
                 self.lower(&product, cx, index)
             }
-            _ => Err(self.error(Code::Value, b.span, "the power of a matrix is a whole number from 0 to 64")),
+            _ => Err(self.error(Code::Value, b.span, "the exponent of a matrix is an integer from 0 to 64")),
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! That is so for loops and branches decided by values of the run, subscripts computed in the run, recursion and assertions,
 //! and for functions whose author gives the derivative.  The expressions inside are lowered as everywhere; the names of the
-//! function stand for registers.  A body is made once per function and sizes of its arguments; Strings and whole numbers
+//! function stand for registers.  A body is made once per function and sizes of its arguments; Strings and integers
 //! that size its arrays are fixed in it.  A call is a node over the nodes of the arguments.
 
 use std::ops::Range;
@@ -196,7 +196,7 @@ impl Flattener<'_, '_> {
                 }
                 Err(match failed {
                     Err(Fail::Opaque) => {
-                        let message = "a whole number that is known before the run is needed here";
+                        let message = "an integer that is known before the run is needed here";
                         self.error(Code::NotStructural, self.opaque_at, message)
                     }
                     Err(fail) => fail,

@@ -271,7 +271,7 @@ impl Flattener<'_, '_> {
             let arena = &mut self.model.templates.arena;
             let distance = arena.sub(stop, start);
             let quotient = arena.div(distance, step);
-            // Ranges of whole numbers are exact; a Real step that just misses the end by rounding still counts.
+            // Ranges of integers are exact; a Real step that just misses the end by rounding still counts.
             let reach = if matches!(scalar, ScalarType::Real) {
                 let (low, high, width) = (
                     arena.call1(Function::Abs, start),

@@ -278,7 +278,7 @@ impl Flattener<'_, '_> {
         let instance = &self.tree.instances[inst];
         let flow = flow || instance.flow;
         if instance.primitive.is_some() {
-            // A parameter is no part of what is connected, but an input of the model that became one is.
+            // A parameter is not part of what is connected, but an input of the model that became one is.
             let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
             if varies && self.blocks.contains_key(&inst) {
                 result.push(Leaf { path: path.unwrap_or_default(), inst, flow });

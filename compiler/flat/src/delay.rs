@@ -61,7 +61,7 @@ impl Flattener<'_, '_> {
         match (bound, most) {
             (None, _) if varying => {
                 let message = "the delay time changes during the run, so its upper bound is needed";
-                let fault = Diagnostic::error(Code::BadArguments, message).at(time.span, "this is no parameter");
+                let fault = Diagnostic::error(Code::BadArguments, message).at(time.span, "this is not a parameter");
                 self.report(fault.help("`delay(expression, time, most)` takes the upper bound as third argument"));
                 return Err(Fail::Reported);
             }

@@ -1,6 +1,6 @@
-//! Whole numbers stay exact or end in an error.
+//! Integers stay exact or end in an error.
 //!
-//! In the run an Integer is a double, which holds whole numbers up to 2^53 exactly.  A product or sum of Integers that may be larger
+//! In the run an Integer is a double, which holds integers up to 2^53 exactly.  A product or sum of Integers that may be larger
 //! is checked where it is computed, and the error names its text.  What cannot grow beyond all bounds in a run is left alone:
 //! numbers of loops, products of literals with parameters, a counter that a literal is added to.
 
@@ -15,7 +15,7 @@ use crate::flatten::Flattener;
 use crate::index::SlotKey;
 use crate::lower::Typed;
 
-/// The largest whole number below which all are doubles.
+/// The largest integer below which all are doubles.
 const LARGEST: f64 = hyd_instance::value::LARGEST_INTEGER as f64;
 
 /// What numbers of loops and Integer parameters are taken to stay below (Modelica 3.6, section 4.9.2: Integers of 32 bits).

@@ -47,7 +47,7 @@ pub struct Flattener<'t, 's> {
     pub(crate) set_in_when: FxHashMap<InstId, Span>,
     /// Samples made so far: the variable that says when they are due.
     pub(crate) samples: FxHashMap<(InstId, Span, Vec<i64>), VarId>,
-    /// Whole numbers with events at their jumps: the variable of each.
+    /// Integers with events at their jumps: the variable of each.
     pub(crate) jumps: Vec<(JumpKey, VarId)>,
     /// Whether a parameter waits for the start, as far as asked.
     pub(crate) late: FxHashMap<InstId, bool>,
@@ -68,7 +68,7 @@ pub struct Flattener<'t, 's> {
     pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
     /// It has physical connectors on its outside, so that it needs a model around it.
     pub(crate) is_component: bool,
-    /// Functions that check whole numbers, by the text that computes them.
+    /// Functions that check integers, by the text that computes them.
     pub(crate) range_checks: FxHashMap<Span, BodyId>,
     pub(crate) numbers: FxHashMap<u64, ConstId>,
     /// Templates made so far, by the sides they were made from.

@@ -297,7 +297,7 @@ impl Flattener<'_, '_> {
         let shape = self.shape(expr, cx)?;
         if shape.is_empty() {
             let value = self.lower(expr, cx, &[])?;
-            // Whole numbers known here may serve as sizes and subscripts.
+            // Integers known here may serve as sizes and subscripts.
             if let (ScalarType::Integer, Some(k)) = (&value.scalar, self.model.templates.arena.as_constant(value.node))
             {
                 return Ok(Local::Index(Affine::constant(k as i64)));
@@ -314,7 +314,7 @@ impl Flattener<'_, '_> {
             return Ok(None);
         }
         let local = self.call(expr.span, function, arguments, cx)?;
-        // Whole numbers known here may serve as sizes and subscripts.
+        // Integers known here may serve as sizes and subscripts.
         if let Local::Node(Typed { node, scalar: ScalarType::Integer }) = &local
             && let Some(k) = self.model.templates.arena.as_constant(*node)
         {

@@ -1,6 +1,6 @@
 //! `floor`, `ceil`, `integer`, `div`, `mod` and `rem` of values that change continuously: events at their jumps.
 //!
-//! The whole number is a discrete variable of the translation's own: `q = if z < pre(q) then min(floor(z), pre(q) - 1)
+//! The integer is a discrete variable of the translation's own: `q = if z < pre(q) then min(floor(z), pre(q) - 1)
 //! elseif z >= pre(q) + 1 then max(floor(z), pre(q) + 1) else pre(q)`, whose two relations are watched (Modelica 3.6,
 //! section 3.7.2.1).  So the solver never steps over a jump and between jumps `mod(x, y) = x - q*y` is smooth.  Inside
 //! `noEvent`, functions and `when` the functions are plain.
@@ -19,7 +19,7 @@ use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
 use crate::model::{Section, VarId};
 
-/// What a variable for a whole number belongs to: the expression, what its slots read, the loops around.
+/// What a variable for an integer belongs to: the expression, what its slots read, the loops around.
 pub(crate) type JumpKey = (NodeId, Vec<SlotKey>, Vec<usize>);
 
 impl Flattener<'_, '_> {
@@ -92,7 +92,7 @@ impl Flattener<'_, '_> {
             })
     }
 
-    /// The largest whole number not above `z`, as a discrete variable.
+    /// The largest integer not above `z`, as a discrete variable.
     fn whole_below(&mut self, span: Span, z: NodeId, cx: &Context) -> Result<NodeId, Fail> {
         let counts = cx.loop_counts();
         let guard = self.guard(z, cx);
@@ -159,7 +159,7 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// `integer(x)`: the largest whole number not above, as an Integer.
+    /// `integer(x)`: the largest integer not above, as an Integer.
     pub(crate) fn lower_integer(&mut self, span: Span, value: &Typed, cx: &Context) -> Result<Typed, Fail> {
         self.want_number(span, "`integer`", value)?;
         let node = match self.lower_jump(span, Function::Floor, std::slice::from_ref(value), cx)? {

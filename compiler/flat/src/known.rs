@@ -55,7 +55,7 @@ impl Flattener<'_, '_> {
     }
 
     /// A parameter that the start determines, or whose binding reads one.  `on_the_way`: those whose bindings are being looked at; a
-    /// circle of them is told elsewhere.
+    /// circle of them is reported elsewhere.
     fn is_late(&mut self, inst: InstId, on_the_way: &mut Vec<InstId>) -> bool {
         if let Some(&late) = self.late.get(&inst) {
             return late;

@@ -12,7 +12,7 @@ use hyd_symbolic::{NodeId, SlotId};
 /// What the translation made a variable for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Made {
-    /// What changes at events: the condition of a `when`, a sample, a whole number.
+    /// What changes at events: the condition of a `when`, a sample, an integer.
     Event,
     /// A long fold or a part of one; the name of its function.
     Fold(&'static str),

@@ -362,7 +362,7 @@ pub struct FlatModel {
     pub constants: IndexVec<ConstId, f64>,
     /// Those with units, ascending.
     pub quantities: Vec<Quantity>,
-    /// Units of values that are no variables.
+    /// Units of values that are not variables.
     pub claims: Vec<UnitClaim>,
     /// Declared units of the results of compiled functions: body, output, unit.
     pub result_units: Vec<(BodyId, u32, Arc<str>)>,

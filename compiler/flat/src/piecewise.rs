@@ -29,7 +29,7 @@ impl Flattener<'_, '_> {
                 let mark = self.tree.table.diagnostics.len();
                 let sides = self.affine(a, cx).and_then(|a| Ok((a, self.affine(b, cx)?)));
                 if sides == Err(Fail::Reported) {
-                    // No whole numbers: values are compared one by one.
+                    // No integers: values are compared one by one.
                     self.tree.table.diagnostics.truncate(mark);
                     return Err(Fail::NeedsExpansion);
                 }

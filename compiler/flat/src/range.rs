@@ -1,6 +1,6 @@
 //! The values of loop variables, and ranges as subscripts.
 //!
-//! Evenly spaced whole numbers stay a start, a distance and a number, so a loop is not run through; all else is a list of
+//! Evenly spaced integers stay a start, a distance and a number, so a loop is not run through; all else is a list of
 //! values.  How many values there are must be known at translation (Modelica 3.6, sections 10.4.3 and 11.2.2).
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::lower::{Typed, local_of};
 
 /// The values of a loop variable.
 pub(crate) enum Range {
-    /// Evenly spaced whole numbers.
+    /// Evenly spaced integers.
     Steps {
         /// First value.
         start: Affine,

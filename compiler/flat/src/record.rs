@@ -14,7 +14,7 @@ use crate::index::Affine;
 use crate::lower::Typed;
 
 impl Flattener<'_, '_> {
-    /// A record expression as its fields; `None` if the expression is no record.
+    /// A record expression as its fields; `None` if the expression is not a record.
     pub(crate) fn as_record(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Local>, Fail> {
         match &expr.kind {
             ExprKind::Ref(reference) => {

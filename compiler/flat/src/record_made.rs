@@ -35,7 +35,7 @@ impl Nodes<'_, '_, '_> {
         own
     }
 
-    /// A whole number given to a Real field is a Real.
+    /// An integer given to a Real field is a Real.
     fn fitted(&mut self, value: Local, field: &RecordField) -> Result<Local, Fail> {
         let real = field.declaration.class.parts.len() == 1 && &*field.declaration.class.parts[0].name == "Real";
         Ok(match value {

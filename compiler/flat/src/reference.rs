@@ -349,7 +349,7 @@ impl Flattener<'_, '_> {
         value?.add_scaled(&Affine::constant(-1), 1).ok_or(Fail::NeedsExpansion)
     }
 
-    /// A whole-number expression as an affine function of the counters.
+    /// An integer expression as an affine function of the counters.
     pub(crate) fn affine(&mut self, expr: &Expr, cx: &mut Context) -> Result<Affine, Fail> {
         match &expr.kind {
             ExprKind::Integer(k) => return Ok(Affine::constant(*k)),

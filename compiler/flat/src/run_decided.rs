@@ -116,7 +116,7 @@ impl Flattener<'_, '_> {
                         Some(primitive) => Some(primitive.scalar.clone()),
                         None => {
                             let message = format!(
-                                "`{}` is no number; name its elements in a statement that only the run decides",
+                                "`{}` is not a number; name its elements in a statement that only the run decides",
                                 hyd_syntax::print_reference(reference)
                             );
                             return Err(self.error(Code::OutsideProfile, reference.span, message));
@@ -257,7 +257,7 @@ impl Flattener<'_, '_> {
         let mut builder = self.builders.pop().ok_or(Fail::Reported)?;
         let registers = match outputs {
             Err(Fail::Opaque) => {
-                let message = "a whole number that is known before the run is needed here";
+                let message = "an integer that is known before the run is needed here";
                 return Err(self.error(Code::NotStructural, self.opaque_at, message));
             }
             other => other?,

@@ -175,7 +175,7 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// An equation between records is one between their fields; false if these are no records.
+    /// An equation between records is one between their fields; false if these are not records.
     fn equal_records(
         &mut self,
         equation: &Equation,
@@ -186,7 +186,7 @@ impl Flattener<'_, '_> {
         initial: bool,
     ) -> bool {
         let mut probe = self.context_of(scope);
-        // Loop variables are no records, and hide components of their name.
+        // Loop variables are not records, and hide components of their name.
         let hidden = |i: &&Iterator| (i.name.name.clone(), Local::Index(Affine::constant(0)));
         probe.names.extend(loops.iterators.iter().map(hidden));
         let pairs = match self.record_pairs(left, right, &mut probe) {

@@ -159,7 +159,7 @@ impl Place<'_, '_> {
     }
 }
 
-/// The bracket at `k` opens an array of arrays, or a matrix that is no list of subscripts.
+/// The bracket at `k` opens an array of arrays, or a matrix that is not a list of subscripts.
 fn is_table(tokens: &[Token<'_>], k: usize) -> bool {
     let inner = tokens.get(k + 1);
     match tokens[k].text {

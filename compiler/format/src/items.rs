@@ -121,7 +121,7 @@ impl Reader<'_, '_> {
         matches!(self.open.last(), Some(Open::Block | Open::Class { code: true }))
     }
 
-    /// The first token that is no comment or stands on another line than the comments before it.
+    /// The first token that is not a comment or stands on another line than the comments before it.
     fn after_comments(&self, start: usize) -> usize {
         let mut at = start;
         while self.tokens.get(at).is_some_and(|token| token.is_comment() && (at == start || token.breaks == 0)) {
@@ -130,7 +130,7 @@ impl Reader<'_, '_> {
         at
     }
 
-    /// The next token that is no comment.
+    /// The next token that is not a comment.
     fn next(&self, at: usize) -> usize {
         let after = self.tokens.get(at + 1..).unwrap_or_default();
         at + 1 + after.iter().take_while(|token| token.is_comment()).count()

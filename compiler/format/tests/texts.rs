@@ -32,7 +32,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
     found
 }
 
-/// Files that hold text at all; some cases of tests are no text on purpose.
+/// Files that hold text at all; some cases of tests are not text on purpose.
 fn texts(folder: &str) -> Vec<(PathBuf, String)> {
     files(folder).into_iter().filter_map(|path| Some((path.clone(), std::fs::read_to_string(path).ok()?))).collect()
 }

@@ -116,7 +116,7 @@ impl InstanceTree<'_> {
             if let Some((field, deeper)) = inner.split_first() {
                 return self.set_field(span, whole, field, deeper, value);
             }
-            // A Real stays a Real when it is set to a whole number, and so do the fields of a record.
+            // A Real stays a Real when it is set to an integer, and so do the fields of a record.
             *whole = like(whole, value);
             return Ok(());
         };
@@ -160,7 +160,7 @@ impl InstanceTree<'_> {
     }
 }
 
-/// A value in the place of another one: whole numbers become Real where that was Real.
+/// A value in the place of another one: integers become Real where that was Real.
 fn like(old: &Value, value: Value) -> Value {
     match (old, value) {
         (Value::Record(old), Value::Record(new)) => {

@@ -1,6 +1,6 @@
 //! Records made from their declarations: which arguments a constructor takes, and the values of the fields it does not get.
 //!
-//! The fields are those of the class with everything inherited, in the order of the text; what is `final` is no argument
+//! The fields are those of the class with everything inherited, in the order of the text; what is `final` is not an argument
 //! (Modelica 3.6, section 12.6.1).  A field that gets no argument has the outermost of what modifications, `extends` clauses, short
 //! definitions and its declaration say of it (7.2.4), and may depend on other fields, wherever they stand.  The same holds for a
 //! record that is a variable of a function (12.4.4).  What a value is, is the maker's matter: numbers before the run or expressions.

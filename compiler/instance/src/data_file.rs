@@ -82,7 +82,7 @@ fn column_of(text: &str, wanted: &str) -> Result<Vec<f64>, Wrong> {
             Ok(value) if value.is_finite() => values.push(value),
             _ => {
                 let is_comma = row[k].replacen(',', ".", 1).parse::<f64>().is_ok();
-                let sentence = format!("line {line_number}: `{}` is no number", shortened(row[k]));
+                let sentence = format!("line {line_number}: `{}` is not a number", shortened(row[k]));
                 return Err((sentence, is_comma.then(|| DECIMAL_POINT.to_string())));
             }
         }
@@ -111,7 +111,7 @@ fn position(names: &[&str], wanted: &str) -> Result<usize, Wrong> {
 /// Longest line (bytes): its fields take many times as much memory.
 const LONGEST: usize = 1 << 20;
 /// What is to be said of `1,5`.
-const DECIMAL_POINT: &str = "numbers have a decimal point, no comma";
+const DECIMAL_POINT: &str = "numbers have a decimal point, not a comma";
 
 /// The beginning of what may be long.
 fn shortened(text: &str) -> String {
@@ -161,11 +161,11 @@ mod tests {
     #[test]
     fn faults_name_the_line() {
         let wrong = |text: &str| column_of(text, "p").unwrap_err().0;
-        assert_eq!(wrong("# c\nt,p\n0,1\n1,x\n"), "line 4: `x` is no number");
+        assert_eq!(wrong("# c\nt,p\n0,1\n1,x\n"), "line 4: `x` is not a number");
         assert_eq!(wrong("t,p\n0,1\n1\n"), "line 3 has 1 field, and the header 2");
         assert_eq!(wrong("t,p\n0,1\n1,2,3\n"), "line 3 has 3 fields, and the header 2");
-        assert_eq!(wrong("t,p\n0,1\n1,1e999\n"), "line 3: `1e999` is no number");
-        assert_eq!(wrong("t,p\n0,1\n1,\n"), "line 3: `` is no number");
+        assert_eq!(wrong("t,p\n0,1\n1,1e999\n"), "line 3: `1e999` is not a number");
+        assert_eq!(wrong("t,p\n0,1\n1,\n"), "line 3: `` is not a number");
         assert_eq!(wrong("p,p\n0,1\n"), "2 of its columns are called `p`");
         assert_eq!(wrong("p [Pa],p (bar)\n0,1\n"), "2 of its columns are called `p`");
         assert_eq!(wrong("t,p\n"), "there are no rows below its header");
@@ -180,9 +180,9 @@ mod tests {
         for (text, sentence) in [
             ("p\n1,5\n", "line 2 has 2 fields, and the header 1"),
             ("t,p\n0,1,5\n", "line 2 has 3 fields, and the header 2"),
-            ("t;p\n0;1,5\n", "line 2: `1,5` is no number"),
-            ("t\tp\n0\t1,5\n", "line 2: `1,5` is no number"),
-            ("t,p\n0,\"1,5\"\n", "line 2: `1,5` is no number"),
+            ("t;p\n0;1,5\n", "line 2: `1,5` is not a number"),
+            ("t\tp\n0\t1,5\n", "line 2: `1,5` is not a number"),
+            ("t,p\n0,\"1,5\"\n", "line 2: `1,5` is not a number"),
         ] {
             let wrong = column_of(text, "p").unwrap_err();
             assert_eq!((wrong.0.as_str(), wrong.1.as_deref()), (sentence, Some(super::DECIMAL_POINT)), "{text:?}");

@@ -263,7 +263,7 @@ impl InstanceTree<'_> {
         for size in sizes {
             let Some(known) = self.evaluate(size, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok())
             else {
-                let message = "a size is a whole number from 0";
+                let message = "a size is an integer from 0";
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(size.span, ""));
                 return Err(Reported);
             };

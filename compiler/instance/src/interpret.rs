@@ -37,7 +37,7 @@ enum Flow {
 }
 
 impl InstanceTree<'_> {
-    /// The outputs of a call of a user's function; `None` if the name is no function that has an algorithm.
+    /// The outputs of a call of a user's function; `None` if the name is not a function that has an algorithm.
     pub(crate) fn call_function(
         &mut self,
         span: Span,
@@ -207,7 +207,7 @@ impl InstanceTree<'_> {
         }
         if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
             let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
-            let message = format!("the size of `{}` is not a whole number in range", component.name.name);
+            let message = format!("the size of `{}` is not an integer in range", component.name.name);
             self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
             return Err(Reported);
         }
@@ -358,7 +358,7 @@ impl InstanceTree<'_> {
     }
 }
 
-/// A value as the declaration's type holds it: whole numbers become Real where it says so.
+/// A value as the declaration's type holds it: integers become Real where it says so.
 fn fitted(component: &Component, value: Value) -> Value {
     let class = component.class.parts[component.class.parts.len() - 1].name.as_ref();
     if class == "Real" { widen(value) } else { value }

@@ -10,7 +10,7 @@ use crate::value::Value;
 /// elements, or a list.
 ///
 /// # Errors
-/// Why it is no value of this type and these sizes.
+/// Why it is not a value of this type and these sizes.
 pub(crate) fn read_value(scalar: &ScalarType, text: &str, own: &[usize], all: &[usize]) -> Result<Value, String> {
     let given = Given::read(text)?;
     let sizes = given.sizes()?;
@@ -68,7 +68,7 @@ mod tests {
         assert_eq!(real("{1, 2}", &[2], &[3, 2]), Ok(row(1, 2)));
         assert_eq!(real("5", &[], &[2]), Ok(Value::Integer(5)));
         assert_eq!(real("{1, 2}", &[], &[2]), Ok(row(1, 2)));
-        assert_eq!(real("{1}", &[], &[]), Err("it is no array".to_string()));
+        assert_eq!(real("{1}", &[], &[]), Err("it is not an array".to_string()));
         assert_eq!(real("{1, 2}", &[3], &[3]), Err("it has 3 elements, not 2".to_string()));
     }
 

@@ -21,7 +21,7 @@ pub struct EnumType {
 pub enum Value {
     /// A real number.
     Real(f64),
-    /// A whole number.
+    /// An integer.
     Integer(i64),
     /// A truth value.
     Boolean(bool),
@@ -35,7 +35,7 @@ pub enum Value {
     Record(Arc<Vec<(Name, Value)>>),
 }
 
-/// The largest whole number that is exact in the run, where an Integer is a double, together with all below.
+/// The largest integer that is exact in the run, where an Integer is a double, together with all below.
 pub const LARGEST_INTEGER: i64 = (1 << 53) - 1;
 
 impl Value {
@@ -53,7 +53,7 @@ impl Value {
         }
     }
 
-    /// The whole number, if it is one.
+    /// The integer, if it is one.
     pub fn as_integer(&self) -> Option<i64> {
         match self {
             Value::Integer(k) => Some(*k),

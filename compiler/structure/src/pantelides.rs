@@ -63,7 +63,7 @@ pub enum NotReducible {
 /// `derivative` says for each column which column is its time derivative.
 ///
 /// # Errors
-/// [`NotReducible`], if the system is structurally singular or the table is no set of chains.
+/// [`NotReducible`], if the system is structurally singular or the table is not a set of chains.
 pub fn pantelides(
     incidence: &Incidence,
     derivative: &IndexVec<Column, Option<Column>>,
@@ -86,7 +86,7 @@ pub fn pantelides(
     Ok(search.plan)
 }
 
-/// The undifferentiated column of each column; none if the table is no set of chains.
+/// The undifferentiated column of each column; none if the table is not a set of chains.
 fn first_columns(
     incidence: &Incidence,
     derivative: &IndexVec<Column, Option<Column>>,

@@ -36,7 +36,7 @@ pub struct BodyOutput {
     pub name: Arc<str>,
     /// Where it stands after the last step.
     pub register: u32,
-    /// It is 0 whatever the arguments are (derivatives of whole numbers).
+    /// It is 0 whatever the arguments are (derivatives of integers).
     pub zero: bool,
 }
 

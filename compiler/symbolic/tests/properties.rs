@@ -42,7 +42,7 @@ fn run(arena: &mut Arena, program: &Program, make: fn(&mut Arena, Node) -> NodeI
 fn leaf(code: u8, number: f64) -> Node {
     match code % 8 {
         0 => Node::Const(hyd_symbolic::Number::new(number)),
-        // Small whole numbers trigger the identities.
+        // Small integers trigger the identities.
         1 | 2 => Node::Const(hyd_symbolic::Number::new(number.round())),
         3 => Node::Time,
         _ => Node::Slot(SlotId(u32::from(code) % SLOTS)),

@@ -1,7 +1,7 @@
 //! Expressions: flat lists of operands and operators to trees, by precedence climbing (Richards 1979) with one table.
 //!
 //! The table is that of Modelica 3.6, section 3.2.  A sign binds like a binary `+` or `-` and may stand only before the
-//! first term of a sum (`-a^2` is `-(a^2)`, `a*-b` is no Modelica), `not` stands before a relation; relations and powers do
+//! first term of a sum (`-a^2` is `-(a^2)`, `a*-b` is not Modelica), `not` stands before a relation; relations and powers do
 //! not chain.  What breaks these rules is reported with a hint, and a tree is built nevertheless.
 
 use std::iter::Peekable;

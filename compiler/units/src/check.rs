@@ -90,7 +90,7 @@ pub fn fault(row: &Row, solution: &Solution) -> Option<Fit> {
 struct Traits {
     /// A slot stands in an exponent, so that its value matters.
     exponent: bool,
-    /// Whole numbers that may be constants with a unit.
+    /// Integers that may be constants with a unit.
     large: Vec<f64>,
 }
 

@@ -185,7 +185,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// A truth, a position, a whole number.
+    /// A truth, a position, an integer.
     pub const COUNT: Self = Form::Number { plain: true, value: None };
 
     /// `a*b` or, with exponent -1, `a/b`.
@@ -220,7 +220,7 @@ impl Form {
     }
 }
 
-/// True for numbers that have no unit as a factor: whole numbers, fractions with powers of 2 and 3 below, these with a
+/// True for numbers that have no unit as a factor: integers, fractions with powers of 2 and 3 below, these with a
 /// power of pi, and square roots of the former.  Decimals such as 0.1 are widths and measured values as often as numbers.
 pub fn is_plain(value: f64) -> bool {
     use std::f64::consts::PI;

@@ -12,7 +12,7 @@ use crate::form::{Fit, Form, Product, is_plain};
 use crate::rational::Rational;
 use crate::unit::Unit;
 
-/// Whole numbers up to this are plain factors wherever they stand.
+/// Integers up to this are plain factors wherever they stand.
 pub const SMALL: f64 = 12.0;
 /// Largest denominator of a constant exponent.
 const LARGEST_DENOMINATOR: i64 = 1000;
@@ -65,7 +65,7 @@ pub struct Case<'a> {
     pub values: Vec<Option<f64>>,
     /// Numbers may be conversions, because some variable has a unit with a factor.
     pub conversions: bool,
-    /// Larger whole numbers stand in the text, so that they are no constants with a unit put in by value.
+    /// Larger integers stand in the text, so that they are not constants with a unit put in by value.
     pub visible: bool,
     /// Units of the results of compiled functions.
     pub results: &'a FxHashMap<(BodyId, u32), Unit>,
@@ -166,7 +166,7 @@ impl Pass<'_, '_> {
         }
     }
 
-    /// The unit of two terms; nothing if they cannot agree, so that a mistake is told once.
+    /// The unit of two terms; nothing if they cannot agree, so that a mistake is reported once.
     fn joined(&self, p: &Product, q: &Product, offset: Option<f64>) -> Form {
         let contradict = p.unknowns == q.unknowns && matches!(p.compare(q), Fit::Dimension | Fit::Factor(_));
         if contradict { Form::Free } else { Form::Quantity(p.join(q, offset)) }
@@ -232,7 +232,7 @@ impl Pass<'_, '_> {
         }
         self.number(exponent, Rule::Exponent);
         match (self.of(base), self.of(exponent)) {
-            // A whole number known to the run only: any base will do, and the unit is its power.
+            // An integer known to the run only: any base will do, and the unit is its power.
             (Form::Quantity(p), Form::Number { .. }) if !(p.is_known() && p.dimension.is_none()) => Form::Free,
             (Form::Quantity(_), _) => {
                 self.number(base, Rule::Base);

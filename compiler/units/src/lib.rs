@@ -2,10 +2,10 @@
 //!
 //! [`parse_unit`] reads unit strings; [`check_units`] gives every expression a unit, asks for agreement in sums, relations,
 //! equations, branches and arguments, solves for the units of variables that declare none, and reports what does not
-//! fit in the user's names.  In sums and equations a literal adopts the unit of the other side; as a factor whole numbers,
+//! fit in the user's names.  In sums and equations a literal adopts the unit of the other side; as a factor integers,
 //! simple fractions and multiples of pi have no unit, other literals may have any.  A variable without `unit` is
 //! unknown, not dimensionless; what stays unknown is listed.  A contradiction that rests only on the seconds of `der` and
-//! `time`, without any declared unit, is no mistake: such a model says nothing about units.
+//! `time`, without any declared unit, is not a mistake: such a model says nothing about units.
 //! Equations are looked at once per template and tuple of units.  The flat model holds functions already put in; what their inputs and
 //! outputs declare comes along as claims about the expressions in their place ([`hyd_flat::FlatModel::claims`]).
 

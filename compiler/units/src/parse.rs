@@ -225,7 +225,7 @@ fn lookup(text: &str) -> Result<Unit, UnitError> {
             return Ok(Unit { factor: power_of_ten(power, unit.factor), ..unit });
         }
     }
-    Err(UnitError { reason: format!("has the symbol `{text}`, which is no unit"), help: suggestion(text) })
+    Err(UnitError { reason: format!("has the symbol `{text}`, which is not a unit"), help: suggestion(text) })
 }
 
 /// `factor * 10^power` without the rounding of a power computed as such: kg is exactly 1.

@@ -7,7 +7,7 @@
 use hyd_source::Span;
 use rustc_hash::FxHashSet;
 
-/// The whole numbers of a text that are written in digits: `100000` counts something, `1e5` measures it.
+/// The integers of a text that are written in digits: `100000` counts something, `1e5` measures it.
 pub struct WholeNumbers(FxHashSet<u64>);
 
 impl WholeNumbers {

@@ -16,7 +16,7 @@ impl Rational {
     /// 1.
     pub const ONE: Self = Self { numerator: 1, denominator: 1 };
 
-    /// A whole number.
+    /// An integer.
     pub const fn whole(value: i32) -> Self {
         Self { numerator: value, denominator: 1 }
     }
@@ -49,7 +49,7 @@ impl Rational {
         self.numerator == 0
     }
 
-    /// The whole number, if it is one.
+    /// The integer, if it is one.
     pub fn as_whole(self) -> Option<i32> {
         (self.denominator == 1).then_some(self.numerator)
     }

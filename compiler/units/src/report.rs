@@ -134,7 +134,7 @@ impl Reporter<'_> {
         let negated = |slot: hyd_symbolic::SlotId| operands[slot.0 as usize].negated();
         let arena = &self.flat.templates.arena;
         let mut text = hyd_symbolic::print_signed(arena, node, &name, &negated, false);
-        // The sign of a lone operand is no part of its unit.
+        // The sign of a lone operand is not part of its unit.
         if let Some(inner) =
             text.strip_prefix('-').filter(|inner| inner.chars().all(|c| c.is_alphanumeric() || "._[](),".contains(c)))
         {

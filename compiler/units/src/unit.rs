@@ -2,7 +2,7 @@
 //!
 //! A value `v` in a unit stands for `factor*v + offset` in the coherent SI unit of its dimension (BIPM, "The International
 //! System of Units", 9th edition, 2019, section 2.3).  Plane and solid angles count as numbers: rad = sr = 1.  Only
-//! temperatures that are no differences have an offset.
+//! temperatures that are not differences have an offset.
 
 use crate::rational::Rational;
 

@@ -161,7 +161,7 @@ fn contradictions_through_undeclared_variables_are_found() {
     let coupled = check(&format!("  Real u; Real z;\n{SI}  u*z = x; u/z = t; u*u = m*x;"));
     assert_eq!(coupled.messages().len(), 1);
     let rate = check(&format!("  Real u;\n{SI}  der(u) = x - u;"));
-    assert_eq!(rate.messages().len(), 1, "a rate is no quantity");
+    assert_eq!(rate.messages().len(), 1, "a rate is not a quantity");
     // A model without units says nothing.
     let silent = check("  Real u(start = 1); Real z;\nequation\n  der(u) = -u; z = sin(time) + u;");
     assert!(silent.report.diagnostics.is_empty(), "{:?}", silent.messages());
@@ -224,7 +224,7 @@ end P;";
 fn unreadable_units_are_told_at_the_declaration() {
     let checked = check("  Real p(unit = \"Pascal\") = 1; Real q(unit = \"m\", displayUnit = \"s\") = 1;");
     let expected = [
-        "the unit \"Pascal\" of `p` has the symbol `Pascal`, which is no unit",
+        "the unit \"Pascal\" of `p` has the symbol `Pascal`, which is not a unit",
         "`q` has the unit m, but shall be shown in s",
     ];
     assert_eq!(checked.messages(), expected);

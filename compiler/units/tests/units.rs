@@ -76,7 +76,7 @@ fn other_units_have_the_values_of_tables_7_and_8() {
 
 #[test]
 fn symbols_come_before_prefixes_and_notations_agree() {
-    // min is no milli-inch, cd no centi-day, Pa no peta-year, T no prefix.
+    // min is not a milli-inch, cd not a centi-day, Pa not a peta-year, T not a prefix.
     assert_eq!(parse_unit("min").expect("min").factor, 60.0);
     assert_eq!(to_text(&parse_unit("cd").expect("cd")), "cd");
     for (a, b) in

@@ -121,7 +121,7 @@ impl Fit {
         let columns = &self.jacobian.as_ref()?.1;
         let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
         let mut places: Vec<usize> = unknowns.iter().map(place).collect::<Option<_>>()?;
-        // What is no column was held all along.
+        // What is not a column was held all along.
         places.extend(held.iter().filter_map(place));
         let covariance = self.covariance()?;
         // What is known of some when all else follows them is the inverse of their part of the covariance.

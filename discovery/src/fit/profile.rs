@@ -3,7 +3,7 @@
 //! The unknown is moved outwards step by step, all others are fitted anew, and the interval ends where the cost has risen by the
 //! 95 % point of chi-square with one degree of freedom (Raue et al. 2009, "Structural and practical identifiability
 //! analysis of partially observed dynamical models by exploiting the profile likelihood").  Unlike the standard error it sees
-//! that the cost is no parabola; a side on which it never rises so far stays open.
+//! that the cost is not a parabola; a side on which it never rises so far stays open.
 
 use crate::Fault;
 use crate::fit::schedule::lower;
@@ -25,7 +25,7 @@ pub struct Profile {
     pub points: Vec<(f64, f64)>,
     /// Ends of the 95 % interval; none where the cost does not rise so far.
     pub interval: (Option<f64>, Option<f64>),
-    /// The fit that was started from was no minimum: a point lies below it by more than the fit's tolerance.
+    /// The fit that was started from was not a minimum: a point lies below it by more than the fit's tolerance.
     pub lower_found: bool,
 }
 

@@ -149,7 +149,7 @@ impl Problem<'_> {
         meaning.places().iter().filter_map(share).collect()
     }
 
-    /// Change of the whitened residuals of a shot with a change of its channels; none where it is no number.
+    /// Change of the whitened residuals of a shot with a change of its channels; none where it is not a number.
     pub(crate) fn response(
         &self,
         xi: &[f64],

@@ -56,7 +56,7 @@ impl Weighing {
     }
 }
 
-/// Where a share of a record ends (s).  What comes before 0, the record before the trigger, is no part of the share,
+/// Where a share of a record ends (s).  What comes before 0, the record before the trigger, is not part of the share,
 /// nor is the time before a run whose clock counts from elsewhere.
 fn end_of(span: &Span, horizon: f64) -> f64 {
     let from = span.start.max(0.0);
@@ -69,12 +69,12 @@ impl Problem<'_> {
         (0..self.data.shots.len()).collect()
     }
 
-    /// True if something that is no number of an effect is farther from what is expected than measurements of it leave open.
+    /// True if something that is not a number of an effect is farther from what is expected than measurements of it leave open.
     pub(crate) fn is_pulled(&self, xi: &[f64]) -> bool {
         !self.beyond(xi, PULLED).is_empty()
     }
 
-    /// What is no number of an effect and farther from what is expected than so many standard deviations.
+    /// What is not a number of an effect and farther from what is expected than so many standard deviations.
     pub(crate) fn beyond(&self, xi: &[f64], limit: f64) -> Vec<usize> {
         (0..xi.len()).filter(|&k| self.unknowns[k].effect.is_none() && xi[k].abs() > limit).collect()
     }
@@ -160,7 +160,7 @@ impl Problem<'_> {
         all
     }
 
-    /// Why a misfit is no number: the shot and the channel whose residuals are the largest.
+    /// Why a misfit is not a number: the shot and the channel whose residuals are the largest.
     pub(crate) fn overflow(&self, xi: &[f64], runs: &Runs, weighing: &Weighing) -> Fault {
         let spans = self.spans(weighing.horizon);
         let mut worst = (0.0, None);
@@ -169,7 +169,7 @@ impl Problem<'_> {
             let residuals = self.residuals_of(shot, xi, (runs, &spans[shot]), weighing);
             let channels = (0..data.traces.len()).filter(|&channel| data.traces[channel].is_some());
             for (channel, part) in channels.zip(residuals.chunks(data.times.len().max(1))) {
-                // What is no number is worse than any.
+                // What is not a number is worse than any.
                 let largest = part.iter().map(|r| if r.is_nan() { f64::INFINITY } else { r.abs() }).fold(0.0, f64::max);
                 if largest > worst.0 {
                     worst = (largest, Some((shot, channel)));
@@ -179,7 +179,7 @@ impl Problem<'_> {
         let place = worst.1.map_or_else(String::new, |(shot, channel)| {
             format!("shot {}, channel `{}`: ", self.data.shots[shot].number, self.data.channels[channel].name)
         });
-        Fault::new(format!("{place}model and measurement are so far apart that the misfit is no number"))
+        Fault::new(format!("{place}model and measurement are so far apart that the misfit is not a number"))
     }
 
     /// Change of the whitened residuals when the channels go from `runs` to `other`.
@@ -306,7 +306,7 @@ mod tests {
     fn a_share_of_a_record_does_not_depend_on_its_clock() {
         let end = |start: f64, stop: f64| end_of(&Span { start, stop, intervals: 20 }, 0.25);
         assert_eq!(end(0.0, 0.04), 0.01);
-        // The record before the trigger is no part of the share.
+        // The record before the trigger is not part of the share.
         assert_eq!(end(-0.002, 0.04), 0.01);
         assert!((end(100.0, 100.04) - 100.01).abs() < 1e-12);
     }

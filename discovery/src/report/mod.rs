@@ -83,7 +83,7 @@ pub fn report(
     let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
         return Err(Fault::run("nothing was fitted"));
     };
-    // What was tried on the way is no part of the answer that nothing is missing.
+    // What was tried on the way is not part of the answer that nothing is missing.
     let last = if findings.status == Status::Adequate { first } else { last };
     let scene = Scene { setup, workshop, findings, first, last };
     let base = first.base.problem(setup)?;

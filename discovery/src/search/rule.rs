@@ -183,7 +183,7 @@ mod tests {
         // It leads by more than the lead: the other one is not the explanation.
         assert_eq!(says(&[demanding(320.0), sound(300.0)], UNEXPLAINED), Outcome::Unexplained);
         assert_eq!(says(&[demanding(320.0), sound(300.0)], NOISE), Outcome::Nothing);
-        // It leads by less: the other one is named, and it is no rival, for chance explains as much.
+        // It leads by less: the other one is named, and it is not a rival, for chance explains as much.
         assert_eq!(says(&[demanding(305.0), sound(300.0)], UNEXPLAINED), Outcome::Name(1));
         // A size of nothing is the model without, however low its cost.
         let nothing = with(sound(400.0), |own| own.errors = Some(1.0));

@@ -5,7 +5,7 @@
 pub enum Kind {
     /// 64-bit floating point numbers.
     Number,
-    /// 64-bit whole numbers.
+    /// 64-bit integers.
     Whole,
     /// UTF-8 texts.
     Text,
@@ -16,7 +16,7 @@ pub enum Kind {
 pub enum Cells {
     /// Floating point numbers.
     Numbers(Vec<f64>),
-    /// Whole numbers.
+    /// Integers.
     Wholes(Vec<i64>),
     /// Texts.
     Texts(Vec<String>),

@@ -1,6 +1,6 @@
 //! A Parquet file of this crate read back.
 //!
-//! Takes flat tables of required doubles, 64-bit whole numbers and texts; anything else is refused by name.  The library behind
+//! Takes flat tables of required doubles, 64-bit integers and texts; anything else is refused by name.  The library behind
 //! asserts what it takes for granted, so that damaged files may end in a panic of its own; that is an error here.
 
 use std::cell::Cell;

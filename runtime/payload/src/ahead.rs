@@ -29,7 +29,7 @@ pub(crate) struct Search {
 #[derive(Clone, Copy, Debug)]
 struct Known {
     held: bool,
-    /// It is true with a root function of zero, as `>=` is: zero is no change.
+    /// It is true with a root function of zero, as `>=` is: zero is not a change.
     resting: bool,
     /// How often no interval was short enough to decide.
     halved: u32,

@@ -23,7 +23,7 @@ pub const VERSION: u32 = 3;
 /// Bytes before the model.
 const HEADER: usize = 8 + 3 * 4 + 2 * 8;
 
-/// Why bytes are no model that can run here.
+/// Why bytes are not a model that can run here.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum FormatError {
     /// They do not begin as a payload does.

@@ -180,7 +180,7 @@ impl Enclosure {
         if self.value.is(0.0) { Some(false) } else { (!self.value.contains(0.0)).then_some(true) }
     }
 
-    /// A whole number that jumps: one of those from `low` to `high`.
+    /// An integer that jumps: one of those from `low` to `high`.
     fn whole(low: f64, high: f64) -> Self {
         match low == high {
             true => Self::constant(low),

@@ -76,7 +76,7 @@ pub struct EventRoutines {
     pub reinits: RoutineId,
     /// Which unknown each of them is for.
     pub reinit_unknowns: Vec<u32>,
-    /// Discrete equations or `reinit` read rates or unknowns that are no states, themselves or through assigned variables.
+    /// Discrete equations or `reinit` read rates or unknowns that are not states, themselves or through assigned variables.
     pub reads_solution: bool,
     /// Conditions of assertions and terminations to `Out`.
     pub checks: RoutineId,

@@ -76,7 +76,7 @@ impl<W: Write> RowFile for CsvStream<W> {
     }
 }
 
-/// Appends the shortest decimal text that reads back to `value`; whole numbers without a point, no negative zero.
+/// Appends the shortest decimal text that reads back to `value`; integers without a point, no negative zero.
 pub fn format_number(value: f64, text: &mut String) {
     // Writing to a string cannot fail.
     let _ = write!(text, "{:?}", value + 0.0);

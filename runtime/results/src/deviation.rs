@@ -1,7 +1,7 @@
 //! How far two results lie apart, variable by variable.
 //!
 //! The results may have different times.  A value of one is held against all values that the other takes within a short
-//! window of time, so that a jump that comes a little earlier or later is no deviation; this is done both ways.  The window
+//! window of time, so that a jump that comes a little earlier or later is not a deviation; this is done both ways.  The window
 //! makes a tube around each curve (as `csv-compare` of the Modelica Association does), here with flat sides.
 
 use std::borrow::Cow;

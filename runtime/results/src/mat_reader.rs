@@ -15,12 +15,12 @@ struct Matrix<'a> {
     bytes: &'a [u8],
 }
 
-/// Reads the bytes of a file; a sentence if they are no such file.
+/// Reads the bytes of a file; a sentence if they are not such a file.
 pub(crate) fn read(bytes: &[u8]) -> Result<Table, String> {
     let matrices = matrices(bytes)?;
     let find = |name: &str| {
         let found = matrices.iter().find(|matrix| matrix.name == name.as_bytes());
-        found.ok_or_else(|| format!("matrix `{name}` is missing; it is no result of a simulation"))
+        found.ok_or_else(|| format!("matrix `{name}` is missing; it is not a result of a simulation"))
     };
     let class = find("Aclass")?.texts(false);
     let transposed = class.iter().any(|text| text == "binTrans");
@@ -84,10 +84,10 @@ fn matrices(file: &[u8]) -> Result<Vec<Matrix<'_>>, String> {
             1 | 2 => 4,
             3 | 4 => 2,
             5 => 1,
-            _ => return Err("it is no MAT file of version 4".to_string()),
+            _ => return Err("it is not a MAT file of version 4".to_string()),
         };
         if kind >= 1000 || word(3)? != 0 {
-            return Err("it is no MAT file of version 4 with little-endian real numbers".to_string());
+            return Err("it is not a MAT file of version 4 with little-endian real numbers".to_string());
         }
         let name_end = 20usize.checked_add(length).filter(|&end| length > 0 && end <= bytes.len());
         let name = name_end.map(|end| &bytes[20..end - 1]).ok_or("the file ends within a name")?;

@@ -40,7 +40,7 @@ pub enum ReadError {
     },
     /// The file cannot be opened or read.
     Io(std::io::Error),
-    /// It is no result in MAT format: why.
+    /// It is not a result in MAT format: why.
     Mat(String),
     /// Time runs backwards at this line.
     TimeDescends {

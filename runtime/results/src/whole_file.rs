@@ -3,7 +3,7 @@
 //! It is written beside its place under a temporary name and renamed at the end; dropping it before removes it.  What stood
 //! there keeps its rights and its links: a symbolic link still leads to it, and where the file has several names all of them show
 //! what is new.  A file that may only be read is not replaced, nor is one that the process has read (`read_files`).  What
-//! exists and is no ordinary file (a pipe, a device) is written directly.
+//! exists and is not an ordinary file (a pipe, a device) is written directly.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
@@ -93,7 +93,7 @@ impl WholeFile {
                 let (file, beside) = temporary(&target)?;
                 let copied = fs::copy(&made, &beside).and_then(|_| file.sync_all());
                 if let Err(error) = copied.and_then(|()| fs::rename(&beside, &target)) {
-                    // What is left behind is ours; the error that is told says more.
+                    // What is left behind is ours; the error that is reported says more.
                     let _ = fs::remove_file(&beside);
                     return Err(error);
                 }
@@ -120,7 +120,7 @@ fn target(path: &Path) -> io::Result<PathBuf> {
 
 /// A new file beside `target` that is hidden from most listings.
 fn temporary(target: &Path) -> io::Result<(File, PathBuf)> {
-    let no_name = || io::Error::new(io::ErrorKind::InvalidInput, "it is no file name");
+    let no_name = || io::Error::new(io::ErrorKind::InvalidInput, "it is not a file name");
     let name = target.file_name().ok_or_else(no_name)?;
     for attempt in 0..u32::MAX {
         let mut hidden = OsString::from(".");

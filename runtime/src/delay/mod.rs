@@ -33,7 +33,7 @@ const SHORTEST_PART: f64 = 1e-3;
 const SAME_DELAY: f64 = 16.0 * f64::EPSILON;
 /// Points of the past, beside the iterate, for a value within the step in work.
 const NEWEST_POINTS: usize = 4;
-/// They lie at least this part of the step in work apart, so that differences are no noise.
+/// They lie at least this part of the step in work apart, so that differences are not noise.
 const NEWEST_DISTANCE: f64 = 0.25;
 
 /// The past of a run and all work space; used for run after run.

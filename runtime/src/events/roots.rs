@@ -47,7 +47,7 @@ struct Dip {
 /// Watches the root functions over a run.
 pub(crate) struct RootWatch {
     held: Vec<bool>,
-    /// The value was exactly zero on the wrong side just after the last event: zero is no change until it has moved.
+    /// The value was exactly zero on the wrong side just after the last event: zero is not a change until it has moved.
     resting: Vec<bool>,
     /// Time of the last event or the start (s): nothing happens before it, also where a step's begin is rounded to before it.
     from: f64,

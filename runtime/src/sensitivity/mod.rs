@@ -423,7 +423,7 @@ fn direction(tables: &Tables, name: &str) -> Result<Direction, OptionError> {
         return Err(refusal(name, "it decides sizes or structure, so nothing depends on it smoothly"));
     }
     if variable.kind != hyd_system::ValueKind::Real {
-        return Err(refusal(name, "it is no real number"));
+        return Err(refusal(name, "it is not a real number"));
     }
     match variable.sources.get(element).ok_or_else(unknown)?.place {
         Place::Parameter(index) => Ok(Direction::Parameter(index)),

@@ -29,7 +29,7 @@ pub struct Angles {
     pub cosines: Lanes,
 }
 
-/// What is added to a number and taken away again to round it: 1.5*2^52.  The last bits of the sum are those of the whole number.
+/// What is added to a number and taken away again to round it: 1.5*2^52.  The last bits of the sum are those of the integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// The first 33 bits of pi/2 and the rest.
 const QUARTER: [f64; 2] = [f64::from_bits(0x3FF9_21FB_5440_0000), f64::from_bits(0x3DD0_B461_1A62_6331)];

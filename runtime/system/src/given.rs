@@ -9,7 +9,7 @@ use crate::text::told_apart;
 
 /// Lists are nested no deeper.
 const DEEPEST: usize = 32;
-/// Larger whole numbers are not exact as they are stored.
+/// Larger integers are not exact as they are stored.
 const LARGEST: u64 = 1 << 53;
 
 /// A value as it was written.
@@ -25,7 +25,7 @@ impl<'t> Given<'t> {
     /// Reads `1.2`, `b`, `"text"` or `{1, {2, 3}}`.
     ///
     /// # Errors
-    /// Why it is no value.
+    /// Why it is not a value.
     pub fn read(text: &'t str) -> Result<Self, String> {
         let (value, rest) = Self::part(text.trim(), 0)?;
         if rest.is_empty() { Ok(value) } else { Err(format!("`{rest}` follows its end")) }
@@ -157,16 +157,16 @@ impl Elements {
 /// A literal as it is stored in a run.
 ///
 /// # Errors
-/// Why it is no value of this type.
+/// Why it is not a value of this type.
 pub fn number(kind: &ValueKind, leaf: &str) -> Result<f64, String> {
     match kind {
         ValueKind::Real => {
-            // `inf` and `nan` parse as numbers in Rust and are no values here.
+            // `inf` and `nan` parse as numbers in Rust and are not values here.
             let number = leaf.parse::<f64>().ok().filter(|number| number.is_finite());
             number.ok_or_else(|| "it is a Real and needs a finite number".to_string())
         }
         ValueKind::Integer => {
-            let number = leaf.parse::<i64>().map_err(|_| "it is an Integer and needs a whole number".to_string())?;
+            let number = leaf.parse::<i64>().map_err(|_| "it is an Integer and needs an integer value".to_string())?;
             if number.unsigned_abs() > LARGEST {
                 return Err("it is an Integer, and such large ones are not exact".to_string());
             }
@@ -204,7 +204,7 @@ pub fn string(leaf: &str) -> String {
 /// The numbers of an array of these sizes, row by row: a list nested as the array is, or one value for all.
 ///
 /// # Errors
-/// Why it is no value of this type and these sizes.
+/// Why it is not a value of this type and these sizes.
 pub fn numbers(kind: &ValueKind, text: &str, sizes: &[usize]) -> Result<Vec<f64>, String> {
     let given = Given::read(text)?;
     match &given {
@@ -223,7 +223,7 @@ pub fn numbers(kind: &ValueKind, text: &str, sizes: &[usize]) -> Result<Vec<f64>
 pub fn wrong_sizes(wanted: &[usize], found: &[usize]) -> String {
     let text = |sizes: &[usize]| sizes.iter().map(usize::to_string).collect::<Vec<_>>().join(" by ");
     match wanted {
-        [] => "it is no array".to_string(),
+        [] => "it is not an array".to_string(),
         _ => format!("it has {} elements, not {}", text(wanted), text(found)),
     }
 }
@@ -295,8 +295,8 @@ mod tests {
             (real, "{{1, 2}, 3}", &[2, 2], "its lists have different sizes"),
             (real, "{1, 2}", &[3], "it has 3 elements, not 2"),
             (real, "{1, 2, 3, 4}", &[2, 2], "it has 2 by 2 elements, not 4"),
-            (real, "{1}", &[], "it is no array"),
-            (&ValueKind::Integer, "1.5", &[], "it is an Integer and needs a whole number"),
+            (real, "{1}", &[], "it is not an array"),
+            (&ValueKind::Integer, "1.5", &[], "it is an Integer and needs an integer value"),
             (&ValueKind::Integer, "9007199254740993", &[], "it is an Integer, and such large ones are not exact"),
             (&ValueKind::Boolean, "1", &[], "it is a Boolean: `true` or `false`"),
             (&modes, "auto", &[], "it is one of off, on"),

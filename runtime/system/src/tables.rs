@@ -77,7 +77,7 @@ pub struct Source {
 pub enum ValueKind {
     /// A real number.
     Real,
-    /// A whole number.
+    /// An integer.
     Integer,
     /// 0 or 1.
     Boolean,

@@ -25,7 +25,7 @@ impl Random {
         (self.bits() % count.max(1) as u64) as usize
     }
 
-    /// A whole number from `low` to `high`.
+    /// An integer from `low` to `high`.
     pub fn between(&mut self, low: i64, high: i64) -> i64 {
         low + self.below((high - low + 1) as usize) as i64
     }

@@ -56,7 +56,7 @@ fn effects() {
 
 fn generate(arguments: &[String]) -> Result<(), String> {
     let kind = option(arguments, "--kind").unwrap_or("effect");
-    let seed: u64 = option(arguments, "--seed").unwrap_or("1").parse().map_err(|_| "--seed takes a whole number")?;
+    let seed: u64 = option(arguments, "--seed").unwrap_or("1").parse().map_err(|_| "--seed takes an integer")?;
     let size: Option<f64> =
         option(arguments, "--size").map(str::parse).transpose().map_err(|_| "--size takes a number")?;
     let folder = PathBuf::from(option(arguments, "--out").ok_or("--out FOLDER is needed")?);
@@ -150,7 +150,7 @@ fn evaluate(arguments: &[String]) -> Result<(), String> {
     let from_file = option(arguments, "--seed-file").map(std::fs::read_to_string).transpose();
     let from_file = from_file.map_err(|error| format!("--seed-file: {error}"))?;
     let seed = option(arguments, "--seed").or(from_file.as_deref().map(str::trim)).map(str::parse).transpose();
-    let seed: Option<u64> = seed.map_err(|_| "a seed is a whole number")?;
+    let seed: Option<u64> = seed.map_err(|_| "a seed is an integer")?;
     let requests = plan::shard(plan::requests(&parsed, seed)?, option(arguments, "--shard").unwrap_or("1/1"))?;
     let temporary =
         option(arguments, "--sets").map_or_else(|| std::env::temp_dir().join("hidden-effects"), PathBuf::from);

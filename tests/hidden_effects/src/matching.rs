@@ -26,7 +26,7 @@ struct Smooth {
 }
 
 /// Columns of an equation: what is left of it, what parameters may explain of it, terms of effects.  At least one term
-/// of the equation (a mass times its acceleration, the voltage, the swept volume) is no column, or nothing would ever
+/// of the equation (a mass times its acceleration, the voltage, the swept volume) is not a column, or nothing would ever
 /// be left.
 #[derive(Default)]
 struct Equation {

@@ -1,4 +1,4 @@
-// Subscripts that time decides: whole numbers change at events.
+// Subscripts that time decides: integers change at events.
 model Run
   parameter Real v[3] = {10, 20, 30};
   Real w[3] = {1, 2, 3}*time;

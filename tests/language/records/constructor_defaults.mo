@@ -1,5 +1,5 @@
 // Constructors keep what a derived record, a short definition or its own declarations say of fields that get no argument
-// (Modelica 3.6, section 12.6.1); positions count inherited fields where their `extends` stands; what is final is no argument.
+// (Modelica 3.6, section 12.6.1); positions count inherited fields where their `extends` stands; what is final is not an argument.
 record Base
   parameter Real a = 1;
   parameter Real b = 2*a;

@@ -1,4 +1,4 @@
-// What is final is no argument (Modelica 3.6, section 12.6.1).
+// What is final is not an argument (Modelica 3.6, section 12.6.1).
 record R
   final parameter Real a = 2;
   Real b;

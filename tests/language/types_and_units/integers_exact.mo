@@ -1,4 +1,4 @@
-// Whole numbers of the run are exact or end in an error.
+// Integers of the run are exact or end in an error.
 model Run
   Integer a(start = 3, fixed = true);
   Integer b(start = 1, fixed = true);

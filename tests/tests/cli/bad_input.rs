@@ -30,7 +30,7 @@ fn messages_for_wrong_models() {
 /// The case's text and what each of its commands says.
 fn transcript(name: &str, text: &str) -> String {
     let commands: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("// hyd ")).collect();
-    assert!(!commands.is_empty(), "{name}: the first line is no command");
+    assert!(!commands.is_empty(), "{name}: the first line is not a command");
     let mut result = text.to_string();
     for line in commands {
         let (arguments, code) = line.rsplit_once("=>").unwrap();

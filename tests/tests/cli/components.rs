@@ -1,4 +1,4 @@
-//! `hyd check` of a component by itself: what is connected to it is missing, and that is no fault.
+//! `hyd check` of a component by itself: what is connected to it is missing, and that is not a fault.
 
 use crate::process::{Scratch, run};
 

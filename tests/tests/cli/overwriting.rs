@@ -124,7 +124,7 @@ fn a_part_differs_from_the_whole() {
         (code(&["whole.csv"]), code(&["nearly.csv"]), code(&["other.csv", "--common"])),
         (Some(0), Some(0), Some(1))
     );
-    // What is not asked for is no difference.
+    // What is not asked for is not a difference.
     assert_eq!(code(&["lacking.csv", "--variables", "x"]), Some(0));
     let said = run(folder.path(), &["compare", "whole.csv", "part.csv"]).stdout;
     assert!(said.contains("part.csv covers 0 to 1 s") && said.contains("--common"), "{said}");

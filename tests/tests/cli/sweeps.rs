@@ -163,7 +163,7 @@ fn a_sweep_of_which_every_run_fails_is_an_error_with_its_reasons() {
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), some));
 }
 
-/// Values have the names that the model gives them; what lies between two names is no value.
+/// Values have the names that the model gives them; what lies between two names is not a value.
 #[test]
 fn enumerations_and_truth_values_are_varied_by_name() {
     let folder = Scratch::new();

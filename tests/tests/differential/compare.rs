@@ -105,7 +105,7 @@ fn deviation(model: &Model, form: Form, expected: &Solution, rows: &Rows) -> Opt
                 }
                 let right = expected.rows[k][id][element];
                 let allowed = if variable.kind == Kind::Real { ALLOWED * (1.0 + right.abs()) } else { 0.0 };
-                // Not a number is no agreement.
+                // What is not a number agrees with nothing.
                 if (value - right).abs() <= allowed {
                     continue;
                 }

@@ -450,7 +450,7 @@ fn bad_benches_end_with_a_sentence() {
     fs::write(folder.join("shot0.csv"), lines.join("\n")).expect("written");
     refused(&study(), &["shot0.csv", "line 102", "ascend"]);
     fs::write(folder.join("shot0.csv"), good.replacen("0.000050,", "0.000050,x", 1)).expect("written");
-    refused(&study(), &["shot0.csv", "is no number"]);
+    refused(&study(), &["shot0.csv", "is not a number"]);
     fs::write(folder.join("shot0.csv"), good.replacen("time_s", "t", 1)).expect("written");
     refused(&study(), &["shot0.csv", "no column `time_s`", "u_C_V"]);
     fs::remove_file(folder.join("shot0.csv")).expect("removed");

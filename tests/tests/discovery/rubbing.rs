@@ -170,7 +170,7 @@ fn what_was_not_fitted_is_not_listed() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// Nothing to compare is no answer.
+/// Nothing to compare is not an answer.
 #[test]
 fn shots_that_are_masked_throughout_are_refused() {
     let folder = folder("rubbing-masked");

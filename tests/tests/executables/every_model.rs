@@ -35,7 +35,7 @@ fn arguments(result: &Path) -> RunArguments {
 /// What differs for one model; nothing if all is well.
 fn check(file: &str, launcher: &[u8]) -> Result<(), String> {
     let compilation = compile_file(file, &[], Goal::Run);
-    // Files that hold parts only are no models.
+    // Files that hold parts only are not models.
     let Some(model) = &compilation.model else { return Ok(()) };
     let scratch = Scratch::new();
     let payload = format::write(model.payload());

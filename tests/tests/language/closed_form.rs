@@ -75,7 +75,7 @@ impl Reader<'_> {
         let end = number_end(self.rest);
         let (number, rest) = self.rest.split_at(end);
         self.rest = rest.trim_start();
-        number.parse().unwrap_or_else(|_| panic!("`{}`: `{number}` is no number", self.whole))
+        number.parse().unwrap_or_else(|_| panic!("`{}`: `{number}` is not a number", self.whole))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The examples of `docs/language.md`: every block of the language is translated and run, or gives the error it names.
 //!
 //! A block opens with ```` ```modelica ````, then nothing (runs without errors), `error E0201` (this code must be among its
-//! errors, and no other), `warning W0201` likewise or `fragment` (not looked at; only for grammar that is no text of its own).  Comments such as
+//! errors, and no other), `warning W0201` likewise or `fragment` (not looked at; only for grammar that is not text of its own).  Comments such as
 //! `// expect: x @ 1 = 2` work as in the cases.
 
 use std::path::Path;
@@ -26,7 +26,7 @@ fn examples_of_the_reference() {
                 expected.read("example.hyd", &format!("{block}\n// ok"));
                 check(Path::new("example.hyd"), &block, &expected)
             }
-            _ => vec![format!("`{kind}` is no kind of block")],
+            _ => vec![format!("`{kind}` is not a kind of block")],
         };
         count += 1;
         if !found.is_empty() {

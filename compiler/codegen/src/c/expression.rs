@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 /// Expressions nested deeper than this are broken into local variables.
 const DEEPEST: u32 = 12;
 
-/// Words that are no names of local variables.
+/// Words that are not names of local variables.
 const RESERVED: &[&str] = &[
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
     "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",

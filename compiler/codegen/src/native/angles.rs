@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(calls, [3, 2, 1]);
         assert_eq!(groups.pending(0).map(|angles| angles.len()), Some(2), "both of one angle are one place");
         assert!(groups.place(slots[0]).is_some() && groups.place(slots[1]).is_some());
-        assert_eq!((groups.place(angle), groups.place(above[0])), (None, None), "two calls and one are no group");
+        assert_eq!((groups.place(angle), groups.place(above[0])), (None, None), "two calls and one are not a group");
 
         let position = |id: NodeId| order.iter().position(|&known| known == id).expect("still there");
         assert_eq!(order.len(), before.len());

@@ -1,7 +1,7 @@
 //! Kernels to the kernels of their partial derivatives, and the rows that chain them.
 //!
 //! For each stored expression of a kernel and each slot it depends on, one derivative is stored beside the others, one
-//! position per instance; derivatives that are numbers are no code but preset coefficients.  Time is one more thing that
+//! position per instance; derivatives that are numbers are not code but preset coefficients.  Time is one more thing that
 //! is read.  The primal routines run before, so assigned variables stand in the work area.
 
 use std::sync::Arc;

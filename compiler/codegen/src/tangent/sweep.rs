@@ -42,7 +42,7 @@ pub(super) struct Product {
 }
 
 impl SweepCode {
-    /// Code for the data marked in `active`; none where the Jacobian is no straight-line code or no code can be made.
+    /// Code for the data marked in `active`; none where the Jacobian is not straight-line code or no code can be made.
     pub(super) fn new(lowered: &Lowered, active: &[bool], backend: Backend) -> Option<Self> {
         let base = &lowered.program;
         let JacobianForm::Entries(jacobian) = lowered.routines.simulation.jacobian else { return None };

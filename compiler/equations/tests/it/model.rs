@@ -113,7 +113,7 @@ impl Model {
     }
 }
 
-/// Splits at the `=` that is no part of a relation.
+/// Splits at the `=` that is not part of a relation.
 fn split_equation(text: &str) -> (&str, &str) {
     let bytes = text.as_bytes();
     let lone = |&k: &usize| bytes[k] == b'=' && !b"<>=".contains(&bytes[k - 1]) && bytes.get(k + 1) != Some(&b'=');

@@ -124,7 +124,7 @@ impl Machine<'_> {
         self.trace.answer(now, gap, timed)
     }
 
-    /// A whole number that holds until the next event.
+    /// An integer that holds until the next event.
     fn rounded(&mut self, now: f64, x: f64, of: &[&Expr]) -> Done<f64> {
         let gap = (x - x.floor()).min(x.ceil() - x);
         self.answer(now, gap, of)

@@ -52,7 +52,7 @@ impl From<String> for Trouble {
 const STEPS: usize = 128;
 /// Largest relative difference of the two runs; the error of the finer one is a fifteenth of it where the solution is smooth.
 const RESOLVED: f64 = 5e-6;
-/// What is larger than this is no answer of a stable model.
+/// What is larger than this is not an answer of a stable model.
 const BOUND: f64 = 1e4;
 
 /// Computes a model at these instants; the stop time is one of them.

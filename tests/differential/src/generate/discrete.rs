@@ -1,11 +1,11 @@
-//! Whole numbers in functions, functions before the run, `when` in algorithm sections.
+//! Integers in functions, functions before the run, `when` in algorithm sections.
 
 use super::Builder;
 use super::events::{assign, pre};
 use super::functions::{real, set, whole};
 use crate::model::{Expr, Form, Kind, Operator, Range, Role, Statement, Step, Target, Variable};
 
-/// A function of whole numbers whose turns its arguments decide.
+/// A function of integers whose turns its arguments decide.
 fn whole_function(b: &mut Builder) -> String {
     let (a, c) = (Expr::local("a"), Expr::local("c"));
     let positive = Expr::binary(Operator::Greater, a.clone(), Expr::Number(0.0));
@@ -35,7 +35,7 @@ fn whole_function(b: &mut Builder) -> String {
     b.function(vec![whole("n")], vec![whole("c")], vec![whole("a")], body)
 }
 
-/// A function of whole numbers, called with what events change.
+/// A function of integers, called with what events change.
 fn whole_call(b: &mut Builder, name: String) {
     let n = match b.wholes.is_empty() {
         true => Expr::Number(b.random.between(-3, 9) as f64),

@@ -1,4 +1,4 @@
-//! Events: samplers, switches, jumps of states, enumerations, whole numbers, discrete arrays.
+//! Events: samplers, switches, jumps of states, enumerations, integers, discrete arrays.
 
 use super::Builder;
 use crate::model::{Expr, Form, Id, Kind, Operator, Range, Role, Statement, Subscript, Target, Variable};
@@ -157,7 +157,7 @@ pub fn modes(b: &mut Builder) {
     b.truths.push(Expr::binary(Operator::Greater, Expr::name(id), Expr::Literal(1)));
 }
 
-/// Rounding of what changes with time or state, quotients of whole numbers.
+/// Rounding of what changes with time or state, quotients of integers.
 pub fn rounding(b: &mut Builder) {
     let name = b.fresh("k");
     let id = b.model.add(Variable::new(name, Role::Algebraic).of(Kind::Integer));
