@@ -8,15 +8,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_instance::class::{elements, nested_classes};
+use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
 use hyd_instance::{ClassId, ClassTable, InstId, InstanceTree, Sources};
 use hyd_source::{Diagnostic, Files, Severity, Span};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
 use crate::pipeline::choose;
-
-/// The name under which the annotations of this tool stand.
-const VENDOR: &str = "__hyd";
 
 /// A value in an annotation.
 #[derive(Clone, PartialEq, Debug)]

@@ -10,7 +10,7 @@ use crate::build::InstanceTree;
 use crate::instance::InstId;
 
 /// The name under which the annotations of this tool stand.
-const VENDOR: &str = "__hyd";
+pub const VENDOR: &str = "__hyd";
 /// The annotation of a connector that may not stay open.
 pub const MUST_BE_CONNECTED: &str = "mustBeConnected";
 /// The annotation of a connector that only one other may be connected to.
