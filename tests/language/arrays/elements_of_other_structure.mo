@@ -38,7 +38,7 @@ model Run
       lost = 0;
     end if;
   end Cell;
-  Cell c[3](leaks = {true, false, true}, R = {1, 2, 1});
+  Cell c[3](leaks = {true, false, true}, R = {1, 2, 1}); // warning W0301: nothing is connected to `c[3].n`, so nothing flows through it
   Source source(v = 5);
   Real lost = sum(c.lost);
 equation
