@@ -16,6 +16,7 @@ impl Builder {
     fn part(&mut self, count: Option<usize>) -> usize {
         let (name, class) = (self.fresh("part"), self.fresh("Part"));
         let inherits = self.random.once_in(3);
+        let uneven = count.is_some() && self.random.once_in(3);
         let shape = Shape::Model;
         self.model.components.push(Component {
             name,
@@ -25,6 +26,7 @@ impl Builder {
             parameter: false,
             value: None,
             inherits,
+            uneven,
             dropped: false,
         });
         self.model.components.len() - 1

@@ -56,6 +56,7 @@ pub fn network(b: &mut Builder) {
         parameter: false,
         value: None,
         inherits: false,
+        uneven: false,
         dropped: false,
     };
     b.model.components.push(part("mass", masses));

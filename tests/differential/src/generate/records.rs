@@ -33,6 +33,7 @@ impl Builder {
             parameter,
             value,
             inherits: false,
+            uneven: false,
             dropped: false,
         };
         self.model.components.push(component);

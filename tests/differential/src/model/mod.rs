@@ -116,6 +116,8 @@ pub struct Component {
     pub value: Option<Expr>,
     /// The parameters of the class are declared in a base class of it.
     pub inherits: bool,
+    /// The elements of the array differ in a size that nothing else depends on.
+    pub uneven: bool,
     /// It is gone with its variables.
     pub dropped: bool,
 }

@@ -134,6 +134,9 @@ impl Printer<'_> {
                 }));
             }
         }
+        if component.uneven {
+            own.push("  parameter Integer fillers = 1;\n  Real filler[fillers] = fill(1.0, fillers);\n".to_string());
+        }
         for outer in self.outer(id) {
             let variable = &self.model.variables[outer];
             let prefix = if variable.role == Role::Parameter { "parameter " } else { "" };
@@ -207,7 +210,11 @@ impl Printer<'_> {
         }
         let values = self.owned(id);
         let values = values.iter().filter_map(|(k, v)| Some(format!("{} = {}", v.name, self.expr(self.declared(*k)?))));
-        let values: Vec<String> = values.collect();
+        let mut values: Vec<String> = values.collect();
+        if let (true, Some(n)) = (component.uneven, component.count) {
+            let sizes: Vec<String> = (1..=n).map(|k| k.to_string()).collect();
+            values.push(format!("fillers = {{{}}}", sizes.join(", ")));
+        }
         let values = if values.is_empty() { String::new() } else { format!("({})", values.join(", ")) };
         format!("  {prefix}{} {}{count}{values};\n", component.class, component.name)
     }
