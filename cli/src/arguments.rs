@@ -189,6 +189,10 @@ pub struct Build {
     /// The executable
     #[arg(long, short, value_name = "EXE")]
     pub output: PathBuf,
+    /// Makes all variables of loops of equations unknowns of the solver: slower, for values of the parameters with which rounding errors
+    /// grow along a loop
+    #[arg(long)]
+    pub whole_loops: bool,
     /// Prints what was made as JSON
     #[arg(long)]
     pub json: bool,

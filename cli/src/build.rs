@@ -11,7 +11,7 @@ use hyd_results::write_whole;
 use hyd_system::DaeSystem;
 
 use crate::arguments::Build;
-use crate::translate::translate;
+use crate::translate::{translate, translate_whole_loops};
 use crate::{Failure, output, parameters};
 use hyd_run::check_target;
 
@@ -24,7 +24,10 @@ const LAUNCHER: &str = if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launc
 pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     check_target("-o", &arguments.output, &[&arguments.model.file])?;
     let launcher = launcher(&arguments.output)?;
-    let compilation = translate(&arguments.model, Goal::Run)?;
+    let compilation = match arguments.whole_loops {
+        true => translate_whole_loops(&arguments.model)?,
+        false => translate(&arguments.model, Goal::Run)?,
+    };
     let model = compilation.model.as_ref();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let mut payload = model.payload().clone();

@@ -4,17 +4,17 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_compiler::Goal;
+use hyd_compiler::{Compilation, CompiledModel, CompiledSystem, Goal};
 use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
-use hyd_run::check_target;
 use hyd_run::parameters::varied;
+use hyd_run::{DONE_AGAIN, WHOLE_LOOPS, check_target};
 use hyd_runtime::{LinearModel, OperatingPoint, Options, SolveError, linearize as linear_model, simulate};
 use hyd_system::{DaeSystem, Source, Tables, significant};
 use serde_json::json;
 
 use crate::arguments::Linearize;
-use crate::translate::{self, translate};
+use crate::translate::{self, translate, with_whole_loops};
 use crate::{Failure, output, parameters, run_failure};
 
 /// Runs the verb.
@@ -24,23 +24,29 @@ pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
         check_target("--result", path, &[&arguments.model.file])?;
     }
     let compilation = translate(&arguments.model, Goal::Run)?;
-    let model = compilation.model.as_ref();
-    let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
-    let mut system = model.instantiate();
-    parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
+    let model = compilation.model.clone();
+    let mut model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let input_names = named_or(&arguments.input, compilation.flat.as_deref(), |flat| &flat.inputs);
     let output_names = named_or(&arguments.output, compilation.flat.as_deref(), |flat| &flat.outputs);
-    let inputs = inputs(system.tables(), &input_names)?;
-    let outputs = outputs(system.tables(), &output_names)?;
-
-    let experiment = &model.payload().experiment;
-    let start = experiment.start.unwrap_or(0.0);
-    let mut options = Options::new(start, arguments.at);
-    options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
-    options.intervals = 1;
-    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
+    let (mut system, options) = ready(arguments, &compilation, &model)?;
+    let found = |system: &CompiledSystem| -> Result<_, Failure> {
+        Ok((inputs(system.tables(), &input_names)?, outputs(system.tables(), &output_names)?))
+    };
+    let (mut inputs, mut outputs) = found(&system)?;
     let mut last = LastRow::default();
-    let ran = simulate(&mut system, &options, &mut last, &|| false);
+    let mut ran = simulate(&mut system, &options, &mut last, &|| false);
+    if ran.as_ref().is_err_and(SolveError::may_be_rounding)
+        && let Some(whole) = with_whole_loops(&compilation, &arguments.model.set)
+    {
+        let (mut other, options) = ready(arguments, &compilation, &whole)?;
+        let again = simulate(&mut other, &options, &mut last, &|| false);
+        if again.is_ok() {
+            let sentence = format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}");
+            output::sentence("warning", &sentence, arguments.model.message_format);
+            (inputs, outputs) = found(&other)?;
+            (ran, system, model) = (again, other, whole);
+        }
+    }
     let reached = ran.map_err(|error: SolveError| {
         let diagnostic = run_failure::diagnostic(&error, &compilation.files, compilation.flat.as_deref(), None);
         translate::report(&compilation.files, &[diagnostic], arguments.model.message_format);
@@ -75,6 +81,23 @@ pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
         linear,
     };
     names.write(format, arguments)
+}
+
+/// A system with its parameters set, and the times of its run.
+fn ready(
+    arguments: &Linearize,
+    compilation: &Compilation,
+    model: &CompiledModel,
+) -> Result<(CompiledSystem, Options), Failure> {
+    let mut system = model.instantiate();
+    parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
+    let experiment = &model.payload().experiment;
+    let start = experiment.start.unwrap_or(0.0);
+    let mut options = Options::new(start, arguments.at);
+    options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
+    options.intervals = 1;
+    options.check().map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok((system, options))
 }
 
 /// How the linear model is written.

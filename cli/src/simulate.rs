@@ -7,12 +7,12 @@ use std::sync::Arc;
 use hyd_compiler::{Compilation, Goal};
 use hyd_report::{Curve, Figure};
 use hyd_results::partial;
-use hyd_run::{Facts, Outcome, Recorder, Status, check_usage, finish, options, tell};
-use hyd_runtime::{Cause, SolveError};
+use hyd_run::{DONE_AGAIN, Facts, Outcome, Recorder, Status, WHOLE_LOOPS, check_usage, finish, options, tell};
+use hyd_runtime::SolveError;
 
 use crate::arguments::Simulate;
 use crate::picture::{check_picture, write_picture};
-use crate::translate::{self, translate, translate_whole_loops};
+use crate::translate::{self, translate, with_whole_loops};
 use crate::{Failure, clock, output, parameters, run_failure};
 
 /// Runs the verb.
@@ -34,11 +34,14 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     }
     let mut compilation = compilation;
     let mut outcome = run(arguments, &compilation, begin, Vec::new())?;
-    if outcome.result.as_ref().is_err_and(may_be_rounding) {
-        let whole = translate_whole_loops(&arguments.model)?;
-        let again = run(arguments, &whole, begin, vec![WHOLE_LOOPS.to_string()])?;
-        if again.result.is_ok() {
-            (compilation, outcome) = (whole, again);
+    if outcome.result.as_ref().is_err_and(SolveError::may_be_rounding)
+        && let Some(whole) = with_whole_loops(&compilation, &arguments.model.set)
+    {
+        let torn = compilation.model.replace(whole);
+        let again = run(arguments, &compilation, begin, vec![format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}")])?;
+        match again.result {
+            Ok(_) => outcome = again,
+            Err(_) => compilation.model = torn,
         }
     }
     let format = arguments.model.message_format;
@@ -55,20 +58,6 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         let diagnostic = run_failure::diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
         translate::report(&compilation.files, &[diagnostic], format);
     }))
-}
-
-/// What is said of a run that had to be done again.
-const WHOLE_LOOPS: &str = "rounding errors grew along a loop of equations; the run was done again with all variables of the loops as \
-                           unknowns of the solver";
-
-/// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular.
-fn may_be_rounding(error: &SolveError) -> bool {
-    let singular = |cause: &Cause| *cause == Cause::Singular;
-    match error {
-        SolveError::Rounding { .. } | SolveError::Singular(_) => true,
-        SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => singular(cause),
-        _ => false,
-    }
 }
 
 /// One run; `warnings` are said of it beside its own.

@@ -1,14 +1,15 @@
 //! `hyd sweep FILE --vary NAME=VALUES ... --result DIR`: many runs on all cores, resumable; `hyd sweep merge DIR` joins shards.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
-use hyd_compiler::Goal;
+use hyd_compiler::{CompiledModel, Goal};
 use hyd_ensemble::Plan;
-use hyd_run::{Subject, join, override_plan, prepare, read_plan};
+use hyd_run::{Subject, WholeLoops, join, override_plan, prepare, read_plan};
 use hyd_system::DaeSystem;
 
 use crate::arguments::{ModelArguments, Sweep};
-use crate::translate::translate;
+use crate::translate::{translate, with_whole_loops};
 use crate::{Failure, parameters};
 
 /// Runs the verb.
@@ -36,7 +37,17 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
     };
     let payload = model.payload();
     let limits = &payload.parameters.limits;
-    let subject = Subject { sources: payload.identity.sources, experiment: payload.experiment, limits, make: &make };
+    // Translated once, by whichever run needs it first.
+    let whole: OnceLock<Option<Arc<CompiledModel>>> = OnceLock::new();
+    let make_whole = || {
+        let model = whole.get_or_init(|| with_whole_loops(&compilation, &set)).as_ref()?;
+        let mut system = model.instantiate();
+        parameters::apply(&mut system, &set, &compilation.set_at_translation).ok()?;
+        Some(Box::new(system) as Box<dyn DaeSystem>)
+    };
+    let whole_loops = if payload.has_torn_loops() { WholeLoops::Made(&make_whole) } else { WholeLoops::Needless };
+    let (sources, experiment) = (payload.identity.sources, payload.experiment);
+    let subject = Subject { sources, experiment, limits, make: &make, whole_loops };
     prepared.run(&subject, "hyd sweep merge")
 }
 

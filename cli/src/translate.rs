@@ -1,9 +1,12 @@
 //! From a file on the command line to a compilation, with all messages out on standard error.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hyd_compiler::render::{render, render_json};
-use hyd_compiler::{Code, Compilation, Diagnostic, Files, Goal, Options, Sources, compile, compile_whole_loops};
+use hyd_compiler::{
+    Code, Compilation, CompiledModel, Diagnostic, Files, Goal, Options, Sources, compile, compile_whole_loops,
+};
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
 use crate::inside::refuse_outside;
@@ -21,9 +24,27 @@ pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compil
     if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
 }
 
-/// Compiles a model that has been compiled before once more, with all variables of loops as unknowns of the solver.
+/// The same with all variables of loops as unknowns of the solver.
 pub(crate) fn translate_whole_loops(arguments: &ModelArguments) -> Result<Compilation, Failure> {
-    compile_by(arguments, Goal::Run, compile_whole_loops)
+    let compilation = compile_by(arguments, Goal::Run, compile_whole_loops)?;
+    report(&compilation.files, &compilation.diagnostics, arguments.message_format);
+    if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
+}
+
+/// Code of a model once more, with all variables of loops as unknowns of the solver; none where there are no loops whose variables
+/// are computed one after the other, or where that cannot be translated.
+pub(crate) fn with_whole_loops(compilation: &Compilation, set: &[(String, String)]) -> Option<Arc<CompiledModel>> {
+    let (flat, model) = (compilation.flat.as_ref()?, compilation.model.as_ref()?);
+    if !model.payload().has_torn_loops() {
+        return None;
+    }
+    let options = Options {
+        model: compilation.model_name.as_deref().map(str::to_string),
+        set: set.to_vec(),
+        goal: Goal::Run,
+        clock: clock::cpu_seconds,
+    };
+    hyd_compiler::with_whole_loops(flat, &compilation.files, &options).ok()
 }
 
 /// The same without a word on what the compiler says.

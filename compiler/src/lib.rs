@@ -18,4 +18,6 @@ pub use hyd_instance::{SourceText, Sources};
 pub use hyd_source::{Code, Diagnostic, Files, Severity, did_you_mean};
 pub use hyd_syntax::{Head, head, print_string};
 pub use injection::{InjectionSite, injection_sites};
-pub use pipeline::{Compilation, Goal, Options, Stage, StageTime, compile, compile_whole_loops, compile_with};
+pub use pipeline::{
+    Compilation, Goal, Options, Stage, StageTime, compile, compile_whole_loops, compile_with, with_whole_loops,
+};

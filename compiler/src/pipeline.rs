@@ -173,6 +173,24 @@ pub fn compile_whole_loops(sources: &mut dyn Sources, name: &str, text: &str, op
     compile_loops(sources, name, text, options, (&[], Loops::Whole))
 }
 
+/// Makes code once more of a model that has been compiled, with all variables of loops as unknowns of the solver; `flat` and `files` are
+/// those of the compilation, which had no errors under the same options.
+///
+/// # Errors
+/// What the compiler says of the model with whole loops.
+pub fn with_whole_loops(
+    flat: &FlatModel,
+    files: &Files,
+    options: &Options,
+) -> Result<Arc<CompiledModel>, Vec<Diagnostic>> {
+    let mut result = Compilation::new(files.clone(), Vec::new());
+    sort(&mut result, flat, options, (&[], Loops::Whole));
+    match result.model.take() {
+        Some(model) if !result.has_errors() => Ok(model),
+        _ => Err(result.diagnostics),
+    }
+}
+
 fn compile_loops(
     sources: &mut dyn Sources,
     name: &str,

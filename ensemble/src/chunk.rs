@@ -28,6 +28,17 @@ pub(crate) struct Rows {
     values: Vec<Vec<f64>>,
 }
 
+impl Rows {
+    /// Puts the rows of another run behind these.
+    pub(crate) fn append(&mut self, mut other: Rows) {
+        self.members.append(&mut other.members);
+        self.values.resize_with(self.values.len().max(other.values.len()), Vec::new);
+        for (column, own) in self.values.iter_mut().zip(&mut other.values) {
+            column.append(own);
+        }
+    }
+}
+
 impl<'a> Recorder<'a> {
     pub(crate) fn new(columns: &'a [Column], rows: Option<&'a mut Rows>, member: usize) -> Self {
         let last = vec![f64::NAN; columns.len()];
@@ -75,6 +86,8 @@ pub(crate) struct Ending {
     pub(crate) status: &'static str,
     pub(crate) message: String,
     pub(crate) time: f64,
+    /// Rounding errors may have grown along a torn loop.
+    pub(crate) rounding: bool,
 }
 
 impl Table {

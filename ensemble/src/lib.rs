@@ -19,5 +19,5 @@ pub use folder::{Folder, FolderError};
 pub use members::Members;
 pub use merge::{MergeError, merge};
 pub use plan::{Method, Plan, PlanError, Shard, Vary};
-pub use run::{Job, Kept, Report, run};
+pub use run::{Job, Kept, Places, Report, WholeLoops, run};
 pub use variation::{Variation, VariationError};

@@ -2,6 +2,7 @@
 //!
 //! Each thread has a system and a simulator of its own and takes the next chunk that nobody has; a chunk is written when all
 //! its members have run.  Nothing depends on which thread does what, so results are the same for any number of threads.
+//! A member in which rounding errors grow along a torn loop is run again by a system whose loops are whole, where there is one.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -24,18 +25,26 @@ pub enum Kept {
     Rows,
 }
 
+/// For each varied parameter where it stands in `DaeSystem::parameters` (an array may take several places), with its sign.
+pub type Places = Vec<Vec<(usize, f64)>>;
+
+/// Makes a system with whole loops, ready but for the varied parameters, and says where these stand; none if there is none.
+pub type WholeLoops<'a> = dyn Fn() -> Option<(Box<dyn DaeSystem>, Places)> + Sync + 'a;
+
 /// A share of an ensemble.
 pub struct Job<'a> {
     /// The values.
     pub members: &'a Members,
     /// Names of the varied parameters.
     pub names: Vec<String>,
-    /// For each of them where it stands in `DaeSystem::parameters` (an array may take several places), with its sign.
-    pub places: Vec<Vec<(usize, f64)>>,
+    /// Where they stand.
+    pub places: Places,
     /// Why the values of a system are not to be run, if they are not.
     pub refuse: &'a (dyn Fn(&mut dyn DaeSystem) -> Option<String> + Sync),
     /// Makes a system, ready but for the varied parameters.
     pub system: &'a (dyn Fn() -> Box<dyn DaeSystem> + Sync),
+    /// Asked where rounding errors may have grown along a torn loop.
+    pub whole_loops: &'a WholeLoops<'a>,
     /// Times and tolerance of every run.
     pub options: Options,
     /// Which variables are kept.
@@ -63,6 +72,10 @@ pub struct Report {
     pub failed: usize,
     /// Why they did, the commonest reason first.
     pub failures: Vec<Failure>,
+    /// Members run now whose results come from the system with whole loops.
+    pub whole_loops: usize,
+    /// Members run now that failed where rounding errors may have grown along a loop.
+    pub rounding: usize,
     /// The caller asked to stop.
     pub interrupted: bool,
 }
@@ -93,13 +106,16 @@ pub fn run(
     }
 
     let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(report.failed));
+    let (whole_loops, rounding) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let failures = Mutex::new(earlier);
     let halted = AtomicBool::new(false);
     let fault: Mutex<Option<io::Error>> = Mutex::new(None);
     let halt = || halted.load(Ordering::Relaxed) || stop();
     let counted = |member: usize, ending: &Ending| {
+        whole_loops.fetch_add(usize::from(ending.rounding && ending.status != FAILED), Ordering::Relaxed);
         if ending.status == FAILED {
             failed.fetch_add(1, Ordering::Relaxed);
+            rounding.fetch_add(usize::from(ending.rounding), Ordering::Relaxed);
             failures.lock().unwrap_or_else(PoisonError::into_inner).add(member, &ending.message);
         }
         let now = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -126,6 +142,8 @@ pub fn run(
     }
     report.now = done.into_inner();
     report.failed = failed.into_inner();
+    report.whole_loops = whole_loops.into_inner();
+    report.rounding = rounding.into_inner();
     report.failures = failures.into_inner().unwrap_or_else(PoisonError::into_inner).ranked();
     report.interrupted = stop();
     Ok(report)
@@ -134,70 +152,134 @@ pub fn run(
 /// What a thread works with.
 struct Worker<'a> {
     job: &'a Job<'a>,
+    torn: Runner,
+    /// Made when it is needed first; none where there is none.
+    whole: Option<Option<Runner>>,
+}
+
+/// A system with all that runs of it need.
+struct Runner {
     system: Box<dyn DaeSystem>,
     simulator: Simulator,
     columns: Vec<Column>,
+    places: Places,
 }
 
 impl<'a> Worker<'a> {
     fn new(job: &'a Job<'a>) -> Self {
-        let system = (job.system)();
-        let simulator = Simulator::new(system.structure());
-        let columns = columns(system.tables(), |variable, name| (job.keep)(variable, name));
-        Self { job, system, simulator, columns }
+        Self { job, torn: Runner::new(job, (job.system)(), job.places.clone()), whole: None }
     }
 
     fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize, &Ending), halt: &dyn Fn() -> bool) -> io::Result<()> {
         let job = self.job;
-        let mut table = Table::new(job.names.len(), self.columns.len());
+        let mut table = Table::new(job.names.len(), self.torn.columns.len());
         let mut rows = Rows::default();
         for member in job.folder.members_of(chunk) {
             let values = job.members.values(member);
-            let kept = (job.kept == Kept::Rows).then_some(&mut rows);
-            let mut recorder = Recorder::new(&self.columns, kept, member);
-            let Some(ending) = one(&mut *self.system, &mut self.simulator, job, &values, &mut recorder, halt)? else {
-                return Ok(());
-            };
+            let Some((ending, last)) = self.member((member, &values), &mut rows, halt)? else { return Ok(()) };
             counted(member, &ending);
-            let last = std::mem::take(&mut recorder.last);
             table.push(member, &values, ending, &last);
         }
         if job.kept == Kept::Rows {
-            rows.write(&job.folder.rows_file(chunk), &self.columns)?;
+            rows.write(&job.folder.rows_file(chunk), &self.torn.columns)?;
         }
-        table.write(&job.folder.members_file(chunk), &job.names, &self.columns)
+        table.write(&job.folder.members_file(chunk), &job.names, &self.torn.columns)
+    }
+
+    /// How a member ended and its last values; its rows are added where rows are kept.  `None` if it was stopped from outside.
+    fn member(
+        &mut self,
+        member: (usize, &[f64]),
+        rows: &mut Rows,
+        halt: &dyn Fn() -> bool,
+    ) -> io::Result<Option<(Ending, Vec<f64>)>> {
+        let job = self.job;
+        let mut own = Rows::default();
+        let Some(mut run) = self.torn.one(job, member, &mut own, halt)? else { return Ok(None) };
+        if run.0.rounding
+            && let Some(whole) = self.whole()
+        {
+            let mut again = Rows::default();
+            let Some(other) = whole.one(job, member, &mut again, halt)? else { return Ok(None) };
+            // Where that fails, too, the loops are not to blame.
+            if other.0.status != FAILED {
+                (run, own) = ((Ending { rounding: true, ..other.0 }, other.1), again);
+            }
+        }
+        rows.append(own);
+        Ok(Some(run))
+    }
+
+    /// The system with whole loops, if there is one with the same columns.
+    fn whole(&mut self) -> Option<&mut Runner> {
+        let (job, torn) = (self.job, &self.torn);
+        let make = || {
+            let (system, places) = (job.whole_loops)()?;
+            let runner = Runner::new(job, system, places);
+            let names = |runner: &Runner| runner.columns.iter().map(|column| column.name.clone()).collect::<Vec<_>>();
+            (names(&runner) == names(torn)).then_some(runner)
+        };
+        self.whole.get_or_insert_with(make).as_mut()
+    }
+}
+
+impl Runner {
+    fn new(job: &Job<'_>, system: Box<dyn DaeSystem>, places: Places) -> Self {
+        let simulator = Simulator::new(system.structure());
+        let columns = columns(system.tables(), |variable, name| (job.keep)(variable, name));
+        Self { system, simulator, columns, places }
+    }
+
+    /// One run and the last values of its columns; `None` if it was stopped from outside.
+    fn one(
+        &mut self,
+        job: &Job<'_>,
+        (member, values): (usize, &[f64]),
+        rows: &mut Rows,
+        halt: &dyn Fn() -> bool,
+    ) -> io::Result<Option<(Ending, Vec<f64>)>> {
+        let kept = (job.kept == Kept::Rows).then_some(rows);
+        let mut recorder = Recorder::new(&self.columns, kept, member);
+        let Some(ending) =
+            run_one(&mut *self.system, &mut self.simulator, (job, &self.places), values, &mut recorder, halt)?
+        else {
+            return Ok(None);
+        };
+        Ok(Some((ending, std::mem::take(&mut recorder.last))))
     }
 }
 
 /// One run; `None` if it was stopped from outside.
-fn one(
+fn run_one(
     system: &mut dyn DaeSystem,
     simulator: &mut Simulator,
-    job: &Job<'_>,
+    (job, places): (&Job<'_>, &Places),
     values: &[f64],
     recorder: &mut Recorder<'_>,
     halt: &dyn Fn() -> bool,
 ) -> io::Result<Option<Ending>> {
     let start = job.options.start;
-    for ((name, places), &value) in job.names.iter().zip(&job.places).zip(values) {
+    let refused = |message: String| Ending { status: FAILED, message, time: start, rounding: false };
+    for ((name, places), &value) in job.names.iter().zip(places).zip(values) {
         for &(place, sign) in places {
             if system.set_parameter(place, sign * value).is_err() {
-                let message = format!("`{name}` cannot be set to {value}");
-                return Ok(Some(Ending { status: FAILED, message, time: start }));
+                return Ok(Some(refused(format!("`{name}` cannot be set to {value}"))));
             }
         }
     }
     if let Some(message) = (job.refuse)(system) {
-        return Ok(Some(Ending { status: FAILED, message, time: start }));
+        return Ok(Some(refused(message)));
     }
     Ok(Some(match simulator.run(system, &job.options, recorder, halt) {
-        Ok(Summary { terminated: Some(message), time, .. }) => Ending { status: "terminated", message, time },
-        Ok(Summary { time, .. }) => Ending { status: "done", message: String::new(), time },
+        Ok(Summary { terminated: Some(message), time, .. }) => {
+            Ending { status: "terminated", message, time, rounding: false }
+        }
+        Ok(Summary { time, .. }) => Ending { status: "done", message: String::new(), time, rounding: false },
         Err(SolveError::Interrupted { .. }) => return Ok(None),
         Err(SolveError::Sink { error, .. }) => return Err(error),
         Err(error) => {
-            let time = error.time().unwrap_or(start);
-            Ending { status: FAILED, message: error.to_string(), time }
+            let (time, rounding) = (error.time().unwrap_or(start), error.may_be_rounding());
+            Ending { status: FAILED, message: error.to_string(), time, rounding }
         }
     }))
 }

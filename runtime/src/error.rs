@@ -199,6 +199,16 @@ impl SolveError {
         }
     }
 
+    /// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular: a
+    /// model with torn loops may run with its loops whole.
+    pub fn may_be_rounding(&self) -> bool {
+        match self {
+            SolveError::Rounding { .. } | SolveError::Singular(_) => true,
+            SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => *cause == Cause::Singular,
+            _ => false,
+        }
+    }
+
     /// File names and lines of the equation, relations or assertion at fault, as far as they are known.
     pub fn places(&self) -> Vec<(&str, u32)> {
         match self {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
-use hyd_run::{Facts, Failure, MessageFormat, Subject, clock, output, parameters};
+use hyd_run::{Facts, Failure, MessageFormat, REBUILD, Subject, WholeLoops, clock, output, parameters};
 use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 
@@ -131,6 +131,9 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
     let Err(error) = outcome.result else { return printed };
     Err(hyd_run::finish(&outcome.summary, error, &|error: &SolveError, kept| {
         output::sentence("error", &error.to_string(), format);
+        if error.may_be_rounding() && loaded.model.has_torn_loops() {
+            output::sentence("note", REBUILD, format);
+        }
         if let Some(kept) = kept {
             output::sentence("note", &kept, format);
         }
@@ -196,7 +199,9 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
     };
     let model = &loaded.model;
     let limits = &model.parameters.limits;
-    let subject = Subject { sources: model.identity.sources, experiment: model.experiment, limits, make: &make };
+    let whole_loops = if model.has_torn_loops() { WholeLoops::Advised } else { WholeLoops::Needless };
+    let (sources, experiment) = (model.identity.sources, model.experiment);
+    let subject = Subject { sources, experiment, limits, make: &make, whole_loops };
     prepared.run(&subject, &format!("{name} sweep merge"))
 }
 

@@ -17,6 +17,7 @@ mod simulate;
 mod sweep;
 mod target;
 mod text_file;
+mod whole_loops;
 
 pub use arguments::{BackendName, DrawMethod, MessageFormat, Names, RunArguments, Solver, SweepArguments};
 pub use hyd_ensemble::Plan;
@@ -25,9 +26,10 @@ pub use recorder::Recorder;
 pub use run_summary::{FinalValues, MethodUse, RunSummary, Status};
 pub use selection::{MOST_CURVES, Selection, Shown};
 pub use simulate::{Facts, Outcome, check_usage, finish, options, simulate, tell};
-pub use sweep::{Prepared, Subject, join, override_plan, prepare, read_plan};
+pub use sweep::{Prepared, Subject, WholeLoops, join, override_plan, prepare, read_plan};
 pub use target::check_target;
 pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};
+pub use whole_loops::{DONE_AGAIN, REBUILD, WHOLE_LOOPS, runs_done_again};
 
 /// How a command ended short of success; what there is to say has been printed or is carried along.
 #[derive(Debug)]

@@ -18,6 +18,7 @@ use serde_json::json;
 use crate::arguments::{DrawMethod, SweepArguments};
 use crate::selection::Selection;
 use crate::simulate::stated_intervals;
+use crate::whole_loops::{REBUILD, runs_done_again};
 use crate::{Failure, interrupt, output, parameters};
 
 /// Longest text of a plan (bytes): reading it takes fifty times as much memory.
@@ -35,6 +36,18 @@ pub struct Subject<'a> {
     pub limits: &'a [Limit],
     /// Makes a system, ready but for the varied parameters.
     pub make: &'a (dyn Fn() -> Result<Box<dyn DaeSystem>, String> + Sync),
+    /// What is done where rounding errors may have grown along a loop.
+    pub whole_loops: WholeLoops<'a>,
+}
+
+/// What is done where rounding errors may have grown along a loop whose variables are computed one after the other.
+pub enum WholeLoops<'a> {
+    /// Nothing: there is no such loop.
+    Needless,
+    /// Runs are done again by systems with whole loops; none where that cannot be translated.
+    Made(&'a (dyn Fn() -> Option<Box<dyn DaeSystem>> + Sync)),
+    /// Without a compiler the user is told what to do.
+    Advised,
 }
 
 /// A sweep that makes sense as far as can be told without a model.
@@ -113,6 +126,11 @@ impl Prepared<'_> {
     /// A parameter that cannot be varied, a folder of another sweep, results that cannot be written, Ctrl-C.
     pub fn run(&self, subject: &Subject<'_>, command: &str) -> Result<(), Failure> {
         let (folder, report) = self.work(subject)?;
+        if report.whole_loops > 0 {
+            output::sentence("warning", &runs_done_again(report.whole_loops), self.arguments.message_format);
+        }
+        self.tell_failures(&report);
+        self.advise(subject, &report);
         self.finish(&folder, report, command)
     }
 
@@ -140,13 +158,21 @@ impl Prepared<'_> {
         let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
         let folder = Folder::open(self.root, &identity, members.count());
         let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
+        let whole_loops = || {
+            let WholeLoops::Made(make) = &subject.whole_loops else { return None };
+            let system = make()?;
+            let places = names.iter().map(|name| parameters::varied(system.tables(), name).map(|(_, places)| places));
+            let places = places.collect::<Result<Vec<_>, String>>().ok()?;
+            Some((system, places))
+        };
         let job = Job {
             members: &members,
-            names,
+            names: names.clone(),
             places,
             refuse: &refuse,
             // The same call has just succeeded with the same values.
             system: &|| (subject.make)().expect("invariant: systems are made of the same values every time"),
+            whole_loops: &whole_loops,
             options,
             keep: &keep,
             kept: if plan.rows { Kept::Rows } else { Kept::Final },
@@ -175,11 +201,12 @@ impl Prepared<'_> {
                 Err(error) => return Err(Failure::Fault(error.to_string())),
             }
         }
-        let Report { members, before, now, failed, failures, interrupted } = report;
+        let Report { members, before, now, failed, failures, interrupted, whole_loops, .. } = report;
         let text = if self.arguments.json {
             let status = if interrupted { "interrupted" } else { "done" };
             let object = json!({"status": status, "members": members, "before": before, "now": now, "failed": failed,
-                "failures": failures.iter().map(failure_json).collect::<Vec<_>>(), "complete": whole, "files": files});
+                "failures": failures.iter().map(failure_json).collect::<Vec<_>>(), "whole_loops": whole_loops,
+                "complete": whole, "files": files});
             format!("{object}\n")
         } else {
             let earlier = if before > 0 { format!(", {before} of them before") } else { String::new() };
@@ -191,7 +218,6 @@ impl Prepared<'_> {
             text
         };
         let hopeless = failed > 0 && failed == before + now;
-        self.tell_failures(&failures, failed, hopeless);
         output::print(&text)?;
         if interrupted {
             return Err(Failure::Solver("interrupted; the same command goes on where it was stopped".to_string()));
@@ -200,9 +226,19 @@ impl Prepared<'_> {
         if hopeless { Err(Failure::Reported) } else { Ok(()) }
     }
 
+    /// What is to be done about loops along which rounding errors may have grown, where there is no compiler.
+    fn advise(&self, subject: &Subject<'_>, report: &Report) {
+        if report.rounding > 0 && matches!(subject.whole_loops, WholeLoops::Advised) {
+            let runs = if report.rounding == 1 { "1 run".to_string() } else { format!("{} runs", report.rounding) };
+            output::sentence("note", &format!("{runs}: {REBUILD}"), self.arguments.message_format);
+        }
+    }
+
     /// The commonest reasons of runs that failed.
-    fn tell_failures(&self, failures: &[hyd_ensemble::Failure], failed: usize, hopeless: bool) {
+    fn tell_failures(&self, report: &Report) {
         let format = self.arguments.message_format;
+        let &Report { failed, ref failures, .. } = report;
+        let hopeless = failed > 0 && failed == report.before + report.now;
         match (failed, hopeless) {
             (0, _) => return,
             (1, true) => output::sentence("error", "the only run failed", format),

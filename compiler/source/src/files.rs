@@ -53,14 +53,15 @@ pub struct Origin {
     pub span: Span,
 }
 
+#[derive(Clone)]
 struct Entry {
     name: Arc<str>,
     text: Arc<str>,
-    line_starts: Vec<u32>,
+    line_starts: Arc<[u32]>,
 }
 
-/// All texts read so far.
-#[derive(Default)]
+/// All texts read so far; a copy shares them.
+#[derive(Clone, Default)]
 pub struct Files {
     entries: IndexVec<FileId, Entry>,
 }
@@ -76,7 +77,7 @@ impl Files {
         let text: Arc<str> = text.into();
         let mut line_starts = vec![0];
         line_starts.extend(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k as u32 + 1));
-        self.entries.push(Entry { name: name.into(), text, line_starts })
+        self.entries.push(Entry { name: name.into(), text, line_starts: line_starts.into() })
     }
 
     /// Number of texts.

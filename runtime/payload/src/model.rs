@@ -55,6 +55,11 @@ pub struct Model {
 }
 
 impl Model {
+    /// True if variables of a loop are computed one after the other, so that rounding errors could grow from one to the next.
+    pub fn has_torn_loops(&self) -> bool {
+        !(self.routines.simulation.closing_rows.is_empty() && self.routines.initial.closing_rows.is_empty())
+    }
+
     /// True if start values of discrete variables wait for parameters found at the start.
     pub fn has_late_starts(&self) -> bool {
         !self.program.routines[self.routines.late_starts].kernels.is_empty()

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 const LONGEST: Duration = Duration::from_secs(120);
 
 /// What a command left behind.
+#[derive(Debug)]
 pub struct Outcome {
     /// Exit code; `None` if a signal ended it.
     pub code: Option<i32>,

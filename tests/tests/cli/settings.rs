@@ -128,3 +128,18 @@ fn a_loop_whose_errors_grow_is_solved_again() {
     // In the middle of the chain, far from its ends, (2 + a)*x - 2*x = (a + 1)*u with a = 1000.
     assert!((last("x[31]") / last("u") - 1.001).abs() < 1e-9, "{} {}", last("x[31]"), last("u"));
 }
+
+/// The way to the point of a linear model likewise.
+#[test]
+fn a_point_behind_a_loop_whose_errors_grow_is_reached() {
+    let folder = Scratch::new();
+    folder.write("late.hyd", hyd_tests::models::text_of("tests/cases/networks/late.hyd"));
+    let arguments = ["linearize", "late.hyd", "--at", "1", "--output", "x[31]", "--json"];
+    let outcome = run(folder.path(), &arguments);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("rounding errors grew along a loop of equations; the run was done again"));
+    let linear: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    // der(u) = -u, and x[31] = 1.001*u.
+    let entry = |name: &str| linear[name][0][0].as_f64().unwrap_or_else(|| panic!("{linear:#}"));
+    assert!((entry("A") + 1.0).abs() < 1e-6 && (entry("C") - 1.001).abs() < 1e-6, "{linear:#}");
+}

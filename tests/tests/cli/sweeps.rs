@@ -233,3 +233,57 @@ fn what_cannot_be_done_is_refused_and_leaves_nothing() {
     assert_eq!(other.code, Some(1));
     assert!(other.stderr.contains("holds another sweep"), "{}", other.stderr);
 }
+
+/// The chain `(2 + a)*x[i] - x[i - 1] - x[i + 1] = (a + 1)*exp(-t)`, solved by elimination from both ends' zeros.
+fn chain(n: usize, a: f64, t: f64) -> Vec<f64> {
+    let (mut pivots, mut rights) = (vec![2.0 + a], vec![(a + 1.0) * (-t).exp()]);
+    for k in 1..n {
+        pivots.push(2.0 + a - 1.0 / pivots[k - 1]);
+        rights.push((a + 1.0) * (-t).exp() + rights[k - 1] / pivots[k - 1]);
+    }
+    let mut x = vec![0.0; n];
+    for k in (0..n).rev() {
+        x[k] = (rights[k] + x.get(k + 1).copied().unwrap_or(0.0)) / pivots[k];
+    }
+    x
+}
+
+/// Members whose loop becomes a recurrence that grows are run again with the loop whole, on whatever thread and in whatever share; the
+/// user is told once.
+#[test]
+fn a_member_whose_loop_lets_errors_grow_is_run_again() {
+    let folder = Scratch::new();
+    let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
+    let text = text.replace("parameter Integer n = 60;", "parameter Integer n = 60;\n  parameter Real large = 1000;");
+    folder.write("late.hyd", text.replace("then 1000", "then large"));
+    let swept = |name: &str, rest: &[&str]| {
+        let all =
+            [&["sweep", "late.hyd", "--vary", "large=0,1000,0.5,400", "--rows", "--intervals", "4"], rest].concat();
+        let outcome = run(folder.path(), &[&all[..], &["--result", name]].concat());
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        outcome
+    };
+    let outcome = swept("s", &["--json"]);
+    let said = "warning: rounding errors grew along a loop of equations in 2 runs, which were done again with all variables of \
+                the loops as unknowns of the solver\n";
+    assert_eq!(outcome.stderr, said);
+    let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!((&summary["failed"], &summary["whole_loops"]), (&0.into(), &2.into()));
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    let rows = Frame::read(&folder.path().join("s/rows.parquet")).unwrap();
+    let Some(Cells::Wholes(of)) = rows.column("member") else { panic!() };
+    // Output points at 0, 0.25, .., 1 and two rows at the event.
+    let counts: Vec<usize> = (0..4).map(|k| of.iter().filter(|&&member| member == k).count()).collect();
+    assert!(counts.iter().all(|&count| count == counts[0]), "{counts:?}");
+    for (member, a) in [0.0, 1000.0, 0.5, 400.0].into_iter().enumerate() {
+        for (k, expected) in chain(60, a, 1.0).into_iter().enumerate() {
+            let found = numbers(&members, &format!("x[{}]", k + 1))[member];
+            assert!((found / expected - 1.0).abs() < 1e-5, "large = {a}, x[{}]: {found} instead of {expected}", k + 1);
+        }
+    }
+    swept("t", &["--threads", "1"]);
+    for file in ["members.parquet", "rows.parquet"] {
+        let read = |name: &str| std::fs::read(folder.path().join(name).join(file)).unwrap();
+        assert!(read("s") == read("t"), "{file}");
+    }
+}

@@ -192,3 +192,43 @@ fn a_failed_run_names_equation_and_place() {
     let said = messages(&output);
     assert!(said.contains("m.hyd:4") && said.contains("results up to there are in r.partial.csv"), "{said}");
 }
+
+/// Without a compiler a run whose loop lets rounding errors grow ends; what is said of it helps.
+#[test]
+fn loops_whose_errors_grow_are_made_whole_by_another_build() {
+    let scratch = Scratch::new();
+    let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
+    let text = text.replace("parameter Integer n = 60;", "parameter Integer n = 60;\n  parameter Real large = 1000;");
+    fs::write(scratch.file("late.hyd"), text.replace("then 1000", "then large")).unwrap();
+    let advice = "rounding errors may have grown along a loop of equations with these values of the parameters; an executable \
+                  made by `hyd build --whole-loops` takes all variables of the loops as unknowns of the solver";
+    assert!(scratch.hyd(&["build", "late.hyd", "-o", "torn"]).status.success());
+    let output = scratch.bare("torn", &["--result", "r.csv"]);
+    let said = messages(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("rounding errors grow along a loop") && said.contains(&format!("\nnote: {advice}\n")),
+        "{said}"
+    );
+    let vary = ["sweep", "--vary", "large=0,1000", "--result", "s"];
+    let output = scratch.bare("torn", &vary);
+    let said = messages(&output);
+    assert!(
+        said.starts_with("warning: 1 run failed\n") && said.ends_with(&format!("note: 1 run: {advice}\n")),
+        "{said}"
+    );
+    // As advised.
+    assert!(scratch.hyd(&["build", "late.hyd", "-o", "whole", "--whole-loops"]).status.success());
+    let output = scratch.bare("whole", &["--result", "r.csv"]);
+    assert_eq!((output.status.code(), messages(&output).as_str()), (Some(0), ""));
+    let table = Table::read(&scratch.file("r.csv")).unwrap();
+    let last = |name: &str| *table.column(name).unwrap().last().unwrap();
+    assert!((last("x[31]") / last("u") - 1.001).abs() < 1e-9);
+    fs::remove_dir_all(scratch.file("s")).unwrap();
+    let output = scratch.bare("whole", &vary);
+    assert_eq!((output.status.code(), messages(&output).as_str()), (Some(0), ""));
+    // What fails for another reason is no matter of loops.
+    let decay = built();
+    let output = decay.bare("decay", &["--max-steps", "1"]);
+    assert!(output.status.code() == Some(3) && !messages(&output).contains("whole-loops"), "{}", messages(&output));
+}
