@@ -20,7 +20,7 @@ use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
 use crate::picture::write_picture;
-use crate::study::{Opened, failure, open};
+use crate::study::{Opened, failure, open, tell_whole_loops};
 use crate::translate::report as report_all;
 use crate::{Failure, output};
 
@@ -68,6 +68,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
     let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in).map_err(failure)?;
+    tell_whole_loops(setup);
     let json = format!("{:#}\n", report.json);
     write(arguments, setup, &report, &json)?;
     memory.remove();

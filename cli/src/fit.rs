@@ -13,7 +13,7 @@ use hyd_discovery::unknowns::{Meaning, Unknown};
 use serde_json::{Value, json};
 
 use crate::arguments::Fit;
-use crate::study::{failure, open};
+use crate::study::{failure, open, tell_whole_loops};
 use crate::{Failure, output};
 
 /// What came out.
@@ -28,6 +28,8 @@ struct Outcome<'a> {
     held_out: Option<Gap>,
     profiles: Vec<(&'a str, Profile)>,
     seconds: f64,
+    /// Runs that were done again with whole loops.
+    whole_loops: usize,
 }
 
 /// Runs the verb.
@@ -36,7 +38,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let setup = &opened.setup;
     let make = || opened.sources();
     let model = opened.workshop(&make).translate(&[]).map_err(failure)?;
-    let machine = setup.machine(&model).map_err(failure)?;
+    let machine = setup.machine(model).map_err(failure)?;
     let problem = setup.problem(&machine, &[]).map_err(failure)?;
     let wanted = wanted(&arguments.profile, setup, &problem)?;
     let begin = Instant::now();
@@ -57,7 +59,9 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
         false => Some(gap(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
     };
     let (ratio, seconds) = (found.misfit / expected, begin.elapsed().as_secs_f64());
-    let outcome = Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds };
+    let whole_loops = tell_whole_loops(setup);
+    let outcome =
+        Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds, whole_loops };
     if arguments.json { output::print(&format!("{}\n", outcome.json())) } else { output::print(&outcome.text()) }
 }
 
@@ -90,7 +94,8 @@ impl Outcome<'_> {
             "gap": {"train": {"all": self.train.all, "channels": channels(&self.train)},
                 "heldout": self.held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
             "unknowns": unknowns.collect::<Vec<_>>(), "attempts": attempts.collect::<Vec<_>>(),
-            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.problem.machine.runs(), "seconds": self.seconds,
+            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.problem.machine.runs(), "whole_loops": self.whole_loops,
+            "seconds": self.seconds,
         })
     }
 

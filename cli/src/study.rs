@@ -1,6 +1,7 @@
 //! A study and a set from their files, with the model's libraries: what `fit` and `discover` begin with.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use hyd_compiler::Sources;
 use hyd_discovery::variant::Workshop;
@@ -30,6 +31,15 @@ pub(crate) struct Opened {
 /// A fault of a study as the end of a command.
 pub(crate) fn failure(fault: Fault) -> Failure {
     if fault.solver { Failure::Solver(fault.sentence) } else { Failure::Fault(fault.sentence) }
+}
+
+/// Says how many runs were done again because rounding errors grew along a loop; returns the number.
+pub(crate) fn tell_whole_loops(setup: &Setup) -> usize {
+    let runs = setup.whole_loops.load(Ordering::Relaxed);
+    if runs > 0 {
+        output::sentence("warning", &hyd_run::runs_done_again(runs), MessageFormat::Text);
+    }
+    runs
 }
 
 /// Opens the files of a study.
@@ -80,6 +90,7 @@ impl Opened {
             file: self.model_file.display().to_string(),
             class: self.class.clone(),
             channels: self.setup.expressions(),
+            library_classes: sources().class_names().into(),
         }
     }
 

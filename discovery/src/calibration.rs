@@ -53,7 +53,8 @@ pub fn calibrate(
         progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
         let mut draws = Draws(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
         let bench = like(setup, &problem, &fit, &mut draws)?;
-        let made = Setup::new(setup.study.clone(), bench, setup.threads)?;
+        let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
+        made.whole_loops = setup.whole_loops.clone();
         let candidates = candidates.to_vec();
         let search =
             Search { setup: &made, workshop, candidates, seed, needed: NEEDED, progress: &|_| {}, memory: &Forgetful };

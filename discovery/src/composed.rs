@@ -19,6 +19,8 @@ pub(crate) struct Composed {
     pub(crate) parts: Vec<(usize, String)>,
     /// Names of classes that exist in it only, and which class of the user's stands for them.
     pub(crate) names: Vec<(String, String)>,
+    /// Names of the variables of channels.
+    pub(crate) channels: Vec<String>,
 }
 
 impl Composed {
@@ -37,6 +39,8 @@ impl Composed {
             .iter()
             .map(|diagnostic| {
                 let mut diagnostic = diagnostic.clone();
+                // No advice with names that nobody has written.
+                diagnostic.notes.retain(|note| !self.channels.iter().any(|name| note.contains(&format!("`{name}`"))));
                 let mut marks = Vec::new();
                 diagnostic.labels.retain(|label| {
                     let is_written = Some(label.span.file) != own || (label.span.start as usize) < self.own;
@@ -64,6 +68,9 @@ impl Composed {
     fn rename(&self, text: &mut String) {
         for (name, user) in &self.names {
             *text = text.replace(&format!("`{name}`"), &format!("`{user}`"));
+        }
+        for name in &self.channels {
+            *text = text.replace(&format!("`{name}`"), "the channel");
         }
     }
 }

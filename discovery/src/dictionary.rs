@@ -12,7 +12,7 @@ use std::sync::Arc;
 use hyd_compiler::InjectionSite;
 use hyd_system::{Tables, ValueKind, Variability};
 
-use crate::variant::CHANNEL;
+use crate::translated::ChannelNames;
 
 /// Most variables of the neighbourhood that are tried in one equation.
 const MOST_VARIABLES: usize = 6;
@@ -47,13 +47,17 @@ pub struct Place {
 }
 
 /// Equations that may lack a term.
-pub fn places(sites: Vec<InjectionSite>, tables: &Tables, exchangeable: &[&str]) -> Vec<Place> {
+pub fn places(
+    sites: Vec<InjectionSite>,
+    (tables, channels): (&Tables, &ChannelNames),
+    exchangeable: &[&str],
+) -> Vec<Place> {
     let eligible = sites.into_iter().filter(|site| {
         let defines = !exchangeable.contains(&&*site.path) && only_sums(site);
         site.refused.is_none() && !only_connects(site) && !defines
     });
     let place = |site: InjectionSite| {
-        let variables = around(&site, tables);
+        let variables = around(&site, tables, channels);
         Place { site, variables }
     };
     eligible.map(place).filter(|place| !place.variables.is_empty()).collect()
@@ -103,7 +107,7 @@ fn only_sums(site: &InjectionSite) -> bool {
 }
 
 /// Variables of the equation, then those of its component and its connectors.
-fn around(site: &InjectionSite, tables: &Tables) -> Vec<(String, String)> {
+fn around(site: &InjectionSite, tables: &Tables, channels: &ChannelNames) -> Vec<(String, String)> {
     let prefix = if site.path.is_empty() { String::new() } else { format!("{}.", site.path) };
     let mut found: Vec<(String, String)> = Vec::new();
     let own = site.variables.iter().map(String::as_str);
@@ -114,7 +118,7 @@ fn around(site: &InjectionSite, tables: &Tables) -> Vec<(String, String)> {
     for full in own.chain(component.iter().map(String::as_str)) {
         let Some(short) = full.strip_prefix(&prefix) else { continue };
         // The variables of channels are made for the comparison, not the model's.
-        if full.starts_with(CHANNEL) {
+        if channels.has(full) {
             continue;
         }
         let usable = tables.find(full).is_some_and(|(variable, _)| {

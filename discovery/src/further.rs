@@ -4,7 +4,6 @@
 //! conditions; where they differ most in standard deviations of the noise they are told apart best (discriminating experiments:
 //! Box, Hill 1967).  Nothing is fitted again, so the figure is more than a fit would leave.
 
-use crate::machine::Machine;
 use crate::problem::Weighing;
 use crate::search::{Findings, Tried};
 use crate::variant::{Insert, Workshop};
@@ -82,8 +81,7 @@ fn unmeasured(
         let inserts = tried.hypothesis.inserts.iter();
         let inserts: Vec<Insert> =
             inserts.map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() }).collect();
-        let model = watching.translate(&inserts)?;
-        let machine = Machine::new(&model, 1, setup.study.run.tolerance, setup.threads)?;
+        let machine = setup.machine_of(watching.translate(&inserts)?, 1)?;
         let xi = tried.fit.as_ref().map_or(Vec::new(), |fit| fit.xi.clone());
         setup.problem(&machine, &tried.hypothesis.inserts)?.simulate(&xi, &all)
     };

@@ -68,7 +68,7 @@ impl Hypothesis {
     pub fn new(setup: &Setup, workshop: &Workshop<'_>, inserts: Vec<Candidate>) -> Result<Self, Fault> {
         let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
         let model = workshop.translate(&texts.collect::<Vec<_>>())?;
-        Ok(Self { inserts, term: None, machine: setup.machine(&model)? })
+        Ok(Self { inserts, term: None, machine: setup.machine(model)? })
     }
 
     /// Translates the base model with these effects and a term, whose coefficient is expected within `spread`.
@@ -83,7 +83,7 @@ impl Hypothesis {
     ) -> Result<Self, Fault> {
         let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
         let model = workshop.translate_with_terms(&texts.collect::<Vec<_>>(), std::slice::from_ref(&term))?;
-        Ok(Self { inserts, term: Some((term, spread)), machine: setup.machine(&model)? })
+        Ok(Self { inserts, term: Some((term, spread)), machine: setup.machine(model)? })
     }
 
     /// The comparison with the set.

@@ -33,6 +33,7 @@ pub mod study;
 mod study_check;
 pub mod text_bundle;
 mod threads;
+pub mod translated;
 pub mod unknowns;
 pub mod variant;
 

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::dictionary::{Place, Term, places, terms};
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
-use crate::machine::{Job, Machine};
+use crate::machine::Job;
 use crate::problem::{Problem, Weighing};
 use crate::projection::{Projection, Score};
 use crate::search::LEAD;
@@ -58,7 +58,8 @@ pub fn locate(
         .map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() })
         .collect();
     let tables = hypothesis.machine.tables();
-    let places = places(workshop.injection_sites(&inserts), tables, exchangeable);
+    let names = hypothesis.machine.channel_names();
+    let places = places(workshop.injection_sites(&inserts, names), (tables, names), exchangeable);
     let ranges = ranges(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
     let mut all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
     let look_at = |all: &[Term], fitted: (&Fit, &Projection<'_>), weighing: &Weighing| {
@@ -121,7 +122,7 @@ fn ranges(
     names.dedup();
     let channels = names.clone();
     let watching = Workshop { channels, ..workshop.clone() };
-    let machine = Machine::new(&*watching.translate(inserts)?, names.len(), setup.study.run.tolerance, setup.threads)?;
+    let machine = setup.machine_of(watching.translate(inserts)?, names.len())?;
     let problem = setup.problem(&machine, &hypothesis.inserts)?;
     let runs = problem.simulate(&fit.xi, weighing)?;
     let mut ranges: BTreeMap<String, (f64, f64)> = BTreeMap::new();
@@ -167,7 +168,7 @@ fn look(
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
 ) -> Result<Vec<Located>, Fault> {
-    let machine = setup.machine(&*workshop.translate_with_terms(inserts, terms)?)?;
+    let machine = setup.machine(workshop.translate_with_terms(inserts, terms)?)?;
     let mut problem = setup.problem(&machine, &hypothesis.inserts)?;
     let first = problem.places.len();
     for k in 0..terms.len() {

@@ -1,19 +1,20 @@
 //! Runs of a translated model under the conditions of shots: many at once, on all cores.
 //!
 //! A [`Machine`] keeps one system and one simulator per thread and uses them run after run.  A run gives the channels at
-//! the times of the shot; between output points values follow a cubic through four neighbours.
+//! the times of the shot; between output points values follow a cubic through four neighbours.  A run in which rounding errors grow
+//! along a torn loop is done again by a machine with whole loops, which is translated when it is needed first.
 
 use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use hyd_compiler::{CompiledModel, CompiledSystem, did_you_mean};
+use hyd_compiler::{CompiledSystem, did_you_mean};
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
 
 use crate::Fault;
-use crate::variant::CHANNEL;
+use crate::translated::{ChannelNames, Translated};
 
 /// Part of the distance of output points within which a row stands on one.
 const ON_POINT: f64 = 1e-6;
@@ -38,8 +39,11 @@ pub type Answer = Result<Vec<Vec<f64>>, Fault>;
 /// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
 pub type Derivatives = Vec<Vec<Vec<f64>>>;
 
+/// Channels at the output points and their derivatives.
+type Derived = (Vec<Vec<f64>>, Derivatives);
+
 /// Channels and their derivatives, or why the run failed.
-pub type DerivedAnswer = Result<(Vec<Vec<f64>>, Derivatives), Fault>;
+pub type DerivedAnswer = Result<Derived, Fault>;
 
 /// Times of a run.
 #[derive(Clone, PartialEq, Debug)]
@@ -73,6 +77,11 @@ pub struct Machine {
     limits: Vec<Limit>,
     workers: Vec<Mutex<Worker>>,
     runs: AtomicUsize,
+    translated: Translated,
+    /// The same with whole loops, if there is one.
+    whole: OnceLock<Option<Box<Machine>>>,
+    /// Runs that it has made, of all machines of a setup.
+    whole_runs: Arc<AtomicUsize>,
 }
 
 /// What a parameter or constant of the model may be.
@@ -161,11 +170,18 @@ impl Sink for Grid {
 }
 
 impl Machine {
-    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds.
+    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds; `whole_runs` counts the runs
+    /// that are done again with whole loops.
     ///
     /// # Errors
     /// When the model cannot be bound.
-    pub fn new(model: &CompiledModel, channels: usize, tolerance: f64, threads: usize) -> Result<Self, Fault> {
+    pub fn new(
+        translated: Translated,
+        channels: usize,
+        tolerance: f64,
+        (threads, whole_runs): (usize, &Arc<AtomicUsize>),
+    ) -> Result<Self, Fault> {
+        let model = translated.model.clone();
         let mut system = model.instantiate();
         let tables = system.tables().clone();
         let bound = system.bind(0.0);
@@ -173,7 +189,7 @@ impl Machine {
         let nominal = system.parameters().to_vec();
         let mut sources = Vec::new();
         for k in 0..channels {
-            let name = format!("{CHANNEL}{k}");
+            let name = translated.channels.of(k);
             let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
             sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
         }
@@ -211,12 +227,20 @@ impl Machine {
             workers: workers.collect(),
             limits,
             runs: AtomicUsize::new(0),
+            translated,
+            whole: OnceLock::new(),
+            whole_runs: whole_runs.clone(),
         })
     }
 
     /// Names and places of the model.
     pub fn tables(&self) -> &Arc<Tables> {
         &self.tables
+    }
+
+    /// How the variables of the channels are called.
+    pub fn channel_names(&self) -> &ChannelNames {
+        &self.translated.channels
     }
 
     /// Number of runs made so far.
@@ -287,11 +311,12 @@ impl Machine {
         let answers: Vec<Mutex<Option<DerivedAnswer>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
         self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
         std::thread::scope(|scope| {
-            for worker in self.workers.iter().take(jobs.len()) {
-                scope.spawn(|| {
+            let (next, answers) = (&next, &answers);
+            for (thread, worker) in self.workers.iter().enumerate().take(jobs.len()) {
+                scope.spawn(move || {
                     let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
                     while let Some(k) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&k| k < jobs.len()) {
-                        let answer = self.one(&mut worker, &spans[jobs[k].span], places, &jobs[k]);
+                        let answer = self.one((&mut worker, thread), &spans[jobs[k].span], places, &jobs[k]);
                         *answers[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
                     }
                 });
@@ -301,12 +326,58 @@ impl Machine {
         given.map(|answer| answer.unwrap_or_else(|| Err(Fault::run("a run was not made")))).collect()
     }
 
-    fn one(&self, worker: &mut Worker, span: &Span, places: &[ParameterPlace], job: &Job) -> DerivedAnswer {
+    /// One run, with whole loops where those that are torn are the reason that it fails.
+    fn one(
+        &self,
+        (worker, thread): (&mut Worker, usize),
+        span: &Span,
+        places: &[ParameterPlace],
+        job: &Job,
+    ) -> DerivedAnswer {
+        let (fault, rounding) = match self.attempt(worker, span, places, job) {
+            Ok(answer) => return Ok(answer),
+            Err(failed) => failed,
+        };
+        match self.whole().filter(|_| rounding) {
+            Some(whole) => whole.again(thread, span, places, job).inspect(|_| {
+                self.whole_runs.fetch_add(1, Ordering::Relaxed);
+            }),
+            None => None,
+        }
+        .ok_or(fault)
+    }
+
+    /// The machine with whole loops.
+    fn whole(&self) -> Option<&Machine> {
+        let make = || {
+            let translated = self.translated.with_whole_loops()?;
+            let counts = (self.workers.len(), &self.whole_runs);
+            Machine::new(translated, self.channels.len(), self.tolerance, counts).ok().map(Box::new)
+        };
+        self.whole.get_or_init(make).as_deref()
+    }
+
+    /// A run of another machine once more, whose places may be others; none if it fails here, too.
+    fn again(&self, thread: usize, span: &Span, places: &[ParameterPlace], job: &Job) -> Option<Derived> {
+        let own = places.iter().map(|place| self.parameter(&place.name).ok().map(|(place, _)| place));
+        let own = own.collect::<Option<Vec<_>>>()?;
+        let mut worker = self.workers.get(thread)?.lock().unwrap_or_else(PoisonError::into_inner);
+        self.attempt(&mut worker, span, &own, job).ok()
+    }
+
+    /// One run; if it fails, why, and whether that may be the rounding of torn loops.
+    fn attempt(
+        &self,
+        worker: &mut Worker,
+        span: &Span,
+        places: &[ParameterPlace],
+        job: &Job,
+    ) -> Result<Derived, (Fault, bool)> {
         let Worker { system, simulator, grid } = worker;
         for (place, &value) in places.iter().zip(&job.values) {
             let value = if place.negated { -value } else { value };
             if system.set_parameter(place.index, value).is_err() {
-                return Err(Fault::run(format!("a parameter cannot have the value {value}")));
+                return Err((Fault::run(format!("a parameter cannot have the value {value}")), false));
             }
         }
         // Waves that run to and fro in delay lines keep the steps short; they are compared with noise, not with each other.
@@ -329,10 +400,10 @@ impl Machine {
                 }
                 Ok((grid.values.clone(), derivatives))
             }
-            Ok(_) => Err(Fault::run("the model ended the run")),
+            Ok(_) => Err((Fault::run("the model ended the run"), false)),
             Err(error) => Err(match grid.outside.take() {
-                Some(outside) => Fault::new(outside),
-                None => Fault::run(error.to_string()),
+                Some(outside) => (Fault::new(outside), false),
+                None => (Fault::run(error.to_string()), error.may_be_rounding()),
             }),
         }
     }

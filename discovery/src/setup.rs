@@ -4,7 +4,8 @@
 //! nor the study states is not a nuisance.  Shots are divided into those that are fitted and those that are held out: by default
 //! those at the centre of the operating points, so that what is foretold lies between what was seen.
 
-use hyd_compiler::CompiledModel;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use crate::catalogue::Candidate;
 use crate::data::Data;
@@ -14,6 +15,7 @@ use crate::machine::{Machine, ParameterPlace};
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::study::{Nuisance, Shots};
+use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
 use crate::{Bench, Fault, Study};
 
@@ -36,6 +38,8 @@ pub struct Setup {
     pub exposed: Vec<usize>,
     /// Number of threads.
     pub threads: usize,
+    /// Number of runs that were done again with whole loops.
+    pub whole_loops: Arc<AtomicUsize>,
 }
 
 /// Parameters that are set for every run, and their values under the conditions of each shot.
@@ -102,7 +106,8 @@ impl Setup {
                 return Err(Fault::new(words));
             }
         }
-        Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads })
+        let whole_loops = Arc::default();
+        Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads, whole_loops })
     }
 
     /// The same with other shots held out and those of now fitted; none where the study says which are held out, or where too
@@ -119,6 +124,7 @@ impl Setup {
         study.shots.hold_out = Some(others.iter().map(|&shot| self.bench.shots[shot].number).collect());
         let mut setup = Self::new(study, self.bench.clone(), self.threads)?;
         setup.exposed.clone_from(&self.held_out);
+        setup.whole_loops = self.whole_loops.clone();
         Ok(Some(setup))
     }
 
@@ -127,12 +133,17 @@ impl Setup {
         self.data.channels.iter().map(|channel| channel.expression.clone()).collect()
     }
 
-    /// A machine for a translated model.
+    /// A machine for a translated model with the channels of the set.
     ///
     /// # Errors
     /// When the model cannot be bound.
-    pub fn machine(&self, model: &CompiledModel) -> Result<Machine, Fault> {
-        Machine::new(model, self.data.channels.len(), self.study.run.tolerance, self.threads)
+    pub fn machine(&self, model: Translated) -> Result<Machine, Fault> {
+        self.machine_of(model, self.data.channels.len())
+    }
+
+    /// A machine for a translated model with so many channels.
+    pub(crate) fn machine_of(&self, model: Translated, channels: usize) -> Result<Machine, Fault> {
+        Machine::new(model, channels, self.study.run.tolerance, (self.threads, &self.whole_loops))
     }
 
     /// The comparison of a model with these effects in it.

@@ -11,14 +11,15 @@ use std::sync::Arc;
 use hyd_compiler::inquiry::annotated_components;
 use hyd_compiler::render::render;
 use hyd_compiler::{
-    Compilation, CompiledModel, Diagnostic, Files, Goal, Injection, InjectionSite, Options, Sources, TermShape,
-    compile, compile_with, injection_sites, print_string,
+    Diagnostic, Files, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile, compile_with,
+    injection_sites, print_string,
 };
 
 use crate::Fault;
 use crate::catalogue::{Candidate, Site, sites};
 use crate::composed::Composed;
 use crate::dictionary::Term;
+use crate::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
 /// the study's file has the name already.
@@ -27,8 +28,8 @@ const MEASURED: &str = "HydMeasured";
 const PLACES: &str = "HydPlaces";
 /// Name of a text that begins with no file of the user's.
 const STUDY: &str = "study";
-/// Channels are variables of this name and a number.
-pub(crate) const CHANNEL: &str = "hyd_channel_";
+/// Coefficients of terms are parameters of this name and a number; no name in a text has such a sign.
+const COEFFICIENT: &str = "$term";
 
 /// Where texts come from and what the base is.
 #[derive(Clone)]
@@ -45,6 +46,8 @@ pub struct Workshop<'a> {
     pub class: String,
     /// Expressions of the channels.
     pub channels: Vec<String>,
+    /// Full names of the classes of the libraries.
+    pub library_classes: Arc<[String]>,
 }
 
 /// A redeclaration with values of its parameters.
@@ -103,9 +106,11 @@ fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
 }
 
 impl Workshop<'_> {
-    /// A name that stands nowhere in the study's model: a model that an earlier search has written may be the next base.
+    /// A name that stands nowhere in the study's model, nor at the top of a library: a model that an earlier search has written may be
+    /// the next base.
     fn free_name(&self, wanted: &str) -> String {
-        let is_taken = |name: &str| self.preamble.contains(name) || self.class.contains(name);
+        let is_top = |name: &str| self.library_classes.iter().any(|class| class.split('.').next() == Some(name));
+        let is_taken = |name: &str| self.preamble.contains(name) || self.class.contains(name) || is_top(name);
         let numbered = (2_u32..).map(|k| format!("{wanted}{k}"));
         // A text is finite, and there is a name for every number.
         std::iter::once(wanted.to_string()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
@@ -130,7 +135,7 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn translate(&self, inserts: &[Insert]) -> Result<Arc<CompiledModel>, Fault> {
+    pub fn translate(&self, inserts: &[Insert]) -> Result<Translated, Fault> {
         self.translate_with_terms(inserts, &[])
     }
 
@@ -138,7 +143,7 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Arc<CompiledModel>, Fault> {
+    pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Translated, Fault> {
         let extended = self.extended(inserts, "with effects", &[], "");
         self.translate_with(&self.preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
     }
@@ -177,7 +182,7 @@ impl Workshop<'_> {
         let name = self.free_name(PLACES);
         let text = format!("{}model {name}\n  extends {};\nend {name};\n", self.preamble, self.class);
         let own = self.preamble.len();
-        let composed = self.composed(text, own, Vec::new(), &self.words(&[]));
+        let composed = self.composed(text, own, (Vec::new(), Vec::new()), &self.words(&[]));
         let found =
             annotated_components(&mut *(self.sources)(), (&composed.name, &composed.text), Some(&name), "place");
         let found =
@@ -185,9 +190,9 @@ impl Workshop<'_> {
         Ok(sites(&found))
     }
 
-    /// Equations of the model with effects to which terms can be added.
-    pub fn injection_sites(&self, inserts: &[Insert]) -> Vec<InjectionSite> {
-        let (text, _) = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""));
+    /// Equations of the model with effects to which terms can be added; `names` are those of its channels when it was translated.
+    pub fn injection_sites(&self, inserts: &[Insert], names: &ChannelNames) -> Vec<InjectionSite> {
+        let (text, _) = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""), names);
         let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &self.options());
         let own = self.preamble.lines().count();
         sites.into_iter().filter(|site| *site.file != *self.name() || site.line as usize <= own).collect()
@@ -197,7 +202,7 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn translate_whole(&self, whole: &str) -> Result<Arc<CompiledModel>, Fault> {
+    pub fn translate_whole(&self, whole: &str) -> Result<Translated, Fault> {
         self.translate_with("", whole, (&[], "the model of the report")).map(|(model, _)| model)
     }
 
@@ -230,27 +235,33 @@ impl Workshop<'_> {
     }
 
     /// A text with the channels added, and where they end.
-    fn measured(&self, preamble: &str, extended: &str) -> (String, Vec<(usize, String)>) {
+    fn measured(&self, preamble: &str, extended: &str, names: &ChannelNames) -> (String, Vec<(usize, String)>) {
         let (name, base) = (self.free_name(MEASURED), self.extended_name());
         let mut text = format!("{preamble}{extended}model {name}\n  extends {base};\n");
         let mut ends = vec![(text.len(), String::new())];
         for (k, expression) in self.channels.iter().enumerate() {
-            // Writing to a String cannot fail.
-            let _ = writeln!(text, "  Real {CHANNEL}{k} = {expression};");
+            // In brackets it is one expression or none.  Writing to a String cannot fail.
+            let _ = writeln!(text, "  Real {} = ({expression});", names.of(k));
             ends.push((text.len(), format!("the channel `{expression}` of the study `{}`", self.study)));
         }
         let _ = writeln!(text, "end {name};");
         (text, ends)
     }
 
-    /// A text that begins with `own` bytes of the user's, in which `channels` stand and all else is `words`.
-    fn composed(&self, text: String, own: usize, channels: Vec<(usize, String)>, words: &str) -> Composed {
+    /// A text that begins with `own` bytes of the user's, in which channels with these ends and variables stand and all else is `words`.
+    fn composed(
+        &self,
+        text: String,
+        own: usize,
+        (ends, channels): (Vec<(usize, String)>, Vec<String>),
+        words: &str,
+    ) -> Composed {
         let words = format!("{words} of the study `{}`", self.study);
-        let mut parts = channels;
+        let mut parts = ends;
         parts.push((text.len(), String::new()));
         parts.iter_mut().filter(|(_, said)| said.is_empty()).for_each(|(_, said)| said.clone_from(&words));
         let names = [EXTENDED, MEASURED, PLACES].map(|name| (self.free_name(name), self.class.clone())).to_vec();
-        Composed { name: self.name().to_string(), text, own, parts, names }
+        Composed { name: self.name().to_string(), text, own, parts, names, channels }
     }
 
     /// Why a text that was put together cannot be translated.
@@ -276,27 +287,40 @@ impl Workshop<'_> {
         preamble: &str,
         extended: &str,
         (terms, words): (&[Term], &str),
-    ) -> Result<(Arc<CompiledModel>, Vec<(String, String)>), Fault> {
-        let (text, channels) = self.measured(preamble, extended);
+    ) -> Result<(Translated, Vec<(String, String)>), Fault> {
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
-        let compilation: Compilation =
-            compile_with(&mut *(self.sources)(), self.name(), &text, &self.options(), &terms);
-        match compilation.model.clone() {
-            Some(model) if !compilation.has_errors() => {
-                let files = &compilation.files;
-                Ok((model, files.ids().map(|id| (files.name(id).to_string(), files.text(id).to_string())).collect()))
-            }
-            _ => {
-                let composed = self.composed(text, preamble.len(), channels, words);
-                Err(self.refused(&composed, &compilation.files, &compilation.diagnostics, words))
-            }
+        let compiled = |names: &ChannelNames| {
+            let (text, channels) = self.measured(preamble, extended, names);
+            let compilation = compile_with(&mut *(self.sources)(), self.name(), &text, &self.options(), &terms);
+            (text, channels, compilation)
+        };
+        let mut names =
+            ChannelNames::free([preamble, extended].into_iter().chain(self.channels.iter().map(String::as_str)));
+        let (mut text, mut channels, mut compilation) = compiled(&names);
+        let files = &compilation.files;
+        let read: Vec<Arc<str>> = files.ids().map(|id| files.text(id).clone()).filter(|own| **own != *text).collect();
+        let read = || read.iter().map(|text| &**text);
+        if names.stands_in(read()) {
+            // A text of a library, which is known only now.
+            let own = [preamble, extended].into_iter().chain(self.channels.iter().map(String::as_str));
+            names = ChannelNames::free(own.chain(read()));
+            (text, channels, compilation) = compiled(&names);
         }
+        if compilation.model.is_none() || compilation.has_errors() {
+            let variables = (0..self.channels.len()).map(|k| names.of(k)).collect();
+            let composed = self.composed(text, preamble.len(), (channels, variables), words);
+            return Err(self.refused(&composed, &compilation.files, &compilation.diagnostics, words));
+        }
+        let files = &compilation.files;
+        let files = files.ids().map(|id| (files.name(id).to_string(), files.text(id).to_string())).collect();
+        let translated = Translated::new(compilation, names, self.options());
+        translated.map(|translated| (translated, files)).ok_or_else(|| Fault::new("the translation gave no code"))
     }
 }
 
 /// Name of the parameter that is the coefficient of a term.
 pub fn coefficient(term: usize) -> String {
-    format!("hyd_term_{term}")
+    format!("{COEFFICIENT}{term}")
 }
 
 fn injection(k: usize, term: &Term) -> Injection {

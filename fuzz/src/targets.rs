@@ -206,7 +206,8 @@ pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
         file: setup.study.file.clone(),
         class: "Drive".to_string(),
         channels: setup.expressions(),
+        library_classes: [].into(),
     };
-    let machine = setup.machine(&*workshop.translate(&[])?)?;
+    let machine = setup.machine(workshop.translate(&[])?)?;
     Ok(setup.problem(&machine, &[])?.unknowns.len())
 }

@@ -43,9 +43,10 @@ fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f6
         file: model_file.display().to_string(),
         class: "SingleActingDrive.Drive".to_string(),
         channels: setup.expressions(),
+        library_classes: [].into(),
     };
     let model = workshop.translate(&[]).expect("a model");
-    let machine = setup.machine(&model).expect("a machine");
+    let machine = setup.machine(model).expect("a machine");
     let problem = setup.problem(&machine, &[]).expect("a problem");
     let weighing = Weighing { horizon: 0.6, ..Weighing::whole(&setup.train, 0.5) };
     let xi: Vec<f64> = (0..problem.unknowns.len()).map(|k| (1.7 * k as f64).sin()).collect();

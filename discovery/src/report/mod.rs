@@ -141,7 +141,7 @@ impl Scene<'_> {
         let mut whole = bundle(&workshop.texts(&inserts, built_in)?);
         let own = workshop.extended(&inserts, &description, &[], &annotation);
         whole.push_str(&own);
-        let machine = setup.machine(&*workshop.translate_whole(&whole)?)?;
+        let machine = setup.machine(workshop.translate_whole(&whole)?)?;
         Ok(Extended { whole, own, machine, candidates: inserts.into_iter().map(|insert| insert.candidate).collect() })
     }
 
@@ -187,6 +187,8 @@ fn number(value: f64) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use hyd_compiler::{Goal, Options, SourceText, Sources, compile};
 
     use super::discovered;
@@ -211,6 +213,7 @@ mod tests {
             file: "base.hyd".into(),
             class: "'my \\\"own\\\"'".into(),
             channels: Vec::new(),
+            library_classes: Arc::new([]),
         };
         let annotation = format!("  annotation(__hyd({}));\n", discovered(&workshop.class, "named", nasty));
         let base = format!("model {0}\n  Real x = 1;\nend {0};\n", workshop.class);

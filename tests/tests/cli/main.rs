@@ -1,7 +1,7 @@
 //! The command line as its users meet it: the real program, its messages, exit codes and files.
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
-//! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
+//! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches, `study_names` names that they may meet; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
@@ -18,4 +18,5 @@ mod overwriting;
 mod process;
 mod settings;
 mod studies;
+mod study_names;
 mod sweeps;

@@ -134,3 +134,38 @@ fn effects_that_do_not_fit_are_named_with_their_places() {
         assert!(!outcome.stderr.contains("Discovered"), "{}", outcome.stderr);
     }
 }
+
+/// Shots in which a loop becomes a recurrence that grows are run with the loop whole: far from its ends the chain of `late.hyd` has
+/// `x = u*(a + 1)/a`.  What the sensor shows is 1.05 times that, and noise is none.
+#[test]
+fn a_fit_runs_again_what_rounding_spoils() {
+    let folder = Scratch::new();
+    let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
+    let sensor = "parameter Real large = 1000;\n  parameter Real factor = 1;\n  Real y = factor*x[31];\n  parameter Integer n = 60;";
+    folder.write("late.hyd", text.replace("parameter Integer n = 60;", sensor).replace("then 1000", "then large"));
+    let study = "file = \"late.hyd\"\n[models]\ndefault = \"Late\"\n[channels]\ny = { variable = \"y\", noise = 1e-4 }\n\
+                 [conditions]\nlarge = \"large\"\n[nuisances]\nfactor = { parameter = \"factor\", relative = 0.1 }\n\
+                 [shots]\ntime = \"t\"\nhold_out = []\nmasks = [{ to = 0.5 }]\n";
+    folder.write("study.toml", study);
+    for (name, large) in [("a.csv", 1000.0), ("b.csv", 400.0)] {
+        let mut table = "t,y\n".to_string();
+        for t in (0..=100).map(|k| 0.01 * f64::from(k)) {
+            table += &format!("{t},{:.12}\n", 1.05 * (-t).exp() * (large + 1.0) / large);
+        }
+        folder.write(name, table);
+    }
+    let set = "{\"experiments\": [{\"file\": \"a.csv\", \"large\": 1000}, {\"file\": \"b.csv\", \"large\": 400}]}";
+    folder.write("set.json", set);
+    let fitted = run(folder.path(), &["fit", "study.toml", "--bench", "set.json", "--json"]);
+    assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
+    let said = "warning: rounding errors grew along a loop of equations in ";
+    assert!(fitted.stderr.starts_with(said) && fitted.stderr.lines().count() == 1, "{}", fitted.stderr);
+    let report: serde_json::Value = serde_json::from_str(&fitted.stdout).unwrap();
+    assert!(report["whole_loops"].as_u64().is_some_and(|runs| runs >= 2), "{report}");
+    let factor = report["unknowns"][0]["value"].as_f64().unwrap();
+    assert!((factor - 1.05).abs() < 1e-5 && report["unknowns"][0]["name"] == "factor", "{report}");
+    let discovered = ["discover", "study.toml", "--bench", "set.json", "--report", "report"];
+    let found = run(folder.path(), &discovered);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    assert!(found.stderr.matches(said).count() == 1 && found.stdout.starts_with("adequate"), "{found:?}");
+}
