@@ -16,6 +16,9 @@ use crate::arguments::Fit;
 use crate::study::{failure, open, tell_whole_loops};
 use crate::{Failure, output};
 
+/// Misfits from here on are written with an exponent.
+const MOST_PLAIN: f64 = 1e9;
+
 /// What came out.
 struct Outcome<'a> {
     setup: &'a Setup,
@@ -50,6 +53,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     if found.misfit / expected > schedule::GOOD {
         found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
     }
+    problem.check_misfit(&found, &whole).map_err(failure)?;
     let (found, all) = profiles(&problem, found, &whole, &wanted).map_err(failure)?;
     let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
     let profiles = names.zip(all).collect();
@@ -105,7 +109,10 @@ impl Outcome<'_> {
         let _ = writeln!(text, "{}: misfit {:.3} of what noise makes", self.setup.bench.name, self.ratio);
         for attempt in &self.record.attempts {
             let ended = if attempt.converged { "converged" } else { "not converged" };
-            let _ = writeln!(text, "  {}: {:.3}, {} steps, {ended}", attempt.start, attempt.misfit, attempt.steps);
+            let misfit = attempt.misfit;
+            // A way that ends in nonsense needs no hundred digits.
+            let misfit = if misfit < MOST_PLAIN { format!("{misfit:.3}") } else { format!("{misfit:.3e}") };
+            let _ = writeln!(text, "  {}: {misfit}, {} steps, {ended}", attempt.start, attempt.steps);
         }
         // Without shots held out there is no column for them.
         let heading = if self.held_out.is_some() { "  held out" } else { "" };

@@ -68,6 +68,9 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
+    for sentence in setup.warnings() {
+        output::sentence("warning", &sentence, MessageFormat::Text);
+    }
     let study_file = arguments.study.display().to_string();
     Ok(Opened { setup, study_file, model_file, model_text, class, libraries: libraries.clone() })
 }

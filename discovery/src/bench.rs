@@ -10,10 +10,12 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::set_check::{Once, check_keys, check_numbers, line_of, unused};
+use crate::set_check::{Once, check_keys, check_numbers, line_of, same_number, unused};
 use crate::shot_table::{ShotTable, read_table};
 use crate::{Fault, Study};
 
+/// Longest text of a set (bytes): reading it takes many times as much memory.
+const LONGEST: usize = 4 << 20;
 /// Largest number of a shot: beyond it not all integers are told apart.
 const MOST_NUMBER: f64 = 9_007_199_254_740_992.0;
 
@@ -86,6 +88,9 @@ impl Bench {
         read: &mut dyn FnMut(&str) -> Result<String, Fault>,
     ) -> Result<Self, Fault> {
         let shown = name.display();
+        if text.len() > LONGEST {
+            return Err(Fault::new(format!("`{shown}`: it is longer than {} MB, as no set is", LONGEST >> 20)));
+        }
         let stated: Stated = serde_json::from_str(text).map_err(|error| Fault::new(format!("`{shown}`: {error}")))?;
         let stem = name.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let mut warnings = check_keys(text).map_err(|fault| Fault::new(format!("`{shown}`: {fault}")))?;
@@ -127,6 +132,7 @@ impl Bench {
             return Err(Fault::new(format!("`{shown}`: {line}it holds no experiments")));
         }
         warnings.extend(unused(&bench, study, text, &columns));
+        warnings.extend(same_number(&bench));
         bench.warnings = warnings.into_iter().map(|sentence| format!("`{shown}`: {sentence}")).collect();
         Ok(bench)
     }

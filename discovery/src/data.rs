@@ -7,6 +7,7 @@
 use crate::bench::Shot;
 use crate::formula::evaluate;
 use crate::machine::Span;
+use crate::magnitude::{is_plausible, shown};
 use crate::noise::Noise;
 use crate::study::Mask;
 use crate::{Bench, Fault, Study};
@@ -47,6 +48,8 @@ pub struct ShotData {
 pub struct ChannelInfo {
     /// Column in the tables.
     pub name: String,
+    /// Where the study names it, as the beginning of a sentence.
+    pub(crate) place: String,
     /// Words for reports.
     pub words: String,
     /// Unit of the column.
@@ -72,6 +75,8 @@ pub struct Data {
     pub channels: Vec<ChannelInfo>,
     /// Shots in their order.
     pub shots: Vec<ShotData>,
+    /// Masks of the study that leave out nothing.
+    pub idle_masks: Vec<usize>,
 }
 
 impl Data {
@@ -97,6 +102,7 @@ impl Data {
             }
             channels.push(ChannelInfo {
                 name: name.clone(),
+                place: study.place(&["channels", name]),
                 words: if channel.words.is_empty() { name.clone() } else { channel.words.clone() },
                 unit: channel.unit.clone(),
                 expression: channel.variable.clone(),
@@ -107,8 +113,10 @@ impl Data {
                 range: (high - low) / scale,
             });
         }
-        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, study));
-        Ok(Self { shots: shots.collect::<Result<_, _>>()?, channels })
+        let mut idle = vec![true; study.shots.masks.len()];
+        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, study, &mut idle));
+        let shots = shots.collect::<Result<_, _>>()?;
+        Ok(Self { shots, channels, idle_masks: (0..idle.len()).filter(|&mask| idle[mask]).collect() })
     }
 
     /// Position of a channel.
@@ -117,7 +125,8 @@ impl Data {
     }
 }
 
-fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study) -> Result<ShotData, Fault> {
+/// A shot made ready; a mask that leaves out something of it is not `idle`.
+fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study, idle: &mut [bool]) -> Result<ShotData, Fault> {
     let times = &shot.times;
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -134,20 +143,31 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study) -> Result<Sho
         )));
     }
     let span = Span { start, stop: last, intervals: (intervals as usize).clamp(20, MOST_INTERVALS) };
-    let trace = |channel: &ChannelInfo| -> Result<Option<Trace>, Fault> {
+    let mut trace = |channel: &ChannelInfo| -> Result<Option<Trace>, Fault> {
         let Some(raw) = shot.values.get(&channel.name) else { return Ok(None) };
         let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();
-        for mask in
-            study.shots.masks.iter().filter(|mask| mask.channels.is_empty() || mask.channels.contains(&channel.name))
-        {
-            apply_mask(mask, shot, &mut used)?;
+        let masks = study.shots.masks.iter().enumerate();
+        for own in masks.filter(|(_, mask)| mask.channels.is_empty() || mask.channels.contains(&channel.name)) {
+            let mut left = vec![true; used.len()];
+            apply_mask(study, own, shot, &mut left)?;
+            idle[own.0] &= left.iter().all(|left| *left);
+            used.iter_mut().zip(left).for_each(|(used, left)| *used &= left);
         }
         let values: Vec<f64> =
             raw.iter().map(|value| if value.is_finite() { value / channel.scale } else { 0.0 }).collect();
+        if let Some(k) = (0..values.len()).find(|&k| used[k] && !is_plausible(values[k])) {
+            let (place, name) = (study.place(&["channels", &channel.name]), &channel.name);
+            let (raw, scale) = (shown(raw[k]), shown(channel.scale));
+            let sentence = format!(
+                "{place}shot {}: channel `{name}`: {raw} by the scale {scale} is no value of a variable",
+                shot.number
+            );
+            return Err(Fault::new(sentence));
+        }
         let slope = slopes(times, &values, &used);
         Ok(Some(Trace { values, used, slope }))
     };
-    let traces = channels.iter().map(trace).collect::<Result<_, _>>()?;
+    let traces = channels.iter().map(&mut trace).collect::<Result<_, _>>()?;
     Ok(ShotData { number: shot.number, times: times.clone(), span, traces })
 }
 
@@ -165,12 +185,14 @@ fn start_of_run((first, last, step): (f64, f64, f64), stated: Option<f64>) -> Re
     }
 }
 
-fn apply_mask(mask: &Mask, shot: &Shot, used: &mut [bool]) -> Result<(), Fault> {
+fn apply_mask(study: &Study, (number, mask): (usize, &Mask), shot: &Shot, used: &mut [bool]) -> Result<(), Fault> {
     // A study that was read has one where it has the other.
     let within = mask.within.unwrap_or(0.0);
-    for formula in &mask.around {
-        let at = evaluate(formula, &|name| shot.conditions.get(name).copied())
-            .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))?;
+    for (k, formula) in mask.around.iter().enumerate() {
+        let at = evaluate(formula, &|name| shot.conditions.get(name).copied()).map_err(|fault| {
+            let place = study.place(&["shots", "masks", &number.to_string(), "around", &k.to_string()]);
+            Fault::new(format!("{place}shot {}: {fault}", shot.number))
+        })?;
         for (time, used) in shot.times.iter().zip(&mut *used) {
             *used &= (time - at).abs() > within;
         }

@@ -18,6 +18,7 @@ pub mod hypothesis;
 mod limits;
 pub mod location;
 pub mod machine;
+mod magnitude;
 pub mod noise;
 pub mod power;
 pub mod prior;

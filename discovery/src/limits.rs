@@ -4,6 +4,7 @@
 //! and shots.  Where several unknowns move one parameter, or others follow from it, the bounds alone do not suffice; a run whose
 //! values are outside is refused then, like one that fails.
 
+use crate::magnitude::LARGEST;
 use crate::problem::Problem;
 use crate::unknowns::{Meaning, Unknown};
 
@@ -12,10 +13,15 @@ const HALVINGS: usize = 60;
 
 /// Sets the bounds of all unknowns.
 pub(crate) fn limit(problem: &mut Problem<'_>) {
-    let ranges: Vec<(f64, f64)> = problem.places.iter().map(|place| problem.machine.range(place)).collect();
+    // Without limits of its own no parameter is larger than any number that makes sense.
+    let range = |place| {
+        let (min, max) = problem.machine.range(place);
+        (min.max(-LARGEST), max.min(LARGEST))
+    };
+    let ranges: Vec<(f64, f64)> = problem.places.iter().map(range).collect();
     let mut unknowns = std::mem::take(&mut problem.unknowns);
     for unknown in &mut unknowns {
-        for place in unknown.places().to_vec().into_iter().filter(|&place| ranges[place] != UNLIMITED) {
+        for place in unknown.places().to_vec() {
             let shots = (0..problem.base.len()).filter(|&shot| unknown.touches(shot));
             for shot in shots.collect::<Vec<_>>() {
                 let base = problem.base[shot][place];
@@ -25,8 +31,6 @@ pub(crate) fn limit(problem: &mut Problem<'_>) {
     }
     problem.unknowns = unknowns;
 }
-
-const UNLIMITED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// The bounds within which a parameter of this value stays in its range.
 fn narrowed(unknown: &Unknown, base: f64, (min, max): (f64, f64)) -> (f64, f64) {

@@ -45,7 +45,7 @@ fn of_shots(problem: &Problem<'_>, shots: &[usize]) -> Vec<usize> {
 /// The gap of `shots` under the unknowns `xi`; with `refit` what belongs to these shots alone is fitted again.
 ///
 /// # Errors
-/// A run that failed.
+/// A run that failed, a gap that is too wide to be a number that shows anything.
 pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> Result<Gap, Fault> {
     let plain = Weighing::whole(shots, 0.0);
     let own = of_shots(problem, shots);
@@ -53,6 +53,7 @@ pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> R
         true => minimise_over(problem, xi, &plain, &own, Effort::FULL, None)?,
         false => Fit::at(problem, xi, &plain)?,
     };
+    problem.check_misfit(&fit, &plain)?;
     let channels = problem.data.channels.len();
     let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);
     let mut row = 0;

@@ -10,6 +10,8 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde_json::Value;
 
+use crate::bench::Shot;
+use crate::magnitude::{is_plausible, shown};
 use crate::study::{Nuisance, Study};
 use crate::{Bench, Fault};
 
@@ -107,16 +109,18 @@ pub(crate) fn check_numbers(bench: &Bench, text: &str) -> Result<(), Fault> {
         ("parameter_tolerance_1sigma", &bench.tolerance),
     ];
     for (key, map) in maps {
-        if let Some((name, value)) = map.iter().find(|(_, value)| !(value.is_finite() && **value >= 0.0)) {
+        if let Some((name, value)) = map.iter().find(|(_, value)| !(is_plausible(**value) && **value >= 0.0)) {
             let line = at_line(text, &[key, name]);
-            let sentence = format!("{line}the standard deviation {value} of `{name}` is not a positive number");
+            let wrong = if *value < 0.0 { "is not a positive number" } else { "is larger than anything that is measured" };
+            let sentence = format!("{line}the standard deviation {} of `{name}` {wrong}", shown(*value));
             return Err(Fault::new(sentence));
         }
     }
     for (key, value) in [("sensor_gain_1sigma", bench.gain), ("pre_trigger_s", bench.pre_trigger)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
+        if let Some(value) = value.filter(|value| !(is_plausible(*value) && *value >= 0.0)) {
             let line = at_line(text, &[key]);
-            return Err(Fault::new(format!("{line}`{key}` is {value}, and must not be negative")));
+            let wrong = if value < 0.0 { "and must not be negative" } else { "larger than anything that is measured" };
+            return Err(Fault::new(format!("{line}`{key}` is {}, {wrong}", shown(value))));
         }
     }
     Ok(())
@@ -162,6 +166,14 @@ pub(crate) fn unused(bench: &Bench, study: &Study, text: &str, columns: &BTreeSe
         warnings.push(format!("neither the set nor the study says how far {shown}{more} may be off: {them}"));
     }
     warnings
+}
+
+/// A sentence on shots of one number, which reports do not tell apart.
+pub(crate) fn same_number(bench: &Bench) -> Option<String> {
+    let mut first = BTreeMap::new();
+    let again = |(k, shot): (usize, &Shot)| first.insert(shot.number, k).map(|other| (other + 1, k + 1, shot.number));
+    let (one, other, number) = bench.shots.iter().enumerate().find_map(again)?;
+    Some(format!("experiments {one} and {other} are both shot {number}: reports do not tell them apart"))
 }
 
 #[cfg(test)]
@@ -225,6 +237,12 @@ mod tests {
             (set("\"quantisation\": {\"y_mm\": -1},"), "`set.json`: line 2: the standard deviation -1 of `y_mm`"),
             (set("\"sensor_gain_1sigma\": -1,"), "`set.json`: line 2: `sensor_gain_1sigma` is -1"),
             (set("\"noise_std\": {\"y_mm\": 1, \"y_mm\": 2},"), "`set.json`: `y_mm` stands twice at line 2"),
+            (
+                set("\"noise_std\": {\"y_mm\": 1e300},"),
+                "`set.json`: line 2: the standard deviation 1e300 of `y_mm` is larger",
+            ),
+            (set("\"sensor_gain_1sigma\": 1e300,"), "`set.json`: line 2: `sensor_gain_1sigma` is 1e300, larger than"),
+            (" ".repeat((4 << 20) + 1), "`set.json`: it is longer than 4 MB, as no set is"),
             (set("\"noise_std\": {\"y_mm\": 1e999},"), "`set.json`: number out of range at line 2"),
             ("{\"experiments\": []}".to_string(), "`set.json`: line 1: it holds no experiments"),
             (

@@ -12,6 +12,7 @@ use crate::data::Data;
 use crate::formula::evaluate;
 use crate::limits::limit;
 use crate::machine::{Machine, ParameterPlace};
+use crate::magnitude::{is_plausible, shown};
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::study::{Nuisance, Shots};
@@ -79,19 +80,31 @@ impl Setup {
     /// # Errors
     /// A sentence on what does not fit.
     pub fn new(study: Study, bench: Bench, threads: usize) -> Result<Self, Fault> {
-        let data = Data::new(&bench, &study)?;
         let held_out = match &study.shots.hold_out {
             Some(numbers) => {
                 let position = |&number: &usize| {
+                    if bench.shots.iter().filter(|shot| shot.number == number).count() > 1 {
+                        let place = study.place(&["shots", "hold_out"]);
+                        let sentence =
+                            format!("{place}`hold_out` names shot {number}, and several shots have this number");
+                        return Err(Fault::new(sentence));
+                    }
                     let found = bench.shots.iter().position(|shot| shot.number == number);
                     found.ok_or_else(|| {
-                        Fault::new(format!("the study holds out shot {number}, which the set does not have"))
+                        let place = study.place(&["shots", "hold_out"]);
+                        Fault::new(format!("{place}`hold_out` names shot {number}, which the set does not have"))
                     })
                 };
                 numbers.iter().map(position).collect::<Result<Vec<_>, _>>()?
             }
             None => central(&study, &bench, &[]),
         };
+        Self::with_held_out(study, bench, threads, held_out)
+    }
+
+    /// The same with these shots held out.
+    fn with_held_out(study: Study, bench: Bench, threads: usize, held_out: Vec<usize>) -> Result<Self, Fault> {
+        let data = Data::new(&bench, &study)?;
         let train: Vec<usize> = (0..bench.shots.len()).filter(|shot| !held_out.contains(shot)).collect();
         if train.is_empty() {
             return Err(Fault::new("all shots are held out, so that none is left to fit"));
@@ -110,6 +123,15 @@ impl Setup {
         Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads, whole_loops })
     }
 
+    /// What the user should know of the study beside this set.
+    pub fn warnings(&self) -> Vec<String> {
+        let idle = self.data.idle_masks.iter().map(|mask| {
+            let place = self.study.place(&["shots", "masks", &mask.to_string()]);
+            format!("{place}the mask leaves out no sample of any shot")
+        });
+        idle.collect()
+    }
+
     /// The same with other shots held out and those of now fitted; none where the study says which are held out, or where too
     /// few are left.
     ///
@@ -122,7 +144,7 @@ impl Setup {
         let mut study = self.study.clone();
         let others = central(&study, &self.bench, &self.held_out);
         study.shots.hold_out = Some(others.iter().map(|&shot| self.bench.shots[shot].number).collect());
-        let mut setup = Self::new(study, self.bench.clone(), self.threads)?;
+        let mut setup = Self::with_held_out(study, self.bench.clone(), self.threads, others)?;
         setup.exposed.clone_from(&self.held_out);
         setup.whole_loops = self.whole_loops.clone();
         Ok(Some(setup))
@@ -155,20 +177,34 @@ impl Setup {
         let mut list = PlaceList { machine, names: Vec::new(), places: Vec::new(), base };
         for (name, formula) in &self.study.conditions {
             let by = || "`[conditions]` of the study".to_string();
+            let place = || self.study.place(&["conditions", name]);
             list.add(name, &by, &|shot, _| {
                 let shot = &self.bench.shots[shot];
-                evaluate(formula, &|condition| shot.conditions.get(condition).copied())
-                    .map_err(|fault| Fault::new(format!("shot {}: {fault}", shot.number)))
+                let value = evaluate(formula, &|condition| shot.conditions.get(condition).copied())
+                    .map_err(|fault| Fault::new(format!("{}shot {}: {fault}", place(), shot.number)))?;
+                let too_large = || {
+                    let (place, number, value) = (place(), shot.number, shown(value));
+                    Fault::new(format!("{place}shot {number}: `{name}` becomes {value} by the formula `{formula}`, larger than any parameter"))
+                };
+                if is_plausible(value) { Ok(value) } else { Err(too_large()) }
             })?;
         }
         let mut unknowns = Vec::new();
         for (label, nuisance) in &self.study.nuisances {
             let by = || format!("`{label}` in `[nuisances]` of the study");
-            let at = list.add(nuisance.parameter(), &by, &|_, nominal| Ok(nominal))?;
+            let at = list.add(nuisance.parameter(), &by, &|_, nominal| {
+                let place = || self.study.place(&["nuisances", label]);
+                let (parameter, value) = (nuisance.parameter(), shown(nominal));
+                let too_large =
+                    || format!("{}`{parameter}` is {value} in the model, larger than any parameter", place());
+                if is_plausible(nominal) { Ok(nominal) } else { Err(Fault::new(too_large())) }
+            })?;
             self.nuisance(label, nuisance, at, &list, &mut unknowns);
         }
+        let nuisances = unknowns.len();
         self.chains(&mut unknowns);
         self.triggers(&list, &mut unknowns)?;
+        self.refuse_same_names(&unknowns, nuisances)?;
         for (number, insert) in inserts.iter().enumerate() {
             self.effect(number, insert, &mut list, &mut unknowns)?;
         }
@@ -197,6 +233,20 @@ impl Setup {
             };
             unknowns.push(Unknown::new(self.named(label, shot), meaning, shot, None));
         }
+    }
+
+    /// Refuses a nuisance that is called like what else is fitted: nobody could tell them apart.
+    fn refuse_same_names(&self, unknowns: &[Unknown], nuisances: usize) -> Result<(), Fault> {
+        let (own, others) = unknowns.split_at(nuisances);
+        let Some(same) = own.iter().find(|own| others.iter().any(|other| other.name == own.name)) else {
+            return Ok(());
+        };
+        let label = self.study.nuisances.keys().find(|label| same.name.starts_with(*label));
+        let place = label.map_or_else(String::new, |label| self.study.place(&["nuisances", label]));
+        let name = &same.name;
+        Err(Fault::new(format!(
+            "{place}the name `{name}` is that of a number which is fitted anyway; call the nuisance otherwise"
+        )))
     }
 
     fn named(&self, label: &str, shot: Option<usize>) -> String {

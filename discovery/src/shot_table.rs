@@ -5,14 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::magnitude::{is_plausible, shown};
 use crate::{Fault, Study};
 
 /// Fewest rows of a table.
 const FEWEST: usize = 20;
 /// Longest line (bytes): its fields take many times as much memory.
 const LONGEST: usize = 1 << 20;
-/// What no sensor measures in any unit: from here on squares of residuals leave the range of numbers.
-const LARGEST: f64 = 1e100;
 
 /// A table that was read.
 pub(crate) struct ShotTable {
@@ -55,6 +54,9 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
         let t = number(time)? * study.shots.time_scale;
         if !t.is_finite() {
             return Err(wrong(format!("line {line}: a time is missing")));
+        }
+        if !is_plausible(t) {
+            return Err(wrong(format!("line {line}: {} s is no time", shown(t))));
         }
         if let Some(&last) = times.last()
             && t <= last
@@ -120,7 +122,7 @@ fn number(field: &str) -> Result<f64, String> {
     let field_shown = shortened(field);
     match field.parse::<f64>() {
         Ok(value) if value.is_infinite() => Err(format!("`{field_shown}` is not a measured value")),
-        Ok(value) if value.abs() > LARGEST => Err(format!("{field_shown} is not a measured value")),
+        Ok(value) if !value.is_nan() && !is_plausible(value) => Err(format!("{field_shown} is not a measured value")),
         Ok(value) => Ok(value),
         Err(_) if field.replacen(',', ".", 1).parse::<f64>().is_ok() => {
             Err(format!("`{field_shown}` is not a number; numbers have a decimal point, not a comma"))

@@ -5,13 +5,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
 use crate::Fault;
-use crate::study_check::{check, unreadable};
+use crate::study_check::{check, line, unreadable};
 
 /// Longest text of a study (bytes): reading it takes fifty times as much memory.
 const LONGEST: usize = 4 << 20;
@@ -44,6 +45,20 @@ pub struct Study {
     /// Full names of effects that are not considered, or of packages of them.
     #[serde(default)]
     pub without: Vec<String>,
+    /// Where all that stands.
+    #[serde(skip)]
+    pub(crate) text: StudyText,
+}
+
+/// The text of a study, for the lines of its values.
+#[derive(Clone, Default)]
+pub(crate) struct StudyText(Arc<str>);
+
+/// Studies that say the same are the same, whatever is written around it.
+impl fmt::Debug for StudyText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("..")
+    }
 }
 
 /// A measured channel.
@@ -209,9 +224,15 @@ impl Study {
         if text.len() > LONGEST {
             return Err(Fault::new(format!("it has more than {} MB, which is too long for a study", LONGEST >> 20)));
         }
-        let study: Study = toml::from_str(text).map_err(|error| unreadable(text, &error))?;
+        let mut study: Study = toml::from_str(text).map_err(|error| unreadable(text, &error))?;
         check(&study, text)?;
+        study.text = StudyText(text.into());
         Ok(study)
+    }
+
+    /// The place of a value, which is found by its keys, as the beginning of a sentence.
+    pub(crate) fn place(&self, keys: &[&str]) -> String {
+        line(&self.text.0, keys).map_or_else(String::new, |line| format!("line {line} of the study: "))
     }
 
     /// The class for a set that names this base model, or none.

@@ -6,11 +6,13 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
+use crate::magnitude::{is_plausible, shown};
 use crate::study::{Mask, Nuisance, Study};
 
 /// Checks a study that has been read from `text`.
 pub(crate) fn check(study: &Study, text: &str) -> Result<(), Fault> {
     let check = Check { study, text, table: DeTable::parse(text).ok() };
+    check.models()?;
     check.channels()?;
     check.nuisances()?;
     check.shots()?;
@@ -29,6 +31,39 @@ pub(crate) fn unreadable(text: &str, error: &toml::de::Error) -> Fault {
     Fault::new(format!("{line}{message}{}", hint.map_or_else(String::new, |hint| format!("; {hint}"))))
 }
 
+/// The line of the value that these keys lead to; positions of lists are keys, too.
+pub(crate) fn line(text: &str, keys: &[&str]) -> Option<usize> {
+    let table = DeTable::parse(text).ok()?;
+    offset(&table, keys).map(|offset| line_at(text, offset))
+}
+
+/// True for names with dots between them; what stands in quotes is anything.
+fn is_class_name(text: &str) -> bool {
+    let (mut quoted, mut letters) = (false, text.chars());
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\'' => quoted = !quoted,
+            '\\' if quoted => drop(letters.next()),
+            _ if quoted || letter.is_alphanumeric() || "_.".contains(letter) => {}
+            _ => return false,
+        }
+    }
+    !quoted && !text.is_empty()
+}
+
+fn offset(table: &Spanned<DeTable<'_>>, keys: &[&str]) -> Option<usize> {
+    let (first, rest) = keys.split_first()?;
+    let mut value = table.get_ref().get(*first)?;
+    for key in rest {
+        value = match value.get_ref() {
+            DeValue::Table(table) => table.get(*key)?,
+            DeValue::Array(list) => list.get(key.parse::<usize>().ok()?)?,
+            _ => return None,
+        };
+    }
+    Some(value.span().start)
+}
+
 fn line_at(text: &str, offset: usize) -> usize {
     text.bytes().take(offset).filter(|&byte| byte == b'\n').count() + 1
 }
@@ -44,23 +79,10 @@ impl Check<'_> {
     /// A fault at a value, which is found by its keys; positions of lists are keys, too.
     fn wrong(&self, keys: &[&str], sentence: impl Into<String>) -> Fault {
         let sentence = sentence.into();
-        match self.offset(keys) {
+        match self.table.as_ref().and_then(|table| offset(table, keys)) {
             Some(offset) => Fault::new(format!("line {}: {sentence}", line_at(self.text, offset))),
             None => Fault::new(sentence),
         }
-    }
-
-    fn offset(&self, keys: &[&str]) -> Option<usize> {
-        let (first, rest) = keys.split_first()?;
-        let mut value = self.table.as_ref()?.get_ref().get(*first)?;
-        for key in rest {
-            value = match value.get_ref() {
-                DeValue::Table(table) => table.get(*key)?,
-                DeValue::Array(list) => list.get(key.parse::<usize>().ok()?)?,
-                _ => return None,
-            };
-        }
-        Some(value.span().start)
     }
 
     /// A number that must be positive, or at least not negative.
@@ -68,10 +90,19 @@ impl Check<'_> {
         match value {
             Some(value) if !(value.is_finite() && (value > 0.0 || may_be_zero && value == 0.0)) => {
                 let wanted = if may_be_zero { "a number that is not negative" } else { "a positive number" };
-                Err(self.wrong(keys, format!("{what} is {value}, and must be {wanted}")))
+                Err(self.wrong(keys, format!("{what} is {}, and must be {wanted}", shown(value))))
             }
-            _ => Ok(()),
+            Some(value) => self.size(keys, what, value),
+            None => Ok(()),
         }
+    }
+
+    /// A number of a size that makes sense.
+    fn size(&self, keys: &[&str], what: &str, value: f64) -> Result<(), Fault> {
+        if is_plausible(value) {
+            return Ok(());
+        }
+        Err(self.wrong(keys, format!("{what} is {}, larger than anything that is measured", shown(value))))
     }
 
     /// A name among those that there are.
@@ -89,14 +120,28 @@ impl Check<'_> {
         Err(self.wrong(keys, format!("{what} `{name}`, which the study does not have{hint}")))
     }
 
+    fn models(&self) -> Result<(), Fault> {
+        for (key, class) in self.study.models.iter().filter(|(_, class)| !is_class_name(class)) {
+            return Err(self.wrong(&["models", key], format!("`{class}` is no name of a class")));
+        }
+        Ok(())
+    }
+
     fn channels(&self) -> Result<(), Fault> {
         if self.study.channels.is_empty() {
             return Err(Fault::new("the study names no channel"));
         }
         for (name, own) in &self.study.channels {
             let key = |key| ["channels", name, key];
+            if *name == self.study.shots.time {
+                return Err(self.wrong(&["channels", name], format!("channel `{name}` is the column of times")));
+            }
             if !(own.scale.is_finite() && own.scale != 0.0) {
                 let sentence = format!("channel `{name}`: the scale {} must be a number but zero", own.scale);
+                return Err(self.wrong(&key("scale"), sentence));
+            }
+            if !(is_plausible(own.scale) && is_plausible(1.0 / own.scale)) {
+                let sentence = format!("channel `{name}`: the scale {} is no ratio of units", shown(own.scale));
                 return Err(self.wrong(&key("scale"), sentence));
             }
             if own.variable.trim().is_empty() {
@@ -120,6 +165,9 @@ impl Check<'_> {
                 return Err(self.wrong(&["nuisances", name], sentence));
             }
             named.push((name, nuisance.parameter()));
+            if name.trim().is_empty() {
+                return Err(self.wrong(&["nuisances", name], "a nuisance has no name"));
+            }
             let Nuisance::Stated(own) = nuisance else { continue };
             let key = |key| ["nuisances", name, key];
             if own.relative.is_some() && own.absolute.is_some() {
@@ -137,6 +185,10 @@ impl Check<'_> {
         let shots = &self.study.shots;
         let key = |key| ["shots", key];
         self.scatter(&key("time_scale"), "`time_scale`", Some(shots.time_scale), false)?;
+        if !is_plausible(1.0 / shots.time_scale) {
+            let sentence = format!("`time_scale` is {}, and no unit of time is so short", shown(shots.time_scale));
+            return Err(self.wrong(&key("time_scale"), sentence));
+        }
         self.scatter(&key("trigger_jitter"), "`trigger_jitter`", Some(shots.trigger_jitter), true)?;
         self.scatter(&key("time_tolerance"), "`time_tolerance`", Some(shots.time_tolerance), true)?;
         for (k, name) in shots.trigger_moves.iter().enumerate() {
@@ -243,6 +295,17 @@ mod tests {
             ("z = { variable = \"x\", gain = nan }", "line 6: channel `z`: `gain` is NaN"),
             ("z = { variable = \"x\", scale = 0 }", "line 6: channel `z`: the scale 0"),
             ("z = { variable = \"x\", nois = 1.0 }", "line 6: unknown field `nois`"),
+            ("z = { variable = \"x\", noise = 1e300 }", "line 6: channel `z`: `noise` is 1e300, larger than anything"),
+            ("z = { variable = \"x\", scale = 1e-300 }", "line 6: channel `z`: the scale 1e-300 is no ratio of units"),
+            ("z = { variable = \"x\", scale = -1e300 }", "line 6: channel `z`: the scale -1e300 is no ratio of units"),
+            (
+                "[nuisances]\nk = { parameter = \"k\", relative = 1e300 }",
+                "line 7: nuisance `k`: `relative` is 1e300, larger",
+            ),
+            ("[shots]\ntime_scale = 1e-300", "line 7: `time_scale` is 1e-300, and no unit"),
+            ("[shots]\ntime_scale = 1e300", "line 7: `time_scale` is 1e300, larger than anything"),
+            ("time_s = { variable = \"x\" }", "line 6: channel `time_s` is the column of times"),
+            ("[nuisances]\n\"\" = \"k\"", "line 7: a nuisance has no name"),
             ("z = { variable = \"\" }", "line 6: channel `z` names no variable"),
             ("[shots]\ntrigger_jitter = -1e-5", "line 7: `trigger_jitter` is -0.00001"),
             ("[shots]\ntrigger_jitter = nan", "line 7: `trigger_jitter` is NaN"),
@@ -273,6 +336,11 @@ mod tests {
         ] {
             let said = said(lines);
             assert!(said.starts_with(expected), "{lines}\n{said}");
+        }
+        for (class, is_name) in
+            [("A.b_1", true), ("'my (own) \\'s;'.B", true), ("", false), ("A; end A; model B", false)]
+        {
+            assert_eq!(super::is_class_name(class), is_name, "{class}");
         }
         assert_eq!(said("[shots]\nmasks = [{ after_return_of = \"y\", below = 0.1 }, { from = -inf, to = 0.0 }]"), "");
     }

@@ -8,8 +8,10 @@ mod derivatives;
 use nalgebra::DVector;
 
 use crate::Fault;
-use crate::data::Data;
+use crate::data::{ChannelInfo, Data};
+use crate::fit::Fit;
 use crate::machine::{Job, Machine, ParameterPlace, Span};
+use crate::magnitude::RESOLVED;
 use crate::threads::each;
 use crate::unknowns::{Meaning, Unknown};
 
@@ -160,7 +162,15 @@ impl Problem<'_> {
         all
     }
 
-    /// Why a misfit is not a number: the shot and the channel whose residuals are the largest.
+    /// Refuses an answer whose misfit shows nothing.
+    ///
+    /// # Errors
+    /// The shot and the channel that are farthest from the model.
+    pub fn check_misfit(&self, fit: &Fit, weighing: &Weighing) -> Result<(), Fault> {
+        if fit.misfit <= RESOLVED { Ok(()) } else { Err(self.overflow(&fit.xi, &fit.runs, weighing)) }
+    }
+
+    /// Why a misfit shows nothing: the shot and the channel whose residuals are the largest.
     pub(crate) fn overflow(&self, xi: &[f64], runs: &Runs, weighing: &Weighing) -> Fault {
         let spans = self.spans(weighing.horizon);
         let mut worst = (0.0, None);
@@ -176,10 +186,18 @@ impl Problem<'_> {
                 }
             }
         }
-        let place = worst.1.map_or_else(String::new, |(shot, channel)| {
-            format!("shot {}, channel `{}`: ", self.data.shots[shot].number, self.data.channels[channel].name)
-        });
-        Fault::new(format!("{place}model and measurement are so far apart that the misfit is not a number"))
+        let Some((shot, channel)) = worst.1 else { return Fault::new("the misfit is not a number") };
+        let number = self.data.shots[shot].number;
+        let ChannelInfo { name, place, .. } = &self.data.channels[channel];
+        let far = if worst.0.is_finite() {
+            format!("{:.0e} standard deviations of the noise", worst.0)
+        } else {
+            "more than there are numbers for".to_string()
+        };
+        Fault::new(format!(
+            "{place}shot {number}, channel `{name}`: model and measurement are {far} apart, so that the misfit shows nothing; check units and \
+             scale of the channel, conditions, and the noise that is stated"
+        ))
     }
 
     /// Change of the whitened residuals when the channels go from `runs` to `other`.

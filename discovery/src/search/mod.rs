@@ -352,6 +352,7 @@ impl Search<'_> {
                 fit
             }
         };
+        problem.check_misfit(&fit, &self.whole())?;
         drop(problem);
         if record.attempts.is_empty() {
             record.note("the fit of the search that was ended", &fit, expected);

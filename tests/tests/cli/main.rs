@@ -1,7 +1,8 @@
 //! The command line as its users meet it: the real program, its messages, exit codes and files.
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
-//! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches, `study_names` names that they may meet; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
+//! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches, `study_names` and `magnitudes` names
+//! and numbers that they may meet; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
@@ -12,6 +13,7 @@ mod faults;
 mod files;
 mod formatting;
 mod library_page;
+mod magnitudes;
 mod new_folder;
 mod outputs;
 mod overwriting;
