@@ -5,6 +5,9 @@ use std::path::Path;
 use hyd_run::{Failure, read_text};
 use toml::{Table, Value};
 
+/// Longest text (bytes): reading it takes fifty times as much memory.
+const LONGEST: usize = 4 << 20;
+
 /// Names with their values as text, as `--set` takes them.
 ///
 /// # Errors
@@ -15,6 +18,9 @@ pub fn read(path: &Path) -> Result<Vec<(String, String)>, Failure> {
 }
 
 fn parse(text: &str) -> Result<Vec<(String, String)>, String> {
+    if text.len() > LONGEST {
+        return Err(format!("it is longer than {} MB, as no file of parameters is", LONGEST >> 20));
+    }
     let table: Table = text.parse().map_err(|error: toml::de::Error| error.to_string().trim_end().to_string())?;
     let mut list = Vec::new();
     collect(&table, "", &mut list)?;

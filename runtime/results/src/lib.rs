@@ -9,6 +9,7 @@ mod column;
 mod csv_stream;
 mod deviation;
 mod interpolation;
+mod line_limit;
 mod mat_reader;
 mod mat_stream;
 mod matrices;

@@ -1,12 +1,13 @@
 //! A result file read back: named columns over time.
 //!
 //! Reads what [`crate::ResultFile`] writes and what other tools write alike.  CSV: a header line, the first column the time,
-//! numbers in every further cell.  Anything else is refused with line and column; nothing is guessed.
+//! numbers in every further cell.  Anything else is refused with line and column; nothing is guessed, and no line may be endless.
 
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
 
+use crate::line_limit::LineLimit;
 use crate::{Format, Side, interpolate};
 
 /// Columns of numbers over ascending times.
@@ -95,7 +96,7 @@ impl Table {
 
     /// Reads CSV text.
     pub fn parse(reader: impl Read) -> Result<Self, ReadError> {
-        let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(reader);
+        let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(LineLimit::new(reader));
         let header = csv.headers()?.clone();
         if header.get(0).is_none_or(str::is_empty) {
             return Err(ReadError::NoHeader);

@@ -232,3 +232,17 @@ fn loops_whose_errors_grow_are_made_whole_by_another_build() {
     let output = decay.bare("decay", &["--max-steps", "1"]);
     assert!(output.status.code() == Some(3) && !messages(&output).contains("whole-loops"), "{}", messages(&output));
 }
+
+/// Reading a file of parameters takes many times its length in memory.
+#[test]
+fn a_file_of_parameters_has_a_limit() {
+    let scratch = built();
+    let line = "k = 2.0\n";
+    for (size, code) in [(4 << 20, Some(0)), ((4 << 20) + 1, Some(1))] {
+        fs::write(scratch.file("p.toml"), format!("{line}#{}", " ".repeat(size - line.len() - 1))).unwrap();
+        let output = scratch.bare("decay", &["--parameters", "p.toml"]);
+        assert_eq!(output.status.code(), code, "{}", messages(&output));
+    }
+    let said = messages(&scratch.bare("decay", &["--parameters", "p.toml"]));
+    assert_eq!(said, "error: `p.toml`: it is longer than 4 MB, as no file of parameters is\n");
+}
