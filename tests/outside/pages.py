@@ -20,16 +20,16 @@ def run(*arguments):
     subprocess.run([HYD, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
 
-def report():
+def report(name="leak", kept=KEPT):
     """A search with a few effects on the bench with a leak."""
     drive = ROOT / "models/single_acting_drive"
     effects = [path.stem for path in (ROOT / "stdlib/Hyd/Effects").glob("*.hyd") if path.stem != "package"]
-    without = ", ".join(f'"Hyd.Effects.{name}"' for name in sorted(set(effects) - KEPT))
+    without = ", ".join(f'"Hyd.Effects.{name}"' for name in sorted(set(effects) - kept))
     study = (drive / "bench.toml").read_text()
     study = study.replace('file = "drive.hyd"', f'file = "{drive / "drive.hyd"}"\nwithout = [{without}]')
     (WORK / "study.toml").write_text(study)
-    run("discover", WORK / "study.toml", "--allow-outside", "--bench", ROOT / "tests/data/bench/B03.json", "--report", WORK / "leak")
-    return WORK / "leak/report.html"
+    run("discover", WORK / "study.toml", "--allow-outside", "--bench", ROOT / "tests/data/bench/B03.json", "--report", WORK / name)
+    return WORK / name / "report.html"
 
 
 def coloured(page, canvas, colour):
@@ -96,6 +96,31 @@ def check_report(browser, path):
     check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
 
 
+def check_without_name(browser, path):
+    """An answer without a name shows the nearest candidates, each with what it failed by, and only the base model."""
+    page, wrong, asked = open_page(browser, path)
+    data = json.loads((path.parent / "report.json").read_text())
+    known = data["found_before"] + data["nearest"]
+    check(data["status"] == "unknown" and data["nearest"], f"no name without the effect: {data['sentence']}")
+    part = page.locator("section", has=page.locator("h2:text-is('What came nearest')"))
+    rows = part.locator("tbody tr")
+    check(rows.count() == len(known), f"{rows.count()} rows for {len(known)} candidates")
+    for k, own in enumerate(known):
+        row = rows.nth(k).inner_text()
+        words = [own["effect"], own["words"], own["component"], f"{own['misfit']:.2f}", own.get("criterion", "earlier pass")]
+        words += [name.split(".", 1)[1] + " = " for name in own["parameters"]]
+        for word in words:
+            check(word in row, f"`{word}` in: {row}")
+    check(coloured(page, "canvas.above", "--base") > 200, "the base model is drawn")
+    check(coloured(page, "canvas.above", "--more") == 0, "there is no other model to draw")
+    box = page.locator("canvas.above").bounding_box()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 120)
+    check("base" in page.inner_text(".hover") and "extended" not in page.inner_text(".hover"), "values under the pointer")
+    page.screenshot(path=WORK / "without_name.png", full_page=True)
+    check(not wrong, f"errors in the page: {wrong}")
+    check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
+
+
 def check_equations(browser):
     path = WORK / "equations.html"
     run("equations", ROOT / "models/single_acting_drive/drive.hyd", "--html", path)
@@ -114,5 +139,6 @@ with sync_playwright() as play:
     browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
     check_equations(browser)
     check_report(browser, report())
+    check_without_name(browser, report("no_leak", KEPT - {"ChamberLeakage"}))
     browser.close()
 print("pages in a browser: as they should be")

@@ -2,13 +2,14 @@
 // Measured, base and extended over time, with residuals in standard deviations of the noise below.
 // Drag across: zoom. Wheel: zoom about the pointer. Double click: whole record.
 
-function curveView(root, shots, channels, first) {
+// Without an extended model its curves would cover those of the base.
+function curveView(root, shots, channels, first, isExtended) {
   const state = { shot: first.shot, channel: first.channel, from: 0, to: 1, drag: null, at: null };
   root.innerHTML =
     '<div class="bar"><span class="shots"></span><span class="gap"></span><span class="channels"></span>' +
     '<span><span class="key" style="background:var(--seen)"></span>measured' +
     '<span class="key" style="background:var(--base)"></span>base model' +
-    '<span class="key" style="background:var(--more)"></span>extended model</span></div>' +
+    (isExtended ? '<span class="key" style="background:var(--more)"></span>extended model' : "") + "</span></div>" +
     '<canvas class="above" style="height:330px"></canvas><canvas class="below" style="height:150px"></canvas>' +
     '<div class="hover">Drag: zoom. Wheel: zoom. Double click: whole record.</div>';
   const above = root.querySelector(".above"), below = root.querySelector(".below"), hover = root.querySelector(".hover");
@@ -45,11 +46,11 @@ function curveView(root, shots, channels, first) {
     plot(above, times, t0, t1, [
       { values: keep(own.measured), color: "--seen", dots: true },
       { values: own.base, color: "--base" },
-      { values: own.extended, color: "--more" },
+      ...(isExtended ? [{ values: own.extended, color: "--more" }] : []),
     ], info.name + (info.unit ? " / " + info.unit : ""), null);
     plot(below, times, t0, t1, [
       { values: residual(own.base), color: "--base" },
-      { values: residual(own.extended), color: "--more" },
+      ...(isExtended ? [{ values: residual(own.extended), color: "--more" }] : []),
     ], "residual / sigma", [-3, 3]);
   }
 
@@ -127,7 +128,7 @@ function curveView(root, shots, channels, first) {
       state.at = times[k];
       const value = (list) => (list[k] === null ? "-" : short(list[k]));
       hover.textContent = "t = " + short(times[k] * 1e3) + " ms   measured " + value(own.measured) + "   base " + value(own.base) +
-        "   extended " + value(own.extended) + "   " + (meta().unit || "");
+        (isExtended ? "   extended " + value(own.extended) : "") + "   " + (meta().unit || "");
       draw();
     };
     canvas.onpointerup = () => {

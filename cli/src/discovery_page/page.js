@@ -32,11 +32,14 @@ function begin() {
   const held = R.shots.heldout.length ? `, ${R.shots.heldout.join(", ")} held out` : "";
   document.getElementById("about").textContent =
     `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
-    `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.reason ? ` No name, because ${R.reason}.` : "");
+    `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because rounding errors grew.` : "") +
+    (R.reason ? ` No name, because ${R.reason}.` : "");
 }
 
 function answer() {
-  const gap = (name, own) => own ? `<div><b>${fixed(own.before)} &rarr; ${fixed(own.after)}</b><span>${name}</span></div>` : "";
+  // Where nothing was named there is no model but the base.
+  const both = (own) => fixed(own.before) + (R.change ? ` &rarr; ${fixed(own.after)}` : "");
+  const gap = (name, own) => own ? `<div><b>${both(own)}</b><span>${name}</span></div>` : "";
   const figures = `<div class="figures">${gap("gap on fitted shots", R.gap.train)}${gap("gap on shots held out", R.gap.heldout)}` +
     `<div><b>1.00</b><span>noise</span></div></div>`;
   const effects = R.effects.map((own) => {
@@ -51,6 +54,25 @@ function answer() {
   section("What was found", figures + effects.join("") + terms.join("") + further.join(""));
 }
 
+// What an answer without a name still knows: effects that earlier passes put into the model, and the best candidates of the last one.
+function cameNearest() {
+  const rows = [...R.found_before.map((own) => ({ ...own, before: true })), ...R.nearest];
+  if (!rows.length) return;
+  // Values as far as their errors go.
+  const size = (p) => short(p.value) + (p.stderr === null ? "" : ` &plusmn; ${short(Number(p.stderr.toPrecision(2)))}`);
+  const sizes = (own) => Object.entries(own.parameters).map(([name, p]) =>
+    `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${size(p)}</code>`).join("<br>");
+  const why = (own) => own.before ? "found in an earlier pass and kept in the model; what is left needs more than it" : own.criterion;
+  const columns = [["effect", (r) => `<code>${safe(r.effect)}</code><br>${safe(r.words)}`],
+    ["place", (r) => `<code>${safe(r.component)}</code>`], ["size", sizes], ["misfit", (r) => fixed(r.misfit), true],
+    ["fall", (r) => (r.before ? "" : fixed(r.fall, 1)), true], ["size / error", (r) => (r.before ? "" : fixed(r.size_in_errors, 1)), true],
+    ["why it is not the answer", (r) => safe(why(r))]];
+  const part = section("What came nearest", table(rows, columns), {
+    wide: true, note: "Misfit: mean square of what is left with this effect in the model; 1.00 is noise. Fall: of the cost, by a fit of everything." +
+      (R.resembles ? ` What is missing resembles <b>${safe(R.resembles)}</b> most.` : "") });
+  part.classList.add("sizes");
+}
+
 function phases() {
   const P = R.phases;
   if (!P) return;
@@ -58,9 +80,8 @@ function phases() {
   const rows = [];
   P.channels.forEach((name, channel) => P.names.forEach((phase, k) => rows.push({ name, channel, phase, k })));
   const columns = [["channel", (r) => (r.k === 0 ? `<a data-channel="${safe(r.name)}">${safe(r.name)}</a>` : "")], ["phase", (r) => safe(r.phase)],
-    ["as designed", (r) => cell(P.raw, r.k, r.channel), true], ["base fitted", (r) => cell(P.before, r.k, r.channel), true],
-    ["extended", (r) => cell(P.after, r.k, r.channel), true], ["held out, base", (r) => cell(P.heldout_before, r.k, r.channel), true],
-    ["held out, extended", (r) => cell(P.heldout_after, r.k, r.channel), true]];
+    ...[["as designed", "raw"], ["base fitted", "before"], ["extended", "after"], ["held out, base", "heldout_before"],
+      ["held out, extended", "heldout_after"]].filter(([, key]) => P[key]).map(([title, key]) => [title, (r) => cell(P[key], r.k, r.channel), true])];
   const far = (r) => P.before && P.before[r.k][r.channel] > 1.2;
   section("Where the gap lies", table(rows, columns, far), {
     note: "Root of the mean square of the residuals in standard deviations of the noise; 1.00 is noise. " +
@@ -129,7 +150,7 @@ function candidates() {
     ["misfit", (r) => fixed(r.misfit, 3), true], ["why not", (r) => safe(r.verdict)]];
   if (several) columns.unshift(["pass", (r) => r.pass, true]);
   section("Candidates", table(R.candidates, columns, (r) => r.fitted && !r.verdict), {
-    note: "Promise: fall of the cost that the signature explains without a fit. Fall: after a fit of everything. A name needs a fall of 25, " +
+    note: "Promise: fall of the cost that the signature explains without a fit. Fall: after a fit of everything. A name needs a fall of " + fixed(R.needed, 0) + ", " +
       "a size of four standard errors and a lead of 10." });
 }
 
@@ -178,8 +199,9 @@ function firstView() {
 begin();
 answer();
 phases();
+cameNearest();
 const overlay = section("Measured and simulated", '<div class="curves"></div>', { wide: true });
-const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView()) : null;
+const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView(), Boolean(R.change)) : null;
 structure();
 text();
 change();
