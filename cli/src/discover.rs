@@ -8,7 +8,7 @@ use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
-use hyd_discovery::catalogue::{Candidate, candidates, effects};
+use hyd_discovery::catalogue::{Candidate, candidates, effects, refuse_same_ids, same_places};
 use hyd_discovery::report::{Report, report, table};
 use hyd_discovery::search::{Findings, NEEDED, Search};
 use hyd_discovery::variant::Workshop;
@@ -151,9 +151,14 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
         !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
     });
     let places = workshop.places().map_err(failure)?;
+    if let Some(sentence) = same_places(&places) {
+        output::sentence("warning", &sentence, MessageFormat::Text);
+    }
     let measured = |name: &str| setup.data.channel(name).is_some();
     let base_model = setup.bench.base_model.as_deref();
-    Ok(candidates(&effects, &places, base_model, &measured))
+    let all = candidates(&effects, &places, base_model, &measured);
+    refuse_same_ids(&all).map_err(failure)?;
+    Ok(all)
 }
 
 /// A number that changes with whatever decides a search.

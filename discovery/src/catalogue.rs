@@ -4,6 +4,7 @@
 //! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
 //! A [`Candidate`] is an effect at the place (or places) of one model.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::did_you_mean;
@@ -270,6 +271,33 @@ pub fn candidates(
         }
     }
     found
+}
+
+/// Refuses two effects of one id: an answer would not say which of them it is.
+///
+/// # Errors
+/// Both classes.
+pub fn refuse_same_ids(candidates: &[Candidate]) -> Result<(), Fault> {
+    let mut classes: BTreeMap<&str, &str> = BTreeMap::new();
+    for Candidate { effect, .. } in candidates {
+        let known = *classes.entry(&effect.id).or_insert(&effect.class);
+        if known != effect.class {
+            let Effect { id, class, file, line, .. } = &**effect;
+            return Err(Fault::new(format!(
+                "the effects `{known}` and `{class}` ({file}:{line}) are both called `{id}`; give one another id, or name one in `without` of \
+                 the study"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// A sentence on places of one id, of which effects take the first only.
+pub fn same_places(sites: &[Site]) -> Option<String> {
+    let (k, site) = sites.iter().enumerate().find(|(k, site)| sites[..*k].iter().any(|other| other.id == site.id))?;
+    let first = sites[..k].iter().find(|other| other.id == site.id)?;
+    let (id, one, other) = (&site.id, &first.path, &site.path);
+    Some(format!("`{one}` and `{other}` are both the place `{id}`; effects are tried in `{one}` only"))
 }
 
 #[cfg(test)]

@@ -338,13 +338,12 @@ impl Machine {
             Ok(answer) => return Ok(answer),
             Err(failed) => failed,
         };
-        match self.whole().filter(|_| rounding) {
-            Some(whole) => whole.again(thread, span, places, job).inspect(|_| {
-                self.whole_runs.fetch_add(1, Ordering::Relaxed);
-            }),
-            None => None,
+        let whole = if rounding { self.whole() } else { None };
+        let again = whole.and_then(|whole| whole.again(thread, span, places, job));
+        if again.is_some() {
+            self.whole_runs.fetch_add(1, Ordering::Relaxed);
         }
-        .ok_or(fault)
+        again.ok_or(fault)
     }
 
     /// The machine with whole loops.

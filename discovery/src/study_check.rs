@@ -121,10 +121,10 @@ impl Check<'_> {
     }
 
     fn models(&self) -> Result<(), Fault> {
-        for (key, class) in self.study.models.iter().filter(|(_, class)| !is_class_name(class)) {
-            return Err(self.wrong(&["models", key], format!("`{class}` is no name of a class")));
+        match self.study.models.iter().find(|(_, class)| !is_class_name(class)) {
+            Some((key, class)) => Err(self.wrong(&["models", key], format!("`{class}` is no name of a class"))),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn channels(&self) -> Result<(), Fault> {

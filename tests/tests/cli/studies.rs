@@ -169,3 +169,41 @@ fn a_fit_runs_again_what_rounding_spoils() {
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     assert!(found.stderr.matches(said).count() == 1 && found.stdout.starts_with("adequate"), "{found:?}");
 }
+
+/// Two effects of one id would be an answer that nobody understands; of two places of one id effects take the first, which is said.
+#[test]
+fn effects_and_places_of_one_name_are_told() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    let note = "annotation(__hyd(effect(id = \"chamber_leakage\", kind = \"physics\", at = {\"leakage\"}, adds = c, probe = 1e-11, \
+                prior = \"lognormal(1e-11, 0.7)\")));";
+    let inside = "extends Hyd.Places.PartialLeakage;\n  parameter Real c = 1e-11;\nequation\n  q = c*dp;\n";
+    std::fs::create_dir(own.join("library")).unwrap();
+    folder.write("drv/library/Seep.hyd", format!("model Seep\n  {inside}  {note}\nend Seep;\n"));
+    let arguments =
+        ["discover", "other.toml", "--bench", "bench/set.json", "--report", "report", "--library", "library"];
+    study(&folder, "file = ", "file = ");
+    let outcome = run(&own, &arguments);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    let sentence = "are both called `chamber_leakage`; give one another id, or name one in `without` of the study\n";
+    assert!(
+        outcome.stderr.starts_with("error: the effects `") && outcome.stderr.ends_with(sentence),
+        "{}",
+        outcome.stderr
+    );
+    assert!(outcome.stderr.contains("`Seep`") && outcome.stderr.contains("`Hyd.Effects.ChamberLeakage`"));
+    study(&folder, "file = ", "without = [\"Hyd.Effects\"]\nfile = ");
+    let drive = folder.read("drv/drive.hyd");
+    let second = "  replaceable Hyd.Places.NoLeakage other constrainedby Hyd.Places.PartialLeakage \
+                  annotation(__hyd(place(id = \"leakage\")));\n  Signals.Sources.SmoothStep opens";
+    let twice = drive.replacen("  Signals.Sources.SmoothStep opens", second, 1);
+    let twice = twice.replace(
+        "  // motion\n",
+        "  connect(cylinder.port, other.port_a);\n  connect(other.port_b, tank.port);\n  // motion\n",
+    );
+    assert!(twice.len() > drive.len() + second.len(), "both are put in");
+    folder.write("drv/drive.hyd", twice);
+    let outcome = run(&own, &arguments);
+    let warning = "warning: `leakage` and `other` are both the place `leakage`; effects are tried in `leakage` only\n";
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), warning));
+}
