@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use hyd_ensemble::{Folder, Job, Kept, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
 use hyd_payload::{Experiment, Limit};
-use hyd_results::is_variable;
+use hyd_results::{columns, is_variable};
 use hyd_runtime::Options;
 use hyd_system::{DaeSystem, ValueKind, VariableInfo};
 use serde_json::json;
@@ -146,6 +146,9 @@ impl Prepared<'_> {
             true => self.selection.matches(name),
             false => is_variable(variable, name),
         };
+        if let Some(pattern) = plan.variables.as_deref().filter(|_| columns(system.tables(), keep).is_empty()) {
+            return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
+        }
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
         let options = options(plan, &subject.experiment)?;
         let start = options.start;

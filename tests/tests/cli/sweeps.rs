@@ -205,7 +205,8 @@ fn a_plan_says_the_same_as_the_options() {
 
 #[test]
 fn what_cannot_be_done_is_refused_and_leaves_nothing() {
-    let cases: [(&[&str], i32, &str); 9] = [
+    let cases: [(&[&str], i32, &str); 10] = [
+        (&["--vary", "a=1", "--variables", "^z"], 2, "error: no variable of the model matches `^z`"),
         (
             &["--vary", "a=1:5"],
             2,
