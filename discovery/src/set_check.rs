@@ -111,7 +111,8 @@ pub(crate) fn check_numbers(bench: &Bench, text: &str) -> Result<(), Fault> {
     for (key, map) in maps {
         if let Some((name, value)) = map.iter().find(|(_, value)| !(is_plausible(**value) && **value >= 0.0)) {
             let line = at_line(text, &[key, name]);
-            let wrong = if *value < 0.0 { "is not a positive number" } else { "is larger than anything that is measured" };
+            let wrong =
+                if *value < 0.0 { "is not a positive number" } else { "is larger than anything that is measured" };
             let sentence = format!("{line}the standard deviation {} of `{name}` {wrong}", shown(*value));
             return Err(Fault::new(sentence));
         }
