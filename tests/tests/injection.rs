@@ -204,3 +204,38 @@ fn every_site_of_the_drive_takes_a_term() {
         }
     }
 }
+
+#[test]
+fn a_term_that_splits_a_loop_keeps_its_own_amplitude() {
+    // The condition on the counter cuts the loop: what the first attempt has declared is taken back, while the delay comes after it.
+    let text = "model M
+  Real x[4](each start = 1, each fixed = true);
+  Real y;
+equation
+  for k in 1:4 loop
+    der(x[k]) = -x[k];
+  end for;
+  y = delay(x[1], 0.1);
+end M;";
+    let shape = TermShape::Expression("if k > 2 then x[k] else 2*x[k]".to_string());
+    let compilation = translate(text, &[term("", 6, shape)]);
+    let mut system = system(&compilation);
+    let rows = run(&mut system, &[]);
+    for name in ["x[1]", "x[2]", "x[3]", "x[4]"] {
+        assert!(
+            (value(&rows, name, 0.9) - (-0.9f64).exp()).abs() < 1e-8,
+            "{name}: an amplitude of zero changes nothing"
+        );
+    }
+    set(&mut system, "extra", 0.25);
+    let rows = run(&mut system, &["extra"]);
+    // x' = -x + 2 a x for the first two, x' = -x + a x for the others.
+    for (name, factor) in [("x[1]", 2.0), ("x[2]", 2.0), ("x[3]", 1.0), ("x[4]", 1.0)] {
+        let expected = ((-1.0 + 0.25 * factor) * 0.9f64).exp();
+        assert!((value(&rows, name, 0.9) - expected).abs() < 1e-7, "{name}");
+        let slope = format!("d({name})/d(extra)");
+        assert!((value(&rows, &slope, 0.9) - 0.9 * factor * expected).abs() < 1e-6, "{slope}");
+    }
+    // Before the delay time y is x[1] at the start, after it x[1] a tenth of a second ago.
+    assert!((value(&rows, "y", 0.9) - (-0.5 * 0.8f64).exp()).abs() < 1e-6);
+}

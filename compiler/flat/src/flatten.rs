@@ -289,6 +289,8 @@ impl Flattener<'_, '_> {
         self.samples.retain(|_, due| due.0 < made.scalars);
         self.jumps.retain(|(_, whole)| whole.0 < made.scalars);
         self.rates.retain(|_, rate| rate.0 < made.scalars);
+        self.model.injectable.retain(|&at| (at as usize) < made.equations);
+        self.take_back_injections(made.scalars);
     }
 
     fn read_experiment(&mut self) {

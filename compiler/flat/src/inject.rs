@@ -220,6 +220,15 @@ impl Flattener<'_, '_> {
         sum
     }
 
+    /// Forgets amplitudes that were declared by an attempt whose variables from `first` on are taken back.
+    pub(crate) fn take_back_injections(&mut self, first: u32) {
+        for pending in &mut self.injections {
+            if pending.variable.is_some_and(|variable| variable.0 >= first) {
+                (pending.variable, pending.span) = (None, None);
+            }
+        }
+    }
+
     /// Reports terms that found no equation.
     pub(crate) fn check_injections(&mut self) {
         for pending in std::mem::take(&mut self.injections) {
