@@ -7,7 +7,7 @@
 use hyd_instance::{Resolved, ScalarType, Scope, Value};
 use hyd_source::{Code, Span};
 use hyd_symbolic::NodeId;
-use hyd_syntax::tree::{ComponentRef, Expr, Variability};
+use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Variability};
 
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
@@ -131,9 +131,13 @@ impl Flattener<'_, '_> {
     }
 
     /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the
-    /// branch not taken may have subscripts out of range; none for other conditions.
+    /// branch not taken may have subscripts out of range; none for other conditions.  A condition of literals alone is decided, too,
+    /// and where loops were written out because of an array made in parts, literals stand where their variables stood.
     fn loop_condition(&mut self, condition: &Expr, cx: &mut Context) -> Result<Option<bool>, Fail> {
-        let (mut loops, mut others) = (false, false);
+        let (mut loops, mut others) = (is_of_literals(condition) || self.tree.has_parts(), false);
+        if !is_arithmetic(condition) {
+            loops = false;
+        }
         crate::walk::any_ref(condition, &mut |reference| {
             let name = &reference.parts[0].name.name;
             match (reference.parts.len(), cx.local(name)) {
@@ -177,4 +181,20 @@ impl Flattener<'_, '_> {
         let node = self.model.templates.arena.select(test, chosen.node, other.node);
         Ok(Typed { node, scalar })
     }
+}
+
+/// True for relations and arithmetic of numbers, Booleans and names, without calls or choices.
+fn is_arithmetic(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Integer(_) | ExprKind::Real(_) | ExprKind::Boolean(_) | ExprKind::Ref(_) => true,
+        ExprKind::Unary(_, a) => is_arithmetic(a),
+        ExprKind::Binary(_, a, b) => is_arithmetic(a) && is_arithmetic(b),
+        ExprKind::Tuple(items) => matches!(items.as_slice(), [Some(only)] if is_arithmetic(only)),
+        _ => false,
+    }
+}
+
+/// True for arithmetic that names nothing.
+fn is_of_literals(expr: &Expr) -> bool {
+    is_arithmetic(expr) && !crate::walk::any_ref(expr, &mut |_| true)
 }

@@ -186,14 +186,14 @@ impl Flattener<'_, '_> {
     /// An element of a constant, or the value of all of them where that is the same.
     fn element_of_constant(&mut self, span: Span, inst: InstId, offset: &Affine) -> Result<Typed, Fail> {
         let value = self.tree.value_of(inst, span)?;
-        let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
+        let is_single = value.shape().iter().product::<usize>() == 1;
         let chosen = match offset.as_constant() {
-            _ if flat.len() == 1 => flat.first(),
-            Some(k) => flat.get(k as usize),
+            _ if is_single => value.scalar_at(0),
+            Some(k) => value.scalar_at(k as usize),
             None => value.uniform(),
         };
         let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
-        let k = if flat.len() == 1 { 0 } else { offset.as_constant().unwrap_or(0) };
+        let k = if is_single { 0 } else { offset.as_constant().unwrap_or(0) };
         self.constant_of(span, inst, &chosen, k as usize)
     }
 

@@ -31,6 +31,11 @@ struct Elements {
 }
 
 impl InstanceTree<'_> {
+    /// True if an array of components is made in parts, so that loops over it are written out.
+    pub fn has_parts(&self) -> bool {
+        !self.apart.is_empty()
+    }
+
     /// The equation with each part named; none if it names no array made in parts.
     pub fn parts_in_equation(&mut self, equation: &Equation, scope: Scope) -> Option<Equation> {
         self.named(equation, scope, |naming, equation| naming.equation(equation))

@@ -107,11 +107,25 @@ impl Value {
         }
     }
 
+    /// The scalar element at this position of [`Value::flatten`], found without going through those before it: the rows of an array
+    /// have the same sizes.
+    pub fn scalar_at(&self, position: usize) -> Option<&Value> {
+        let Value::Array(items) = self else { return (position == 0).then_some(self) };
+        let row: usize = items.first()?.shape().iter().product();
+        items.get(position.checked_div(row)?)?.scalar_at(position % row)
+    }
+
     /// The element if all are equal (an array counts as its elements).
     pub fn uniform(&self) -> Option<&Value> {
-        let all = self.flatten();
-        let first = all.first().copied()?;
-        all.iter().all(|v| *v == first).then_some(first)
+        let first = self.scalar_at(0)?;
+        self.is_all(first).then_some(first)
+    }
+
+    fn is_all(&self, wanted: &Value) -> bool {
+        match self {
+            Value::Array(items) => items.iter().all(|item| item.is_all(wanted)),
+            scalar => scalar == wanted,
+        }
     }
 
     /// Name of its type for messages.
@@ -339,6 +353,21 @@ mod tests {
 
     fn row(values: &[i64]) -> Value {
         Value::array(values.iter().map(|&k| Value::Integer(k)).collect())
+    }
+
+    #[test]
+    fn elements_are_found_where_flattening_puts_them() {
+        let array = |items: Vec<Value>| Value::array(items);
+        let row = |first: i64| array((first..first + 3).map(Value::Integer).collect());
+        let cube = array(vec![array(vec![row(0), row(3)]), array(vec![row(6), row(9)])]);
+        for (k, value) in cube.flatten().into_iter().enumerate() {
+            assert_eq!(cube.scalar_at(k), Some(value));
+        }
+        assert_eq!((cube.scalar_at(12), Value::Integer(7).scalar_at(0)), (None, Some(&Value::Integer(7))));
+        assert_eq!((array(Vec::new()).scalar_at(0), Value::Integer(7).scalar_at(1)), (None, None));
+        assert_eq!((cube.uniform(), array(vec![row(0), row(1)]).uniform()), (None, None));
+        let same = array(vec![array(vec![Value::Integer(2)]), array(vec![Value::Integer(2)])]);
+        assert_eq!(same.uniform(), Some(&Value::Integer(2)));
     }
 
     #[test]

@@ -24,8 +24,12 @@ impl Past {
         self.pieces.clear();
     }
 
-    /// The values at the start, in the middle and at the end of a step.
+    /// The values at the start, in the middle and at the end of a step.  Before the start the value was that which the run begins
+    /// with, after the events at the start: `expr(time.start)` of 3.7.4.1 is what the variable shows from then on.
     pub fn add(&mut self, start: f64, end: f64, values: [f64; 3]) {
+        if self.pieces.is_empty() {
+            self.first = values[0];
+        }
         self.pieces.push(Piece { start, end, values });
     }
 
