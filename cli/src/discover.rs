@@ -10,7 +10,7 @@ use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, refuse_same_ids, same_places};
 use hyd_discovery::report::{Report, report, table};
-use hyd_discovery::search::{Findings, NEEDED, Search};
+use hyd_discovery::search::{NEEDED, Search};
 use hyd_discovery::variant::Workshop;
 use hyd_results::{refuse_read, write_whole};
 
@@ -63,7 +63,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         progress(&format!("{} fits are taken over", memory.taken_over()));
     }
     let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory };
-    let (findings, other) = searched(search)?;
+    let (findings, other) = search.settled().map_err(failure)?;
     let setup = other.as_ref().unwrap_or(setup);
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
@@ -92,17 +92,6 @@ fn threshold(
         }
     };
     Ok(known.map_or(NEEDED, |known| known.needed()))
-}
-
-/// What a search finds; where the shots held out show a gap that the others hide, with others held out and the setup that does so.
-fn searched(search: Search<'_>) -> Result<(Findings, Option<Setup>), Failure> {
-    let findings = search.run().map_err(failure)?;
-    let other = if findings.hidden { search.setup.exchanged().map_err(failure)? } else { None };
-    let Some(other) = other else { return Ok((findings, None)) };
-    (search.progress)("the shots held out show a gap that the others hide: holding out others");
-    let mut again = Search { setup: &other, ..search }.run().map_err(failure)?;
-    again.runs += findings.runs;
-    Ok((again, Some(other)))
 }
 
 /// Writes the files of a report.

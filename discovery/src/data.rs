@@ -5,6 +5,7 @@
 //! and a `tau` that a fit lowers in stages.
 
 use crate::bench::Shot;
+use crate::disturbance::{Disturbances, Level};
 use crate::formula::evaluate;
 use crate::machine::Span;
 use crate::magnitude::{is_plausible, shown};
@@ -58,14 +59,23 @@ pub struct ChannelInfo {
     pub expression: String,
     /// Units of the table per unit of the model.
     pub scale: f64,
-    /// Scatter in units of the model.
+    /// Scatter in units of the model, as stated.
     pub noise: Noise,
+    /// How residuals are weighed beside it.
+    pub level: Level,
     /// Standard deviation of the offset in units of the model.
     pub offset: f64,
     /// Standard deviation of the gain.
     pub gain: f64,
     /// Largest minus smallest value over all shots, in units of the model.
     pub range: f64,
+}
+
+impl ChannelInfo {
+    /// Standard deviation that residuals are weighed with (units of the model).
+    pub fn sigma(&self) -> f64 {
+        self.noise.sigma * self.level.factor
+    }
 }
 
 /// All shots of a set.
@@ -80,6 +90,18 @@ pub struct Data {
 }
 
 impl Data {
+    /// Weighs channels as these disturbances say, and leaves out their spikes.
+    pub(crate) fn disturb(&mut self, disturbances: &Disturbances) {
+        for (k, channel) in self.channels.iter_mut().enumerate() {
+            channel.level = disturbances.level(k);
+        }
+        for spike in &disturbances.spikes {
+            if let Some(trace) = &mut self.shots[spike.shot].traces[spike.channel] {
+                trace.used[spike.sample] = false;
+            }
+        }
+    }
+
     /// Makes a set ready.
     ///
     /// # Errors
@@ -108,6 +130,7 @@ impl Data {
                 expression: channel.variable.clone(),
                 scale: channel.scale,
                 noise: Noise { sigma: noise.sigma / scale, quiet: noise.quiet.map(|quiet| quiet / scale), ..noise },
+                level: Level::NOISE,
                 offset: bench.offset.get(name).copied().or(channel.offset).unwrap_or(0.0) / scale,
                 gain: channel.gain.or(bench.gain).unwrap_or(0.0),
                 range: (high - low) / scale,

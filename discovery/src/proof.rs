@@ -13,6 +13,8 @@ use crate::problem::{Problem, Weighing};
 pub struct Gap {
     /// Over all channels.
     pub all: f64,
+    /// Mean square per independent sample, in what counts as noise beside model error.
+    pub left: f64,
     /// By channel, in their order; not a number where there is nothing.
     pub channels: Vec<f64>,
     /// Unknowns under which it was computed.
@@ -56,13 +58,18 @@ pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> R
     problem.check_misfit(&fit, &plain)?;
     let channels = problem.data.channels.len();
     let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);
+    let (mut counted, mut expected) = (0.0, 0.0);
     let mut row = 0;
     for &shot in shots {
         for channel in 0..channels {
             for weight in problem.weights(shot, channel, &plain) {
+                let level = &problem.data.channels[channel].level;
                 if weight > 0.0 {
-                    squares[channel] += fit.residuals[row].powi(2);
+                    let square = fit.residuals[row].powi(2);
+                    squares[channel] += square * level.factor.powi(2);
                     counts[channel] += 1.0;
+                    counted += square;
+                    expected += 1.0 / level.samples();
                 }
                 row += 1;
             }
@@ -70,5 +77,5 @@ pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> R
     }
     let all = (squares.iter().sum::<f64>() / counts.iter().sum::<f64>()).sqrt();
     let channels = squares.iter().zip(&counts).map(|(square, count): (&f64, &f64)| (square / count).sqrt());
-    Ok(Gap { all, channels: channels.collect(), xi: fit.xi.clone(), fit })
+    Ok(Gap { all, left: counted / expected, channels: channels.collect(), xi: fit.xi.clone(), fit })
 }

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicUsize;
 
 use crate::catalogue::Candidate;
 use crate::data::Data;
+use crate::disturbance::{Added, Disturbances};
 use crate::formula::evaluate;
 use crate::limits::limit;
 use crate::machine::{Machine, ParameterPlace};
@@ -37,6 +38,8 @@ pub struct Setup {
     pub held_out: Vec<usize>,
     /// Shots that were held out at first and are fitted now, because they showed what the others hide.
     pub exposed: Vec<usize>,
+    /// What disturbs the bench beside its stated noise.
+    pub disturbances: Disturbances,
     /// Number of threads.
     pub threads: usize,
     /// Number of runs that were done again with whole loops.
@@ -119,8 +122,8 @@ impl Setup {
                 return Err(Fault::new(words));
             }
         }
-        let whole_loops = Arc::default();
-        Ok(Self { study, bench, data, train, held_out, exposed: Vec::new(), threads, whole_loops })
+        let (exposed, disturbances, whole_loops) = (Vec::new(), Disturbances::default(), Arc::default());
+        Ok(Self { study, bench, data, train, held_out, exposed, disturbances, threads, whole_loops })
     }
 
     /// What the user should know of the study beside this set.
@@ -147,7 +150,23 @@ impl Setup {
         let mut setup = Self::with_held_out(study, self.bench.clone(), self.threads, others)?;
         setup.exposed.clone_from(&self.held_out);
         setup.whole_loops = self.whole_loops.clone();
+        setup.data.disturb(&self.disturbances);
+        setup.disturbances = self.disturbances.clone();
         Ok(Some(setup))
+    }
+
+    /// The same with these disturbances taken up.
+    ///
+    /// # Errors
+    /// As [`Setup::new`].
+    pub fn disturbed(&self, disturbances: Disturbances) -> Result<Self, Fault> {
+        let (study, bench) = (self.study.clone(), self.bench.clone());
+        let mut setup = Self::with_held_out(study, bench, self.threads, self.held_out.clone())?;
+        setup.exposed.clone_from(&self.exposed);
+        setup.whole_loops = self.whole_loops.clone();
+        setup.data.disturb(&disturbances);
+        setup.disturbances = disturbances;
+        Ok(setup)
     }
 
     /// Expressions of the channels that are measured.
@@ -202,7 +221,9 @@ impl Setup {
             self.nuisance(label, nuisance, at, &list, &mut unknowns);
         }
         let nuisances = unknowns.len();
+        self.scatter(&mut unknowns);
         self.chains(&mut unknowns);
+        self.courses(&mut unknowns);
         self.triggers(&list, &mut unknowns)?;
         self.refuse_same_names(&unknowns, nuisances)?;
         for (number, insert) in inserts.iter().enumerate() {
@@ -266,6 +287,38 @@ impl Setup {
             if info.gain > 0.0 {
                 let meaning = Meaning::Gain { channel, sigma: info.gain };
                 unknowns.push(Unknown::new(format!("gain of {}", info.name), meaning, None, None));
+            }
+        }
+    }
+
+    /// What parameters differ from shot to shot, by the nuisance that holds for all shots.
+    fn scatter(&self, unknowns: &mut Vec<Unknown>) {
+        for own in &self.disturbances.scatter {
+            let of_all = unknowns.iter().find(|unknown| unknown.name == own.label && unknown.shot.is_none());
+            let Some(places) = of_all.map(|unknown| unknown.places().to_vec()) else { continue };
+            for shot in 0..self.data.shots.len() {
+                let meaning = Meaning::Relative { places: places.clone(), sigma: own.sigma };
+                let name = self.named(&format!("scatter of {}", own.label), Some(shot));
+                unknowns.push(Unknown::new(name, meaning, Some(shot), None));
+            }
+        }
+    }
+
+    /// What measuring chains add.
+    fn courses(&self, unknowns: &mut Vec<Unknown>) {
+        for own in &self.disturbances.added {
+            let (channel, sigma) = (own.channel, own.sigma);
+            let (words, parts) = match own.added {
+                Added::Drift => ("drift".to_string(), [" at the middle", ""]),
+                Added::Hum(frequency) => (format!("hum of {frequency} Hz"), ["", ", quadrature"]),
+            };
+            for (shot, data) in self.data.shots.iter().enumerate().filter(|(_, data)| data.traces[channel].is_some()) {
+                let name = self.named(&format!("{words} of {}", self.data.channels[channel].name), Some(shot));
+                let courses = own.added.courses((data.times[0], data.times[data.times.len() - 1]));
+                for (course, part) in courses.into_iter().zip(parts) {
+                    let meaning = Meaning::Course { channel, course, sigma };
+                    unknowns.push(Unknown::new(format!("{name}{part}"), meaning, Some(shot), None));
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 //! Parameters of the model (of all shots or of one), parameters of effects, offsets and gains of the measuring chains, and
 //! the delay of the trigger in each shot.
 
+use crate::disturbance::Course;
 use crate::prior::Prior;
 
 /// Farthest that an unknown may go, in standard deviations.
@@ -38,6 +39,15 @@ pub enum Meaning {
         /// The channel.
         channel: usize,
         /// Standard deviation.
+        sigma: f64,
+    },
+    /// A course that the measuring chain adds to a channel, `sigma xi` times.
+    Course {
+        /// The channel.
+        channel: usize,
+        /// Which one.
+        course: Course,
+        /// Standard deviation of its amplitude in units of the model.
         sigma: f64,
     },
     /// The trigger is late by `sigma xi` (s).
@@ -98,7 +108,7 @@ impl Unknown {
     pub fn places(&self) -> &[usize] {
         match &self.meaning {
             Meaning::Relative { places, .. } | Meaning::Value { places, .. } | Meaning::Late { places, .. } => places,
-            Meaning::Offset { .. } | Meaning::Gain { .. } => &[],
+            Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Course { .. } => &[],
         }
     }
 
@@ -107,7 +117,7 @@ impl Unknown {
         match &self.meaning {
             Meaning::Relative { sigma, .. } | Meaning::Gain { sigma, .. } => 1.0 + sigma * xi,
             Meaning::Value { prior, .. } => prior.value(xi),
-            Meaning::Offset { sigma, .. } | Meaning::Late { sigma, .. } => sigma * xi,
+            Meaning::Offset { sigma, .. } | Meaning::Course { sigma, .. } | Meaning::Late { sigma, .. } => sigma * xi,
         }
     }
 
@@ -118,6 +128,7 @@ impl Unknown {
             Meaning::Relative { sigma, .. }
             | Meaning::Gain { sigma, .. }
             | Meaning::Offset { sigma, .. }
+            | Meaning::Course { sigma, .. }
             | Meaning::Late { sigma, .. } => *sigma,
         }
     }

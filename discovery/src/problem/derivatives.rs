@@ -61,7 +61,11 @@ impl Problem<'_> {
                 let rows = first..first + data.times.len();
                 first = rows.end;
                 let weights = match own.meaning {
-                    Meaning::Offset { channel: of, .. } | Meaning::Gain { channel: of, .. } if of != channel => {
+                    Meaning::Offset { channel: of, .. }
+                    | Meaning::Gain { channel: of, .. }
+                    | Meaning::Course { channel: of, .. }
+                        if of != channel =>
+                    {
                         continue;
                     }
                     _ if !own.touches(shot) => continue,
@@ -74,6 +78,7 @@ impl Problem<'_> {
                     *row = match own.meaning {
                         Meaning::Offset { .. } => -weight * slope,
                         Meaning::Gain { .. } => -weight * slope * value,
+                        Meaning::Course { course, .. } => -weight * slope * course.value(time),
                         _ => weight * slope * gain * rate,
                     };
                 }

@@ -9,6 +9,7 @@ use nalgebra::DVector;
 
 use crate::Fault;
 use crate::data::{ChannelInfo, Data};
+use crate::disturbance::Course;
 use crate::fit::Fit;
 use crate::machine::{Job, Machine, ParameterPlace, Span};
 use crate::magnitude::RESOLVED;
@@ -94,7 +95,7 @@ impl Problem<'_> {
                 Meaning::Relative { places, .. } => places.iter().for_each(|&k| values[k] *= unknown.value(xi)),
                 Meaning::Value { places, .. } => places.iter().for_each(|&k| values[k] = unknown.value(xi)),
                 Meaning::Late { places, .. } => places.iter().for_each(|&k| values[k] += unknown.value(xi)),
-                Meaning::Offset { .. } | Meaning::Gain { .. } => {}
+                Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Course { .. } => {}
             }
         }
         values
@@ -147,12 +148,15 @@ impl Problem<'_> {
             let begin = all.len();
             let (Some(trace), Some(run)) = (trace, &runs[shot]) else { continue };
             let (gain, offset) = self.chain(xi, channel);
+            let courses = self.courses(xi, shot, channel);
+            let added =
+                |time: f64| courses.iter().map(|(course, amplitude)| amplitude * course.value(time)).sum::<f64>();
             let weights = self.weights(shot, channel, weighing);
             for (k, &time) in data.times.iter().enumerate() {
                 let weight = weights[k];
                 all.push(if weight > 0.0 {
                     let model = span.at(&run[channel], time - late).0;
-                    (trace.values[k] - gain * model - offset) * weight
+                    (trace.values[k] - gain * model - offset - added(time)) * weight
                 } else {
                     0.0
                 });
@@ -233,11 +237,9 @@ impl Problem<'_> {
         for &shot in &weighing.shots {
             for (channel, info) in self.data.channels.iter().enumerate() {
                 if self.data.shots[shot].traces[channel].is_some() {
-                    sum += self
-                        .weights(shot, channel, weighing)
-                        .iter()
-                        .map(|w| (w * info.noise.sigma).powi(2))
-                        .sum::<f64>();
+                    sum +=
+                        self.weights(shot, channel, weighing).iter().map(|w| (w * info.sigma()).powi(2)).sum::<f64>()
+                            / info.level.samples();
                 }
             }
         }
@@ -250,7 +252,7 @@ impl Problem<'_> {
         let Some(trace) = &data.traces[channel] else { return Vec::new() };
         let end = end_of(&data.span, weighing.horizon) + 1e-9 * data.span.step();
         let tau = weighing.tau * data.span.step();
-        let sigma = self.data.channels[channel].noise.sigma;
+        let sigma = self.data.channels[channel].sigma();
         let samples = data.times.iter().zip(trace.used.iter().zip(&trace.slope));
         let weight = |(&time, (&used, &slope)): (&f64, (&bool, &f64))| {
             if used && time <= end {
@@ -270,7 +272,7 @@ impl Problem<'_> {
     }
 
     /// Takes the correlation out of neighbouring residuals that both count.
-    fn whiten(&self, channel: usize, weights: &[f64], residuals: &mut [f64]) {
+    pub(crate) fn whiten(&self, channel: usize, weights: &[f64], residuals: &mut [f64]) {
         let rho = self.data.channels[channel].noise.rho;
         if rho == 0.0 {
             return;
@@ -296,6 +298,16 @@ impl Problem<'_> {
         (gain, offset)
     }
 
+    /// What the measuring chain adds to a channel in a shot, with its amplitudes.
+    fn courses(&self, xi: &[f64], shot: usize, channel: usize) -> Vec<(Course, f64)> {
+        let own = self.unknowns.iter().zip(xi).filter(|(unknown, _)| unknown.touches(shot));
+        let course = |(unknown, &xi): (&Unknown, &f64)| match unknown.meaning {
+            Meaning::Course { channel: own, course, .. } if own == channel => Some((course, unknown.value(xi))),
+            _ => None,
+        };
+        own.filter_map(course).collect()
+    }
+
     /// How far the record of a shot is shifted (s).
     fn late(&self, xi: &[f64], shot: usize) -> f64 {
         let is_shift =
@@ -311,7 +323,10 @@ impl Problem<'_> {
         let data = &self.data.shots[shot];
         let Some(run) = &runs[shot] else { return Vec::new() };
         let ((gain, offset), late) = (self.chain(xi, channel), self.late(xi, shot));
-        data.times.iter().map(|&time| gain * data.span.at(&run[channel], time - late).0 + offset).collect()
+        let courses = self.courses(xi, shot, channel);
+        let added = |time: f64| courses.iter().map(|(course, amplitude)| amplitude * course.value(time)).sum::<f64>();
+        let shown = |&time: &f64| gain * data.span.at(&run[channel], time - late).0 + offset + added(time);
+        data.times.iter().map(shown).collect()
     }
 }
 

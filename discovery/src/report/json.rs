@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{AllGaps, Scene, is_named, nearest, number, parameters, phases};
+use super::{AllGaps, Scene, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
 use crate::location::Located;
@@ -33,6 +33,8 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         ).collect::<Vec<_>>(),
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
+        "disturbed": disturbed::disturbed(scene),
+        "remaining": disturbed::remaining(scene, gaps),
         "found_before": nearest::found_before(scene)?,
         "nearest": nearest::nearest(scene)?,
         "location": location(findings, workshop),

@@ -33,6 +33,7 @@ fn kind(unknown: &Unknown) -> &'static str {
         Meaning::Value { .. } => "value",
         Meaning::Offset { .. } => "offset",
         Meaning::Gain { .. } => "gain",
+        Meaning::Course { .. } => "amplitude",
         Meaning::Late { .. } => "seconds",
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::{AllGaps, Scene, json::proposed, nearest};
+use super::{AllGaps, Scene, disturbed, json::proposed, nearest};
 use crate::Fault;
 use crate::catalogue::Candidate;
 use crate::proof::Gap;
@@ -45,6 +45,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     let _ = writeln!(text, "{}", sentence(scene));
     if let Some(reason) = &findings.reason {
         let _ = writeln!(text, "  no name, because {reason}");
+    }
+    for line in disturbed::lines(json, findings.status) {
+        let _ = writeln!(text, "  {line}");
     }
     for line in nearest::lines(json) {
         let _ = writeln!(text, "  {line}");

@@ -2,7 +2,7 @@
 
 use super::plausible::{is_plausible, size_in_errors};
 use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
-use super::{ADEQUATE, Findings, LEAD, PROMISING, Pass, Search, Status, Tried};
+use super::{ADEQUATE, Findings, LEAD, PROMISING, Pass, Search, Status, Tried, adequate};
 use crate::Fault;
 use crate::catalogue::{Candidate, Kind};
 use crate::fit::Fit;
@@ -132,14 +132,18 @@ impl Search<'_> {
                 (Status::Adequate, Vec::new())
             }
             Outcome::Nothing if doubt.is_some() => (Status::Unknown, Vec::new()),
-            Outcome::Nothing if found.is_empty() => (Status::Adequate, Vec::new()),
-            Outcome::Nothing if found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor) => {
-                (Status::Sensor, Vec::new())
+            Outcome::Nothing if found.is_empty() && self.setup.disturbances.is_noise() => {
+                (Status::Adequate, Vec::new())
             }
-            Outcome::Nothing => (Status::Named, Vec::new()),
+            Outcome::Nothing if found.is_empty() => (Status::Unknown, Vec::new()),
+            Outcome::Nothing => (named(found), Vec::new()),
             Outcome::Several(close) => {
                 let inserts = close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned());
                 (Status::Ambiguous, inserts.collect())
+            }
+            // What was found stays found, whatever else is missing.
+            Outcome::Name(_) | Outcome::Unexplained if !found.is_empty() && doubt.is_none() => {
+                (named(found), Vec::new())
             }
             Outcome::Name(_) | Outcome::Unexplained => {
                 let unfinished = found.is_empty() && apart(&last.record) && last.fit.misfit / last.expected < 1.5;
@@ -147,7 +151,11 @@ impl Search<'_> {
             }
         };
         (findings.status, findings.ambiguous) = (status, ambiguous);
-        findings.reason = doubt.filter(|_| matches!(outcome, Outcome::Nothing)).map(|doubt| doubt.words);
+        let is_said = matches!(outcome, Outcome::Nothing) || !found.is_empty();
+        findings.reason = doubt.filter(|_| is_said).map(|doubt| doubt.words);
+        if findings.reason.is_none() && status == Status::Unknown && matches!(outcome, Outcome::Nothing) {
+            findings.reason = Some("no effect explains what every model leaves, which is more than noise".to_string());
+        }
         findings.hidden = (found.is_empty() || status == Status::Adequate) && self.hides(first)?;
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
@@ -161,10 +169,11 @@ impl Search<'_> {
         let (setup, base) = (self.setup, last.base.problem(self.setup)?);
         let train = gap(&base, &last.fit.xi, &setup.train, false)?;
         let missing = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
-        let excess = |gap: &Gap| gap.all * gap.all - 1.0;
+        let excess = |gap: &Gap| gap.left - 1.0;
         let share = if last.base.inserts.is_empty() { 0.0 } else { LEFT };
         let allowed = (ADEQUATE - 1.0).max(share * excess(&missing));
-        if excess(&train) > allowed {
+        // Where model error counts, it is what the best model leaves.
+        if setup.disturbances.levels.is_empty() && excess(&train) > allowed {
             return Ok(Some(Doubt::new(format!("what is left is {:.2} times noise", train.all))));
         }
         if last.base.inserts.is_empty() {
@@ -201,7 +210,7 @@ impl Search<'_> {
             return Ok(false);
         }
         let base = pass.base.problem(self.setup)?;
-        let excess = |shots, refit| gap(&base, &pass.fit.xi, shots, refit).map(|gap| gap.all * gap.all - 1.0);
+        let excess = |shots, refit| gap(&base, &pass.fit.xi, shots, refit).map(|gap| gap.left - 1.0);
         Ok(excess(&self.setup.held_out, true)? > HIDDEN.0 * excess(&self.setup.train, false)?.max(HIDDEN.1))
     }
 }
@@ -216,7 +225,13 @@ pub(crate) fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
     let count = pass.fit.xi.len();
     let without_prior = |fit: &Fit| fit.cost - fit.xi[count..].iter().map(|xi| xi * xi).sum::<f64>();
     let by = (without_prior(fit) - without_prior(own)) / scale;
-    term.has_size() && own.misfit / pass.expected <= ADEQUATE && is_beaten_by(by, fit.misfit <= noise(pass.expected))
+    term.has_size() && own.misfit <= adequate(pass.expected) && is_beaten_by(by, fit.misfit <= noise(pass.expected))
+}
+
+/// The status of an answer that names effects.
+fn named(found: &[Candidate]) -> Status {
+    let are_sensors = found.iter().all(|candidate| candidate.effect.kind == Kind::Sensor);
+    if are_sensors { Status::Sensor } else { Status::Named }
 }
 
 /// What speaks against an answer.
@@ -234,7 +249,7 @@ impl Doubt {
 
 /// True if the model that a pass began with leaves nothing but noise.
 fn is_adequate(pass: &Pass) -> bool {
-    pass.fit.misfit <= ADEQUATE * pass.expected
+    pass.fit.misfit <= adequate(pass.expected)
 }
 
 /// The largest misfit that noise alone leaves where it is expected to leave `expected`.

@@ -1,7 +1,7 @@
 //! Looks at all candidates without a fit: scores, powers, and where in the equations something is missing.
 
 use super::decide::noise;
-use super::{ADEQUATE, NEEDED, Pass, Search, Tried};
+use super::{NEEDED, Pass, Search, Tried, adequate};
 use crate::catalogue::Candidate;
 use crate::fit::schedule;
 use crate::fit::{Effort, Fit};
@@ -18,7 +18,7 @@ impl Search<'_> {
         let mut fit = pass.fit.clone();
         refresh(&pass.base, self.setup, &mut fit, &weighing)?;
         pass.fit = fit;
-        let is_quiet = pass.fit.misfit / pass.expected <= ADEQUATE;
+        let is_quiet = pass.fit.misfit <= adequate(pass.expected);
         // Where the misfit is that of noise but something is far off, what is missing shows once that is held back.
         if is_quiet {
             let problem = pass.base.problem(self.setup)?;
@@ -58,7 +58,7 @@ impl Search<'_> {
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);
-        if pass.fit.misfit / pass.expected > ADEQUATE || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
+        if pass.fit.misfit > adequate(pass.expected) || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
             self.look_at_equations(pass)?;
         }
         Ok(())

@@ -5,6 +5,7 @@
 
 use super::Search;
 use crate::Fault;
+use crate::disturbance::Disturbances;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 
@@ -44,6 +45,10 @@ impl Search<'_> {
     /// Fits to other shots are other fits.
     fn key(&self, role: &str, hypothesis: &Hypothesis) -> String {
         let shots = if self.setup.exposed.is_empty() { "" } else { "other shots, " };
-        format!("{shots}{role}: {}", hypothesis.key())
+        let round = match self.setup.disturbances == Disturbances::default() {
+            true => String::new(),
+            false => format!("{:?}, ", self.setup.disturbances),
+        };
+        format!("{round}{shots}{role}: {}", hypothesis.key())
     }
 }

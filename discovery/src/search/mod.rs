@@ -16,6 +16,7 @@ pub mod memory;
 mod plausible;
 mod probe;
 mod revisit;
+mod rounds;
 mod rule;
 mod shortlist;
 mod terms;
@@ -43,6 +44,11 @@ pub const LEAD: f64 = 10.0;
 pub const ERRORS: f64 = 4.0;
 /// Misfit per expected misfit up to which residuals count as noise.
 pub const ADEQUATE: f64 = 1.06;
+/// The largest misfit that counts as noise where noise leaves `expected`: of few independent samples the scatter of their sum decides.
+pub fn adequate(expected: f64) -> f64 {
+    (ADEQUATE * expected).max(noise(expected))
+}
+
 /// Most effects that are looked for.
 const MOST_EFFECTS: usize = 3;
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.

@@ -8,7 +8,7 @@
 
 use super::decide::noise;
 use super::rule;
-use super::{ADEQUATE, NEEDED, PROMISING, Pass, Search, Tried, by_cost};
+use super::{NEEDED, PROMISING, Pass, Search, Tried, adequate, by_cost};
 use crate::Fault;
 use crate::fit::schedule::{self, Draws, lower};
 use crate::fit::{Effort, Fit, minimise};
@@ -68,7 +68,7 @@ impl Search<'_> {
     pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
-        let promising = if ratio > ADEQUATE { PROMISING.0 } else { PROMISING.1 };
+        let promising = if pass.fit.misfit > adequate(pass.expected) { PROMISING.0 } else { PROMISING.1 };
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
         let mut chosen: Vec<usize> = chosen.collect();
@@ -142,7 +142,7 @@ impl Search<'_> {
         let order = by_cost(&pass.tried);
         let cost = |k: usize| pass.tried[k].fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
         let Some(&best) = order.first() else { return Ok(()) };
-        let is_noise = pass.tried[best].fit.as_ref().is_some_and(|fit| fit.misfit / pass.expected <= ADEQUATE);
+        let is_noise = pass.tried[best].fit.as_ref().is_some_and(|fit| fit.misfit <= adequate(pass.expected));
         let enough = pass.fit.cost - CONTENDERS.1 * (pass.fit.cost - cost(best));
         if is_noise || pass.fit.cost - cost(best) < self.needed * (pass.fit.misfit / pass.expected).max(1.0) {
             return Ok(());
@@ -174,7 +174,7 @@ impl Search<'_> {
         let last = hypothesis.last();
         let mut draws = Draws(self.seed | 1);
         for _ in 0..SCATTERED {
-            if fit.misfit / pass.expected <= ADEQUATE {
+            if fit.misfit <= adequate(pass.expected) {
                 break;
             }
             let mut start = problem.expected_nuisances(&fit.xi);
@@ -206,13 +206,13 @@ impl Search<'_> {
             return fit;
         }
         // Small misses of steep parts make valleys of their own, which wide weights do not see.
-        if fit.misfit / expected > ADEQUATE
+        if fit.misfit > adequate(expected)
             && let Ok(over) = minimise(problem, &fit.xi, &self.wide(), Effort::FULL, None)
             && let Ok(next) = minimise(problem, &over.xi, &whole, patience, None)
         {
             fit = lower(fit, next);
         }
-        if fit.misfit / expected <= ADEQUATE {
+        if fit.misfit <= adequate(expected) {
             return fit;
         }
         let again = schedule::fit(problem, &problem.expected_nuisances(&fit.xi), &self.setup.train, whole.tau);

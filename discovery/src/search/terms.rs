@@ -3,7 +3,7 @@
 //! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
 
 use super::shortlist::{Lowest, patience};
-use super::{ADEQUATE, NEEDED, Pass, Search, Tried, by_cost};
+use super::{NEEDED, Pass, Search, Tried, adequate, by_cost};
 use crate::Fault;
 use crate::fit::minimise;
 use crate::hypothesis::{Hypothesis, Look};
@@ -38,7 +38,7 @@ impl Search<'_> {
             // There is nothing to be named.
             return Ok(());
         }
-        let count = if lowest.misfit > ADEQUATE { FITTED.1 } else { FITTED.0 };
+        let count = if lowest.misfit * pass.expected > adequate(pass.expected) { FITTED.1 } else { FITTED.0 };
         let chosen = likeliest(&pass.located, count);
         for Located { term, score } in chosen {
             (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));

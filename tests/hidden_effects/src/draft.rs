@@ -60,6 +60,8 @@ pub struct Request {
     pub seed: u64,
     /// Effects with sizes in units of typical; none for a null.
     pub effects: Vec<(String, f64)>,
+    /// What disturbs the bench, by the words of [`crate::disturb::KINDS`].
+    pub disturbances: Vec<String>,
 }
 
 /// Conditions as the lab states them.
@@ -217,6 +219,7 @@ impl Draft {
             actual.p_0 = machine.chamber.p_z;
         }
         actual.trigger = shot.jitter + shot.delay;
+        crate::disturb::scatter(self, place, &mut machine);
         (machine, actual)
     }
 

@@ -85,7 +85,7 @@ pub fn trial(request: &Request, judged: &Judged) -> Result<Value, String> {
     let mut row = json!({"trial": request.name, "seed": request.seed, "kind": draft.kind(), "truth": files::truths(&draft),
         "base_model": draft.base_model(), "channels": draft.channels, "shots": draft.shots.len(),
         "scattered": draft.shots.iter().any(|shot| shot.scatter != [1.0; 5]), "correlation": draft.correlation,
-        "noise": draft.noise, "raw_power": power.raw, "power": power.projected, "judged": judged.label});
+        "noise": draft.noise, "disturbances": request.disturbances, "raw_power": power.raw, "power": power.projected, "judged": judged.label});
     ask(request, judged, &folder, &mut row)?;
     if !judged.keep {
         let _ = std::fs::remove_dir_all(&folder);

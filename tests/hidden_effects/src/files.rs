@@ -56,7 +56,7 @@ pub fn answers(draft: &Draft, signature: &[f64; 6]) -> Value {
     json!({"kind": draft.kind(), "effects": truths(draft), "base_model": draft.base_model(), "seed": draft.request.seed,
         "parameter_multipliers": factors, "sensor_offset": by_channel(draft, |channel| draft.offset[channel]),
         "sensor_gain": by_channel(draft, |channel| draft.gain[channel]), "per_experiment_hidden": shots,
-        "noise_correlation": draft.correlation, "signature": by_channel(draft, |channel| signature[channel])})
+        "noise_correlation": draft.correlation, "disturbances": draft.request.disturbances, "signature": by_channel(draft, |channel| signature[channel])})
 }
 
 /// The hidden effects with their numbers.
@@ -94,7 +94,10 @@ pub fn table(draft: &Draft, times: &[f64], rows: &[[f64; 6]]) -> String {
     for (time, row) in times.iter().zip(rows) {
         let _ = write!(text, "{time:.6}");
         for &channel in &draft.channels {
-            let _ = write!(text, ",{:.*}", DECIMALS[channel], row[channel]);
+            let _ = match row[channel].is_nan() {
+                true => write!(text, ","),
+                false => write!(text, ",{:.*}", DECIMALS[channel], row[channel]),
+            };
         }
         text.push('\n');
     }

@@ -3,6 +3,7 @@
 
 pub mod contents;
 pub mod diagram;
+pub mod disturb;
 pub mod draft;
 pub mod drive;
 pub mod effects;

@@ -2,6 +2,7 @@
 //! plan's trials against a command and appends a row for each, `derivatives` lets a simple method answer the same
 //! trials, `summary` puts tables of rows into a page.
 
+use hidden_effects::disturb::KINDS;
 use hidden_effects::draft::{CHANNELS, Draft, Request, draw_together};
 use hidden_effects::effects::{CATALOGUE, OUTSIDE};
 use hidden_effects::evaluate::{Judged, run};
@@ -73,7 +74,14 @@ fn generate(arguments: &[String]) -> Result<(), String> {
     let mut sizes = Stream::new(seed, "sizes");
     let effects = chosen.into_iter().map(|id| (id, size.unwrap_or_else(|| sizes.log_uniform(0.5, 2.0)))).collect();
     let name = option(arguments, "--name").map_or_else(|| format!("{kind}{seed}"), String::from);
-    let draft = Draft::draw(&Request { name, seed, effects })?;
+    let disturbances: Vec<String> = match option(arguments, "--disturb") {
+        Some(list) => list.split(',').map(String::from).collect(),
+        None => Vec::new(),
+    };
+    if let Some(unknown) = disturbances.iter().find(|own| !KINDS.contains(&own.as_str())) {
+        return Err(format!("no disturbance `{unknown}`: {}", KINDS.join(", ")));
+    }
+    let draft = Draft::draw(&Request { name, seed, effects, disturbances })?;
     let (ideal, recorded) = measure::all(&draft)?;
     let signature = measure::signature(&draft, &ideal).map_err(|failure| format!("{failure:?}"))?;
     files::write(&draft, &measure::times(), &recorded, &signature, &folder)?;

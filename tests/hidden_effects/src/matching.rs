@@ -292,7 +292,8 @@ mod tests {
     fn a_wrong_flux_law_is_named() {
         for seed in 1..40 {
             let effects = vec![("variable_inductance".to_string(), 1.0)];
-            let draft = Draft::draw(&Request { name: "d".into(), seed, effects }).expect("a draft");
+            let draft =
+                Draft::draw(&Request { name: "d".into(), seed, effects, disturbances: Vec::new() }).expect("a draft");
             if draft.channels.len() == 6 {
                 let (_, recorded) = measure::all(&draft).expect("runs");
                 assert_eq!(name(&draft, &recorded), Some("variable_inductance"));

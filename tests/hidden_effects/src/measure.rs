@@ -1,6 +1,7 @@
 //! Measuring a draft: every shot is run with everything that is hidden, passed through gain, offset and correlated noise, and
 //! recorded to its step.  Also the raw signature: how far the hidden part moves the ideal signals, in standard deviations.
 
+use crate::disturb;
 use crate::draft::{Draft, NOISE, STEP};
 use crate::integrator::Failure;
 use crate::random::Stream;
@@ -35,17 +36,21 @@ pub fn recorded(draft: &Draft, place: usize, ideal: &[[f64; 6]]) -> Vec<[f64; 6]
     let mut stream = Stream::new(draft.request.seed, &format!("{} noise {place}", draft.request.name));
     let mut rows = vec![[0.0; 6]; ideal.len()];
     let rho = draft.correlation;
+    let (times, loud) = (times(), disturb::loud(draft));
     for channel in 0..6 {
+        let added = disturb::added(draft, place, channel, &times);
         let mut noise = stream.normal();
-        for (row, signal) in rows.iter_mut().zip(ideal) {
+        for ((row, signal), added) in rows.iter_mut().zip(ideal).zip(added) {
             let value = draft.gain[channel] * signal[channel]
                 + draft.offset[channel]
                 + draft.extra_offset[channel]
-                + NOISE[channel] * draft.noise * noise;
+                + NOISE[channel] * draft.noise * loud * noise
+                + added;
             row[channel] = (value / STEP[channel]).round() * STEP[channel];
             noise = rho * noise + (1.0 - rho * rho).sqrt() * stream.normal();
         }
     }
+    disturb::drop(draft, place, &mut rows);
     rows
 }
 

@@ -8,6 +8,7 @@
 //!   {"kind": "outside", "effects": ["valve_drag"], "each": 4}, {"kind": "pair", "count": 40}, {"kind": "triple", "count": 10}]}
 //! ```
 
+use crate::disturb::KINDS;
 use crate::draft::{Request, draw_together};
 use crate::effects::{CATALOGUE, OUTSIDE};
 use crate::random::Stream;
@@ -28,11 +29,21 @@ pub fn requests(plan: &Value, seed: Option<u64>) -> Result<Vec<Request>, String>
             let place = stratum.0 + stratum.1 * Stream::new(seed, &format!("{name} place")).unit();
             let mut sizes = Stream::new(seed, &format!("{name} sizes"));
             let effects = ids.into_iter().map(|id| (id, sizes.log_uniform(limits[0], limits[1]))).collect();
-            ordered.push((place, Request { name, seed, effects }));
+            let disturbances = disturbances(entry, seed, &name)?;
+            ordered.push((place, Request { name, seed, effects, disturbances }));
         }
     }
     ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(ordered.into_iter().map(|(_, request)| request).collect())
+}
+
+/// What disturbs a trial: one kind at random where its group says `"disturbed": true`.
+fn disturbances(entry: &Value, seed: u64, name: &str) -> Result<Vec<String>, String> {
+    match &entry["disturbed"] {
+        Value::Null | Value::Bool(false) => Ok(Vec::new()),
+        Value::Bool(true) => Ok(vec![Stream::new(seed, &format!("{name} disturbance")).pick(&KINDS).to_string()]),
+        _ => Err("`disturbed` takes true or false".to_string()),
+    }
 }
 
 type Member = ((f64, f64), String, Vec<String>);

@@ -57,7 +57,9 @@ impl Row {
     pub fn request(&self) -> Option<Request> {
         let effect = |truth: &Value| Some((truth["name"].as_str()?.to_string(), truth["size"].as_f64()?));
         let effects = self.0["truth"].as_array()?.iter().map(effect).collect::<Option<_>>()?;
-        Some(Request { name: self.text("trial").to_string(), seed: self.0["seed"].as_u64()?, effects })
+        let disturbances = self.0["disturbances"].as_array().into_iter().flatten();
+        let disturbances = disturbances.filter_map(|own| own.as_str().map(String::from)).collect();
+        Some(Request { name: self.text("trial").to_string(), seed: self.0["seed"].as_u64()?, effects, disturbances })
     }
 
     /// What matched derivatives answered: nothing as long as nobody asked, an empty name where they named nothing.

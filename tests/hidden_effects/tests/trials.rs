@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 fn request(name: &str, effects: &[(&str, f64)]) -> Request {
     let effects = effects.iter().map(|(id, size)| (id.to_string(), *size)).collect();
-    Request { name: name.into(), seed: 11, effects }
+    Request { name: name.into(), seed: 11, effects, disturbances: Vec::new() }
 }
 
 #[test]

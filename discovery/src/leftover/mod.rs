@@ -1,0 +1,269 @@
+//! What the best model leaves: single bad samples, hum and drift of measuring chains, parameters that scatter, model error.
+//!
+//! Each of these explains residuals by a few linear columns: a sine and a cosine for each shot, a ramp, the derivatives by a
+//! parameter shot by shot.  They are taken up greedily, the one first that lowers the misfit most *in units of what it leaves
+//! itself* (size and correlation, [`series`]), so that a smooth misfit of the model is not taken for hum.  What is left after that
+//! is the level of each channel ([`Level`]).
+
+mod explain;
+mod series;
+mod spikes;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::disturbance::{Added, AddedTo, Disturbances, Level, Scatter};
+use crate::fit::Fit;
+use crate::problem::{Problem, Weighing};
+use crate::search::adequate;
+use crate::unknowns::{LIMIT, Meaning};
+use crate::{Fault, Setup};
+use explain::{Columns, Explained, explained};
+use series::{Series, level};
+
+/// Fall of the misfit that a disturbance needs, and more for each of its numbers.
+const NEEDED: (f64, f64) = (25.0, 3.0);
+/// Most disturbances that are taken up.
+const MOST: usize = 12;
+/// Mains frequencies and their harmonics (Hz).
+const MAINS: [f64; 6] = [50.0, 100.0, 150.0, 60.0, 120.0, 180.0];
+/// Periods that a record must hold, and samples that a period must have, for hum to be told.
+const PERIODS: f64 = 1.0;
+const PER_PERIOD: f64 = 2.5;
+/// Fewest shots of which a scatter from shot to shot is told.
+const FEWEST: usize = 3;
+/// Amplitudes are expected to be this many times those that were found.
+const ROOM: f64 = 1.5;
+
+/// What was found in the residuals of a fit.
+pub(crate) struct Leftover {
+    /// All disturbances, with those that were known before.
+    pub disturbances: Disturbances,
+    /// Misfit per expected misfit that is to be expected with them, in noise as stated.
+    pub misfit: f64,
+}
+
+/// A block of rows: one channel of one shot.
+struct Block {
+    shot: usize,
+    channel: usize,
+    first: usize,
+    rows: usize,
+}
+
+/// Something that may be taken up.
+#[derive(Clone)]
+enum Disturbance {
+    Added(usize, Added),
+    Scatter(String, usize),
+}
+
+/// Looks at what a fit leaves, which must have derivatives by all unknowns.
+///
+/// # Errors
+/// When the fit has no derivatives.
+pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Result<Leftover, Fault> {
+    let Some((jacobian, _)) = fit.jacobian.as_ref().filter(|(own, _)| own.ncols() == problem.unknowns.len()) else {
+        return Err(Fault::run("a fit has no derivatives by all unknowns"));
+    };
+    let blocks = blocks(problem, whole);
+    // In standard deviations of the noise as stated.
+    let factor = |block: &Block| problem.data.channels[block.channel].level.factor;
+    let mut residuals = fit.residuals.clone();
+    let mut jacobian = jacobian.clone();
+    let mut weights = problem.all_weights(whole);
+    for block in &blocks {
+        let rows = block.first..block.first + block.rows;
+        residuals.rows_mut(block.first, block.rows).scale_mut(factor(block));
+        jacobian.rows_mut(block.first, block.rows).scale_mut(factor(block));
+        weights[rows].iter_mut().for_each(|weight| *weight *= factor(block));
+    }
+    let mut disturbances = setup.disturbances.clone();
+    for block in &blocks {
+        let rows = block.first..block.first + block.rows;
+        for sample in spikes::find(&residuals.as_slice()[rows.clone()], &weights[rows]) {
+            let spike = crate::disturbance::Spike { shot: block.shot, channel: block.channel, sample };
+            disturbances.spikes.push(spike);
+            let row = block.first + sample;
+            (residuals[row], weights[row]) = (0.0, 0.0);
+            jacobian.row_mut(row).fill(0.0);
+        }
+    }
+    disturbances.spikes.sort_unstable();
+    let mut state = State { problem, blocks: &blocks, residuals, jacobian, weights };
+    let mut open = state.candidates(setup);
+    for _ in 0..MOST {
+        let levels = state.levels(&state.residuals);
+        let tried = open.iter().enumerate().filter_map(|(k, own)| Some((k, state.explain(own, &levels, &fit.xi)?)));
+        let best = tried.max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
+        let Some((k, found)) = best.filter(|(_, own)| own.gain > NEEDED.0 + NEEDED.1 * own.amplitudes.len() as f64)
+        else {
+            break;
+        };
+        let own = open.remove(k);
+        state.residuals = found.left;
+        let size = (found.amplitudes.iter().map(|a| a * a).sum::<f64>() / found.amplitudes.len() as f64).sqrt();
+        match own {
+            Disturbance::Added(channel, added) => {
+                disturbances.added.push(AddedTo { channel, added, sigma: ROOM * size });
+            }
+            Disturbance::Scatter(label, unknown) => {
+                let sigma = problem.unknowns[unknown].slope(0.0) * size;
+                disturbances.scatter.push(Scatter { label, sigma });
+            }
+        }
+    }
+    let levels = state.levels(&state.residuals);
+    let misfit = state.residuals.norm_squared() / state.expected(None);
+    disturbances.levels = if levels.iter().all(Level::is_noise) { Vec::new() } else { levels };
+    Ok(Leftover { disturbances, misfit })
+}
+
+/// The blocks of the residuals.
+fn blocks(problem: &Problem<'_>, whole: &Weighing) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut first = 0;
+    for &shot in &whole.shots {
+        let data = &problem.data.shots[shot];
+        for channel in (0..data.traces.len()).filter(|&channel| data.traces[channel].is_some()) {
+            blocks.push(Block { shot, channel, first, rows: data.times.len() });
+            first += data.times.len();
+        }
+    }
+    blocks
+}
+
+/// Residuals on the way, in standard deviations of the noise as stated.
+struct State<'a> {
+    problem: &'a Problem<'a>,
+    blocks: &'a [Block],
+    residuals: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    weights: Vec<f64>,
+}
+
+impl State<'_> {
+    /// Number of samples that count, each by the share of its variance that is noise.
+    fn expected(&self, channel: Option<usize>) -> f64 {
+        let own = self.blocks.iter().filter(|block| channel.is_none_or(|channel| block.channel == channel));
+        let of = |block: &Block| {
+            let sigma = self.problem.data.channels[block.channel].noise.sigma;
+            let weights = &self.weights[block.first..block.first + block.rows];
+            weights.iter().map(|weight| (weight * sigma).powi(2)).sum::<f64>()
+        };
+        own.map(of).sum()
+    }
+
+    /// The level of each channel with these residuals.
+    fn levels(&self, residuals: &DVector<f64>) -> Vec<Level> {
+        let of = |channel: usize| {
+            let own = self.blocks.iter().filter(|block| block.channel == channel);
+            let series: Vec<Series<'_>> = own
+                .map(|block| {
+                    let rows = block.first..block.first + block.rows;
+                    Series { values: &residuals.as_slice()[rows.clone()], weights: &self.weights[rows] }
+                })
+                .collect();
+            let expected = self.expected(Some(channel));
+            let square: f64 = series.iter().flat_map(|own| own.values).map(|value| value * value).sum();
+            if square <= adequate(expected) { Level::NOISE } else { level(&series, (square / expected).sqrt()) }
+        };
+        (0..self.problem.data.channels.len()).map(of).collect()
+    }
+
+    /// What may be taken up beside what is taken up already.
+    fn candidates(&self, setup: &Setup) -> Vec<Disturbance> {
+        let known = &setup.disturbances;
+        let mut all = Vec::new();
+        for channel in 0..self.problem.data.channels.len() {
+            let is_new = |added: Added| !known.added.iter().any(|own| own.channel == channel && own.added == added);
+            all.extend(Some(Disturbance::Added(channel, Added::Drift)).filter(|_| is_new(Added::Drift)));
+            for frequency in MAINS.into_iter().filter(|&frequency| self.shows(channel, frequency)) {
+                let hum = Added::Hum(frequency);
+                all.extend(Some(Disturbance::Added(channel, hum)).filter(|_| is_new(hum)));
+            }
+        }
+        let shots: std::collections::BTreeSet<usize> = self.blocks.iter().map(|block| block.shot).collect();
+        if shots.len() < FEWEST {
+            return all;
+        }
+        for (k, unknown) in self.problem.unknowns.iter().enumerate() {
+            let may = matches!(unknown.meaning, Meaning::Relative { .. })
+                && unknown.shot.is_none()
+                && unknown.effect.is_none()
+                && setup.study.nuisances.contains_key(&unknown.name)
+                && !known.scatter.iter().any(|own| own.label == unknown.name);
+            all.extend(Some(Disturbance::Scatter(unknown.name.clone(), k)).filter(|_| may));
+        }
+        all
+    }
+
+    /// True if hum of this frequency can be told in the records of a channel.
+    fn shows(&self, channel: usize, frequency: f64) -> bool {
+        let mut own = self.blocks.iter().filter(|block| block.channel == channel).peekable();
+        own.peek().is_some()
+            && own.all(|block| {
+                let times = &self.problem.data.shots[block.shot].times;
+                let length = times[times.len() - 1] - times[0];
+                length * frequency >= PERIODS && times.len() as f64 >= PER_PERIOD * length * frequency
+            })
+    }
+
+    /// Columns of a disturbance, by unit of its amplitudes.
+    fn columns(&self, disturbance: &Disturbance) -> Vec<Columns> {
+        let mut columns = Vec::new();
+        match disturbance {
+            Disturbance::Added(channel, added) => {
+                for block in self.blocks.iter().filter(|block| block.channel == *channel) {
+                    let times = &self.problem.data.shots[block.shot].times;
+                    let weights = &self.weights[block.first..block.first + block.rows];
+                    for course in added.courses((times[0], times[times.len() - 1])) {
+                        let samples = times.iter().zip(weights);
+                        let mut values: Vec<f64> = samples.map(|(&t, weight)| weight * course.value(t)).collect();
+                        self.problem.whiten(*channel, weights, &mut values);
+                        columns.push(Columns { first: block.first, values });
+                    }
+                }
+            }
+            Disturbance::Scatter(_, unknown) => {
+                let mut blocks = self.blocks.iter().peekable();
+                while let Some(block) = blocks.next() {
+                    let mut end = block.first + block.rows;
+                    while let Some(next) = blocks.next_if(|next| next.shot == block.shot) {
+                        end = next.first + next.rows;
+                    }
+                    let column = self.jacobian.column(*unknown);
+                    let values = column.rows(block.first, end - block.first).iter().map(|value| -value).collect();
+                    columns.push(Columns { first: block.first, values });
+                }
+            }
+        }
+        columns
+    }
+
+    /// What a disturbance explains of the residuals; none where it explains nothing or goes farther than may be.
+    fn explain(&self, disturbance: &Disturbance, levels: &[Level], xi: &[f64]) -> Option<Explained> {
+        let mut scales = vec![1.0; self.residuals.len()];
+        for block in self.blocks {
+            scales[block.first..block.first + block.rows].fill(1.0 / levels[block.channel].factor);
+        }
+        let mut found = explained(&self.columns(disturbance), (&self.residuals, &self.jacobian), &scales, xi)?;
+        if matches!(disturbance, Disturbance::Scatter(..)) {
+            // No part scatters more than its tolerance.
+            let mean = found.amplitudes.iter().sum::<f64>() / found.amplitudes.len() as f64;
+            found.amplitudes.iter_mut().for_each(|amplitude| *amplitude -= mean);
+            let square = found.amplitudes.iter().map(|a| a * a).sum::<f64>() / (found.amplitudes.len() - 1) as f64;
+            if square > 1.0 || found.amplitudes.iter().any(|a| a.abs() > LIMIT) {
+                return None;
+            }
+        }
+        let after = self.levels(&found.left);
+        found.gain = self.blocks.iter().map(|block| self.fall(block, &found.left, &after)).sum();
+        Some(found)
+    }
+
+    /// Fall of the misfit of a block, in what counts as noise afterwards.
+    fn fall(&self, block: &Block, left: &DVector<f64>, after: &[Level]) -> f64 {
+        let rows = |values: &DVector<f64>| values.rows(block.first, block.rows).norm_squared();
+        (rows(&self.residuals) - rows(left)) / after[block.channel].factor.powi(2)
+    }
+}

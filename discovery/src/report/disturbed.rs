@@ -1,0 +1,116 @@
+//! What was taken up beside the machine, and how much is left: noise larger than stated, hum, drift, scatter, spikes, model error.
+
+use serde_json::{Value, json};
+
+use super::{AllGaps, Scene, number};
+use crate::disturbance::{Added, Level, Spike};
+use crate::search::Status;
+
+/// Spikes that are listed.
+const MOST: usize = 10;
+/// Share of the excess below which what is left is not worth a sentence.
+const ALL: f64 = 0.02;
+
+/// Everything that disturbs, as data and as sentences.
+pub(super) fn disturbed(scene: &Scene<'_>) -> Value {
+    let (data, found) = (&scene.setup.data, &scene.setup.disturbances);
+    let name = |channel: usize| data.channels[channel].name.as_str();
+    let unit = |channel: usize| data.channels[channel].unit.as_str();
+    let mut sentences: Vec<String> = Vec::new();
+    let mut levels = Vec::new();
+    for (channel, level) in found.levels.iter().enumerate().filter(|(_, level)| !level.is_noise()) {
+        let size = level.size * data.channels[channel].noise.sigma * data.channels[channel].scale.abs();
+        levels.push(json!({"channel": name(channel), "size": number(size), "of_noise": number(level.size),
+            "samples": number(level.length), "bursts": number(level.bursts), "white": level.is_white()}));
+        sentences.push(if level.is_white() {
+            format!("noise of {} is {:.1} times what was stated", name(channel), level.size)
+        } else {
+            format!(
+                "what every model leaves in {} is {size:.2e} {} ({:.1} times the noise), alike over {:.0} samples",
+                name(channel),
+                unit(channel),
+                level.size,
+                level.length
+            )
+        });
+    }
+    let mut added = Vec::new();
+    for own in &found.added {
+        let sigma = own.sigma * data.channels[own.channel].scale.abs();
+        let (kind, words) = match own.added {
+            Added::Drift => ("drift", "drift".to_string()),
+            Added::Hum(frequency) => ("hum", format!("hum of {frequency} Hz")),
+        };
+        let frequency = if let Added::Hum(frequency) = own.added { number(frequency) } else { Value::Null };
+        let channel = name(own.channel);
+        added.push(json!({"channel": channel, "kind": kind, "frequency": frequency, "amplitude": number(sigma)}));
+        sentences.push(format!("{words} in {channel}, about {sigma:.1e} {}", unit(own.channel)));
+    }
+    let mut scatter = Vec::new();
+    for own in &found.scatter {
+        scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
+        sentences.push(format!("{} scatters from shot to shot by about {:.1} %", own.label, 100.0 * own.sigma));
+    }
+    if let Some(words) = spikes_in_words(scene, &found.spikes) {
+        sentences.push(words);
+    }
+    let spike = |own: &Spike| {
+        let shot = &data.shots[own.shot];
+        json!({"shot": shot.number, "channel": name(own.channel), "time": number(shot.times[own.sample])})
+    };
+    let spikes: Vec<Value> = found.spikes.iter().map(spike).collect();
+    json!({"levels": levels, "added": added, "scatter": scatter, "spikes": spikes, "sentences": sentences})
+}
+
+fn spikes_in_words(scene: &Scene<'_>, spikes: &[Spike]) -> Option<String> {
+    if spikes.is_empty() {
+        return None;
+    }
+    let data = &scene.setup.data;
+    let one = |own: &Spike| {
+        let shot = &data.shots[own.shot];
+        format!("shot {} {} at {} s", shot.number, data.channels[own.channel].name, shot.times[own.sample])
+    };
+    let listed: Vec<String> = spikes.iter().take(MOST).map(one).collect();
+    let more = if spikes.len() > MOST { format!(", and {} more", spikes.len() - MOST) } else { String::new() };
+    Some(format!("left out as spikes: {}{more}", listed.join(", ")))
+}
+
+/// How much of the gap is left after what was named, and what it looks like; null where nothing was named or nothing is left.
+pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
+    let Some(after) = gaps.after.as_ref().filter(|_| super::is_named(scene.findings.status)) else {
+        return Value::Null;
+    };
+    let excess = |gap: f64| (gap * gap - 1.0).max(0.0);
+    let share = excess(after.train.all) / excess(gaps.before.train.all).max(f64::MIN_POSITIVE);
+    if share.is_nan() || share <= ALL {
+        return Value::Null;
+    }
+    let levels = &scene.setup.disturbances.levels;
+    let is_open = scene.last.tried.iter().chain(&scene.last.terms).any(|own| own.fall >= scene.findings.needed);
+    let looks_like = match levels.is_empty() {
+        _ if is_open => "another effect",
+        true => "noise",
+        false if levels.iter().all(Level::is_white) => "noise, more than stated",
+        false => "model error",
+    };
+    let located = scene.last.located.first().map(|own| own.term.equation.clone());
+    json!({"share": number(share), "looks_like": looks_like, "first_place": located})
+}
+
+/// The lines of the summary.
+pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
+    let sentences = json["disturbed"]["sentences"].as_array().into_iter().flatten();
+    let mut lines: Vec<String> = sentences.filter_map(|own| own.as_str().map(String::from)).collect();
+    let remaining = &json["remaining"];
+    if let (true, Some(share)) = (super::is_named(status), remaining["share"].as_f64()) {
+        let words = remaining["looks_like"].as_str().unwrap_or_default();
+        let place =
+            remaining["first_place"].as_str().map_or_else(String::new, |at| format!(", first of all at `{at}`"));
+        lines.push(format!(
+            "remaining: {:.0} % of the excess over noise, which looks like {words}{place}",
+            100.0 * share
+        ));
+    }
+    lines
+}

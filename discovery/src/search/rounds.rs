@@ -1,0 +1,138 @@
+//! Rounds of a search: what the best model leaves decides what counts as noise in the next one.
+//!
+//! The first round takes noise as it is stated.  Where even the best model leaves more, what it leaves is looked at
+//! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
+//! search then begins again with these taken up, until they no longer change.  Effects that were named late may only have imitated
+//! parameters that scatter; where scatter explains as much as they do, it is taken up in their place.
+
+use super::decide::noise;
+use super::look::refresh;
+use super::{Findings, LEAD, Pass, Search, Status, adequate};
+use crate::disturbance::Disturbances;
+use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
+use crate::leftover::leftover;
+use crate::{Fault, Setup};
+
+/// Most rounds.
+const MOST: usize = 5;
+/// Levels that change by less than this factor are the same.
+const SAME: f64 = 1.25;
+
+impl Search<'_> {
+    /// Searches round after round; with the setup of the last one if it is another one than that of the search.
+    ///
+    /// # Errors
+    /// As [`Search::run`].
+    pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
+        let (mut findings, mut setup) = self.round()?;
+        let mut runs = findings.runs;
+        for _ in 1..MOST {
+            let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
+            let Some(next) = current.refined(&findings)? else { break };
+            (self.progress)("once more, with what the best model leaves counted by its size and correlation");
+            let next = current.setup.disturbed(next)?;
+            let (again, other) = Search { setup: &next, ..self.again() }.round()?;
+            findings = again;
+            runs += findings.runs;
+            setup = Some(other.unwrap_or(next));
+        }
+        findings.runs = runs;
+        Ok((findings, setup))
+    }
+
+    fn again(&self) -> Search<'_> {
+        Search { candidates: self.candidates.clone(), ..*self }
+    }
+
+    /// One search; where the shots held out show a gap that the others hide, another one with others held out.
+    fn round(&self) -> Result<(Findings, Option<Setup>), Fault> {
+        let findings = self.run()?;
+        let other = if findings.hidden { self.setup.exchanged()? } else { None };
+        let Some(other) = other else { return Ok((findings, None)) };
+        (self.progress)("the shots held out show a gap that the others hide: holding out others");
+        let mut again = Search { setup: &other, ..self.again() }.run()?;
+        again.runs += findings.runs;
+        Ok((again, Some(other)))
+    }
+
+    /// What disturbs the bench by what the best model leaves; none where that is known already.
+    fn refined(&self, findings: &Findings) -> Result<Option<Disturbances>, Fault> {
+        let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(None) };
+        if let Some(instead) = self.scatter_instead(findings)? {
+            return Ok(Some(instead));
+        }
+        let (hypothesis, fit) = findings
+            .passes
+            .iter()
+            .flat_map(fits)
+            .fold((&last.base, &last.fit), |best, own| if own.1.cost < best.1.cost { own } else { best });
+        let is_left = fit.misfit > adequate(first.expected);
+        let is_known = !self.setup.disturbances.levels.is_empty();
+        if !is_left && !is_known && findings.status != Status::Unconverged && findings.reason.is_none() {
+            return Ok(None);
+        }
+        let found = self.left(hypothesis, fit)?;
+        Ok(is_new(&self.setup.disturbances, &found.disturbances).then_some(found.disturbances))
+    }
+
+    /// Scatter from shot to shot that explains what effects named after the first one do.
+    fn scatter_instead(&self, findings: &Findings) -> Result<Option<Disturbances>, Fault> {
+        let Some(last) = findings.passes.last().filter(|last| last.base.inserts.len() > 1) else { return Ok(None) };
+        for pass in findings.passes.iter().skip(1).filter(|pass| pass.base.inserts.len() < last.base.inserts.len()) {
+            let found = self.left(&pass.base, &pass.fit)?;
+            let known = &self.setup.disturbances;
+            let is_more = found.disturbances.scatter.len() > known.scatter.len()
+                || found.disturbances.added.len() > known.added.len();
+            if is_more && found.misfit * pass.expected < noise(pass.expected).max(last.fit.misfit + LEAD) {
+                return Ok(Some(found.disturbances));
+            }
+        }
+        Ok(None)
+    }
+
+    fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<crate::leftover::Leftover, Fault> {
+        let whole = self.whole();
+        let mut fit = fit.clone();
+        refresh(hypothesis, self.setup, &mut fit, &whole)?;
+        leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, &whole)
+    }
+}
+
+/// All fits of a pass.
+fn fits(pass: &Pass) -> Vec<(&Hypothesis, &Fit)> {
+    let tried = pass.tried.iter().chain(&pass.terms).filter_map(|own| Some((&own.hypothesis, own.fit.as_ref()?)));
+    tried.chain([(&pass.base, &pass.fit)]).collect()
+}
+
+/// True if there is more to be taken up, or levels have changed.
+fn is_new(known: &Disturbances, found: &Disturbances) -> bool {
+    let more = |a: usize, b: usize| b > a;
+    let channels = known.levels.len().max(found.levels.len());
+    let changed = (0..channels).any(|k| {
+        let ratio = found.level(k).factor / known.level(k).factor;
+        !(1.0 / SAME..=SAME).contains(&ratio)
+    });
+    changed
+        || more(known.spikes.len(), found.spikes.len())
+        || more(known.added.len(), found.added.len())
+        || more(known.scatter.len(), found.scatter.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_new;
+    use crate::disturbance::{Disturbances, Level, Spike};
+
+    #[test]
+    fn a_round_follows_only_what_changes() {
+        let of =
+            |size: f64| Disturbances { levels: vec![Level::NOISE, Level::new(size, 9.0, 1.0)], ..Default::default() };
+        let none = Disturbances::default();
+        assert!(!is_new(&none, &none) && is_new(&none, &of(2.0)) && is_new(&of(2.0), &none));
+        assert!(!is_new(&of(2.0), &of(2.3)) && is_new(&of(2.0), &of(1.5)) && is_new(&of(2.0), &of(2.6)));
+        let spike = Spike { shot: 0, channel: 0, sample: 3 };
+        let spiky = Disturbances { spikes: vec![spike], ..of(2.0) };
+        assert!(is_new(&of(2.0), &spiky) && !is_new(&spiky, &of(2.0)));
+    }
+}
