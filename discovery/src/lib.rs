@@ -27,6 +27,7 @@ pub mod prior;
 pub mod problem;
 pub mod projection;
 pub mod proof;
+pub mod record;
 pub mod report;
 pub mod search;
 mod set_check;
