@@ -1,6 +1,7 @@
 //! The command line as data: verbs, options, their defaults and help.
 
 mod authoring;
+mod bench;
 
 use std::path::PathBuf;
 
@@ -9,6 +10,7 @@ use hyd_run::arguments::{assignment, names};
 pub use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
 pub use authoring::{Doc, Fmt, New};
+pub use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 
 /// `hyd VERB ...`
 #[derive(Parser, Debug)]
@@ -41,6 +43,7 @@ impl Arguments {
             | Verb::Explain(_)
             | Verb::New(_)
             | Verb::Doc(_)
+            | Verb::Bench(_)
             | Verb::Fit(_)
             | Verb::Discover(_) => MessageFormat::Text,
         }
@@ -64,6 +67,8 @@ pub enum Verb {
     Plot(Plot),
     /// Run a model many times with varied parameters, on all cores
     Sweep(Box<Sweep>),
+    /// Turn a lab's files into a set of shots, and look at it
+    Bench(BenchArguments),
     /// Fit what may be off to the shots of a bench
     Fit(Fit),
     /// Find where model and bench disagree, name what is missing, write the model that has it

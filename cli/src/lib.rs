@@ -1,11 +1,14 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
-//! One file per verb (`check`, `simulate`, `build`, `linearize`, `equations`, `plot`, `sweep`, `fit`, `discover`, `compare`,
+//! One file per verb (`check`, `simulate`, `build`, `linearize`, `equations`, `plot`, `sweep`, `bench_*`, `fit`, `discover`, `compare`,
 //! `explain`, `fmt`, `new`, `doc`); `translate` takes a model file to the compiler with
 //! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
 //! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
 
 mod arguments;
+mod bench_import;
+mod bench_schema;
+mod bench_show;
 mod build;
 mod check;
 mod compare;
@@ -38,6 +41,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use arguments::BenchVerb;
 pub use arguments::{Arguments, Verb};
 pub(crate) use hyd_run::output;
 pub use hyd_run::{Failure, TextError, clock, read_text};
@@ -61,6 +65,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Equations(verb) => equations::equations(verb),
         Verb::Plot(verb) => plot::plot(verb),
         Verb::Sweep(verb) => sweep::sweep(verb),
+        Verb::Bench(verb) => match &verb.verb {
+            BenchVerb::Import(verb) => bench_import::import(verb),
+            BenchVerb::Show(verb) => bench_show::show(verb),
+            BenchVerb::Schema(verb) => bench_schema::schema(verb),
+        },
         Verb::Fit(verb) => fit::fit(verb),
         Verb::Discover(verb) => discover::discover(verb),
         Verb::Compare(verb) => compare::compare(verb),

@@ -16,7 +16,7 @@ use crate::study::{Nuisance, Study};
 use crate::{Bench, Fault};
 
 /// Keys of a set.
-const KEYS: [&str; 9] = [
+pub const KEYS: [&str; 9] = [
     "set",
     "base_model",
     "pre_trigger_s",
@@ -28,7 +28,7 @@ const KEYS: [&str; 9] = [
     "experiments",
 ];
 /// Keys that tell people of the bench and decide nothing.
-const REMARKS: [&str; 2] = ["channels", "sampling_Hz"];
+pub const REMARKS: [&str; 4] = ["channels", "sampling_Hz", "remarks", "imported"];
 /// Names that one message lists.
 const MOST_NAMES: usize = 6;
 

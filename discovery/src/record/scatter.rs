@@ -14,6 +14,8 @@ const QUARTILES: f64 = 1.348_98;
 const VARIANCE: f64 = 20.0;
 /// Steps of time within a difference differ by no more than this factor.
 const EVEN: f64 = 1.5;
+/// Samples that share a level where there are few levels.
+const LEVELS: usize = 5;
 /// Most samples that are searched for the step of the numbers.
 const MOST: usize = 20_000;
 /// How far a distance of neighbouring values may be from a multiple of the step, in steps.
@@ -99,7 +101,9 @@ pub fn step(values: &[f64]) -> Option<f64> {
     let rounding = 1e-12 * largest;
     let mut distances: Vec<f64> =
         sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|distance| *distance > rounding).collect();
-    if distances.len() < FEWEST / 2 {
+    // A few levels are steps where many samples share them.
+    let shared = distances.len() >= 2 && LEVELS * distances.len() < sorted.len();
+    if distances.len() < FEWEST / 2 && !shared {
         return None;
     }
     distances.sort_unstable_by(f64::total_cmp);

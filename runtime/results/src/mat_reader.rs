@@ -40,6 +40,13 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, String> {
     table(&names, &info, &fixed, series)
 }
 
+/// All matrices of real numbers of such a file, as columns.
+pub(crate) fn numbers(bytes: &[u8]) -> Result<Vec<(String, Vec<Vec<f64>>)>, String> {
+    let matrices = matrices(bytes)?;
+    let numeric = matrices.iter().filter(|matrix| matrix.precision <= 2);
+    numeric.map(|matrix| Ok((String::from_utf8_lossy(matrix.name).into_owned(), matrix.numbers(true)?))).collect()
+}
+
 /// `fixed` and `varying` hold one vector per variable.
 fn table(names: &[String], info: &[Vec<f64>], fixed: &[Vec<f64>], varying: Vec<Vec<f64>>) -> Result<Table, String> {
     let mut table = Table { times: varying.first().cloned().unwrap_or_default(), ..Table::default() };

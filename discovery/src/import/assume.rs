@@ -1,0 +1,374 @@
+//! What is assumed of files about which nobody has said anything: layout, times, units, trigger, conditions.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::layout::find;
+use super::plan::{ColumnPlan, Layout, Plan, ShotPlan};
+use super::raw::{Content, Raw, delimiter, text_of};
+use super::unit::{clean, heading, unit};
+use super::{Asked, RawFile};
+use crate::Fault;
+use crate::record::{edge, is_two_level, sampling};
+
+/// Names of columns of times, in small letters and without a number behind them.
+const TIMES: [&str; 14] = [
+    "t",
+    "time",
+    "zeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "czas",
+    "tid",
+    "timestamp",
+    "time stamp",
+    "zeitstempel",
+    "x_value",
+    "elapsed",
+    "elapsed time",
+];
+/// Words in the name of a condition that is the number of samples per second.
+const RATES: [&str; 4] = ["rate", "abtast", "sampling", "samplefreq"];
+/// Share of uneven steps above which an ascending column is not taken for times.
+const UNEVEN: f64 = 0.05;
+/// Longest name of a condition that is read from a preamble.
+const LONGEST_NAME: usize = 60;
+
+/// What was assumed of one file.
+struct Assumed {
+    layout: Layout,
+    conditions: BTreeMap<String, f64>,
+    /// Sentences on what is not plain.
+    notes: Vec<String>,
+    /// Headings of columns that look like triggers.
+    triggers: BTreeSet<String>,
+}
+
+/// Assumes how the files are to be read; with the sentences by file.
+///
+/// # Errors
+/// A sentence with the file and line at fault.
+pub fn assume(
+    name: &str,
+    folder: &str,
+    files: &[RawFile],
+    asked: &Asked,
+) -> Result<(Plan, BTreeMap<String, Vec<String>>), Fault> {
+    let mut plan = Plan { name: name.to_string(), folder: folder.to_string(), ..Plan::default() };
+    let mut notes = BTreeMap::new();
+    let mut triggers: Vec<BTreeSet<String>> = Vec::new();
+    let mut skipped: BTreeSet<&String> = BTreeSet::new();
+    let numbers = numbers(files);
+    for (file, number) in files.iter().zip(numbers) {
+        let own = one(&file.content, asked).map_err(|fault| Fault::new(format!("`{}`: {fault}", file.name)))?;
+        skipped.extend(asked.skip.iter().filter(|name| is_named(&own.layout, name)));
+        notes.insert(file.name.clone(), own.notes);
+        plan.shot.push(ShotPlan { file: file.name.clone(), number, zero: None, conditions: own.conditions });
+        match plan.layout.iter().position(|layout| Layout { files: Vec::new(), ..layout.clone() } == own.layout) {
+            Some(k) => {
+                plan.layout[k].files.push(file.name.clone());
+                // A trigger is clear where it is so in all files that are read alike.
+                triggers[k] = triggers[k].intersection(&own.triggers).cloned().collect();
+            }
+            None => {
+                plan.layout.push(Layout { files: vec![file.name.clone()], ..own.layout });
+                triggers.push(own.triggers);
+            }
+        }
+    }
+    if let Some(name) = asked.skip.iter().find(|name| !skipped.contains(name)) {
+        return Err(Fault::new(format!("no file has a column `{name}` that could be left out")));
+    }
+    for (layout, clear) in plan.layout.iter_mut().zip(triggers) {
+        layout.trigger = trigger(layout, &clear, asked, &mut notes)?;
+    }
+    plan.shot.sort_by_key(|shot| shot.number);
+    Ok((plan, notes))
+}
+
+/// Is this the heading or the name of a column?
+fn is_named(layout: &Layout, name: &str) -> bool {
+    layout.times.contains_key(name) || layout.columns.iter().any(|(heading, own)| heading == name || own.name == name)
+}
+
+/// The column of the trigger: the one that was asked for, or the only one that is clear.
+fn trigger(
+    layout: &Layout,
+    clear: &BTreeSet<String>,
+    asked: &Asked,
+    notes: &mut BTreeMap<String, Vec<String>>,
+) -> Result<Option<String>, Fault> {
+    let used = || layout.columns.iter().filter(|(_, own)| !own.skip);
+    if let Some(wanted) = &asked.trigger {
+        let found = used().find(|(heading, own)| *heading == wanted || own.name == *wanted);
+        return match found {
+            Some((heading, _)) => Ok(Some(heading.clone())),
+            None => {
+                let names: Vec<&str> = used().map(|(heading, _)| heading.as_str()).collect();
+                let (file, names) = (layout.files.first().map_or("", String::as_str), names.join(", "));
+                Err(Fault::new(format!("`{file}`: it has no column `{wanted}` for the trigger; it has: {names}")))
+            }
+        };
+    }
+    if clear.len() > 1 {
+        let names: Vec<String> = clear.iter().map(|name| format!("`{name}`")).collect();
+        let sentence = format!(
+            "{} look like triggers; times stay as they are (--trigger COLUMN chooses one)",
+            names.join(" and ")
+        );
+        for file in &layout.files {
+            notes.entry(file.clone()).or_default().push(sentence.clone());
+        }
+    }
+    Ok(clear.iter().next().filter(|_| clear.len() == 1).cloned())
+}
+
+/// Numbers of shots: the last number in the names of the files where all have one and no two the same, else their order.
+fn numbers(files: &[RawFile]) -> Vec<usize> {
+    let last_number = |file: &RawFile| {
+        let stem = file.name.rsplit_once('.').map_or(file.name.as_str(), |(stem, _)| stem);
+        let digits: String =
+            stem.chars().rev().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+        digits.chars().rev().collect::<String>().parse::<usize>().ok().filter(|number| *number < 1_000_000)
+    };
+    let numbers: Vec<Option<usize>> = files.iter().map(last_number).collect();
+    let distinct: BTreeSet<usize> = numbers.iter().flatten().copied().collect();
+    if distinct.len() == files.len() {
+        return numbers.into_iter().flatten().collect();
+    }
+    (1..=files.len()).collect()
+}
+
+fn one(content: &Content, asked: &Asked) -> Result<Assumed, Fault> {
+    let (mut layout, raw) = match content {
+        Content::Columns(columns) => (Layout::default(), Raw::of_columns(columns)?),
+        Content::Text(bytes) => {
+            let (text, encoding) = text_of(bytes, None)?;
+            let own = find(&text)?;
+            let layout = Layout {
+                encoding: encoding.to_string(),
+                delimiter: own.delimiter.name().to_string(),
+                decimal: own.decimal.to_string(),
+                header_line: own.header_line,
+                unit_line: own.unit_line,
+                first_line: own.first_line,
+                ..Layout::default()
+            };
+            (layout, Raw::of_text(&text, &own)?)
+        }
+    };
+    let mut notes = Vec::new();
+    if layout.header_line == 0 && !layout.delimiter.is_empty() {
+        notes.push("no header: columns are called by their number".to_string());
+    }
+    let mut conditions = conditions(&raw, &layout, &mut notes);
+    let parts: Vec<(String, Option<String>)> = (0..raw.headings.len())
+        .map(|k| {
+            let (name, own) = heading(&raw.headings[k]);
+            (name, raw.units.get(k).filter(|unit| !unit.is_empty()).cloned().or(own))
+        })
+        .collect();
+    let is_skipped = |k: usize| {
+        let names = [&raw.headings[k], &parts[k].0, &clean(&parts[k].0)];
+        asked.skip.iter().any(|name| names.contains(&name))
+    };
+    let clocks = clocks(&raw, &parts, &is_skipped, &mut notes);
+    times(&mut layout, (&raw, &parts), &clocks, asked, (&mut conditions, &mut notes))?;
+    columns(&mut layout, (&raw, &parts), &clocks, &is_skipped, &mut notes)?;
+    let mut triggers = BTreeSet::new();
+    if layout.time.is_some() || layout.rate.is_some() {
+        for (k, values) in raw.columns.iter().enumerate() {
+            let is_channel = layout.columns.get(&raw.headings[k]).is_some_and(|column| !column.skip);
+            let order: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
+            if is_channel && is_two_level(values) && edge(&order, values).is_some_and(|edge| edge.count == 1) {
+                triggers.insert(raw.headings[k].clone());
+            }
+        }
+    }
+    Ok(Assumed { layout, conditions, notes, triggers })
+}
+
+/// Positions of the columns of times.
+fn clocks(
+    raw: &Raw,
+    parts: &[(String, Option<String>)],
+    is_skipped: &dyn Fn(usize) -> bool,
+    notes: &mut Vec<String>,
+) -> Vec<usize> {
+    let ascends = |k: usize| raw.columns[k].len() > 2 && raw.columns[k].windows(2).all(|pair| pair[1] > pair[0]);
+    let is_clock = |k: &usize| {
+        let (name, own) = &parts[*k];
+        let small = name.to_lowercase();
+        let stem = small.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_' || c == ' ');
+        let stem = own.as_ref().and_then(|own| stem.strip_suffix(&format!("_{}", own.to_lowercase()))).unwrap_or(stem);
+        let in_time = own.as_ref().map(|own| unit(own).is_some_and(|unit| unit.si == "s"));
+        !is_skipped(*k) && (TIMES.contains(&stem) && in_time != Some(false) || in_time == Some(true) && ascends(*k))
+    };
+    let found: Vec<usize> = (0..parts.len()).filter(is_clock).collect();
+    if !found.is_empty() {
+        return found;
+    }
+    // A first column that ascends evenly, but does not merely count.
+    let counts = raw.columns.first().is_some_and(|values| {
+        values.windows(2).all(|pair| pair[1] - pair[0] == 1.0) && values.first().is_some_and(|v| *v == 0.0 || *v == 1.0)
+    });
+    let even = raw.columns.first().and_then(|values| sampling(values)).is_some_and(|own| own.uneven < UNEVEN);
+    if !parts.is_empty() && parts[0].1.is_none() && !is_skipped(0) && ascends(0) && even && !counts {
+        notes.push(format!("no column is called a time; `{}`, which ascends evenly, is taken for it", raw.headings[0]));
+        return vec![0];
+    }
+    Vec::new()
+}
+
+/// Times or a rate.
+fn times(
+    layout: &mut Layout,
+    (raw, parts): (&Raw, &[(String, Option<String>)]),
+    clocks: &[usize],
+    asked: &Asked,
+    (conditions, notes): (&mut BTreeMap<String, f64>, &mut Vec<String>),
+) -> Result<(), Fault> {
+    let named = conditions.iter().find(|(name, value)| {
+        let name = name.to_lowercase();
+        **value > 0.0 && (name == "fs" || RATES.iter().any(|word| name.contains(word)))
+    });
+    let named = named.map(|(name, value)| (name.clone(), *value));
+    layout.rate = asked.rate;
+    if layout.rate.is_none() && clocks.is_empty() {
+        let Some((name, rate)) = named else {
+            let names = raw.headings.join(", ");
+            return Err(Fault::new(format!(
+                "line {}: no column of times was found among {names}; --rate HZ says how many samples there are per second",
+                layout.header_line.max(1)
+            )));
+        };
+        notes.push(format!("no column of times; `{name}` before the header says {rate} samples per second"));
+        conditions.remove(&name);
+        layout.rate = Some(rate);
+    }
+    if layout.rate.is_some() {
+        for &k in clocks {
+            notes.push(format!("the times of `{}` are left out, for --rate is given", raw.headings[k]));
+            layout.columns.insert(raw.headings[k].clone(), ColumnPlan { skip: true, ..ColumnPlan::default() });
+        }
+        return Ok(());
+    }
+    layout.time = clocks.first().map(|&k| raw.headings[k].clone());
+    for &k in clocks {
+        if let Some((line, text)) = &raw.texts[k] {
+            let column = &raw.headings[k];
+            return Err(Fault::new(format!("line {line}, column `{column}`: `{text}` is not a number of seconds")));
+        }
+        let own = parts[k].1.as_ref();
+        let scale = own.and_then(|own| unit(own)).filter(|unit| unit.si == "s").map(|unit| unit.scale);
+        if scale.is_none() {
+            notes.push(format!("no unit of `{}` is stated: seconds", raw.headings[k]));
+        }
+        layout.times.insert(raw.headings[k].clone(), scale.unwrap_or(1.0));
+    }
+    Ok(())
+}
+
+/// All other columns.
+fn columns(
+    layout: &mut Layout,
+    (raw, parts): (&Raw, &[(String, Option<String>)]),
+    clocks: &[usize],
+    is_skipped: &dyn Fn(usize) -> bool,
+    notes: &mut Vec<String>,
+) -> Result<(), Fault> {
+    let mut names = BTreeSet::from(["time_s".to_string()]);
+    for k in (0..parts.len()).filter(|k| !clocks.contains(k)) {
+        let column = raw.headings[k].clone();
+        if is_skipped(k) {
+            layout.columns.insert(column, ColumnPlan { skip: true, ..ColumnPlan::default() });
+            continue;
+        }
+        if let Some((line, text)) = &raw.texts[k] {
+            let sentence = format!(
+                "line {line}, column `{column}`: `{text}` is not a number; --skip \"{column}\" leaves the column out"
+            );
+            return Err(Fault::new(sentence));
+        }
+        if raw.columns[k].iter().all(|value| value.is_nan()) {
+            notes.push(format!("`{column}` holds no values and is left out"));
+            layout.columns.insert(column, ColumnPlan { skip: true, ..ColumnPlan::default() });
+            continue;
+        }
+        let from = parts[k].1.clone().unwrap_or_default();
+        let known = parts[k].1.as_ref().and_then(|own| unit(own));
+        if known.is_none() && parts[k].1.is_some() {
+            notes.push(format!("the unit `{from}` of `{column}` is not known: values as they are"));
+        }
+        let is_si = known.as_ref().is_none_or(|unit| unit.scale == 1.0 && unit.offset == 0.0);
+        // `p_bar` in Pa would be misleading.
+        let stem = parts[k].0.strip_suffix(&format!("_{from}")).filter(|stem| !is_si && !stem.is_empty());
+        let name = clean(stem.unwrap_or(&parts[k].0));
+        let name = if name.is_empty() { format!("column_{}", k + 1) } else { name };
+        let free =
+            (1..).map(|n| if n == 1 { name.clone() } else { format!("{name}_{n}") }).find(|own| !names.contains(own));
+        let name = free.unwrap_or(name);
+        names.insert(name.clone());
+        // A column belongs to the times to the left of it.
+        let clock = clocks.iter().rev().find(|clock| **clock < k).or(clocks.first());
+        let other =
+            clock.filter(|clock| clocks.first() != Some(clock) && raw.columns[**clock] != raw.columns[clocks[0]]);
+        let (scale, offset) = known.as_ref().map_or((1.0, 0.0), |unit| (unit.scale, unit.offset));
+        let si = known.map_or_else(|| from.clone(), |unit| unit.si);
+        let time = other.filter(|_| layout.rate.is_none()).map(|clock| raw.headings[*clock].clone());
+        layout.columns.insert(column, ColumnPlan { name, unit: si, from, scale, offset, time, skip: false });
+    }
+    if layout.columns.values().all(|column| column.skip) {
+        return Err(Fault::new(format!("line {}: it holds no column besides the times", layout.header_line.max(1))));
+    }
+    for clock in clocks.iter().skip(1).filter(|_| layout.rate.is_none()) {
+        let heading = &raw.headings[*clock];
+        let is_same = raw.columns[*clock] == raw.columns[clocks[0]];
+        let used = layout.columns.values().filter(|own| own.time.as_ref() == Some(heading)).count();
+        notes.push(match (is_same, used) {
+            (true, _) => format!("the times of `{heading}` are those of `{}`", raw.headings[clocks[0]]),
+            (false, 0) => format!("no column belongs to the times of `{heading}`"),
+            (false, _) => format!(
+                "`{heading}` are the times of the columns to the right of it: the table has the times of all, with gaps where a \
+                 column has no value"
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// Numbers that stand with a name before the header.
+fn conditions(raw: &Raw, layout: &Layout, notes: &mut Vec<String>) -> BTreeMap<String, f64> {
+    let mut found = BTreeMap::new();
+    let between = delimiter(&layout.delimiter);
+    for line in &raw.preamble {
+        let line = line.trim().trim_start_matches(['#', '%', '*', '/']).trim();
+        let mut marks = vec![':', '='];
+        if let super::fields::Delimiter::Character(own) = between {
+            marks.insert(0, own);
+        }
+        let Some((name, value)) = marks.into_iter().find_map(|mark| line.split_once(mark)) else { continue };
+        let value = value.trim().trim_end_matches([';', ',', '\t']).trim();
+        let (value, after) =
+            value.split_once([' ', ';', '\t']).map_or((value, ""), |(value, rest)| (value, rest.trim()));
+        let decimal = layout.decimal.chars().next().unwrap_or('.');
+        let number = super::fields::number(value, decimal).or_else(|| super::fields::number(value, '.'));
+        let (name, own) = heading(name.trim().trim_end_matches([':', '=']));
+        let own = if after.is_empty() { own } else { Some(after.trim_matches(['[', ']', '(', ')']).to_string()) };
+        let known = own.as_ref().map(|own| unit(own));
+        let name = clean(&name);
+        let (Some(number), false) = (number.filter(|number| number.is_finite()), matches!(known, Some(None))) else {
+            continue;
+        };
+        if name.is_empty() || name.len() > LONGEST_NAME || matches!(name.as_str(), "file" | "shot") {
+            continue;
+        }
+        let (scale, offset) = known.flatten().map_or((1.0, 0.0), |unit| (unit.scale, unit.offset));
+        found.insert(name, super::table::rounded(number * scale + offset));
+    }
+    if !found.is_empty() {
+        let names: Vec<String> = found.iter().map(|(name, value)| format!("{name} = {value:?}")).collect();
+        notes.push(format!("before the header: {}", names.join(", ")));
+    }
+    found
+}

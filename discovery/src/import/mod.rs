@@ -1,0 +1,41 @@
+//! Files of a lab as a set of shots: what is assumed about them, and the tables, the set and a first study that come of it.
+//!
+//! Assumptions are data ([`Plan`]): `assume` makes them of files about which nobody has said anything, a person may edit their text, and
+//! `carry_out` follows them.  So everything that is assumed can be read and changed.  No file is opened here.
+
+mod assume;
+mod carry;
+mod decode;
+mod fields;
+mod layout;
+mod plan;
+mod raw;
+mod starter;
+mod table;
+#[cfg(test)]
+mod tests;
+mod unit;
+
+pub use assume::assume;
+pub use carry::{Outcome, carry_out};
+pub use plan::{ColumnPlan, Layout, Plan, ShotPlan, Stated};
+pub use raw::Content;
+
+/// A file of a folder.
+pub struct RawFile {
+    /// Its name in the folder.
+    pub name: String,
+    /// What it holds.
+    pub content: Content,
+}
+
+/// What a person has said about all files.
+#[derive(Clone, Debug, Default)]
+pub struct Asked {
+    /// Samples per second.
+    pub rate: Option<f64>,
+    /// Column of the trigger.
+    pub trigger: Option<String>,
+    /// Columns that are left out.
+    pub skip: Vec<String>,
+}

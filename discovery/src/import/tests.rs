@@ -1,0 +1,206 @@
+//! Files as labs write them, made of a record that is known, imported again.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::{Asked, Content, Outcome, Plan, RawFile, assume, carry_out};
+use crate::Fault;
+use crate::fit::schedule::Draws;
+
+/// Rows of the record.
+const ROWS: usize = 400;
+/// Its period (s).
+const PERIOD: f64 = 1e-4;
+/// When the trigger rises (s).
+const TRIGGER: f64 = 0.01005;
+
+/// Time (s), pressure (bar), lift (mm) and trigger (V) of a row, to the digits that files have.
+fn record(row: usize) -> [f64; 4] {
+    let mut draws = Draws(row as u64);
+    let t = row as f64 * PERIOD;
+    let after = (t - TRIGGER).max(0.0);
+    let exact = [100.0 + 2e3 * after + 0.2 * draws.normal(), 300.0 * after + 0.01 * draws.normal()];
+    let [p, y] = exact.map(|value| (value * 1000.0).round() / 1000.0);
+    [t, p, y, if t > TRIGGER { 5.0 } else { 0.0 }]
+}
+
+/// The record as a text.
+fn text(head: &str, row: impl Fn(&[f64; 4]) -> String) -> String {
+    let mut text = head.to_string();
+    (0..ROWS).for_each(|k| writeln!(text, "{}", row(&record(k))).unwrap_or_default());
+    text
+}
+
+/// Semicolons, decimal commas, milliseconds, a preamble and a row of units.
+fn german() -> String {
+    let head = "Prüfstand 3\nVersorgung [bar];100,5\n\nZeit;Druck;Weg;Trig\nms;bar;µm;V\n";
+    text(head, |[t, p, y, u]| format!("{:.1};{p:.3};{:.0};{u:.1}", t * 1e3, y * 1e3).replace('.', ","))
+}
+
+fn run(bytes: Vec<u8>, asked: &Asked) -> Result<(Plan, Outcome), Fault> {
+    let files = [RawFile { name: "shot_07.csv".into(), content: Content::Text(bytes.clone()) }];
+    let (plan, notes) = assume("bench", "raw", &files, asked)?;
+    let outcome = carry_out(&plan, &notes, &mut |_| Ok(Content::Text(bytes.clone())))?;
+    Ok((plan, outcome))
+}
+
+/// Names and columns of a table.
+fn columns(csv: &str) -> BTreeMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let names: Vec<String> = reader.headers().map(|own| own.iter().map(String::from).collect()).unwrap_or_default();
+    let mut columns: BTreeMap<String, Vec<f64>> = names.iter().map(|name| (name.clone(), Vec::new())).collect();
+    for row in reader.records().flatten() {
+        for (name, field) in names.iter().zip(row.iter()) {
+            columns.entry(name.clone()).or_default().push(field.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns
+}
+
+fn near(found: &[f64], expected: impl Fn(&[f64; 4]) -> f64) -> bool {
+    let same = |(k, value): (usize, &f64)| {
+        let wanted = expected(&record(k));
+        (value - wanted).abs() <= 1e-9 * wanted.abs().max(1e-6)
+    };
+    found.len() == ROWS && found.iter().enumerate().all(same)
+}
+
+#[test]
+fn the_same_record_comes_of_every_form() {
+    let latin: Vec<u8> = german().chars().map(|c| u32::from(c) as u8).collect();
+    let wide: Vec<u8> = format!("\u{FEFF}{}", german()).encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let tabs = text("t [s]\tDruck [bar]\tWeg (mm)\tTrig [V]\n", |[t, p, y, u]| format!("{t:.4}\t{p:.3}\t{y:.3}\t{u}"));
+    let blanks =
+        text("# t_ms Druck_bar Weg_mm Trig_V\n", |[t, p, y, u]| format!(" {:.1}  {p:.3}  {y:.3} {u}", t * 1e3));
+    let commas =
+        text("time,Druck / kPa,Weg in mm,Trig\n", |[t, p, y, u]| format!("{t:.4},{:.1},{y:.3},{u}", p * 100.0));
+    for bytes in [german().into_bytes(), latin, wide, tabs.into_bytes(), blanks.into_bytes(), commas.into_bytes()] {
+        let (plan, outcome) = run(bytes, &Asked::default()).expect("it is imported");
+        let (name, csv) = &outcome.tables[0];
+        let found = columns(csv);
+        assert_eq!(name, "shot_07.csv");
+        let trigger = found.keys().find(|name| name.starts_with("Trig")).expect("the trigger");
+        assert!(near(&found["Druck"], |row| row[1] * 1e5), "{csv}");
+        assert!(near(&found["Weg"], |row| row[2] * 1e-3), "{csv}");
+        assert!(near(&found[trigger], |row| row[3]), "{csv}");
+        assert!(near(&found["time_s"], |row| row[0] - TRIGGER), "{csv}");
+        assert_eq!(plan.shot[0].number, 7);
+        // What is written as TOML is read as the same plan.
+        let again = Plan::parse(&plan.text()).expect("the text of a plan");
+        assert_eq!(again, plan);
+    }
+}
+
+#[test]
+fn the_set_has_conditions_and_estimated_noise() {
+    let (plan, outcome) = run(german().into_bytes(), &Asked::default()).expect("it is imported");
+    let set: serde_json::Value = serde_json::from_str(&outcome.set).expect("JSON");
+    let noise = set["noise_std"]["Druck"].as_f64().expect("noise");
+    assert!((noise / 0.2e5 - 1.0).abs() < 0.15, "{noise}");
+    assert!(
+        set["remarks"][0].as_str().is_some_and(|remark| remark.contains("`Druck`") && remark.contains("estimates"))
+    );
+    assert_eq!(set["experiments"][0]["Versorgung"].as_f64(), Some(10_050_000.0));
+    assert_eq!(set["sampling_Hz"].as_f64(), Some(1e4));
+    // What the lab states is not estimated.
+    let edited = plan.text().replace("# noise_std = { p = 3e4 }", "noise_std = { Druck = 3e4 }");
+    let plan = Plan::parse(&edited).expect("an edited plan");
+    let outcome = carry_out(&plan, &BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).expect("again");
+    let set: serde_json::Value = serde_json::from_str(&outcome.set).expect("JSON");
+    assert_eq!(set["noise_std"]["Druck"].as_f64(), Some(3e4));
+    assert!(set["remarks"][0].as_str().is_some_and(|remark| !remark.contains("`Druck`")));
+    // The study that comes with it is one.
+    let study = crate::Study::parse(&outcome.study).expect("a study");
+    assert_eq!(study.channels.keys().collect::<Vec<_>>(), ["Druck", "Weg"]);
+    let table = &outcome.tables[0].1;
+    let bench =
+        crate::Bench::parse("set.json".as_ref(), &outcome.set, &study, &mut |_| Ok(table.clone())).expect("a set");
+    assert_eq!((bench.shots[0].number, bench.warnings), (7, Vec::new()));
+}
+
+#[test]
+fn rates_stand_in_for_times() {
+    let plain = text("p [bar];y [mm]\n", |[_, p, y, _]| format!("{p};{y}"));
+    let said = run(plain.clone().into_bytes(), &Asked::default()).err().expect("no times").sentence;
+    assert!(said.starts_with("`shot_07.csv`: line 1: no column of times was found among p [bar], y [mm]"), "{said}");
+    let asked = Asked { rate: Some(1e4), ..Asked::default() };
+    let with_head = format!("Sample rate;10000 Hz\n{plain}");
+    for outcome in [run(plain.into_bytes(), &asked), run(with_head.into_bytes(), &Asked::default())] {
+        let (plan, outcome) = outcome.expect("it is imported");
+        assert_eq!(plan.layout[0].rate, Some(1e4));
+        assert!(near(&columns(&outcome.tables[0].1)["time_s"], |row| row[0]));
+    }
+}
+
+#[test]
+fn several_times_become_one_with_gaps() {
+    let slow = text("t1 [s];p [bar];t2 [ms];T [K]\n", |[t, p, _, _]| {
+        let row = (t / PERIOD).round() as usize;
+        let late = if row < 100 { format!("{};{}", 0.25 * row as f64, 300 + row) } else { ";".to_string() };
+        format!("{t:.4};{p:.3};{late}")
+    });
+    let (_, outcome) = run(slow.into_bytes(), &Asked::default()).expect("it is imported");
+    let found = columns(&outcome.tables[0].1);
+    let of = |t: f64, name: &str| {
+        let row = found["time_s"].iter().position(|own| (own - t).abs() < 1e-9).expect("the time");
+        found[name][row]
+    };
+    assert_eq!((of(0.0, "T"), of(0.00025, "T"), of(0.0005, "T"), of(0.02475, "T")), (300.0, 301.0, 302.0, 399.0));
+    assert!(of(0.00025, "p").is_nan() && of(0.0001, "T").is_nan() && !of(0.0005, "p").is_nan());
+    assert!(outcome.words.contains("`t2 [ms]` are the times of the columns to the right of it"), "{}", outcome.words);
+}
+
+#[test]
+fn bad_files_end_in_a_sentence_with_their_line() {
+    let plain = |from: &str, to: &str| {
+        let all: String = (0..40).map(|k| format!("{k};{}\n", k * k)).collect();
+        format!("t;p\n{all}").replacen(from, to, 1)
+    };
+    let wide: String = format!("t;p;p\n{}", (0..40).map(|k| format!("{k};1;2\n")).collect::<String>());
+    for (text, expected) in [
+        (String::new(), "the file is empty"),
+        (" ".repeat(1000), "line 1: the file holds nothing but blanks"),
+        (plain("20;400\n", "20;text\n"), "line 22, column `p`: `text` is not a number; --skip \"p\""),
+        (plain("20;400\n", "19;400\n"), "line 22, column `t`: the time stands twice: 19 s after 19 s"),
+        (plain("20;400\n", "3;400\n"), "line 22, column `t`: the time goes back: 3 s after 19 s"),
+        (plain("20;400\n", ";400\n"), "line 22, column `t`: a time is missing"),
+        (plain("20;400\n", "20\n"), "line 22 has 1 field, and line 21 has 2"),
+        (plain("20;400\n", "20;400;1\n"), "line 22 has 3 fields, and line 21 has 2"),
+        (wide, "line 1: the columns 2 and 3 are both called `p`"),
+        ("t;p\n1;2\n2;3\n3;4\n4;5\n".to_string(), "4 rows are too few"),
+    ] {
+        let said = run(text.into_bytes(), &Asked::default()).err().expect("a fault").sentence;
+        assert!(said.starts_with(&format!("`shot_07.csv`: {expected}")), "{said}");
+    }
+    let asked = Asked { trigger: Some("q".into()), ..Asked::default() };
+    let said = run(plain("", "").into_bytes(), &asked).err().expect("a fault").sentence;
+    assert_eq!(said, "`shot_07.csv`: it has no column `q` for the trigger; it has: p");
+    let asked = Asked { skip: vec!["q".into()], ..Asked::default() };
+    assert!(run(plain("", "").into_bytes(), &asked).is_err());
+}
+
+#[test]
+fn import_files_are_refused_with_their_line() {
+    let (plan, _) = run(german().into_bytes(), &Asked::default()).expect("it is imported");
+    let text = plan.text();
+    for (from, to, expected) in [
+        ("decimal = \",\"", "decimals = \",\"", "line 10: unknown field `decimals`, "),
+        ("decimal = \",\"", "decimal = \";\"", "line 10: the decimal mark is `;`"),
+        ("delimiter = \";\"", "delimiter = \"x\"", "line 9: the delimiter \"x\" is not one of"),
+        ("encoding = \"utf-8\"", "encoding = \"utf8\"", "line 8: `utf8` is not one of the encodings"),
+        ("time = \"Zeit\"", "", "line 6: a layout has either `time`"),
+        ("time = \"Zeit\"", "time = \"Zei\"", "line 14: the column of times `Zei` is not in `times`"),
+        ("scale = 100000.0", "scale = 0", "line 18: `Druck`: the scale must be"),
+        ("number = 7", "number = 7\nzero = 1.0", "line 28: `shot_07.csv` has both `zero` and"),
+        ("file = \"shot_07.csv\"", "file = \"b.csv\"", "line 26: the file `b.csv` of a shot must"),
+    ] {
+        let edited = text.replacen(from, to, 1);
+        assert_ne!(edited, text, "{from}");
+        let said = Plan::parse(&edited).err().expect("a fault").sentence;
+        assert!(said.starts_with(expected), "{said}\n{edited}");
+    }
+    let edited = Plan::parse(&text.replace("\"Weg\" = {", "\"Wege\" = {")).expect("a plan");
+    let said = carry_out(&edited, &BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).err();
+    let said = said.expect("a fault").sentence;
+    assert!(said.starts_with("`shot_07.csv`: there is no column `Wege`; did you mean `Weg`?"), "{said}");
+}
