@@ -1,8 +1,8 @@
 //! The guides of `docs/guides` typed through: their texts become files, their commands are run, what they show must be seen.
 //!
-//! In a folder of its own that holds the repository's `models`: a block ```` ```modelica NAME ```` is written to that
-//! file; each line of a
-//! ```` ```sh ```` block is a command of the program that must succeed (```` ```sh fails ````: must not); each line of a ```` ```text ````
+//! In a folder of its own that holds the repository's `models`: a block ```` ```modelica NAME ````, or one of `shell` or `toml`, is written to
+//! that file; each line of a
+//! ```` ```sh ```` block is a command of the program, or `sh` with such a file, that must succeed (```` ```sh fails ````: must not); each line of a ```` ```text ````
 //! block must stand in what the last block of commands printed.  Pictures and tables that a command names must exist and hold
 //! something.
 
@@ -37,9 +37,13 @@ fn run(folder: &Path, line: &str) -> Outcome {
     let words = words(line);
     let program = match words[0].strip_prefix("./") {
         Some(own) => folder.join(own),
+        None if words[0] == "sh" => PathBuf::from("sh"),
         None => PathBuf::from(env!("CARGO_BIN_EXE_hyd-under-test")),
     };
-    assert!(words[0] == "hyd" || words[0].starts_with("./"), "`{line}` is not a command of the program");
+    assert!(
+        words[0] == "hyd" || words[0] == "sh" || words[0].starts_with("./"),
+        "`{line}` is not a command of the program"
+    );
     let mut command = Command::new(program);
     command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
     let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
@@ -84,7 +88,8 @@ fn type_through(guide: &str) -> PathBuf {
             (None, None) => {}
             (Some((_, content)), None) => *content += &format!("{line}\n"),
             (Some((kind, content)), Some(_)) => {
-                if let Some(name) = kind.strip_prefix("modelica ") {
+                let named = ["modelica ", "shell ", "toml "].iter().find_map(|language| kind.strip_prefix(language));
+                if let Some(name) = named {
                     fs::write(folder.join(name), content).expect("written");
                 } else if kind.starts_with("sh") {
                     shown.clear();
@@ -167,6 +172,22 @@ fn executables() {
 #[test]
 fn see_the_equations() {
     type_through("see_the_equations");
+}
+
+#[test]
+fn your_bench() {
+    let folder = type_through("your_bench");
+    let report = fs::read_to_string(folder.join("report/report.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    assert_eq!(report["effects"][0]["id"], "piston_friction");
+    let force = report["effects"][0]["parameters"]["F_c"]["value"].as_f64().expect("a size");
+    assert!((force - 45.0).abs() < 0.5, "{force} N");
+    // The bench has a sliding force of 45 N, and Lift is in m: the table is what the model has simulated but for the noise.
+    let (lift, exact) = (column(&folder, "bench/shot_05.csv", "Lift"), column(&folder, "run05.csv", "y"));
+    let top = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    assert!((top(&lift) / top(&exact) - 1.0).abs() < 5e-3, "{} and {} m", top(&lift), top(&exact));
+    assert!(fs::metadata(folder.join("bench.html")).is_ok_and(|data| data.len() > 100_000));
+    fs::remove_dir_all(folder).expect("removed");
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
     let position = |heading: &str| {
         raw.headings.iter().position(|own| own == heading).ok_or_else(|| {
             let hint = did_you_mean(heading, raw.headings.iter().map(String::as_str));
-            let hint = hint.map_or_else(|| format!("it has: {}", raw.headings.join(", ")), |hint| hint);
+            let hint = hint.unwrap_or_else(|| format!("it has: {}", raw.headings.join(", ")));
             Fault::new(format!("there is no column `{heading}`; {hint}"))
         })
     };

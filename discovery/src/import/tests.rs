@@ -196,7 +196,7 @@ fn import_files_are_refused_with_their_line() {
     ] {
         let edited = text.replacen(from, to, 1);
         assert_ne!(edited, text, "{from}");
-        let said = Plan::parse(&edited).err().expect("a fault").sentence;
+        let said = Plan::parse(&edited).expect_err("a fault").sentence;
         assert!(said.starts_with(expected), "{said}\n{edited}");
     }
     let edited = Plan::parse(&text.replace("\"Weg\" = {", "\"Wege\" = {")).expect("a plan");

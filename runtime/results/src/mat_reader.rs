@@ -40,8 +40,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, String> {
     table(&names, &info, &fixed, series)
 }
 
+/// Name and columns of a matrix.
+pub(crate) type NamedColumns = (String, Vec<Vec<f64>>);
+
 /// All matrices of real numbers of such a file, as columns.
-pub(crate) fn numbers(bytes: &[u8]) -> Result<Vec<(String, Vec<Vec<f64>>)>, String> {
+pub(crate) fn numbers(bytes: &[u8]) -> Result<Vec<NamedColumns>, String> {
     let matrices = matrices(bytes)?;
     let numeric = matrices.iter().filter(|matrix| matrix.precision <= 2);
     numeric.map(|matrix| Ok((String::from_utf8_lossy(matrix.name).into_owned(), matrix.numbers(true)?))).collect()

@@ -2,11 +2,12 @@
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
 //! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches, `study_names` and `magnitudes` names
-//! and numbers that they may meet; `bounded_memory` large files; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
+//! and numbers that they may meet; `bench_import` files of laboratories; `bounded_memory` large files; `formatting`, `new_folder` and `library_page` the verbs for texts.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
 mod bad_input;
+mod bench_import;
 mod bounded_memory;
 mod components;
 #[cfg(unix)]
