@@ -201,11 +201,16 @@ fn notes(bench: &Bench, found: &[(usize, Findings)], stated: Option<f64>, unit: 
             if missing == 1 { "1 sample is missing".to_string() } else { format!("{missing} samples are missing") };
         notes.push(format!("{what}, {}", in_shots(&listed(&|own| !own.gaps.is_empty()))));
     }
+    let mut limits: BTreeMap<u64, (f64, Vec<String>, usize)> = BTreeMap::new();
     for (k, own) in found {
         for limit in own.clipping.iter().flat_map(|own| [own.top, own.bottom]).flatten() {
-            let (limit_value, samples) = (value(limit.value), limit.samples);
-            notes.push(format!("clipped in shot {}: {samples} samples stand at exactly {limit_value}", number(k)));
+            let entry = limits.entry(limit.value.to_bits()).or_insert((limit.value, Vec::new(), 0));
+            entry.1.push(number(k));
+            entry.2 += limit.samples;
         }
+    }
+    for (limit, shots, samples) in limits.into_values() {
+        notes.push(format!("clipped: {samples} samples stand at exactly {}, {}", value(limit), in_shots(&shots)));
     }
     notes
 }
@@ -303,6 +308,16 @@ mod tests {
         assert_eq!(said, ["1 spike, in shot 3"]);
         let said = notes_of(|shot, k, value| if shot == 1 && (50..60).contains(&k) { f64::NAN } else { value });
         assert_eq!(said, ["10 samples are missing, in shot 2"]);
+        let said =
+            notes_of(
+                |shot, k, value| {
+                    if shot > 3 && k > 1000 { (value + 0.5 * (k as f64 / 99.0).sin()).min(13.3) } else { value }
+                },
+            );
+        assert!(
+            said.len() == 1 && said[0].starts_with("clipped: ") && said[0].ends_with("13.3, in shots 5, 6"),
+            "{said:?}"
+        );
         let said = notes_of(|shot, _, value| value + shot as f64);
         assert!(said.len() == 1 && said[0].starts_with("its level before the trigger changes by"), "{said:?}");
         let said = notes_of(|_, _, value| 10.0 * value);

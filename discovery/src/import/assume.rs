@@ -91,7 +91,7 @@ fn is_named(layout: &Layout, name: &str) -> bool {
     layout.times.contains_key(name) || layout.columns.iter().any(|(heading, own)| heading == name || own.name == name)
 }
 
-/// The column of the trigger: the one that was asked for, or the only one that is clear.
+/// The column of the trigger: the one that was asked for, or the only one that is clear or, of several, is called so.
 fn trigger(
     layout: &Layout,
     clear: &BTreeSet<String>,
@@ -109,6 +109,10 @@ fn trigger(
                 Err(Fault::new(format!("`{file}`: it has no column `{wanted}` for the trigger; it has: {names}")))
             }
         };
+    }
+    let named: Vec<&String> = clear.iter().filter(|name| name.to_lowercase().contains("trig")).collect();
+    if let [only] = named.as_slice() {
+        return Ok(Some((*only).clone()));
     }
     if clear.len() > 1 {
         let names: Vec<String> = clear.iter().map(|name| format!("`{name}`")).collect();

@@ -8,10 +8,12 @@ use super::{median, scatter};
 const BEGINNING: f64 = 0.02;
 /// How far a channel must go, in standard deviations of its noise.
 const FAR: f64 = 8.0;
-/// Share of the samples near one of two levels in a signal of two levels.
-const NEAR: f64 = 0.98;
-/// How near, as a part of the distance of the levels.
-const WITHIN: f64 = 0.15;
+/// Share of the samples that a signal of two levels spends between them, at most, beyond the few of one edge.
+const BETWEEN: f64 = 0.002;
+/// Samples of one edge.
+const OF_ONE_EDGE: usize = 4;
+/// How near to a level a sample is, as a part of the distance of the levels.
+const WITHIN: f64 = 0.1;
 /// Where an edge counts as over again, as a part of the way.
 const AGAIN: f64 = 0.25;
 
@@ -74,7 +76,8 @@ pub fn is_two_level(values: &[f64]) -> bool {
     let (Some(low), Some(high)) = (median(&mut below), median(&mut above)) else { return false };
     let within = WITHIN * (high - low);
     let near = finite.iter().filter(|value| (**value - low).abs() < within || (**value - high).abs() < within).count();
-    high > low && near as f64 >= NEAR * finite.len() as f64
+    let between = finite.len() - near;
+    high > low && (between <= OF_ONE_EDGE || between as f64 <= BETWEEN * finite.len() as f64)
 }
 
 #[cfg(test)]
@@ -108,5 +111,9 @@ mod tests {
         assert_eq!((found.index, found.time, found.count), (150, 149.5, 5));
         let lift: Vec<f64> = times.iter().map(|t| (t / 300.0).sin().max(0.0)).collect();
         assert!(!is_two_level(&lift) && is_two_level(&pulses));
+        // A slow rise to a level is a measured channel, not a switch.
+        let rise: Vec<f64> =
+            times.iter().map(|t| if *t > 100.0 { 1.0 - (-(t - 100.0) / 5.0).exp() } else { 0.0 }).collect();
+        assert!(!is_two_level(&rise));
     }
 }

@@ -18,7 +18,7 @@ fn shot(change: impl Fn(&str) -> String) -> String {
 fn folder(scratch: &Scratch) {
     fs::create_dir(scratch.path().join("raw")).unwrap();
     for k in [1, 2] {
-        scratch.write(&format!("raw/shot{k}.csv"), &shot(str::to_string));
+        scratch.write(&format!("raw/shot{k}.csv"), shot(str::to_string));
     }
 }
 
