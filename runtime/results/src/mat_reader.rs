@@ -43,11 +43,12 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, String> {
 /// Name and columns of a matrix.
 pub(crate) type NamedColumns = (String, Vec<Vec<f64>>);
 
-/// All matrices of real numbers of such a file, as columns.
+/// All matrices of such a file as columns; those that are not of long numbers have none.
 pub(crate) fn numbers(bytes: &[u8]) -> Result<Vec<NamedColumns>, String> {
     let matrices = matrices(bytes)?;
-    let numeric = matrices.iter().filter(|matrix| matrix.precision <= 2);
-    numeric.map(|matrix| Ok((String::from_utf8_lossy(matrix.name).into_owned(), matrix.numbers(true)?))).collect()
+    // Short integers and texts have no columns here, which the caller says.
+    let columns = |matrix: &Matrix<'_>| if matrix.precision > 2 { Ok(Vec::new()) } else { matrix.numbers(true) };
+    matrices.iter().map(|matrix| Ok((String::from_utf8_lossy(matrix.name).into_owned(), columns(matrix)?))).collect()
 }
 
 /// `fixed` and `varying` hold one vector per variable.
