@@ -54,6 +54,17 @@ function answer() {
   section("What was found", figures + effects.join("") + terms.join("") + further.join(""));
 }
 
+// What disturbs the bench beside the noise that was stated, and how much is left after what was named.
+function disturbed() {
+  const lines = R.disturbed.sentences.map((own) => `<li>${safe(own)}</li>`);
+  const left = R.remaining;
+  if (left) {
+    const at = left.first_place ? `, first of all at <code>${safe(left.first_place)}</code>` : "";
+    lines.unshift(`<li>${fixed(100 * left.share, 0)} % of the excess over noise remain, which looks like ${safe(left.looks_like)}${at}</li>`);
+  }
+  if (lines.length) section("Beside the machine and its noise", `<ul>${lines.join("")}</ul>`);
+}
+
 // What an answer without a name still knows: effects that earlier passes put into the model, and the best candidates of the last one.
 function cameNearest() {
   const rows = [...R.found_before.map((own) => ({ ...own, before: true })), ...R.nearest];
@@ -199,6 +210,7 @@ function firstView() {
 begin();
 answer();
 phases();
+disturbed();
 cameNearest();
 const overlay = section("Measured and simulated", '<div class="curves"></div>', { wide: true });
 const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView(), Boolean(R.change)) : null;
