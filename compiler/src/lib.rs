@@ -4,20 +4,24 @@
 //! -> sorted system with Jacobian -> native code.  Texts come through the trait [`Sources`]; nothing here opens a file,
 //! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
 
+mod balance;
 mod injection;
 pub mod inquiry;
 mod json;
 mod limits;
+mod opening;
 mod page;
 mod pipeline;
 pub mod render;
 
+pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, CompiledSystem};
 pub use hyd_flat::{FlatModel, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources};
 pub use hyd_source::{Code, Diagnostic, Files, Severity, did_you_mean};
 pub use hyd_syntax::{Head, head, print_string};
 pub use injection::{InjectionSite, injection_sites};
+pub use opening::{Command, Opening, commands, opened};
 pub use pipeline::{
     Compilation, Goal, Options, Stage, StageTime, compile, compile_whole_loops, compile_with, with_whole_loops,
 };

@@ -1,0 +1,276 @@
+//! Openings of a text: variables that let something in where an equation of the text decides alone.
+//!
+//! A term is added to the right side of an equation, or a variable takes the place of that side; both are declared in the class, so that
+//! a model that extends it can give them a value.  No line moves, so that messages point where they did.  [`commands`] finds the variables
+//! that a text gives courses in time, which are what is replaced.
+
+use hyd_source::Files;
+use hyd_syntax::tree::{ClassBody, Element, Equation, EquationKind, Expr, ExprKind, Variability};
+
+use crate::balance::{rate_of, walk, written};
+
+/// A place in a text where a further term is let in.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Opening {
+    /// Line of the equation, from 1.
+    pub line: u32,
+    /// The equation, blanks as in [`InjectionSite::text`].
+    pub equation: String,
+    /// Name of the variable that is added to its right side: 0 until a modification says otherwise.
+    pub name: String,
+    /// What the variable is, in words.
+    pub words: String,
+    /// The variable takes the place of the right side, which it is equal to until a modification says otherwise.
+    pub replaces: bool,
+}
+
+/// A variable that follows a course in time: it is given by an expression of time and of parameters alone.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Command {
+    /// Name of the variable.
+    pub name: String,
+    /// The expression.
+    pub expression: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// The equation, blanks as in [`InjectionSite::text`]; none where the declaration gives the expression.
+    pub equation: Option<String>,
+}
+
+/// The variables of a class that follow courses in time.  Only what stands in the class itself is looked at, not what it inherits.
+pub fn commands(text: &str, class: &str) -> Vec<Command> {
+    let mut files = Files::new();
+    let file = files.add("model", text);
+    let parsed = hyd_syntax::parse(file, text);
+    let mut names = class.split('.');
+    let first = names.next().and_then(|name| parsed.value.classes.iter().find(|class| &*class.name.name == name));
+    let inside = |class: &std::sync::Arc<hyd_syntax::tree::ClassDef>, name: &str| {
+        hyd_instance::class::nested_classes(class)
+            .find(|own| &*own.class.name.name == name)
+            .map(|own| own.class.clone())
+    };
+    let found = names.fold(first.cloned(), |class, name| inside(&class?, name));
+    let Some(ClassBody::Long { elements, equations, .. }) = found.as_ref().map(|class| &class.body) else {
+        return Vec::new();
+    };
+    let declared = || {
+        elements.iter().filter_map(|element| match element {
+            Element::Component(component) => Some(component),
+            _ => None,
+        })
+    };
+    let is_fixed = |name: &str| {
+        name == "time"
+            || declared()
+                .any(|own| &*own.name.name == name && own.variability <= Variability::Parameter && own.dims.is_empty())
+    };
+    let is_course = |expression: &Expr| {
+        let (mut of_time, mut is_free) = (false, true);
+        walk(expression, &mut |part| match &part.kind {
+            ExprKind::Ref(name) => {
+                let name = written(text, name.span);
+                of_time |= name == "time";
+                is_free &= is_fixed(name);
+            }
+            // What a call does with its past or with random numbers is not known.
+            ExprKind::Call(function, _) => is_free &= function.parts.len() == 1 && rate_of(part).is_none(),
+            _ => {}
+        });
+        of_time && is_free && !written(text, expression.span).contains("//")
+    };
+    let one_line = |expression: &Expr| written(text, expression.span).split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut found = Vec::new();
+    for own in declared() {
+        let is_real = own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer");
+        if let Some(expression) = own.modification.binding.as_ref().filter(|binding| is_course(binding))
+            && is_real
+            && own.variability == Variability::Continuous
+            && own.dims.is_empty()
+        {
+            let (name, expression) = (own.name.name.to_string(), one_line(expression));
+            found.push(Command { name, expression, line: files.location(own.span).line, equation: None });
+        }
+    }
+    for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| &section.equations) {
+        if let EquationKind::Equal(left, right) = &equation.kind
+            && let ExprKind::Ref(name) = &left.kind
+            && let Some(own) = declared().find(|own| *own.name.name == *written(text, name.span))
+            && own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer")
+            && is_course(right)
+        {
+            let whole = files.snippet(equation.span).split_whitespace().collect::<Vec<_>>().join(" ");
+            let (name, line) = (written(text, name.span).to_string(), files.location(equation.span).line);
+            found.push(Command { name, expression: one_line(right), line, equation: Some(whole) });
+        }
+    }
+    found
+}
+
+/// The text with a variable added to the right side of some equations and declared in their classes; no line moves.  None if one of the
+/// equations is not found, or not once.
+pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
+    let mut files = Files::new();
+    let file = files.add("model", text);
+    let parsed = hyd_syntax::parse(file, text);
+    let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
+    for opening in openings {
+        let mut places = Vec::new();
+        for class in &parsed.value.classes {
+            places_in(class, text, &files, opening, &mut places);
+        }
+        let [(head, right)] = &places[..] else { return None };
+        let range = right.span.start as usize..right.span.end as usize;
+        let first = match opening.replaces {
+            true => text[range.clone()].split_whitespace().collect::<Vec<_>>().join(" "),
+            false => "0".to_string(),
+        };
+        let declared = format!(" Real {} = {first} {};", opening.name, crate::print_string(&opening.words));
+        edits.push((*head..*head, declared));
+        if opening.replaces {
+            let lines = text[range.clone()].matches('\n').count();
+            edits.push((range, format!("{}{}", opening.name, "\n".repeat(lines))));
+            continue;
+        }
+        // A condition would take the term into its last branch.
+        let is_one = !matches!(right.kind, ExprKind::If(..));
+        if !is_one {
+            edits.push((range.start..range.start, "(".to_string()));
+        }
+        let close = if is_one { "" } else { ")" };
+        edits.push((range.end..range.end, format!("{close} + {}", opening.name)));
+    }
+    // From behind; of two at one place the later one first.
+    let mut order: Vec<usize> = (0..edits.len()).collect();
+    order.sort_by_key(|&k| (edits[k].0.start, k));
+    let mut text = text.to_string();
+    for &k in order.iter().rev() {
+        text.replace_range(edits[k].0.clone(), &edits[k].1);
+    }
+    Some(text)
+}
+
+/// Where declarations of the class may stand, and the right side of the equation.
+fn places_in(
+    class: &hyd_syntax::tree::ClassDef,
+    text: &str,
+    files: &Files,
+    opening: &Opening,
+    found: &mut Vec<(usize, Expr)>,
+) {
+    for nested in hyd_instance::class::nested_classes(class) {
+        places_in(&nested.class, text, files, opening, found);
+    }
+    let ClassBody::Long { equations, .. } = &class.body else { return };
+    let blank = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+    let is_meant = |equation: &Equation| {
+        files.location(equation.span).line == opening.line && blank(files.snippet(equation.span)) == opening.equation
+    };
+    for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| &section.equations) {
+        if let EquationKind::Equal(_, right) = &equation.kind
+            && is_meant(equation)
+            && let Some(head) = behind_description(text, class.name.span.end as usize)
+        {
+            found.push((head, right.clone()));
+        }
+    }
+}
+
+/// The byte behind the description strings that may follow the name of a class.
+fn behind_description(text: &str, name: usize) -> Option<usize> {
+    let (mut end, mut at) = (name, name);
+    loop {
+        let rest = text.get(at..)?;
+        let blanks = rest.len() - rest.trim_start().len();
+        if blanks > 0 {
+            at += blanks;
+        } else if rest.starts_with("//") {
+            at += rest.find('\n')?;
+        } else if rest.starts_with("/*") {
+            at += rest.find("*/")? + 2;
+        } else if rest.starts_with('+') {
+            at += 1;
+        } else if let Some(inside) = rest.strip_prefix('"') {
+            let mut escaped = false;
+            let close = inside.find(|c: char| {
+                let ends = c == '"' && !escaped;
+                escaped = c == '\\' && !escaped;
+                ends
+            })?;
+            at += close + 2;
+            end = at;
+        } else {
+            return Some(end);
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::{Opening, commands, opened};
+    use crate::{Balance, Goal, Options, SourceText, Sources, balances, compile, injection_sites};
+
+    struct Nothing;
+
+    impl Sources for Nothing {
+        fn find(&mut self, _: &[std::sync::Arc<str>]) -> Result<Option<SourceText>, String> {
+            Ok(None)
+        }
+    }
+
+    fn options() -> Options {
+        Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 }
+    }
+
+    fn of(text: &str) -> Vec<Balance> {
+        let (sites, compilation) = injection_sites(&mut Nothing, "model.mo", text, &options());
+        assert!(!compilation.has_errors(), "{:?}", compilation.diagnostics);
+        balances(&sites)
+    }
+
+    #[test]
+    fn an_opened_equation_takes_a_term_and_no_line_moves() {
+        for (equation, expected) in [
+            ("2*der(x) = 3*(5 - 1);", "2*der(x) = 3*(5 - 1) + further;"),
+            ("2*der(x) = (if time < 9 then 4 else 2);", "2*der(x) = ((if time < 9 then 4 else 2)) + further;"),
+            ("2*der(x) = if time < 9 then 4 else 2;", "2*der(x) = (if time < 9 then 4 else 2) + further;"),
+            ("der(x)*2\n    = 1\n + 1 \"sum\";", "der(x)*2\n    = 1\n + 1 + further \"sum\";"),
+        ] {
+            let text = format!(
+                "model M /* M */ \"the \\\"one\\\"\" + // two\n \"model\"\n  Real x(start = 0, fixed = true);\nequation // equation\n  {equation}\nend M;\n"
+            );
+            let found = of(&text);
+            let [one] = &found[..] else { panic!("{text}{found:?}") };
+            let opening = |name: &str| Opening {
+                line: one.site.line,
+                equation: one.site.text.clone(),
+                name: name.into(),
+                words: "let in".into(),
+                replaces: false,
+            };
+            let whole = opened(&text, &[opening("further")]).unwrap();
+            let heading = "\"model\" Real further = 0 \"let in\";\n";
+            assert!(whole.contains(expected) && whole.contains(heading), "{whole}");
+            assert_eq!(whole.lines().count(), text.lines().count(), "{whole}");
+            let with = format!("{whole}model N\n  extends M(further = 1);\nend N;\n");
+            let compilation = compile(&mut Nothing, "model.mo", &with, &options());
+            assert!(!compilation.has_errors(), "{with}{:?}", compilation.diagnostics);
+            assert_eq!(opened(&text, &[Opening { line: 1, ..opening("further") }]), None);
+        }
+    }
+
+    #[test]
+    fn courses_in_time_are_commands() {
+        let text = "package P\nmodel M\n  parameter Real T = 2;\n  Real u = if time < T then 0 else 5;\n  Real w = 3;\n  Real x(start = 0);\n  \
+            Real y;\n  Real z;\n  Boolean b = time > 1;\nequation\n  y = sin(\n    time);\n  z = x*time;\n  der(x) = u + y;\nend M;\nend P;\n";
+        let found = commands(text, "P.M");
+        let said: Vec<_> = found.iter().map(|own| (own.name.as_str(), own.expression.as_str(), own.line)).collect();
+        assert_eq!(said, [("u", "if time < T then 0 else 5", 4), ("y", "sin( time)", 11)]);
+        assert!(commands(text, "P.N").is_empty() && found[0].equation.is_none());
+        let (name, words, line) = ("given".to_string(), "command".to_string(), found[1].line);
+        let equation = found[1].equation.clone().unwrap();
+        let whole = opened(text, &[Opening { line, equation, name, words, replaces: true }]).unwrap();
+        assert!(whole.contains("model M Real given = sin( time) \"command\";\n"), "{whole}");
+        assert!(whole.contains("  y = given\n;\n") && whole.lines().count() == text.lines().count(), "{whole}");
+    }
+}
