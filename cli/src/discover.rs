@@ -9,6 +9,8 @@ use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, refuse_same_ids, same_places};
+use hyd_discovery::natural::natural;
+use hyd_discovery::places::{beside_declared, found};
 use hyd_discovery::report::{Report, report, table};
 use hyd_discovery::search::{NEEDED, Search};
 use hyd_discovery::variant::Workshop;
@@ -139,7 +141,12 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     effects.retain(|effect| {
         !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
     });
-    let places = workshop.places().map_err(failure)?;
+    let mut places = workshop.places().map_err(failure)?;
+    if places.is_empty() {
+        // A model that says nothing of places has them all the same.
+        places = found(setup, workshop).map_err(failure)?;
+    }
+    places.extend(beside_declared(&places));
     if let Some(sentence) = same_places(&places) {
         output::sentence("warning", &sentence, MessageFormat::Text);
     }
@@ -147,6 +154,8 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     let base_model = setup.bench.base_model.as_deref();
     let all = candidates(&effects, &places, base_model, &measured);
     refuse_same_ids(&all).map_err(failure)?;
+    let (all, left_out) = natural(setup, workshop, all).map_err(failure)?;
+    left_out.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     Ok(all)
 }
 

@@ -11,6 +11,7 @@ use hyd_compiler::did_you_mean;
 use hyd_compiler::inquiry::{AnnotatedClass, AnnotatedComponent, Note};
 
 use crate::Fault;
+use crate::door::Door;
 use crate::prior::Prior;
 
 /// Is it the machine or the measurement?
@@ -38,6 +39,19 @@ pub struct EffectParameter {
     pub prior: Prior,
     /// Ends of what is plausible.
     pub range: Option<(f64, f64)>,
+    /// Prior and range are shares of this, a formula of what the variables of the place show in the base model ([`crate::natural`]).
+    pub of: Option<Arc<str>>,
+}
+
+/// A parameter of an effect that is set to what suits the machine and is not fitted.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Name in the class.
+    pub name: Arc<str>,
+    /// Formula as for [`EffectParameter::of`].
+    pub of: Arc<str>,
+    /// Its value at a place; none before the base model has run.
+    pub value: Option<f64>,
 }
 
 /// An effect of a library.
@@ -59,12 +73,20 @@ pub struct Effect {
     pub at: Vec<Vec<Arc<str>>>,
     /// Fitted parameters; the first carries its size.
     pub parameters: Vec<EffectParameter>,
+    /// Parameters that are set once the place is known.
+    pub references: Vec<Reference>,
+    /// Effects that cannot be at the same place of equations.
+    pub excludes: Vec<Arc<str>>,
+    /// Effects that it is with further numbers: with implausible ones it is no rival of them.
+    pub refines: Vec<Arc<str>>,
     /// Size at which the model is as without it, if there is one.
     pub zero: Option<f64>,
     /// A typical size.
     pub probe: f64,
     /// Sizes are shares of the range of the channel at the place.
     pub of_range: bool,
+    /// It is a block that is given variables of a place and gives a term, not a component that is redeclared.
+    pub is_law: bool,
     /// Its size is another one in every shot.
     pub per_shot: bool,
     /// The base model that lacks it, if only some do.
@@ -90,6 +112,10 @@ pub struct Site {
     pub file: Arc<str>,
     /// Line, from 1.
     pub line: u32,
+    /// How an effect comes in.
+    pub door: Door,
+    /// What may be asked of the base model for sizes: a name that effects use, and an expression of the model.
+    pub scales: Vec<(String, String)>,
 }
 
 /// An effect at places of a model.
@@ -106,7 +132,26 @@ impl Candidate {
     pub fn label(&self) -> String {
         match self.sites.first().and_then(|site| site.channel.as_ref()) {
             Some(channel) => format!("{} of {channel}", self.effect.id),
-            None => self.effect.id.to_string(),
+            None => match self.sites.first() {
+                Some(site) if site.door != Door::Component => format!("{} of {}", self.effect.id, site.path),
+                _ => self.effect.id.to_string(),
+            },
+        }
+    }
+
+    /// True if its place was found in the equations or is a channel, and not declared by the model.
+    pub fn is_found(&self) -> bool {
+        self.sites.iter().any(|site| site.door != Door::Component)
+    }
+
+    /// Path of the component that is the effect at a place.
+    pub fn component(&self, site: &Site) -> String {
+        match site.door {
+            Door::Component => site.path.clone(),
+            _ => {
+                let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+                format!("{}_of_{}", self.effect.id, site.path.chars().map(plain).collect::<String>())
+            }
         }
     }
 
@@ -123,9 +168,16 @@ impl Candidate {
         format!("{} at {}", self.effect.id, paths.join(", "))
     }
 
-    /// True if the two cannot be in one model: they want the same place.
+    /// True if the two cannot be in one model: they want the same component, or one of them says that the other cannot be beside it.
     pub fn excludes(&self, other: &Candidate) -> bool {
-        self.sites.iter().any(|site| other.sites.iter().any(|taken| taken.path == site.path))
+        let (own, others) = (&self.effect, &other.effect);
+        let is_said = own.excludes.contains(&others.id) || others.excludes.contains(&own.id) || own.id == others.id;
+        let clash = |site: &Site, taken: &Site| {
+            let is_one = site.path == taken.path && site.id == taken.id;
+            let redeclared = [site, taken].iter().filter(|own| own.door == Door::Component).count();
+            if redeclared == 2 { site.path == taken.path } else { is_one && redeclared == 0 && is_said }
+        };
+        self.sites.iter().any(|site| other.sites.iter().any(|taken| clash(site, taken)))
     }
 }
 
@@ -137,8 +189,11 @@ pub fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
     classes.iter().map(|class| effect(class).map(Arc::new)).collect()
 }
 
+/// Under this name a place states what is typical of it, as an expression of the model.
+pub(crate) const SCALE: &str = "scale";
+
 /// What an effect's annotation may say.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 20] = [
     "id",
     "kind",
     "words",
@@ -155,6 +210,10 @@ const KEYS: [&str; 16] = [
     "per_shot",
     "base",
     "channels",
+    "of",
+    "excludes",
+    "refines",
+    "law",
 ];
 
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
@@ -170,10 +229,10 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
     }
     type Wanted = (&'static [&'static str], &'static str, fn(&Note) -> bool);
     let wanted: [Wanted; 4] = [
-        (&["per_shot", "probe_of_range"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
+        (&["per_shot", "probe_of_range", "law"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
         (&["zero", "probe"], "a number", |own| own.number().is_some_and(f64::is_finite)),
-        (&["id", "kind", "words", "signature", "adds", "prior", "base"], "a text", |own| own.text().is_some()),
-        (&["at", "at_one_of", "rivals", "channels"], "a list of texts", |own| match own {
+        (&["id", "kind", "words", "signature", "adds", "prior", "base", "of"], "a text", |own| own.text().is_some()),
+        (&["at", "at_one_of", "rivals", "channels", "excludes", "refines"], "a list of texts", |own| match own {
             Note::List(list) => list.iter().all(|one| one.text().is_some()),
             own => own.text().is_some(),
         }),
@@ -203,13 +262,22 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         Some(_) => Err(wrong("`range` must be two numbers, the smaller first".into())),
     };
     let prior = |text: &str| Prior::parse(text).map_err(|fault| wrong(fault.sentence));
-    let mut parameters =
-        vec![EffectParameter { name: needed("adds")?, prior: prior(&needed("prior")?)?, range: range(note)? }];
+    let mut parameters = vec![EffectParameter {
+        name: needed("adds")?,
+        prior: prior(&needed("prior")?)?,
+        range: range(note)?,
+        of: text("of"),
+    }];
+    let mut references = Vec::new();
     let size = parameters[0].name.clone();
     for component in class.components.iter().filter(|component| *component.path != *size) {
+        let name: Arc<str> = component.path.as_str().into();
+        let of = component.note.get("of").and_then(Note::text).map(Arc::<str>::from);
         if let Some(stated) = component.note.get("prior").and_then(Note::text) {
             let range = range(&component.note)?;
-            parameters.push(EffectParameter { name: component.path.as_str().into(), prior: prior(stated)?, range });
+            parameters.push(EffectParameter { name, prior: prior(stated)?, range, of });
+        } else if let Some(of) = of {
+            references.push(Reference { name, of, value: None });
         }
     }
     Ok(Effect {
@@ -221,9 +289,13 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         rivals: note.get("rivals").map(Note::texts).unwrap_or_default(),
         at,
         parameters,
+        references,
+        excludes: note.get("excludes").map(Note::texts).unwrap_or_default(),
+        refines: note.get("refines").map(Note::texts).unwrap_or_default(),
         zero: number("zero"),
         probe: number("probe").ok_or_else(|| wrong("`probe` must be a number".into()))?,
         of_range: flag("probe_of_range"),
+        is_law: flag("law"),
         per_shot: flag("per_shot"),
         base: text("base"),
         file: class.file.clone(),
@@ -242,6 +314,13 @@ pub fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
             channel: place.get("channel").and_then(Note::text).map(Arc::from),
             file: component.file.clone(),
             line: component.line,
+            door: Door::Component,
+            scales: place
+                .get("scale")
+                .and_then(Note::text)
+                .map(|text| (SCALE.into(), text.into()))
+                .into_iter()
+                .collect(),
         })
     });
     read.collect()
@@ -255,14 +334,30 @@ pub fn candidates(
     base_model: Option<&str>,
     measured: &dyn Fn(&str) -> bool,
 ) -> Vec<Candidate> {
-    let mut found = Vec::new();
+    let (mut found, mut found_at) = (Vec::new(), Vec::new());
     for effect in effects {
         if effect.base.as_deref().is_some_and(|base| Some(base) != base_model) {
             continue;
         }
         for ids in &effect.at {
-            let taken: Vec<Site> =
-                ids.iter().filter_map(|id| sites.iter().find(|site| site.id == *id).cloned()).collect();
+            if let [id] = &ids[..] {
+                // Each place that was found in the equations is one of its own.
+                let fits = |site: &&Site| match site.door {
+                    Door::Component => false,
+                    Door::Channel(_) => !effect.is_law,
+                    _ => effect.is_law,
+                };
+                let found = sites.iter().filter(|site| site.id == *id).filter(fits);
+                found_at.extend(found.map(|site| Candidate { effect: effect.clone(), sites: vec![site.clone()] }));
+            }
+            if effect.is_law {
+                continue;
+            }
+            let sites: Vec<&Site> = sites.iter().filter(|site| site.door == Door::Component).collect();
+            let taken: Vec<Site> = ids
+                .iter()
+                .filter_map(|id| sites.iter().find(|site| site.id == *id).map(|site| (*site).clone()))
+                .collect();
             let missing_channel =
                 taken.iter().any(|site| site.channel.as_ref().is_some_and(|channel| !measured(channel)));
             if taken.len() == ids.len() && !taken.is_empty() && !missing_channel {
@@ -270,6 +365,7 @@ pub fn candidates(
             }
         }
     }
+    found.append(&mut found_at);
     found
 }
 
@@ -294,7 +390,8 @@ pub fn refuse_same_ids(candidates: &[Candidate]) -> Result<(), Fault> {
 
 /// A sentence on places of one id, of which effects take the first only.
 pub fn same_places(sites: &[Site]) -> Option<String> {
-    let (k, site) = sites.iter().enumerate().find(|(k, site)| sites[..*k].iter().any(|other| other.id == site.id))?;
+    let declared = sites.iter().enumerate().filter(|(_, site)| site.door == Door::Component);
+    let (k, site) = declared.into_iter().find(|(k, site)| sites[..*k].iter().any(|other| other.id == site.id))?;
     let first = sites[..k].iter().find(|other| other.id == site.id)?;
     let (id, one, other) = (&site.id, &first.path, &site.path);
     Some(format!("`{one}` and `{other}` are both the place `{id}`; effects are tried in `{one}` only"))

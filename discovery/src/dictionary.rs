@@ -16,6 +16,8 @@ use crate::translated::ChannelNames;
 
 /// Most variables of the neighbourhood that are tried in one equation.
 const MOST_VARIABLES: usize = 6;
+/// Most variables of which products are tried.
+const MOST_FACTORS: usize = 4;
 /// Width of the transition of a saturating shape, and of the shapes near an end, by the range of the variable.
 const NARROW: f64 = 0.03;
 /// A variable that changes by less than this part of its size is a constant.
@@ -134,8 +136,35 @@ fn around(site: &InjectionSite, tables: &Tables, channels: &ChannelNames) -> Vec
     found
 }
 
-/// The terms of a place, given the ranges of variables by their full names.
-pub fn terms(place: &Place, ranges: &BTreeMap<String, (f64, f64)>, tables: &Tables) -> Vec<Term> {
+/// What a variable shows in runs of the model.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Shown {
+    /// Smallest and largest value.
+    pub ends: (f64, f64),
+    /// Values below which a quarter, a half and three quarters of all lie.
+    pub quarters: [f64; 3],
+}
+
+impl Shown {
+    /// From values in any order; none from nothing, or from what is not a number.
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_unstable_by(f64::total_cmp);
+        let (&low, &high) = (values.first()?, values.last()?);
+        let at = |share: usize| values[share * (values.len() - 1) / 4];
+        (low.is_finite() && high.is_finite()).then(|| Self { ends: (low, high), quarters: [at(1), at(2), at(3)] })
+    }
+
+    /// Range and largest absolute value of what is not a constant.
+    fn moving(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.ends;
+        let (reach, width) = (low.abs().max(high.abs()), high - low);
+        (width > STILL * reach && width > 0.0 && reach.is_finite()).then_some((width, reach))
+    }
+}
+
+/// The terms of a place, given what variables show by their full names.  `is_rich`: no effect was made for the model's places, so that
+/// there are cubes, hinges, absolute values and products of two variables, too.
+pub fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tables, is_rich: bool) -> Vec<Term> {
     let mut terms = Vec::new();
     let mut add = |shape: String, unit: Option<String>| {
         let site = &place.site;
@@ -151,11 +180,9 @@ pub fn terms(place: &Place, ranges: &BTreeMap<String, (f64, f64)>, tables: &Tabl
     let own = place.site.unit.as_deref();
     add("1".to_string(), own.map(str::to_string));
     for (name, full) in &place.variables {
-        let Some(&(low, high)) = ranges.get(full) else { continue };
-        let (reach, width) = (low.abs().max(high.abs()), high - low);
-        if width <= STILL * reach || !reach.is_finite() || width <= 0.0 {
-            continue;
-        }
+        let Some(own_shown) = shown.get(full) else { continue };
+        let Some((width, reach)) = own_shown.moving() else { continue };
+        let (low, high) = own_shown.ends;
         let unit = tables.find(full).map_or("", |(variable, _)| &*variable.unit);
         let per = |power: &str| own.and_then(|own| quotient(own, unit, power));
         let both_ways = low < -NARROW * reach && high > NARROW * reach;
@@ -171,6 +198,28 @@ pub fn terms(place: &Place, ranges: &BTreeMap<String, (f64, f64)>, tables: &Tabl
             add(format!("exp(({low:e} - {name})/{:e})", NARROW * width), own.map(str::to_string));
             add(format!("exp(({name} - {high:e})/{:e})", NARROW * width), own.map(str::to_string));
         }
+        if is_rich {
+            add(format!("{name}*{name}*{name}"), per("3"));
+            if both_ways {
+                add(format!("abs({name})"), per(""));
+            }
+            for bend in own_shown.quarters {
+                // At an end it is the variable itself, or nothing.
+                if bend > low + NARROW * width && bend < high - NARROW * width {
+                    add(format!("noEvent(max({name} - ({bend:e}), 0))"), per(""));
+                }
+            }
+        }
+    }
+    if is_rich {
+        let moves = |full: &String| shown.get(full).is_some_and(|shown| shown.moving().is_some());
+        let moving: Vec<&String> =
+            place.variables.iter().filter(|(_, full)| moves(full)).map(|(name, _)| name).take(MOST_FACTORS).collect();
+        for (k, one) in moving.iter().enumerate() {
+            for other in &moving[k + 1..] {
+                add(format!("{one}*{other}"), None);
+            }
+        }
     }
     terms
 }
@@ -184,5 +233,49 @@ fn quotient(own: &str, unit: &str, power: &str) -> Option<String> {
         (_, "") if simple => Some(format!("{own}/{unit}")),
         (_, "") => Some(format!("{own}/({unit})")),
         _ => Some(format!("{own}/({unit}){power}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use hyd_compiler::InjectionSite;
+    use hyd_system::Tables;
+
+    use super::{Place, Shown, terms};
+
+    #[test]
+    fn shapes_bend_where_the_variable_is() {
+        let site = InjectionSite {
+            path: "".into(),
+            file: "m.mo".into(),
+            line: 7,
+            text: "m*der(v) = -k*x".into(),
+            unit: None,
+            variables: Vec::new(),
+            refused: None,
+        };
+        let variables = ["x", "v", "c"].map(|name| (name.to_string(), name.to_string())).to_vec();
+        let place = Place { site, variables };
+        let shown: BTreeMap<String, Shown> = [
+            ("x", (0..=100).rev().map(f64::from).collect()),
+            ("v", (-4..=4).map(f64::from).collect()),
+            ("c", vec![3.0; 5]),
+        ]
+        .into_iter()
+        .filter_map(|(name, values): (&str, Vec<f64>)| Some((name.to_string(), Shown::of(values)?)))
+        .collect();
+        let shapes = |is_rich| -> Vec<String> {
+            terms(&place, &shown, &Tables::default(), is_rich).into_iter().map(|term| term.shape).collect()
+        };
+        let rich = shapes(true);
+        for wanted in ["x*x*x", "abs(v)", "x*v", "noEvent(max(x - (2.5e1), 0))", "noEvent(max(v - (-2e0), 0))"] {
+            assert!(rich.iter().any(|own| own == wanted), "{wanted}: {rich:?}");
+        }
+        // What has one sign is its own absolute value, and what does not move is a constant.
+        assert!(!rich.iter().any(|own| own == "abs(x)" || own.contains('c') && own.contains('*')), "{rich:?}");
+        assert_eq!(shapes(false), ["1", "x", "x*abs(x)", "v", "v*abs(v)", "tanh(v/1.2e-1)"]);
+        assert_eq!(Shown::of(vec![1.0, f64::NAN]), None);
     }
 }

@@ -18,6 +18,17 @@ pub(crate) fn evaluate(text: &str, value_of: &dyn Fn(&str) -> Option<f64>) -> Re
     }
 }
 
+/// The names that stand in a formula.
+pub(crate) fn names(text: &str) -> Vec<String> {
+    let found = std::cell::RefCell::new(Vec::new());
+    let known = evaluate(text, &|name| {
+        found.borrow_mut().push(name.to_string());
+        Some(1.0)
+    });
+    // What cannot be read says so when it is evaluated.
+    if known.is_ok() { found.into_inner() } else { Vec::new() }
+}
+
 struct Reader<'a> {
     text: &'a str,
     rest: &'a str,

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::dictionary::{Place, Term, places, terms};
+use crate::dictionary::{Place, Shown, Term, places, terms};
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
@@ -60,8 +60,9 @@ pub fn locate(
     let tables = hypothesis.machine.tables();
     let names = hypothesis.machine.channel_names();
     let places = places(workshop.injection_sites(&inserts, names), (tables, names), exchangeable);
-    let ranges = ranges(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
-    let mut all: Vec<Term> = places.iter().flat_map(|place| terms(place, &ranges, tables)).collect();
+    let shown = shown(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
+    let mut all: Vec<Term> =
+        places.iter().flat_map(|place| terms(place, &shown, tables, exchangeable.is_empty())).collect();
     let look_at = |all: &[Term], fitted: (&Fit, &Projection<'_>), weighing: &Weighing| {
         let mut located = Vec::with_capacity(all.len());
         for some in all.chunks(TOGETHER) {
@@ -107,15 +108,15 @@ fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit,
     (Fit { residuals, jacobian: fit.jacobian.as_ref().map(cut), ..fit.clone() }, own)
 }
 
-/// Ranges of the variables around the equations in the fitted model.
-fn ranges(
+/// What the variables around the equations show in the fitted model.
+fn shown(
     setup: &Setup,
     workshop: &Workshop<'_>,
     hypothesis: &Hypothesis,
     inserts: &[Insert],
     places: &[Place],
     (fit, weighing): (&Fit, &Weighing),
-) -> Result<BTreeMap<String, (f64, f64)>, Fault> {
+) -> Result<BTreeMap<String, Shown>, Fault> {
     let mut names: Vec<String> =
         places.iter().flat_map(|place| place.variables.iter().map(|(_, full)| full.clone())).collect();
     names.sort_unstable();
@@ -125,14 +126,13 @@ fn ranges(
     let machine = setup.machine_of(watching.translate(inserts)?, names.len())?;
     let problem = setup.problem(&machine, &hypothesis.inserts)?;
     let runs = problem.simulate(&fit.xi, weighing)?;
-    let mut ranges: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+    let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for run in runs.iter().flatten() {
         for (name, series) in names.iter().zip(run) {
-            let own = ranges.entry(name.clone()).or_insert((f64::INFINITY, f64::NEG_INFINITY));
-            *own = series.iter().fold(*own, |(low, high), &value| (low.min(value), high.max(value)));
+            values.entry(name.clone()).or_default().extend(series);
         }
     }
-    Ok(ranges)
+    Ok(values.into_iter().filter_map(|(name, values)| Some((name, Shown::of(values)?))).collect())
 }
 
 /// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving

@@ -354,7 +354,7 @@ impl Setup {
         for (k, parameter) in effect.parameters.iter().enumerate() {
             let mut places = Vec::new();
             for site in &insert.sites {
-                let name = format!("{}.{}", site.path, parameter.name);
+                let name = format!("{}.{}", insert.component(site), parameter.name);
                 let by = || format!("effect `{}` ({}:{}) in `{}`", effect.id, effect.file, effect.line, site.path);
                 places.push(list.add(&name, &by, &|_, nominal| Ok(nominal))?);
             }

@@ -235,6 +235,11 @@ impl Study {
         line(&self.text.0, keys).map_or_else(String::new, |line| format!("line {line} of the study: "))
     }
 
+    /// The line of a value, from 1, which is found by its keys; the first where it is not found.
+    pub(crate) fn line(&self, keys: &[&str]) -> u32 {
+        line(&self.text.0, keys).map_or(1, |line| u32::try_from(line).unwrap_or(u32::MAX))
+    }
+
     /// The class for a set that names this base model, or none.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 //! a second model extends that one and gives every channel a variable of its own, so that a channel may be any expression
 //! and is checked by the compiler.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -11,14 +12,15 @@ use std::sync::Arc;
 use hyd_compiler::inquiry::annotated_components;
 use hyd_compiler::render::render;
 use hyd_compiler::{
-    Diagnostic, Files, Goal, Injection, InjectionSite, Options, Sources, TermShape, compile, compile_with,
-    injection_sites, print_string,
+    Diagnostic, Files, Goal, Injection, InjectionSite, Opening, Options, Sources, TermShape, compile, compile_with,
+    injection_sites, opened, print_string,
 };
 
 use crate::Fault;
 use crate::catalogue::{Candidate, Site, sites};
 use crate::composed::Composed;
 use crate::dictionary::Term;
+use crate::door::{Door, Law};
 use crate::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
@@ -83,26 +85,115 @@ impl Modifications {
     }
 }
 
+/// Values of an effect's parameters, as modifications.
+fn stated(Insert { candidate, values }: &Insert) -> Vec<String> {
+    let effect = &candidate.effect;
+    let fitted =
+        effect.parameters.iter().zip(values).map(|(parameter, value)| format!("{} = {value:e}", parameter.name));
+    let set = effect.references.iter().filter_map(|own| Some(format!("{} = {:e}", own.name, own.value?)));
+    fitted.chain(set).collect()
+}
+
 /// The modifications that put effects into a model.
 fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
     let mut tree = Modifications::default();
-    for Insert { candidate, values } in inserts {
-        let effect = &candidate.effect;
-        let stated =
-            effect.parameters.iter().zip(values).map(|(parameter, value)| format!("{} = {value:e}", parameter.name));
-        let stated: Vec<String> = stated.collect();
+    let mut terms: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut commands: BTreeMap<&str, String> = BTreeMap::new();
+    for insert in inserts {
+        let candidate = &insert.candidate;
+        let stated = stated(insert);
         for site in &candidate.sites {
-            let name = site.path.rsplit('.').next().unwrap_or(&site.path);
-            let class = &effect.class;
-            let list = if stated.is_empty() { String::new() } else { format!("({})", stated.join(", ")) };
-            tree.insert(&site.path, format!("redeclare {class} {name}{list}"));
+            match &site.door {
+                Door::Component => {
+                    let name = site.path.rsplit('.').next().unwrap_or(&site.path);
+                    let class = &candidate.effect.class;
+                    let list = if stated.is_empty() { String::new() } else { format!("({})", stated.join(", ")) };
+                    tree.insert(&site.path, format!("redeclare {class} {name}{list}"));
+                }
+                Door::Equation { opening, path, is_reversed, law } => {
+                    let path = if path.is_empty() { opening.name.clone() } else { format!("{path}.{}", opening.name) };
+                    let sign = if *is_reversed { "-" } else { "" };
+                    let term = format!("{sign}{}.{}", candidate.component(site), law.output);
+                    terms.entry(path).or_default().push(term);
+                }
+                // Of several in a chain the last one gives the value.
+                Door::Command { variable, .. } => {
+                    commands.insert(variable, format!("{}.y", candidate.component(site)));
+                }
+                Door::Connector { .. } | Door::Channel(_) => {}
+            }
         }
+    }
+    for (path, terms) in terms {
+        let name = path.rsplit('.').next().unwrap_or(&path);
+        // Effects at one equation add up.
+        tree.insert(&path, format!("{name} = {}", terms.join(" + ").replace("+ -", "- ")));
+    }
+    for (variable, value) in commands {
+        tree.insert(variable, format!("{variable} = {value}"));
     }
     for (path, value) in extra {
         let name = path.rsplit('.').next().unwrap_or(path);
         tree.insert(path, format!("{name} = {value:e}"));
     }
     tree.print()
+}
+
+/// Declarations and equations of the effects that come in at equations, connectors and channels.
+fn additions(inserts: &[Insert]) -> String {
+    let (mut declared, mut equations) = (String::new(), String::new());
+    let mut channels: BTreeMap<&str, String> = BTreeMap::new();
+    // Writing to a String cannot fail.
+    for insert in inserts {
+        let candidate = &insert.candidate;
+        let stated = stated(insert);
+        let list = if stated.is_empty() { String::new() } else { format!("({})", stated.join(", ")) };
+        for site in &candidate.sites {
+            let name = candidate.component(site);
+            let law = match &site.door {
+                Door::Component => continue,
+                Door::Equation { law, .. } => law,
+                Door::Connector { connector, adapter, socket, law } => {
+                    let _ = writeln!(declared, "  {adapter} {name}_at;");
+                    let _ = writeln!(equations, "  connect({name}_at.{socket}, {connector});");
+                    let _ = writeln!(equations, "  {name}_at.term = {name}.{};", law.output);
+                    law
+                }
+                Door::Channel(expression) | Door::Command { expression, .. } => {
+                    let before =
+                        channels.get(expression.as_str()).cloned().unwrap_or_else(|| format!("({expression})"));
+                    let _ = writeln!(equations, "  {name}.u = {before};");
+                    channels.insert(expression, format!("{name}.y"));
+                    &Law { inputs: Vec::new(), output: "y" }
+                }
+            };
+            let words = print_string(&candidate.effect.words);
+            let _ = writeln!(declared, "  {} {name}{list} {words};", candidate.effect.class);
+            for (input, expression) in &law.inputs {
+                match expression {
+                    Some(expression) => {
+                        let _ = writeln!(equations, "  {name}.{input} = {expression};");
+                    }
+                    // A speed whose way the model does not count.
+                    None => {
+                        let rate = law.inputs.iter().find_map(|(_, expression)| expression.as_deref()).unwrap_or("0");
+                        let _ = writeln!(declared, "  Real {name}_{input}(start = 0, fixed = true);");
+                        let _ =
+                            writeln!(equations, "  der({name}_{input}) = {rate};\n  {name}.{input} = {name}_{input};");
+                    }
+                }
+            }
+        }
+    }
+    if equations.is_empty() { declared } else { format!("{declared}equation\n{equations}") }
+}
+
+/// What a channel shows: its expression, or what the last measuring chain behind it gives.
+fn shown_by(inserts: &[Insert], expression: &str) -> String {
+    let sites = inserts.iter().flat_map(|insert| insert.candidate.sites.iter().map(|site| (&insert.candidate, site)));
+    let mut own = sites.filter(|(_, site)| matches!(&site.door, Door::Channel(own) if own == expression));
+    own.next_back()
+        .map_or_else(|| expression.to_string(), |(candidate, site)| format!("{}.y", candidate.component(site)))
 }
 
 impl Workshop<'_> {
@@ -123,12 +214,41 @@ impl Workshop<'_> {
 
     /// Text of the model with effects in it and with parameter values `extra` by path.
     pub fn extended(&self, inserts: &[Insert], description: &str, extra: &[(String, f64)], annotation: &str) -> String {
-        let inside = modifications(inserts, extra);
+        let (inside, added) = (modifications(inserts, extra), additions(inserts));
         let class = &self.class;
         let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
         let description = print_string(description);
         let name = self.extended_name();
-        format!("model {name} {description}\n  extends {class}{list};\n{annotation}end {name};\n")
+        format!("model {name} {description}\n  extends {class}{list};\n{added}{annotation}end {name};\n")
+    }
+
+    /// The study's model file with the equations opened that effects add terms to.
+    ///
+    /// # Errors
+    /// An equation that is not in the file.
+    fn preamble(&self, inserts: &[Insert]) -> Result<Cow<'_, str>, Fault> {
+        let mut openings: Vec<Opening> = Vec::new();
+        for site in inserts.iter().flat_map(|insert| &insert.candidate.sites) {
+            if let Door::Equation { opening, .. } | Door::Command { opening: Some(opening), .. } = &site.door
+                && !openings.contains(opening)
+            {
+                openings.push(opening.clone());
+            }
+        }
+        if openings.is_empty() {
+            return Ok(Cow::Borrowed(&self.preamble));
+        }
+        let text = opened(&self.preamble, &openings);
+        text.map(Cow::Owned).ok_or_else(|| {
+            let equations: Vec<String> = openings.iter().map(|own| format!("`{}`", own.equation)).collect();
+            Fault::new(format!("`{}` has no place for a term in {}", self.file, equations.join(" or ")))
+        })
+    }
+
+    /// The same with what effects in measuring chains make of the channels.
+    fn shown(&self, inserts: &[Insert]) -> Self {
+        let channels = self.channels.iter().map(|expression| shown_by(inserts, expression)).collect();
+        Self { channels, ..self.clone() }
     }
 
     /// Translates a model with effects whose parameters are set at run time.
@@ -145,7 +265,8 @@ impl Workshop<'_> {
     /// The messages of the compiler.
     pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Translated, Fault> {
         let extended = self.extended(inserts, "with effects", &[], "");
-        self.translate_with(&self.preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
+        let preamble = self.preamble(inserts)?;
+        self.shown(inserts).translate_with(&preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
     }
 
     fn options(&self) -> Options {
@@ -164,7 +285,7 @@ impl Workshop<'_> {
     }
 
     /// The name of the texts that are put together: of lines of the user's file messages say that file.
-    fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         if self.preamble.is_empty() { STUDY } else { &self.file }
     }
 
@@ -192,7 +313,9 @@ impl Workshop<'_> {
 
     /// Equations of the model with effects to which terms can be added; `names` are those of its channels when it was translated.
     pub fn injection_sites(&self, inserts: &[Insert], names: &ChannelNames) -> Vec<InjectionSite> {
-        let (text, _) = self.measured(&self.preamble, &self.extended(inserts, "with effects", &[], ""), names);
+        let Ok(preamble) = self.preamble(inserts) else { return Vec::new() };
+        let (text, _) =
+            self.shown(inserts).measured(&preamble, &self.extended(inserts, "with effects", &[], ""), names);
         let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &self.options());
         let own = self.preamble.lines().count();
         sites.into_iter().filter(|site| *site.file != *self.name() || site.line as usize <= own).collect()
@@ -202,8 +325,8 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn translate_whole(&self, whole: &str) -> Result<Translated, Fault> {
-        self.translate_with("", whole, (&[], "the model of the report")).map(|(model, _)| model)
+    pub fn translate_whole(&self, whole: &str, inserts: &[Insert]) -> Result<Translated, Fault> {
+        self.shown(inserts).translate_with("", whole, (&[], "the model of the report")).map(|(model, _)| model)
     }
 
     /// Texts that a model with effects is made of, except its own and those that `built_in` knows by their names.
@@ -211,9 +334,10 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn texts(&self, inserts: &[Insert], built_in: &dyn Fn(&str) -> bool) -> Result<Vec<String>, Fault> {
-        let (_, files) =
-            self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), (&[], &self.words(inserts)))?;
-        let mut texts = if self.preamble.is_empty() { Vec::new() } else { vec![self.preamble.clone()] };
+        let preamble = self.preamble(inserts)?;
+        let extended = self.extended(inserts, "", &[], "");
+        let (_, files) = self.shown(inserts).translate_with(&preamble, &extended, (&[], &self.words(inserts)))?;
+        let mut texts = if preamble.is_empty() { Vec::new() } else { vec![preamble.to_string()] };
         texts
             .extend(files.into_iter().filter(|(name, _)| name != self.name() && !built_in(name)).map(|(_, text)| text));
         Ok(texts)
@@ -225,8 +349,9 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn files(&self, inserts: &[Insert]) -> Result<Vec<(String, String)>, Fault> {
-        let (_, mut files) =
-            self.translate_with(&self.preamble, &self.extended(inserts, "", &[], ""), (&[], &self.words(inserts)))?;
+        let preamble = self.preamble(inserts)?;
+        let extended = self.extended(inserts, "", &[], "");
+        let (_, mut files) = self.shown(inserts).translate_with(&preamble, &extended, (&[], &self.words(inserts)))?;
         files.retain(|(name, _)| name != self.name());
         if !self.preamble.is_empty() {
             files.insert(0, (self.file.clone(), self.preamble.clone()));

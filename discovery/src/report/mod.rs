@@ -142,7 +142,7 @@ impl Scene<'_> {
         let mut whole = bundle(&workshop.texts(&inserts, built_in)?);
         let own = workshop.extended(&inserts, &description, &[], &annotation);
         whole.push_str(&own);
-        let machine = setup.machine(workshop.translate_whole(&whole)?)?;
+        let machine = setup.machine(workshop.translate_whole(&whole, &inserts)?)?;
         Ok(Extended { whole, own, machine, candidates: inserts.into_iter().map(|insert| insert.candidate).collect() })
     }
 

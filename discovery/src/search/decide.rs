@@ -63,8 +63,20 @@ impl Search<'_> {
 
     /// What each candidate's fit has brought.
     fn standings(&self, pass: &Pass) -> Vec<Option<Standing>> {
+        // What an effect with implausible numbers explains beyond the plainer one that it refines belongs to something else.
+        let is_refined = |tried: &Tried| {
+            let others = pass.tried.iter().filter(|other| other.fit.is_some() && other.is_plausible);
+            let mut others = others.filter_map(|other| other.hypothesis.inserts.last());
+            let own = tried.hypothesis.inserts.last().filter(|_| !tried.is_plausible);
+            own.is_some_and(|own| {
+                let is_plainer = |other: &Candidate| {
+                    own.effect.refines.contains(&other.effect.id) && own.sites[0].path == other.sites[0].path
+                };
+                others.any(is_plainer)
+            })
+        };
         let standing = |tried: &Tried| {
-            let fit = tried.fit.as_ref()?;
+            let fit = tried.fit.as_ref().filter(|_| !is_refined(tried))?;
             Some(Standing {
                 cost: fit.cost,
                 scale: (fit.misfit / pass.expected).max(1.0),
@@ -261,6 +273,7 @@ pub(super) fn noise(expected: f64) -> f64 {
 fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, Look::promise);
     let words = match standing {
+        None if tried.fit.is_some() => "its numbers are beyond what is plausible",
         None if tried.look.is_none() => "the model does not run with it",
         None if promise < PROMISING.0 => "its signature explains nothing of what is left",
         None => "others promised more, or no fit succeeded",

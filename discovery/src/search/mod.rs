@@ -13,6 +13,7 @@ mod decide;
 mod drop;
 mod look;
 pub mod memory;
+mod plainer;
 mod plausible;
 mod probe;
 mod revisit;
@@ -254,6 +255,13 @@ impl Search<'_> {
                 Some(fit) => self.needless(&found, fit, &doubted)?,
                 None => None,
             };
+            let plainer = match &start {
+                Some(fit) if is_named && needless.is_none() => self.plainer(&found, fit)?,
+                _ => None,
+            };
+            if let Some((inserts, again)) = plainer {
+                (found, start) = (inserts, Some(again));
+            }
             passes.push(pass);
             if let Some((out, again)) = needless {
                 let without = found.remove(out);

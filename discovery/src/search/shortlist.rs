@@ -17,6 +17,9 @@ use crate::problem::{Problem, Weighing};
 
 /// Candidates fitted, at a misfit close to the expected one and far above it.
 const SHORTLIST: (usize, usize) = (5, 8);
+/// Candidates fitted at places that were found in the equations: laws that were not made for the machine are many, and far from the
+/// measurement what a look at each promises ranks them badly.
+const SHORTLIST_FOUND: usize = 24;
 /// Of candidates that leave more than noise so many are followed on, if they explain at least this share of what the best does.
 const CONTENDERS: (usize, f64) = (3, 0.5);
 /// Steps that each of those whose runs are long is followed at first.
@@ -70,7 +73,10 @@ impl Search<'_> {
         let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
         let promising = if pass.fit.misfit > adequate(pass.expected) { PROMISING.0 } else { PROMISING.1 };
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
-        let chosen = (0..pass.tried.len().min(count)).filter(|&rank| gain(&pass.tried[rank]) >= promising);
+        let is_found = |tried: &Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.is_found());
+        let most = |tried: &Tried| if is_found(tried) && ratio > FAR { SHORTLIST_FOUND } else { count };
+        let is_likely = |&rank: &usize| rank < most(&pass.tried[rank]) && gain(&pass.tried[rank]) >= promising;
+        let chosen = (0..pass.tried.len()).filter(is_likely);
         let mut chosen: Vec<usize> = chosen.collect();
         chosen.extend(at_located_places(pass, &chosen));
         let mut lowest = Lowest::of([&pass.fit], pass.expected);

@@ -5,6 +5,7 @@
 use super::shortlist::{Lowest, patience};
 use super::{NEEDED, Pass, Search, Tried, adequate, by_cost};
 use crate::Fault;
+use crate::door::Door;
 use crate::fit::minimise;
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::{Located, locate};
@@ -22,8 +23,9 @@ impl Search<'_> {
     pub(super) fn look_at_equations(&self, pass: &mut Pass) -> Result<(), Fault> {
         (self.progress)("looking at the equations");
         let Some(projection) = Projection::new(&pass.fit) else { return Ok(()) };
-        let places: Vec<&str> =
-            self.candidates.iter().flat_map(|candidate| &candidate.sites).map(|site| site.path.as_str()).collect();
+        let sites = self.candidates.iter().flat_map(|candidate| &candidate.sites);
+        let declared = sites.filter(|site| site.door == Door::Component);
+        let places: Vec<&str> = declared.map(|site| site.path.as_str()).collect();
         let (located, runs) =
             locate(self.setup, self.workshop, &pass.base, &places, (&pass.fit, &projection), &self.whole())?;
         (pass.located, pass.located_runs) = (located, runs);

@@ -8,6 +8,7 @@
 mod alike;
 mod calibrated;
 mod hidden;
+mod plain;
 mod recorded;
 mod renamed;
 mod resumed;

@@ -1,0 +1,271 @@
+//! Places in a model that declares none: its balances and its channels.
+//!
+//! A balance ([`hyd_compiler::balances`]) is told by units what it is of: by that of the equation, else by that of the variable that
+//! is stored.  Where a model has no units, a second derivative makes a balance of forces, and else the name of the variable decides as
+//! engineers choose names.  An effect comes in as a term of an equation of the model's file, or, where the equation is that of a
+//! component of a library, by an adapter on the component's connector.  Every channel is the place of a measuring chain, and what the
+//! model gives a variable as a course in time that of a valve or drive.
+
+use std::sync::Arc;
+
+use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
+use hyd_system::Tables;
+
+use crate::catalogue::{SCALE, Site};
+use crate::door::{Door, Law};
+use crate::machine::Machine;
+use crate::variant::Workshop;
+use crate::{Fault, Setup};
+
+/// Id of the place that a channel is.
+const SENSOR: &str = "sensor";
+/// Id of the place that a course in time is.
+const COMMAND: &str = "command";
+
+/// A kind of balance.
+struct Kind {
+    /// Id of its places, which effects name in `at`.
+    id: &'static str,
+    /// Words for reports.
+    words: &'static str,
+    /// Units of the equation.
+    units: &'static [&'static str],
+    /// Units of what is stored.
+    stored: &'static [&'static str],
+    /// How names of what is stored begin where there are no units.
+    names: &'static [&'static str],
+    /// Input of a law that is what is stored, the one that is the term that stores, and the output.
+    law: (&'static str, &'static str, &'static str),
+    /// Adapter, its connector, and how connectors of components are called with their flow.
+    adapter: Option<(&'static str, &'static str, &'static str)>,
+}
+
+const KINDS: [Kind; 5] = [
+    Kind {
+        id: "force",
+        words: "balance of forces",
+        units: &["N", "N.m", "kg.m/s2", "kg.m2/s2"],
+        stored: &["m/s", "rad/s"],
+        names: &["v", "w", "omega", "speed"],
+        law: ("v", "F", "F"),
+        adapter: Some(("Hyd.Places.ForceAt", "flange", "f")),
+    },
+    Kind {
+        id: "voltage",
+        words: "voltages of a loop",
+        units: &["V"],
+        stored: &["A"],
+        names: &["i", "current"],
+        law: ("i", "u_L", "u"),
+        adapter: None,
+    },
+    Kind {
+        id: "current",
+        words: "currents of a node",
+        units: &["A"],
+        stored: &["V"],
+        names: &["u", "volt"],
+        law: ("u", "i_C", "i"),
+        adapter: None,
+    },
+    Kind {
+        id: "heat",
+        words: "balance of heat",
+        units: &["W", "J/s"],
+        stored: &["K", "degC"],
+        names: &["t", "temp", "theta"],
+        law: ("T", "Q_C", "Q"),
+        adapter: Some(("Hyd.Places.HeatAt", "port", "Q_flow")),
+    },
+    // The last one takes what no other does.
+    Kind {
+        id: "flow",
+        words: "balance of a vessel",
+        units: &["m3/s", "kg/s"],
+        stored: &["m", "m3", "Pa", "kg"],
+        names: &["h", "level", "p", "vol"],
+        law: ("h", "q_C", "q"),
+        adapter: Some(("Hyd.Places.FlowAt", "port", "q")),
+    },
+];
+
+/// The places of a model that declares none.
+///
+/// # Errors
+/// When the base model cannot be translated.
+pub fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
+    let base = setup.machine(workshop.translate(&[])?)?;
+    let sites = workshop.injection_sites(&[], base.channel_names());
+    let mut found: Vec<Site> = Vec::new();
+    for balance in balances(&sites) {
+        let is_new = |site: &Site| found.iter().all(|known| known.path != site.path);
+        found.extend(place(&balance, &base, workshop, &found).filter(is_new));
+    }
+    for own in commands(&workshop.preamble, &workshop.class) {
+        let site = command(own, workshop, &found);
+        found.extend(site);
+    }
+    found.extend(setup.data.channels.iter().map(|channel| Site {
+        id: SENSOR.into(),
+        path: channel.name.clone(),
+        words: channel.words.as_str().into(),
+        channel: Some(channel.name.as_str().into()),
+        file: workshop.study.as_str().into(),
+        line: setup.study.line(&["channels", &channel.name]),
+        door: Door::Channel(channel.expression.clone()),
+        scales: vec![("u".into(), channel.expression.clone())],
+    }));
+    Ok(found)
+}
+
+/// The places of a force that a model declares (`place(id = "force", scale = "mass.m*mass.a")`, at a component with the base
+/// `Hyd.Places.PartialForce`) as places of laws: forces that are connected beside whatever stands there, as many as there are.
+pub fn beside_declared(declared: &[Site]) -> Vec<Site> {
+    let force = &KINDS[0];
+    let Some((adapter, socket, _)) = force.adapter else { return Vec::new() };
+    let own = declared.iter().filter(|site| *site.id == *force.id && site.door == Door::Component);
+    let beside = own.map(|site| {
+        let of = |name: &str| format!("{}.{name}", site.path);
+        let (s, v, a) = (of("s"), of("v"), format!("der({})", of("v")));
+        let typical =
+            site.scales.iter().find(|(name, _)| name == SCALE).map(|(_, text)| (force.law.1.into(), text.clone()));
+        let moving = [("s", &s), ("v", &v), ("a", &a)].map(|(name, text)| (name.to_string(), text.clone()));
+        let inputs = vec![("s", Some(s)), ("v", Some(v)), ("a", Some(a))];
+        let law = Law { inputs, output: force.law.2 };
+        Site {
+            scales: moving.into_iter().chain(typical).collect(),
+            door: Door::Connector { connector: of(socket), adapter, socket, law },
+            ..site.clone()
+        }
+    });
+    beside.collect()
+}
+
+/// The place that a balance is, if an effect can come in there.
+fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Site]) -> Option<Site> {
+    let tables = base.tables();
+    let path = &balance.site.path;
+    // Elements of arrays have no names of their own here.
+    if path.contains('[') || balance.state.contains('[') {
+        return None;
+    }
+    let full = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+    let state = full(&balance.state);
+    let unit = tables.find(&state).map_or("", |(variable, _)| &*variable.unit);
+    let kind = kind(balance, unit);
+    let storage = in_model(balance, &full, tables);
+    let rate = if balance.rate.starts_with("der(") { format!("der({state})") } else { full(&balance.rate) };
+    let mut inputs = vec![(kind.law.0, Some(state.clone()))];
+    let mut scales = vec![(kind.law.0.to_string(), state.clone()), (kind.law.1.to_string(), storage.clone())];
+    if kind.id == "force" {
+        let position = balance.integral.as_deref().map(full);
+        scales.push(("a".into(), rate.clone()));
+        scales.extend(position.iter().map(|position| ("s".into(), position.clone())));
+        inputs = vec![("s", position), ("v", Some(state.clone())), ("a", Some(rate))];
+    } else {
+        inputs.push((kind.law.1, Some(storage)));
+    }
+    let law = Law { inputs, output: kind.law.2 };
+    let file = workshop.shown_file(&balance.site.file).to_string();
+    let is_own = !workshop.preamble.is_empty() && *balance.site.file == *workshop.name();
+    let door = if is_own {
+        let name = free(&format!("further_{}", kind.id), workshop, known)?;
+        let (line, equation) = (balance.site.line, balance.site.text.clone());
+        let opening =
+            Opening { line, equation, name, words: format!("what the {} lacks", kind.words), replaces: false };
+        opened(&workshop.preamble, std::slice::from_ref(&opening))?;
+        Door::Equation { opening, path: path.clone(), is_reversed: balance.is_reversed, law }
+    } else {
+        let (adapter, socket, flow) = kind.adapter?;
+        let ends = format!(".{flow}");
+        let connector = balance.mentions.iter().find_map(|name| name.strip_suffix(&ends))?;
+        if balance.is_reversed {
+            return None;
+        }
+        Door::Connector { connector: full(connector), adapter, socket, law }
+    };
+    Some(Site {
+        id: kind.id.into(),
+        path: state,
+        words: Arc::from(format!("{}: {}", kind.words, balance.site.text.trim_end_matches(';'))),
+        channel: None,
+        file: file.into(),
+        line: balance.site.line,
+        door,
+        scales,
+    })
+}
+
+/// A name that stands nowhere in the model's file and that no other place has.
+fn free(wanted: &str, workshop: &Workshop<'_>, known: &[Site]) -> Option<String> {
+    let taken = |name: &str| {
+        let is_opened = |site: &Site| match &site.door {
+            Door::Equation { opening, .. } | Door::Command { opening: Some(opening), .. } => opening.name == name,
+            _ => false,
+        };
+        workshop.preamble.contains(name) || known.iter().any(is_opened)
+    };
+    let numbered = (2_u32..).map(|k| format!("{wanted}_{k}"));
+    std::iter::once(wanted.to_string()).chain(numbered).find(|name| !taken(name))
+}
+
+/// The place that a course in time is.
+fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<Site> {
+    let Command { name, expression, line, equation } = command;
+    let opening = match equation {
+        None => None,
+        Some(equation) => {
+            let free = free(&format!("given_{name}"), workshop, known)?;
+            let opening =
+                Opening { line, equation, name: free, words: format!("what {name} is given"), replaces: true };
+            opened(&workshop.preamble, std::slice::from_ref(&opening))?;
+            Some(opening)
+        }
+    };
+    let variable = opening.as_ref().map_or_else(|| name.clone(), |opening| opening.name.clone());
+    Some(Site {
+        id: COMMAND.into(),
+        words: Arc::from(format!("command: {name} = {expression}")),
+        path: name,
+        channel: None,
+        file: workshop.shown_file(workshop.name()).into(),
+        line,
+        scales: vec![("u".into(), expression.clone())],
+        door: Door::Command { variable, expression, opening },
+    })
+}
+
+/// The term that stores, with the names of the model.
+fn in_model(balance: &Balance, full: &dyn Fn(&str) -> String, tables: &Tables) -> String {
+    let mut text = balance.storage.clone();
+    let mut names = balance.names.clone();
+    names.sort_unstable();
+    for &(from, to) in names.iter().rev() {
+        let own = full(&text[from..to]);
+        // What no component has is a constant of a package.
+        if tables.find(&own).is_some() {
+            text.replace_range(from..to, &own);
+        }
+    }
+    text
+}
+
+/// What a balance is of.
+fn kind(balance: &Balance, unit: &str) -> &'static Kind {
+    let by = |is: &dyn Fn(&Kind) -> bool| KINDS.iter().find(|kind| is(kind));
+    let own = balance.site.unit.as_deref().filter(|unit| !unit.is_empty());
+    let is_second = balance.integral.is_some();
+    let name = balance.state.rsplit('.').next().unwrap_or(&balance.state).to_lowercase();
+    let begins = |kind: &Kind| {
+        kind.names.iter().any(|own| {
+            let rest = name.strip_prefix(own);
+            // A single letter stands alone, or before a number or an index.
+            rest.is_some_and(|rest| own.len() > 1 || !rest.starts_with(|c: char| c.is_alphabetic()))
+        })
+    };
+    by(&|kind| own.is_some_and(|own| kind.units.contains(&own)))
+        .or_else(|| by(&|kind| kind.stored.contains(&unit)))
+        .or_else(|| by(&|kind| begins(kind) && (kind.id == "voltage" || !is_second)))
+        .or_else(|| by(&|kind| is_second && kind.id == "force"))
+        .unwrap_or(&KINDS[KINDS.len() - 1])
+}

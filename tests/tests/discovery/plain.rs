@@ -1,0 +1,328 @@
+//! Models of plain equations without a word about places: their balances and channels are found, and what is hidden there is named.
+//!
+//! The truth is integrated here by the classical method of Runge and Kutta with steps far below every time constant.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::{Draws, folder, hyd, json};
+
+/// States, inputs of a shot, to rates.
+type Rates = fn(&[f64], &[f64]) -> Vec<f64>;
+
+/// A bench of one plain model.
+struct Bench {
+    name: &'static str,
+    model: &'static str,
+    /// Name of the class.
+    class: &'static str,
+    /// Column, variable, noise.
+    channels: &'static [(&'static str, &'static str, f64)],
+    /// Start values of the states come first.
+    conditions: &'static [&'static str],
+    nuisances: &'static [&'static str],
+    shots: &'static [&'static [f64]],
+    /// State that each channel shows, changed by the measuring chain.
+    shown: fn(usize, f64) -> f64,
+    rates: Rates,
+    /// Length of a shot (s).
+    stop: f64,
+}
+
+const SAMPLES: usize = 400;
+const STEPS: usize = 100;
+
+/// States at the samples.
+fn integrate(bench: &Bench, shot: &[f64]) -> Vec<Vec<f64>> {
+    let step = bench.stop / (SAMPLES * STEPS) as f64;
+    let mut state: Vec<f64> = shot[..bench.channels.len()].to_vec();
+    state.resize((bench.rates)(&[state.clone(), vec![0.0; 2]].concat(), shot).len(), 0.0);
+    let mut rows = vec![state.clone()];
+    for _ in 0..SAMPLES {
+        for _ in 0..STEPS {
+            let at = |rates: &[f64], h: f64| -> Vec<f64> { state.iter().zip(rates).map(|(x, r)| x + h * r).collect() };
+            let a = (bench.rates)(&state, shot);
+            let b = (bench.rates)(&at(&a, step / 2.0), shot);
+            let c = (bench.rates)(&at(&b, step / 2.0), shot);
+            let d = (bench.rates)(&at(&c, step), shot);
+            let mean: Vec<f64> = (0..a.len()).map(|k| (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]) / 6.0).collect();
+            state = at(&mean, step);
+        }
+        rows.push(state.clone());
+    }
+    rows
+}
+
+fn write(folder: &Path, bench: &Bench) {
+    let mut draws = Draws(23);
+    fs::write(folder.join("plain.mo"), bench.model).expect("written");
+    let mut study = format!("file = \"plain.mo\"\n[models]\ndefault = \"{}\"\n[channels]\n", bench.class);
+    for (column, variable, noise) in bench.channels {
+        let _ = writeln!(study, "{column} = {{ variable = \"{variable}\", noise = {noise} }}");
+    }
+    let same = |names: &[&str]| names.iter().map(|name| format!("{name} = \"{name}\"\n")).collect::<String>();
+    let _ = write!(study, "[conditions]\n{}[nuisances]\n{}", same(bench.conditions), same(bench.nuisances));
+    fs::write(folder.join("study.toml"), study).expect("written");
+    let mut experiments = Vec::new();
+    for (k, shot) in bench.shots.iter().enumerate() {
+        let columns: Vec<&str> = bench.channels.iter().map(|channel| channel.0).collect();
+        let mut text = format!("time_s,{}\n", columns.join(","));
+        for (row, state) in integrate(bench, shot).iter().enumerate() {
+            let _ = write!(text, "{:.7}", bench.stop * row as f64 / SAMPLES as f64);
+            for (channel, (value, (_, _, noise))) in state.iter().zip(bench.channels).enumerate() {
+                let _ = write!(text, ",{:.9e}", (bench.shown)(channel, *value) + noise * draws.normal());
+            }
+            text.push('\n');
+        }
+        fs::write(folder.join(format!("s{k}.csv")), text).expect("written");
+        let own = bench.conditions.iter().zip(*shot).map(|(name, value)| format!(", \"{name}\": {value:e}"));
+        experiments.push(format!("{{\"file\": \"s{k}.csv\"{}}}", own.collect::<String>()));
+    }
+    let tolerances: Vec<String> = bench.nuisances.iter().map(|name| format!("\"{name}\": 0.02")).collect();
+    let set = format!(
+        "{{\"parameter_tolerance_1sigma\": {{{}}}, \"experiments\": [{}]}}",
+        tolerances.join(", "),
+        experiments.join(", ")
+    );
+    fs::write(folder.join("set.json"), set).expect("written");
+}
+
+/// What is found; the written model is checked.
+fn answer(bench: &Bench) -> Value {
+    let folder = folder(&format!("plain-{}", bench.name));
+    write(&folder, bench);
+    let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    assert_eq!(found.code, Some(0), "{}{}", found.stdout, found.stderr);
+    let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
+    if report["effects"].as_array().is_some_and(|effects| !effects.is_empty()) {
+        let checked = hyd(&folder.join("report"), &["simulate", "discovered.hyd", "--result", "run.csv"]);
+        assert_eq!(checked.code, Some(0), "{}", checked.stderr);
+    }
+    let _ = fs::remove_dir_all(&folder);
+    report
+}
+
+/// The one effect named, with sizes within four standard errors of the truth.
+fn names(bench: &Bench, status: &str, id: &str, place: &str, sizes: &[(&str, f64)]) {
+    let report = answer(bench);
+    let effects = report["effects"].as_array().expect("a list");
+    assert_eq!(report["status"], status, "{}: {report:#}", bench.name);
+    assert!(effects.len() == 1 && effects[0]["id"] == id && effects[0]["component"] == place, "{effects:#?}");
+    for (name, truth) in sizes {
+        let number = |key: &str| effects[0]["parameters"][name][key].as_f64().expect("a number");
+        let (value, error) = (number("value"), number("stderr"));
+        assert!((value - truth).abs() < 4.0 * error && error < 0.1 * truth.abs(), "{name}: {value} +- {error}");
+    }
+}
+
+const SWING: Bench = Bench {
+    name: "swing",
+    model: "model Swing \"mass, spring and damper\"
+  parameter Real m = 2;
+  parameter Real k = 80;
+  parameter Real d = 0.6;
+  parameter Real x0 = 0.5;
+  Real x(start = x0, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(x) = v;
+  m*der(v) = -k*x - d*v;
+end Swing;
+",
+    class: "Swing",
+    channels: &[("x_m", "x", 1e-3), ("v_ms", "v", 5e-3)],
+    conditions: &["x0"],
+    nuisances: &["m", "k", "d"],
+    shots: &[&[0.3, 0.0], &[0.6, 0.0], &[0.9, 0.0], &[0.45, 0.0], &[0.75, 0.0]],
+    shown: |_, value| value,
+    rates: |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1]) / 2.0],
+    stop: 4.0,
+};
+
+#[test]
+fn a_plain_mass_that_rubs() {
+    let friction: Rates = |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 1.5 * (x[1] / 1e-3).tanh()) / 2.0];
+    let bench = Bench { name: "rubs", rates: friction, ..SWING };
+    names(&bench, "named", "coulomb_friction", "v", &[("F_c", 1.5)]);
+}
+
+#[test]
+fn a_plain_mass_that_lacks_nothing() {
+    let report = answer(&SWING);
+    assert_eq!(report["status"], "adequate", "{report:#}");
+    let tried: Vec<&str> =
+        report["candidates"].as_array().expect("a list").iter().filter_map(|own| own["effect"].as_str()).collect();
+    // One balance and two channels.
+    for wanted in ["coulomb_friction of v", "upper_stop of v", "lag of x_m", "clipping of v_ms"] {
+        assert!(tried.contains(&wanted), "{tried:?}");
+    }
+    assert!(tried.iter().all(|own| own.ends_with(" of v") || own.ends_with(" of x_m") || own.ends_with(" of v_ms")));
+}
+
+/// Both effects are named, in any order.
+fn names_both(bench: &Bench) {
+    let report = answer(bench);
+    assert_eq!(report["status"], "named", "{report:#}");
+    let effects = report["effects"].as_array().expect("a list").iter();
+    let mut ids: Vec<&str> = effects.filter_map(|own| own["id"].as_str()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["coulomb_friction", "cubic_stiffness"], "{report:#}");
+}
+
+const BOTH: Rates = |x, _| {
+    let further = -1.5 * (x[1] / 1e-3).tanh() - 8.0 * x[0].powi(3);
+    vec![x[1], (-80.0 * x[0] - 0.6 * x[1] + further) / 2.0]
+};
+
+#[test]
+fn two_effects_at_one_balance() {
+    names_both(&Bench { name: "both", rates: BOTH, ..SWING });
+}
+
+#[test]
+fn two_effects_at_one_declared_place() {
+    let model = "model Swing
+  parameter Hyd.Units.Mass m = 2;
+  parameter Hyd.Units.SpringConstant k = 80;
+  parameter Hyd.Units.DampingConstant d = 0.6;
+  parameter Hyd.Units.Position x0 = 0.5;
+  Hyd.Translational.Components.Mass mass(m = m, s(start = x0, fixed = true), v(start = 0, fixed = true));
+  Hyd.Translational.Components.HousingSpring spring(k = k);
+  Hyd.Translational.Components.HousingDamper damper(d = d);
+  replaceable Hyd.Places.NoForce further constrainedby Hyd.Places.PartialForce
+    annotation(__hyd(place(id = \"force\", scale = \"mass.m*mass.a\")));
+equation
+  connect(spring.flange, mass.flange);
+  connect(damper.flange, mass.flange);
+  connect(further.flange, mass.flange);
+end Swing;
+";
+    let channels = &[("x_m", "mass.s", 1e-3), ("v_ms", "mass.v", 5e-3)];
+    names_both(&Bench { name: "declared", model, channels, rates: BOTH, ..SWING });
+}
+
+#[test]
+fn a_valve_with_a_dead_zone() {
+    let bench = Bench {
+        name: "valve",
+        model: "model Tank
+  parameter Real A(unit = \"m2\") = 0.5;
+  parameter Real c(unit = \"m2/s\") = 0.004;
+  parameter Real q(unit = \"m3/s\") = 0.02;
+  parameter Real h0(unit = \"m\") = 0.2;
+  parameter Real U(unit = \"1\") = 0.5;
+  parameter Real P(unit = \"s\") = 200;
+  Real u(unit = \"1\") \"opening of the valve\";
+  Real h(unit = \"m\", start = h0, fixed = true);
+equation
+  u = U*(1 + sin(6.283185307179586*time/P));
+  A*der(h) = q*u - c*h;
+end Tank;
+",
+        class: "Tank",
+        channels: &[("h_m", "h", 2e-3)],
+        conditions: &["h0", "U"],
+        nuisances: &["A", "c"],
+        shots: &[&[0.2, 0.5], &[1.5, 0.2], &[0.8, 0.6], &[0.5, 0.4], &[1.2, 0.3]],
+        shown: |_, value| value,
+        // The clock is a state that no channel shows.
+        rates: |x, shot| {
+            let opening = shot[1] * (1.0 + (std::f64::consts::TAU * x[1] / 200.0).sin());
+            vec![(0.02 * (opening - 0.15).max(0.0) - 0.004 * x[0]) / 0.5, 1.0]
+        },
+        stop: 600.0,
+    };
+    names(&bench, "named", "actuator_dead_zone", "u", &[("g", 0.15)]);
+}
+
+#[test]
+fn a_channel_that_is_clipped() {
+    let clipped = |channel: usize, value: f64| if channel == 0 { value.clamp(-0.35, 0.35) } else { value };
+    let bench = Bench { name: "clipped", shown: clipped, ..SWING };
+    let report = answer(&bench);
+    assert_eq!((&report["status"], &report["effects"][0]["id"]), (&"sensor".into(), &"clipping".into()), "{report:#}");
+    assert_eq!(report["effects"][0]["component"], "x_m");
+}
+
+#[test]
+fn a_plain_tank_that_spills() {
+    let bench = Bench {
+        name: "tank",
+        model: "model Tank
+  parameter Real A(unit = \"m2\") = 0.5;
+  parameter Real c(unit = \"m2/s\") = 0.004;
+  parameter Real q0(unit = \"m3/s\") = 0.01;
+  parameter Real h0(unit = \"m\") = 0.2;
+  Real h(unit = \"m\", start = h0, fixed = true);
+equation
+  A*der(h) = q0 - c*h;
+end Tank;
+",
+        class: "Tank",
+        channels: &[("h_m", "h", 2e-3)],
+        conditions: &["h0", "q0"],
+        nuisances: &["A", "c"],
+        shots: &[&[0.2, 0.01], &[1.5, 0.004], &[0.8, 0.012], &[0.5, 0.008], &[1.2, 0.006]],
+        shown: |_, value| value,
+        rates: |x, shot| vec![(shot[1] - 0.004 * x[0] - 0.2 * (x[0] - 1.1).max(0.0)) / 0.5],
+        stop: 300.0,
+    };
+    names(&bench, "named", "overflow", "h", &[("k", 0.2), ("h_e", 1.1)]);
+}
+
+#[test]
+fn a_plain_circuit_that_leaks() {
+    let bench = Bench {
+        name: "circuit",
+        model: "model RC
+  parameter Real R = 1000;
+  parameter Real C = 1e-4;
+  parameter Real U = 10;
+  parameter Real u0 = 0;
+  Real u(start = u0, fixed = true);
+  Real i;
+equation
+  i = (U - u)/R;
+  0 = i - C*der(u);
+end RC;
+",
+        class: "RC",
+        channels: &[("u_V", "u", 5e-3)],
+        conditions: &["u0", "U"],
+        nuisances: &["R", "C"],
+        shots: &[&[0.0, 10.0], &[5.0, 0.0], &[2.0, 12.0], &[8.0, 3.0], &[0.0, 5.0]],
+        shown: |_, value| value,
+        rates: |x, shot| vec![((shot[1] - x[0]) / 1000.0 - 2e-4 * x[0]) / 1e-4],
+        stop: 0.5,
+    };
+    names(&bench, "named", "shunt_resistance", "u", &[("G", 2e-4)]);
+}
+
+#[test]
+fn a_heated_block_that_radiates() {
+    let bench = Bench {
+        name: "block",
+        model: "model Block
+  Hyd.Thermal.Components.HeatCapacitor body(C = C, T_start = T0);
+  Hyd.Thermal.Sources.FixedHeatFlow heater(Q_flow = P);
+  parameter Hyd.Units.HeatCapacity C = 200;
+  parameter Hyd.Units.HeatFlowRate P = 50;
+  parameter Hyd.Units.Temperature T0 = 295;
+equation
+  connect(heater.port, body.port);
+end Block;
+",
+        class: "Block",
+        channels: &[("T_K", "body.T", 0.2)],
+        conditions: &["T0", "P"],
+        nuisances: &["C"],
+        shots: &[&[295.0, 50.0], &[295.0, 150.0], &[295.0, 100.0], &[295.0, 200.0], &[295.0, 80.0]],
+        shown: |_, value| value,
+        rates: |x, shot| vec![(shot[1] - 2e-9 * (x[0].powi(4) - shot[0].powi(4))) / 200.0],
+        stop: 1500.0,
+    };
+    names(&bench, "named", "radiation", "body.T", &[("k", 2e-9)]);
+}
