@@ -4,9 +4,11 @@ Usage: positioning.py BARE_GIT_DIRECTORY   (of forgi86/sysid-neural-continuous; 
 
 - The reference position is a piecewise parabola (its acceleration is 0 or +-0.84236 m/s^2, to the last digit), so `reference.csv` holds
   the instants at which its acceleration changes, and by how much; position and speed at the beginning of a window go into the set.
-- Position and voltage of the motor are low-passed and decimated by ten as the benchmark's own processing does it
-  (Script_IDIM_LS.m: factor round(0.8*500/40) = 10; Chebyshev filter of order 8, 0.05 dB, 0.8 of the new Nyquist frequency, run forwards and backwards).
-- The noise of a channel is that of third differences of the record of 1 kHz times the square root of the share of the band that the filter leaves.
+- The voltage of the motor is low-passed and decimated by ten as the benchmark's own processing does it with the force
+  (Script_IDIM_LS.m: factor round(0.8*500/40) = 10; Chebyshev filter of order 8, 0.05 dB, 0.8 of the new Nyquist frequency, run forwards and
+  backwards).  Its gain at frequency zero, 0.9886, is divided out: there both sides of an equation are filtered, here one.  Of the position every tenth sample is kept.
+- The noise of the position is that of third differences of the record of 1 kHz, that of the voltage the same times the square root of the share of the band that the
+  filter leaves.
 - The training record is cut into five windows; the validation record stays whole, for the script that computes the published errors.
 - Instants are those of the record of 1 kHz: k/1000 s, to within 0.2 us.
 """
@@ -56,15 +58,19 @@ while k + 2 < len(bends):
     k += 2
 
 
-def filtered(values):
-    return decimate(values, FACTOR, ftype="iir", zero_phase=True)
-
-
 _, response = freqz(*cheby1(8, 0.05, 0.8 / FACTOR), worN=8192)
-share = float(numpy.mean(numpy.abs(response) ** 4))
+response = numpy.abs(response / response[0]) ** 2
+share = float(numpy.mean(response**2))
+gain = float(decimate(numpy.ones(20000), FACTOR, ftype="iir", zero_phase=True)[1000])
+
+
+def filtered(values):
+    return decimate(values, FACTOR, ftype="iir", zero_phase=True) / gain
+
+
 levels = {}
-for channel, name in (("q_m", "qm"), ("v_V", "vir")):
-    levels[channel] = noise([train[name].tolist()]) * share**0.5
+for channel, name, part in (("q_m", "qm", 1.0), ("v_V", "vir", share)):
+    levels[channel] = noise([train[name].tolist()]) * part**0.5
 
 # Only changes of the acceleration go into the table; the first sample tells position and speed at its instant.
 table(os.path.join(HERE, "data", "reference.csv"), ["time_s", "da_mps2"], [(f"{t:.6f}", f"{a:.5f}") for t, a in changes])
@@ -74,7 +80,7 @@ table(os.path.join(HERE, "data", "pulses.csv"), ["time_s", "pulse"], [(f"{k * ST
 columns = ["time_s", "q_m", "v_V"]
 tables = {}
 for name, source in (("train", train), ("test", test)):
-    rows = zip(numpy.arange(len(reference))[::FACTOR] * STEP, filtered(source["qm"]), filtered(source["vir"]))
+    rows = zip(numpy.arange(len(reference))[::FACTOR] * STEP, source["qm"][::FACTOR], filtered(source["vir"]))
     tables[name] = [(f"{t:.2f}", f"{q:.8f}", f"{v:.5f}") for t, q, v in rows]
     table(os.path.join(HERE, "data", f"{name}.csv"), columns, tables[name])
 table(
@@ -112,13 +118,12 @@ write_set(
         "sampling_Hz": 1 / STEP / FACTOR,
         "channels": ["q_m", "v_V"],
         "noise_std": {channel: rounded(value) for channel, value in levels.items()},
-        "quantisation": {"q_m": 5e-8},
         "sensor_offset_1sigma": {"q_m": 1e-7},
         "parameter_tolerance_1sigma": {"M": 0.2, "F_v": 0.5, "g": 0.01},
         "experiments": experiments,
     },
 )
-print("noise:", levels, "share of the band", share, "changes", len(changes), changes[:6])
+print("noise:", levels, "share of the band", share, "gain", gain, "changes", len(changes), changes[:6])
 # The reference made from the table again, beside the recorded one.
 again = numpy.zeros(len(reference))
 t = numpy.arange(len(reference)) * STEP
