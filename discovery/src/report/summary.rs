@@ -97,7 +97,10 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     if after.is_some() {
         let problem = last.base.problem(setup)?;
         let _ = writeln!(text, "\nsizes");
-        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.effect.is_some()) {
+        // Of shots that were not fitted nothing is known.
+        let is_fitted = |shot: Option<usize>| shot.is_none_or(|shot| setup.train.contains(&shot));
+        let sizes = problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect.is_some() && is_fitted(own.shot));
+        for (k, unknown) in sizes {
             let xi = last.fit.xi[k];
             let error = last.fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(xi).abs());
             let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));

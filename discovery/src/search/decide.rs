@@ -63,20 +63,20 @@ impl Search<'_> {
 
     /// What each candidate's fit has brought.
     fn standings(&self, pass: &Pass) -> Vec<Option<Standing>> {
-        // What an effect with implausible numbers explains beyond the plainer one that it refines belongs to something else.
-        let is_refined = |tried: &Tried| {
-            let others = pass.tried.iter().filter(|other| other.fit.is_some() && other.is_plausible);
-            let mut others = others.filter_map(|other| other.hypothesis.inserts.last());
-            let own = tried.hypothesis.inserts.last().filter(|_| !tried.is_plausible);
-            own.is_some_and(|own| {
-                let is_plainer = |other: &Candidate| {
+        let plainer = |tried: &Tried| {
+            let own = tried.hypothesis.inserts.last()?;
+            pass.tried.iter().position(|other| {
+                let inserted = other.hypothesis.inserts.last().filter(|_| other.fit.is_some());
+                inserted.is_some_and(|other| {
                     own.effect.refines.contains(&other.effect.id) && own.sites[0].path == other.sites[0].path
-                };
-                others.any(is_plainer)
+                })
             })
         };
         let standing = |tried: &Tried| {
-            let fit = tried.fit.as_ref().filter(|_| !is_refined(tried))?;
+            let plainer = plainer(tried);
+            // What an effect with implausible numbers explains beyond the plainer one that it refines belongs to something else.
+            let is_imitation = !tried.is_plausible && plainer.is_some_and(|other| pass.tried[other].is_plausible);
+            let fit = tried.fit.as_ref().filter(|_| !is_imitation)?;
             Some(Standing {
                 cost: fit.cost,
                 scale: (fit.misfit / pass.expected).max(1.0),
@@ -84,6 +84,7 @@ impl Search<'_> {
                 needed: self.needed_for(pass, tried),
                 errors: tried.errors,
                 is_plausible: tried.is_plausible,
+                plainer,
             })
         };
         pass.tried.iter().map(standing).collect()

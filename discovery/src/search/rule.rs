@@ -19,6 +19,8 @@ pub(super) struct Standing {
     pub errors: Option<f64>,
     /// Its numbers can be.
     pub is_plausible: bool,
+    /// The plainer one, at the same place, of which it is a case with further numbers.
+    pub plainer: Option<usize>,
 }
 
 impl Standing {
@@ -99,6 +101,10 @@ pub(super) fn outcome(
     let close: Vec<usize> = fitted().filter(|(_, own)| is_close(own) && is_sound(own)).map(|(k, _)| k).collect();
     // What leads uncertainly, or with numbers that cannot be, shows nothing where only noise is left without it.
     let is_doubtful = without.is_noise || !first.has_size();
+    // Of a law and the same with further numbers that explain no more, the plain one is the answer.
+    let is_refined =
+        |k: &usize| standings[*k].and_then(|own| own.plainer).is_some_and(|plainer| close.contains(&plainer));
+    let close: Vec<usize> = close.iter().copied().filter(|k| !is_refined(k)).collect();
     match close[..] {
         [] if without.is_adequate && is_doubtful => Outcome::Nothing,
         [] => Outcome::Unexplained,
@@ -143,7 +149,7 @@ mod tests {
     /// A sound candidate whose cost is that of a fit without (1000) less the fall.
     fn sound(fall: f64) -> Option<Standing> {
         let (scale, needed, errors) = (1.0, 25.0, Some(20.0));
-        Some(Standing { cost: 1000.0 - fall, scale, fall, needed, errors, is_plausible: true })
+        Some(Standing { cost: 1000.0 - fall, scale, fall, needed, errors, is_plausible: true, plainer: None })
     }
 
     fn with(own: Option<Standing>, change: impl FnOnce(&mut Standing)) -> Option<Standing> {
@@ -166,6 +172,17 @@ mod tests {
         // Where more than noise is left beside the effect, a lead is measured in that.
         let loud = |fall| with(sound(fall), |own| own.scale = 2.0);
         assert_eq!(says(&[loud(300.0), loud(281.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
+    }
+
+    #[test]
+    fn further_numbers_that_explain_no_more_do_not_make_a_choice() {
+        let refined = |fall, plainer| with(sound(fall), |own| own.plainer = Some(plainer));
+        assert_eq!(says(&[refined(305.0, 1), sound(300.0)], UNEXPLAINED), Outcome::Name(1));
+        // Where they explain more than a lead they are needed.
+        assert_eq!(says(&[refined(311.0, 1), sound(300.0)], UNEXPLAINED), Outcome::Name(0));
+        assert_eq!(says(&[refined(305.0, 1), sound(300.0), sound(301.0)], UNEXPLAINED), Outcome::Several(vec![1, 2]));
+        // Beside another one it stands like any other.
+        assert_eq!(says(&[refined(305.0, 2), sound(300.0), None], UNEXPLAINED), Outcome::Several(vec![0, 1]));
     }
 
     #[test]
