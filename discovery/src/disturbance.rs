@@ -22,7 +22,7 @@ pub struct Level {
 }
 
 /// Residuals that stay alike over fewer samples are white.
-const WHITE: f64 = 3.0;
+const WHITE: f64 = 2.0;
 
 impl Level {
     /// Nothing but noise as stated.
