@@ -97,11 +97,29 @@ pub struct ModelArguments {
     /// Sets a parameter by its full name (repeatable)
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` overrides it
+    #[arg(long, value_name = "FILE.toml")]
+    pub parameters: Option<PathBuf>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
     /// How messages are written to standard error
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub message_format: MessageFormat,
+}
+
+impl ModelArguments {
+    /// Puts what the file of parameters says before what is set one by one.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds what is not a value.
+    pub fn read_parameters(&mut self) -> Result<(), hyd_run::Failure> {
+        if let Some(path) = &self.parameters {
+            let mut set = hyd_run::parameter_file::read(path)?;
+            set.append(&mut self.set);
+            self.set = set;
+        }
+        Ok(())
+    }
 }
 
 /// Where classes come from.
@@ -356,6 +374,9 @@ pub struct Fit {
     /// The 95 % interval of what may be off, from its profile likelihood (may be given several times)
     #[arg(long, value_name = "NAME")]
     pub profile: Vec<String>,
+    /// Writes the parameters as fitted, with the conditions of the first fitted shot, for `hyd simulate --parameters`
+    #[arg(long, value_name = "FILE.toml")]
+    pub write_parameters: Option<PathBuf>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

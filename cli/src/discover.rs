@@ -27,7 +27,8 @@ use crate::translate::report as report_all;
 use crate::{Failure, output};
 
 /// The files of a report.
-const FILES: [&str; 6] = ["report.json", "trajectories.csv", "report.html", "gap.svg", MODEL, MEMORY];
+const FILES: [&str; 7] =
+    ["report.json", "trajectories.csv", "report.html", "gap.svg", "parameters.toml", MODEL, MEMORY];
 /// The model that has what was found.
 const MODEL: &str = "discovered.hyd";
 
@@ -105,6 +106,7 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
     save("report.json", json)?;
     save("trajectories.csv", &table(&report.curves))?;
     save("report.html", &page(report))?;
+    save("parameters.toml", &report.parameters)?;
     if let Some(figure) = gap_picture(setup, report) {
         write_picture(&arguments.report.join("gap.svg"), &figure)?;
     }

@@ -9,7 +9,10 @@ use hyd_discovery::fit::profile::{Profile, profiles};
 use hyd_discovery::fit::schedule::{self, Record};
 use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::proof::{Gap, gap};
+use hyd_discovery::report::parameter_file;
 use hyd_discovery::unknowns::{Meaning, Unknown};
+use hyd_results::{refuse_read, write_whole};
+use hyd_system::significant;
 use serde_json::{Value, json};
 
 use crate::arguments::Fit;
@@ -62,6 +65,11 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
         true => None,
         false => Some(gap(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
     };
+    if let Some(path) = &arguments.write_parameters {
+        let text = parameter_file(&problem, &found.xi, setup.train[0], &setup.bench.name);
+        let done = refuse_read(path).and_then(|()| write_whole(path, text.as_bytes()));
+        done.map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))?;
+    }
     let (ratio, seconds) = (found.misfit / expected, begin.elapsed().as_secs_f64());
     let whole_loops = tell_whole_loops(setup);
     let outcome =
@@ -103,6 +111,32 @@ impl Outcome<'_> {
         })
     }
 
+    /// The parameter that an unknown stands for, with its unit and what was expected: `  ro.rlc.R = 0.905 +- 0.011 Ohm (expected 0.9 +- 0.018)`.
+    fn in_units(&self, unknown: &Unknown, xi: f64, error: f64) -> String {
+        let [place] = unknown.places() else { return String::new() };
+        let shot = unknown.shot.unwrap_or(self.setup.train[0]);
+        let (place, base) = (&self.problem.places[*place], self.problem.base[shot][*place]);
+        let (value, expected, spread) = match unknown.meaning {
+            // Under the conditions of one shot only, where these decide the parameter.
+            Meaning::Relative { sigma, .. } if self.is_condition(place.name()) => {
+                let (percent, error) = (100.0 * sigma * xi, 100.0 * sigma * error);
+                return format!("  {} {percent:+.2} +- {error:.2} % of its condition", place.name());
+            }
+            Meaning::Relative { sigma, .. } => (base * unknown.value(xi), base, (base * sigma).abs()),
+            Meaning::Value { .. } => (unknown.value(xi), unknown.value(0.0), unknown.slope(0.0).abs()),
+            _ => return String::new(),
+        };
+        let error = error * if let Meaning::Value { .. } = unknown.meaning { unknown.slope(xi).abs() } else { spread };
+        let unit = self.problem.machine.unit(place);
+        let unit = if unit.is_empty() || &*unit == "1" { String::new() } else { format!(" {unit}") };
+        let of = |value, error| format!("{} +- {}", as_known(value, error), as_known(error, error));
+        format!("  {} = {}{unit} (expected {})", place.name(), of(value, error), of(expected, spread))
+    }
+
+    fn is_condition(&self, name: &str) -> bool {
+        self.setup.study.conditions.contains_key(name)
+    }
+
     fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
@@ -128,7 +162,12 @@ impl Outcome<'_> {
             let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
             let (sign, xi) = (if factor { "x" } else { " " }, self.found.xi[k]);
             let (value, error) = (unknown.value(xi), self.error(k));
-            let _ = writeln!(text, "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}", unknown.name);
+            let _ = writeln!(
+                text,
+                "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}{}",
+                unknown.name,
+                self.in_units(unknown, xi, error)
+            );
         }
         if !self.profiles.is_empty() {
             let _ = writeln!(text, "\n95 % intervals from profiles");
@@ -142,6 +181,19 @@ impl Outcome<'_> {
         }
         let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);
         text
+    }
+}
+
+/// A value as far as it is known: to the second digit of its error.
+fn as_known(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
+        return significant(value);
+    }
+    let exponent = |x: f64| if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
+    let last = exponent(error) - 1;
+    match exponent(value) {
+        plain if (-3..6).contains(&plain) => format!("{value:.*}", usize::try_from(-last).unwrap_or(0)),
+        large => format!("{value:.*e}", usize::try_from(large - last).unwrap_or(0)),
     }
 }
 
@@ -167,4 +219,23 @@ fn wanted(names: &[String], setup: &Setup, problem: &Problem<'_>) -> Result<Vec<
         }
     };
     names.iter().map(find).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::as_known;
+
+    #[test]
+    fn values_are_shown_as_far_as_they_are_known() {
+        for (value, error, shown) in [
+            (3005.4321, 9.1, "3005.4"),
+            (0.9012345, 0.0113, "0.901"),
+            (-2.0e9, 3.0e7, "-2.000e9"),
+            (1.2345e-6, 2.0e-8, "1.234e-6"),
+            (123_456.0, 2000.0, "123456"),
+            (0.0, 0.25, "0.00"),
+        ] {
+            assert_eq!(as_known(value, error), shown);
+        }
+    }
 }

@@ -49,7 +49,7 @@ pub use library::LibraryPath;
 
 /// Runs the command with its arguments, the first being the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let mut arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             // `--help` and `--version` come this way, too; a closed output is no reason to complain.
@@ -57,6 +57,17 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
+    let read = match &mut arguments.verb {
+        Verb::Check(verb) => verb.model.read_parameters(),
+        Verb::Simulate(verb) => verb.model.read_parameters(),
+        Verb::Build(verb) => verb.model.read_parameters(),
+        Verb::Linearize(verb) => verb.model.read_parameters(),
+        Verb::Equations(verb) => verb.model.read_parameters(),
+        _ => Ok(()),
+    };
+    if let Err(failure) = read {
+        return failure.report(arguments.message_format());
+    }
     let result = match &arguments.verb {
         Verb::Check(verb) => check::check(verb),
         Verb::Simulate(verb) => simulate::simulate(verb),

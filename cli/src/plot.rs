@@ -51,6 +51,7 @@ fn units(arguments: &Plot) -> Result<BTreeMap<String, String>, Failure> {
         let model = ModelArguments {
             file: file.clone(),
             model: arguments.model.clone(),
+            parameters: None,
             set: Vec::new(),
             libraries: arguments.libraries.clone(),
             message_format: MessageFormat::Text,

@@ -72,6 +72,7 @@ fn model_arguments(arguments: &Sweep, plan: &Plan, file: PathBuf) -> ModelArgume
     ModelArguments {
         file,
         model: plan.class.clone(),
+        parameters: None,
         set: plan.set.clone().into_iter().collect(),
         libraries: arguments.libraries.clone(),
         message_format: arguments.sweep.message_format,

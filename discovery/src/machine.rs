@@ -33,6 +33,13 @@ pub struct ParameterPlace {
     negated: bool,
 }
 
+impl ParameterPlace {
+    /// The full name of the parameter.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
 /// Channels at the output points of a run, or why it failed.
 pub type Answer = Result<Vec<Vec<f64>>, Fault>;
 
@@ -275,6 +282,11 @@ impl Machine {
                 "`{name}` is not a parameter that can be set: it is final, follows from others or decides sizes"
             ))),
         }
+    }
+
+    /// The unit of a parameter; empty where it has none.
+    pub fn unit(&self, place: &ParameterPlace) -> Arc<str> {
+        self.tables.find(&place.name).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone())
     }
 
     /// What a parameter may be.

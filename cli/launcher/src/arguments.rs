@@ -13,7 +13,7 @@ pub struct Run {
     /// Sets a parameter by its full name (repeatable)
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
-    /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` goes over it
+    /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` overrides it
     #[arg(long, value_name = "FILE.toml")]
     pub parameters: Option<PathBuf>,
     #[command(flatten)]

@@ -7,7 +7,6 @@
 mod arguments;
 mod habits;
 mod help;
-mod parameter_file;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -16,7 +15,7 @@ use std::sync::Arc;
 
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
-use hyd_run::{Facts, Failure, MessageFormat, REBUILD, Subject, WholeLoops, clock, output, parameters};
+use hyd_run::{Facts, Failure, MessageFormat, REBUILD, Subject, WholeLoops, clock, output, parameter_file, parameters};
 use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 

@@ -8,6 +8,7 @@ pub mod arguments;
 pub mod clock;
 pub mod interrupt;
 pub mod output;
+pub mod parameter_file;
 pub mod parameters;
 mod progress;
 mod recorder;

@@ -5,6 +5,8 @@
 
 mod derivatives;
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use crate::Fault;
@@ -99,6 +101,13 @@ impl Problem<'_> {
             }
         }
         values
+    }
+
+    /// All parameters that are set for a shot, by their full names, with their units.
+    pub fn parameters_of(&self, xi: &[f64], shot: usize) -> Vec<(String, f64, Arc<str>)> {
+        let values = self.values(xi, shot);
+        let named = self.places.iter().zip(values);
+        named.map(|(place, value)| (place.name().to_string(), value, self.machine.unit(place))).collect()
     }
 
     /// Output points of each shot up to a share of the record.

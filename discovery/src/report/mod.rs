@@ -6,6 +6,7 @@
 mod disturbed;
 mod json;
 mod nearest;
+mod parameter_file;
 mod parameters;
 mod phases;
 mod summary;
@@ -23,6 +24,7 @@ use crate::unknowns::EffectPart;
 use crate::variant::{Insert, Workshop};
 use crate::{Fault, Setup};
 
+pub use parameter_file::parameter_file;
 pub use trajectories::{ChannelCurves, ShotCurves, table};
 
 /// Everything that is written down.
@@ -33,6 +35,8 @@ pub struct Report {
     pub model: Option<String>,
     /// Measured, base and extended, shot by shot.
     pub curves: Vec<ShotCurves>,
+    /// The parameters of that model, or of the base model, for the first shot that was fitted: `parameters.toml`.
+    pub parameters: String,
     /// For the terminal.
     pub summary: String,
     /// Names and texts of the files that the report points at.
@@ -95,6 +99,18 @@ pub fn report(
         Some(own) => Some(gaps(setup, &setup.problem(&own.machine, &own.candidates)?, &last.fit.xi)?),
         None => None,
     };
+    let parameters = {
+        let shot = setup.train[0];
+        let class = &workshop.class;
+        match &extended {
+            Some(own) => {
+                let problem = setup.problem(&own.machine, &own.candidates)?;
+                let title = format!("{} ({class} with what was found)", workshop.extended_name());
+                parameter_file(&problem, &last.fit.xi, shot, &title)
+            }
+            None => parameter_file(&base, &first.fit.xi, shot, class),
+        }
+    };
     let gaps = AllGaps { raw, before, after };
     let curves = trajectories::curves(&scene, &gaps)?;
     let mut json = json::json(&scene, &gaps, seconds)?;
@@ -103,7 +119,7 @@ pub fn report(
         object.insert("change".into(), json!(own.own));
     }
     let summary = summary::summary(&scene, &gaps, seconds, &json)?;
-    Ok(Report { json, model: extended.map(|own| own.whole), curves, summary, texts })
+    Ok(Report { json, model: extended.map(|own| own.whole), curves, parameters, summary, texts })
 }
 
 /// Where a model comes from, for its annotation.

@@ -143,3 +143,27 @@ fn a_point_behind_a_loop_whose_errors_grow_is_reached() {
     let entry = |name: &str| linear[name][0][0].as_f64().unwrap_or_else(|| panic!("{linear:#}"));
     assert!((entry("A") + 1.0).abs() < 1e-6 && (entry("C") - 1.001).abs() < 1e-6, "{linear:#}");
 }
+
+/// A file of parameters is what `--set` would say of each, and what is said one by one overrides it.
+#[test]
+fn files_of_parameters_hold_for_every_verb_with_a_model() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    folder.write("p.toml", "e = \"b\"\n\"all[1]\" = \"b\" # a comment\nsize = \"b\"\n");
+    let simulate = ["simulate", "m.hyd", "--parameters", "p.toml", "--intervals", "1", "--result", "r.csv"];
+    let row = |more: &[&str]| {
+        let outcome = run(folder.path(), &[&simulate[..], more].concat());
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+        folder.read("r.csv").lines().next_back().unwrap().to_string()
+    };
+    // v[1], v[2] (a size that the file decides), x, y, z, u, w.
+    assert!(row(&[]).ends_with("5,5,20,1,4,6,7"), "{}", row(&[]));
+    assert!(row(&["--set", "e=a"]).ends_with("5,5,10,1,4,6,7"));
+    assert_eq!(run(folder.path(), &["check", "m.hyd", "--parameters", "p.toml"]).code, Some(0));
+    for (text, words) in [("e = [", "p.toml"), ("nobody = 1", "`nobody`"), ("e = 1979-05-27", "`e` is not a value")] {
+        folder.write("p.toml", text);
+        let outcome = run(folder.path(), &simulate);
+        assert_no_panic(&outcome);
+        assert!(outcome.code == Some(1) && outcome.stderr.contains(words), "{text}: {}", outcome.stderr);
+    }
+}

@@ -36,6 +36,30 @@ fn without_shots_held_out_there_is_no_gap_on_them() {
     assert!(json["gap"]["heldout"].is_null() && json["gap"]["train"]["all"].is_number(), "{json}");
 }
 
+/// The parameters that a fit writes make the run that it has fitted: the study's table is such a run.
+#[test]
+fn what_a_fit_has_found_can_be_run() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    study(&folder, "k = \"spring.k\"", "k = \"spring.k\"");
+    let fitted = run(&own, &[&FIT[..], &["--write-parameters", "fitted.toml"]].concat());
+    assert_eq!((fitted.code, fitted.stderr.as_str()), (Some(0), ""));
+    assert!(fitted.stdout.contains("spring.k = ") && fitted.stdout.contains(" N/m (expected "), "{}", fitted.stdout);
+    let text = folder.read("drv/fitted.toml");
+    assert!(text.contains("under the conditions of shot ") && text.contains("\"spring.k\" = "), "{text}");
+    let simulated = run(
+        &own,
+        &["simulate", "drive.hyd", "--parameters", "fitted.toml", "--variables", "^(y|p)$", "--result", "again.csv"],
+    );
+    assert_eq!(simulated.code, Some(0), "{}", simulated.stderr);
+    let table = if text.contains("conditions of shot 1,") { "bench/shot1.csv" } else { "bench/shot2.csv" };
+    let compared = run(&own, &["compare", table, "again.csv", "--tolerance", "2e-2"]);
+    assert_eq!(compared.code, Some(0), "{}{}", compared.stdout, compared.stderr);
+    // The model's own file is not written over.
+    let over = run(&own, &[&FIT[..], &["--write-parameters", "other.toml"]].concat());
+    assert!(over.code != Some(0) && over.stderr.contains("other.toml"), "{}", over.stderr);
+}
+
 /// The text that is translated is made of the study; messages are about what the user has written.
 #[test]
 fn what_a_study_names_wrongly_is_said_of_the_study() {

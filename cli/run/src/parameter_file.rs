@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use hyd_run::{Failure, read_text};
 use toml::{Table, Value};
+
+use crate::{Failure, read_text};
 
 /// Longest text (bytes): reading it takes fifty times as much memory.
 const LONGEST: usize = 4 << 20;
