@@ -20,6 +20,8 @@ use crate::search::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 
+/// Share by which what terms explain differs when they are the same: rounding.
+const SAME: f64 = 1e-6;
 /// Terms looked at in one run.
 const TOGETHER: usize = 96;
 /// Terms that one shot leaves for all shots.
@@ -86,7 +88,24 @@ pub fn locate(
     let best = located.first().map_or(0.0, |best| best.score.gain);
     let equal = located.partition_point(|own| own.score.gain > best - LEAD);
     located[..equal].sort_by_key(|own| !exchangeable.contains(&&*own.term.component));
+    // Of terms that are the same but for a factor (a variable and twice that variable) those of the equation's own variables.
+    let best = located.first().map_or(0.0, |best| best.score.gain);
+    let same = located.iter().position(|own| own.score.gain < best * (1.0 - SAME)).unwrap_or(located.len());
+    located[..same].sort_by_key(|own| strangers(&own.term));
     Ok((located, runs))
+}
+
+/// Number of words of a term's shape that its equation does not hold.
+fn strangers(term: &Term) -> usize {
+    let words = |text: &str| -> Vec<String> {
+        let is_inside = |c: char| c.is_alphanumeric() || "_.[]'".contains(c);
+        text.split(|c: char| !is_inside(c))
+            .filter(|word| word.starts_with(char::is_alphabetic))
+            .map(String::from)
+            .collect()
+    };
+    let known = words(&term.equation);
+    words(&term.shape).iter().filter(|word| !known.contains(word)).count()
 }
 
 /// The fit seen on the one shot whose residuals are farthest from noise.

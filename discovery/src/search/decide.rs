@@ -23,6 +23,8 @@ const LEFT: f64 = 0.15;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
+/// Share of the excess that the best effect leaves, of which a term that explains all leaves no more.
+const NEXT_TO_NOTHING: f64 = 0.05;
 /// Standard deviations of the sum of squares of noise within which a misfit is that of noise.
 const SPREAD: f64 = 3.0;
 
@@ -238,7 +240,10 @@ pub(crate) fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
     let count = pass.fit.xi.len();
     let without_prior = |fit: &Fit| fit.cost - fit.xi[count..].iter().map(|xi| xi * xi).sum::<f64>();
     let by = (without_prior(fit) - without_prior(own)) / scale;
-    term.has_size() && own.misfit <= adequate(pass.expected) && is_beaten_by(by, fit.misfit <= noise(pass.expected))
+    // Noise may be more than stated: a term that leaves next to nothing of what the effect leaves explains it, too.
+    let is_all = own.misfit <= adequate(pass.expected)
+        || own.misfit - pass.expected < NEXT_TO_NOTHING * (fit.misfit - pass.expected);
+    term.has_size() && is_all && is_beaten_by(by, fit.misfit <= noise(pass.expected))
 }
 
 /// The status of an answer that names effects.

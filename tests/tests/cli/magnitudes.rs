@@ -89,8 +89,8 @@ const CASES: [(&str, &str, &str, &str); 21] = [
         "absolute = 1e200",
         "`study.toml`: line 9: nuisance `k`: `absolute` is 1e200, larger than",
     ),
-    ("a.csv", "0.05,", "0.05,1e300\n0.051,", "`a.csv`: line 3, column `x`: 1e300 is no measured value"),
-    ("a.csv", "0.05,", "1e120,", "`a.csv`: line 3, column `t`: 1e120 is no measured value"),
+    ("a.csv", "0.05,", "0.05,1e300\n0.051,", "`a.csv`: line 3, column `x`: 1e300 is not a measured value"),
+    ("a.csv", "0.05,", "1e120,", "`a.csv`: line 3, column `t`: 1e120 is not a measured value"),
     ("study.toml", "[shots]", "[shots]\ntime_scale = 1e100", "`a.csv`: line 23: 1.05e100 s is no time"),
     (
         "study.toml",
