@@ -2,8 +2,9 @@
 //!
 //! The first round takes noise as it is stated.  Where even the best model leaves more, what it leaves is looked at
 //! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
-//! search then begins again with these taken up, until they no longer change.  Effects that were named late may only have imitated
-//! parameters that scatter; where scatter explains as much as they do, it is taken up in their place.
+//! search then begins again with these taken up, until they no longer change.  Effects that were named late, or that have a size of their
+//! own in every shot, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
+//! their place.
 
 use super::decide::noise;
 use super::look::refresh;
@@ -76,10 +77,15 @@ impl Search<'_> {
         Ok(is_new(&self.setup.disturbances, &found.disturbances).then_some(found.disturbances))
     }
 
-    /// Scatter from shot to shot that explains what effects named after the first one do.
+    /// Scatter from shot to shot that explains what effects named after the first one do, or one whose size is another in every shot.
     fn scatter_instead(&self, findings: &Findings) -> Result<Option<Disturbances>, Fault> {
-        let Some(last) = findings.passes.last().filter(|last| last.base.inserts.len() > 1) else { return Ok(None) };
-        for pass in findings.passes.iter().skip(1).filter(|pass| pass.base.inserts.len() < last.base.inserts.len()) {
+        let Some(last) = findings.passes.last() else { return Ok(None) };
+        // One with a size of its own in every shot is scatter itself, unless it is larger than tolerances allow.
+        let may_imitate = |pass: &&Pass| {
+            let known = pass.base.inserts.len();
+            last.base.inserts.get(known).is_some_and(|next| known > 0 || next.effect.per_shot)
+        };
+        for pass in findings.passes.iter().filter(may_imitate) {
             let found = self.left(&pass.base, &pass.fit)?;
             let known = &self.setup.disturbances;
             let is_more = found.disturbances.scatter.len() > known.scatter.len()
