@@ -41,7 +41,9 @@ pub(crate) fn tables() -> Vec<Vec<u8>> {
 
 pub(crate) fn studies() -> Vec<Vec<u8>> {
     // Templates of `hyd new` become texts as soon as their names are strings.
-    let filled = |text: Vec<u8>| String::from_utf8_lossy(&text).replace("{quoted}", "\"drive\"").into_bytes();
+    let filled = |text: Vec<u8>| {
+        String::from_utf8_lossy(&text).replace("{quoted}", "\"drive\"").replace("{Class}", "Drive").into_bytes()
+    };
     let files = |folders: &[&str], ends: &[&str]| files(folders, ends).into_iter().map(filled).collect::<Vec<_>>();
     let studies = files(&["models", "cli/src/new"], &["bench.toml", "bench.toml.txt"]);
     let sets = files(&["tests/data/bench", "cli/src/new"], &[".json", "set.json.txt"]);

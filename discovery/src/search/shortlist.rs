@@ -36,6 +36,8 @@ const MOST_AFAR: usize = 2;
 /// Misfit per expected misfit above which nuisances of the fit without are no place to start from.
 const FAR: f64 = 3.0;
 
+/// A look that promises less is not followed where model error counts.
+const HIDDEN: f64 = 1.0;
 /// Share of the excess of the base model that a fit may leave if it is to be followed further.
 const MOST: f64 = 0.5;
 
@@ -71,7 +73,12 @@ impl Search<'_> {
     pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
         let ratio = pass.fit.misfit / pass.expected;
         let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
-        let promising = if pass.fit.misfit > adequate(pass.expected) { PROMISING.0 } else { PROMISING.1 };
+        let promising = match pass.fit.misfit > adequate(pass.expected) {
+            // What counts as model error may be an effect that hides in it: a better model lowers the level.
+            _ if !self.setup.disturbances.is_noise() => HIDDEN,
+            true => PROMISING.0,
+            false => PROMISING.1,
+        };
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         let is_found = |tried: &Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.is_found());
         let most = |tried: &Tried| if is_found(tried) && ratio > FAR { SHORTLIST_FOUND } else { count };
