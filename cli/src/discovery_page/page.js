@@ -62,7 +62,7 @@ function disturbed() {
     const at = left.first_place ? `, first of all at <code>${safe(left.first_place)}</code>` : "";
     lines.unshift(`<li>${fixed(100 * left.share, 0)} % of the excess over noise remain, which looks like ${safe(left.looks_like)}${at}</li>`);
   }
-  if (lines.length) section("Beside the machine and its noise", `<ul>${lines.join("")}</ul>`);
+  if (lines.length) section("Beside the machine and its noise", `<ul>${lines.join("")}</ul>`, { wide: true });
 }
 
 // What an answer without a name still knows: effects that earlier passes put into the model, and the best candidates of the last one.
