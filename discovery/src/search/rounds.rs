@@ -70,7 +70,7 @@ impl Search<'_> {
             .fold((&last.base, &last.fit), |best, own| if own.1.cost < best.1.cost { own } else { best });
         let is_left = fit.misfit > adequate(first.expected);
         let is_known = !self.setup.disturbances.levels.is_empty();
-        if !is_left && !is_known && findings.status != Status::Unconverged && findings.reason.is_none() {
+        if !is_left && !is_known && findings.status != Status::Unconverged {
             return Ok(None);
         }
         let found = self.left(hypothesis, fit)?;
