@@ -24,6 +24,7 @@ use crate::{Options, Statistics};
 
 mod choosing;
 mod jump;
+mod reach;
 mod stall;
 
 use choosing::Choosing;
@@ -368,23 +369,7 @@ impl Simulator {
     /// One step with what it passes: events, rows, assertions.  Returns the time reached.
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let from = self.integrator.t();
-        let mut limit = run.limit().min(from + run.problem.system.longest_step());
-        if run.problem.system.has_inputs() {
-            let reach = run.problem.system.input_reach(from);
-            limit = limit.min(reach.max(from + 32.0 * self.integrator.smallest_step(from)));
-        }
-        if run.unchanged_until <= from {
-            run.unchanged_until = run.problem.system.unchanged_until(from, run.limit());
-        }
-        if run.unchanged_until < run.limit() {
-            limit = limit.min(run.unchanged_until.max(from + 32.0 * self.integrator.smallest_step(from)));
-        }
-        if let Some(shortest) = run.problem.system.shortest_delay() {
-            self.integrator.note_delay(shortest);
-            if self.integrator.is_one_step() {
-                limit = limit.min(from + shortest);
-            }
-        }
+        let limit = self.reach(run, from);
         let failures = run.problem.statistics.convergence_failures;
         if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
             if let Some(t) = self.jump(run, &failure, (from, limit))? {

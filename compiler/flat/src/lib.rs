@@ -44,6 +44,7 @@ mod made;
 pub mod model;
 mod model_ends;
 mod open_ends;
+mod operand;
 mod operator;
 mod piecewise;
 mod print;
