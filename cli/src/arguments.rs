@@ -186,6 +186,9 @@ pub struct Simulate {
 pub struct Build {
     #[command(flatten)]
     pub model: ModelArguments,
+    /// Inputs of the model that the executable reads from a table (--input DATA.csv): their names, an array by any of its elements
+    #[arg(long, value_name = "NAME,...", value_parser = names)]
+    pub input: Option<Names>,
     /// The executable
     #[arg(long, short, value_name = "EXE")]
     pub output: PathBuf,

@@ -5,13 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use hyd_compiler::Goal;
+use hyd_compiler::{Extras, Goal, Loops};
 use hyd_payload::{executable, format};
 use hyd_results::write_whole;
+use hyd_source::did_you_mean;
 use hyd_system::DaeSystem;
 
 use crate::arguments::Build;
-use crate::translate::{translate, translate_whole_loops};
+use crate::translate::{real_inputs, translate_with};
 use crate::{Failure, output, parameters};
 use hyd_run::check_target;
 
@@ -24,13 +25,20 @@ const LAUNCHER: &str = if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launc
 pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     check_target("-o", &arguments.output, &[&arguments.model.file])?;
     let launcher = launcher(&arguments.output)?;
-    let compilation = match arguments.whole_loops {
-        true => translate_whole_loops(&arguments.model)?,
-        false => translate(&arguments.model, Goal::Run)?,
-    };
+    let loops = if arguments.whole_loops { Loops::Whole } else { Loops::Torn };
+    let driven = arguments.input.clone().unwrap_or_default().0;
+    let extras = Extras { loops, driven: &driven, ..Extras::default() };
+    let compilation = translate_with(&arguments.model, Goal::Run, &extras)?;
     let model = compilation.model.as_ref();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let mut payload = model.payload().clone();
+    let sites = &payload.structure.inputs;
+    if let Some(name) = driven.iter().find(|name| sites.iter().all(|site| *site.name != ***name)) {
+        let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+        let hint = did_you_mean(name, known.iter().map(String::as_str));
+        let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
+        return Err(Failure::Usage(format!("--input: the model has no input `{name}` of type Real at its top{hint}")));
+    }
     let changes = parameters::changes(model.tables(), &arguments.model.set, &compilation.set_at_translation);
     payload.parameters.preset = changes.map_err(Failure::Fault)?;
     // What the executable begins with must be what a run could be given.

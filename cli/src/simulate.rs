@@ -4,15 +4,17 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, Goal};
+use hyd_compiler::{Compilation, Extras, Goal};
 use hyd_report::{Curve, Figure};
 use hyd_results::partial;
-use hyd_run::{DONE_AGAIN, Facts, Outcome, Recorder, Status, WHOLE_LOOPS, check_usage, finish, options, tell};
+use hyd_run::{
+    DONE_AGAIN, Facts, InputTable, Outcome, Recorder, Status, WHOLE_LOOPS, check_usage, finish, options, tell,
+};
 use hyd_runtime::SolveError;
 
 use crate::arguments::Simulate;
 use crate::picture::{check_picture, write_picture};
-use crate::translate::{self, translate, with_whole_loops};
+use crate::translate::{self, real_inputs, translate_with, with_whole_loops};
 use crate::{Failure, clock, output, parameters, run_failure};
 
 /// Runs the verb.
@@ -22,7 +24,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         check_picture("--plot", path)?;
     }
     let begin = clock::cpu_seconds();
-    let compilation = translate(&arguments.model, Goal::Run).inspect_err(|_| {
+    let table = arguments.run.inputs.read()?;
+    let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
+    let extras = Extras { driven: &driven, ..Extras::default() };
+    let compilation = translate_with(&arguments.model, Goal::Run, &extras).inspect_err(|_| {
         if arguments.run.json {
             let _ = output::print("{\"status\":\"rejected\"}\n");
         }
@@ -33,12 +38,17 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         check_picture("--plot", path)?;
     }
     let mut compilation = compilation;
-    let mut outcome = run(arguments, &compilation, begin, Vec::new())?;
+    let mut outcome = run((arguments, table.as_ref()), &compilation, begin, Vec::new())?;
     if outcome.result.as_ref().is_err_and(SolveError::may_be_rounding)
         && let Some(whole) = with_whole_loops(&compilation, &arguments.model.set)
     {
         let torn = compilation.model.replace(whole);
-        let again = run(arguments, &compilation, begin, vec![format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}")])?;
+        let again = run(
+            (arguments, table.as_ref()),
+            &compilation,
+            begin,
+            vec![format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}")],
+        )?;
         match again.result {
             Ok(_) => outcome = again,
             Err(_) => compilation.model = torn,
@@ -62,7 +72,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
 
 /// One run; `warnings` are said of it beside its own.
 fn run(
-    arguments: &Simulate,
+    (arguments, table): (&Simulate, Option<&InputTable>),
     compilation: &Compilation,
     begin: f64,
     mut warnings: Vec<String>,
@@ -74,6 +84,13 @@ fn run(
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
     let code = model.statistics();
     warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
+    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
+    let experiment = InputTable::experiment(table, &model.payload().experiment);
+    let options = options(&arguments.run, &experiment, sensitivity)?;
+    if let Some(table) = table {
+        let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+        warnings.extend(table.recorded(&mut system, (options.start, options.stop), &known)?.warnings);
+    }
     let facts = Facts {
         model: compilation.model_name.as_deref().unwrap_or_default().to_string(),
         templates: code.templates,
@@ -81,8 +98,6 @@ fn run(
         translate_s: clock::cpu_seconds() - begin,
         warnings,
     };
-    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
-    let options = options(&arguments.run, &model.payload().experiment, sensitivity)?;
     hyd_run::simulate(&mut system, &arguments.run, &options, facts, arguments.plot.is_some())
 }
 

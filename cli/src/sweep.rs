@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use hyd_compiler::{CompiledModel, Goal};
+use hyd_compiler::{CompiledModel, Extras, Goal};
 use hyd_ensemble::Plan;
-use hyd_run::{Subject, WholeLoops, join, override_plan, prepare, read_plan};
+use hyd_run::{InputTable, Recorded, Subject, WholeLoops, join, override_plan, prepare, read_plan};
 use hyd_system::DaeSystem;
 
 use crate::arguments::{ModelArguments, Sweep};
-use crate::translate::{translate, with_whole_loops};
-use crate::{Failure, parameters};
+use crate::translate::{real_inputs, translate_with, with_whole_loops};
+use crate::{Failure, output, parameters};
 
 /// Runs the verb.
 pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
@@ -26,13 +26,28 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
     }
     let (plan, file) = plan(arguments)?;
     let prepared = prepare(&arguments.sweep, plan)?;
-    let compilation = translate(&model_arguments(arguments, prepared.plan(), file), Goal::Run)?;
+    let table = arguments.sweep.inputs.read()?;
+    let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
+    let extras = Extras { driven: &driven, ..Extras::default() };
+    let compilation = translate_with(&model_arguments(arguments, prepared.plan(), file), Goal::Run, &extras)?;
     let model = compilation.model.clone();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
+    let experiment = InputTable::experiment(table.as_ref(), &model.payload().experiment);
+    let recorded = match &table {
+        Some(table) => {
+            let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+            table.recorded(&mut model.instantiate(), prepared.span(&experiment)?, &known)?
+        }
+        None => Recorded::default(),
+    };
+    for warning in &recorded.warnings {
+        output::sentence("warning", warning, arguments.sweep.message_format);
+    }
     let make = || {
         let mut system = model.instantiate();
         parameters::apply(&mut system, &set, &compilation.set_at_translation)?;
+        recorded.hand_over(&mut system)?;
         Ok(Box::new(system) as Box<dyn DaeSystem>)
     };
     let payload = model.payload();
@@ -43,10 +58,11 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
         let model = whole.get_or_init(|| with_whole_loops(&compilation, &set)).as_ref()?;
         let mut system = model.instantiate();
         parameters::apply(&mut system, &set, &compilation.set_at_translation).ok()?;
+        recorded.hand_over(&mut system).ok()?;
         Some(Box::new(system) as Box<dyn DaeSystem>)
     };
     let whole_loops = if payload.has_torn_loops() { WholeLoops::Made(&make_whole) } else { WholeLoops::Needless };
-    let (sources, experiment) = (payload.identity.sources, payload.experiment);
+    let sources = payload.identity.sources ^ table.as_ref().map_or(0, InputTable::fingerprint);
     let subject = Subject { sources, experiment, limits, make: &make, whole_loops };
     prepared.run(&subject, "hyd sweep merge")
 }

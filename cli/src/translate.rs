@@ -4,29 +4,31 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hyd_compiler::render::{render, render_json};
-use hyd_compiler::{
-    Code, Compilation, CompiledModel, Diagnostic, Files, Goal, Options, Sources, compile, compile_whole_loops,
-};
+use hyd_compiler::{Code, Compilation, CompiledModel, Diagnostic, Extras, Files, Goal, Options, compile_extended};
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
 use crate::inside::refuse_outside;
 use crate::library::LibraryPath;
 use crate::{Failure, clock, output, parameters};
+use hyd_flat::FlatModel;
 use hyd_run::read_text;
+use hyd_system::ValueKind;
 
 /// Environment variable with further library folders, separated as in `PATH`.
 const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
 
 /// Compiles the model up to `goal`; its messages are printed, errors among them end the command.
 pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
-    let compilation = compiled(arguments, goal)?;
-    report(&compilation.files, &compilation.diagnostics, arguments.message_format);
-    if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
+    translate_with(arguments, goal, &Extras::default())
 }
 
-/// The same with all variables of loops as unknowns of the solver.
-pub(crate) fn translate_whole_loops(arguments: &ModelArguments) -> Result<Compilation, Failure> {
-    let compilation = compile_by(arguments, Goal::Run, compile_whole_loops)?;
+/// The same with what the text does not say.
+pub(crate) fn translate_with(
+    arguments: &ModelArguments,
+    goal: Goal,
+    extras: &Extras<'_>,
+) -> Result<Compilation, Failure> {
+    let compilation = compile_by(arguments, goal, extras)?;
     report(&compilation.files, &compilation.diagnostics, arguments.message_format);
     if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
 }
@@ -49,12 +51,10 @@ pub(crate) fn with_whole_loops(compilation: &Compilation, set: &[(String, String
 
 /// The same without a word on what the compiler says.
 pub(crate) fn compiled(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
-    compile_by(arguments, goal, compile)
+    compile_by(arguments, goal, &Extras::default())
 }
 
-type Compiler = fn(&mut dyn Sources, &str, &str, &Options) -> Compilation;
-
-fn compile_by(arguments: &ModelArguments, goal: Goal, compiler: Compiler) -> Result<Compilation, Failure> {
+fn compile_by(arguments: &ModelArguments, goal: Goal, extras: &Extras<'_>) -> Result<Compilation, Failure> {
     let format = arguments.message_format;
     let refused = |sentence: String| {
         report(&Files::new(), &[Diagnostic::error(Code::FileAccess, sentence)], format);
@@ -65,12 +65,19 @@ fn compile_by(arguments: &ModelArguments, goal: Goal, compiler: Compiler) -> Res
     let options =
         Options { model: arguments.model.clone(), set: arguments.set.clone(), goal, clock: clock::cpu_seconds };
     let name = arguments.file.display().to_string();
-    let mut compilation = compiler(&mut sources, &name, &text, &options);
+    let mut compilation = compile_extended(&mut sources, &name, &text, &options, extras);
     if let (Some(flat), false) = (&compilation.flat, compilation.has_errors()) {
         let wrong = parameters::refuse_unknown(flat, &arguments.set, &compilation.set_at_translation);
         compilation.diagnostics.extend(wrong);
     }
     Ok(compilation)
+}
+
+/// Full names of the inputs of the model itself that can follow recorded samples.
+pub(crate) fn real_inputs(flat: &FlatModel) -> Vec<String> {
+    let blocks = flat.inputs.iter().map(|&block| &flat.variables[block]);
+    let real = blocks.filter(|block| block.kind == ValueKind::Real);
+    real.flat_map(|block| (0..block.count as usize).map(|k| block.name.element(k))).collect()
 }
 
 /// Prints messages to standard error.

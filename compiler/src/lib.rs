@@ -13,11 +13,13 @@ mod pipeline;
 pub mod render;
 
 pub use hyd_codegen::{CodeStatistics, CompiledModel, CompiledSystem};
+pub use hyd_equations::Loops;
 pub use hyd_flat::{FlatModel, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources};
 pub use hyd_source::{Code, Diagnostic, Files, Severity, did_you_mean};
 pub use hyd_syntax::{Head, head, print_string};
 pub use injection::{InjectionSite, injection_sites};
 pub use pipeline::{
-    Compilation, Goal, Options, Stage, StageTime, compile, compile_whole_loops, compile_with, with_whole_loops,
+    Compilation, Extras, Goal, Options, Stage, StageTime, compile, compile_extended, compile_whole_loops, compile_with,
+    with_whole_loops,
 };

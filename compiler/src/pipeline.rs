@@ -156,6 +156,28 @@ pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Opti
     compile_with(sources, name, text, options, &[])
 }
 
+/// What a model is compiled with beside its text.
+#[derive(Clone, Copy, Default)]
+pub struct Extras<'a> {
+    /// Terms added to equations.
+    pub terms: &'a [Injection],
+    /// What becomes of loops.
+    pub loops: Loops,
+    /// Names of inputs of the model itself that follow recorded samples, see [`hyd_flat::flatten_driven`].
+    pub driven: &'a [String],
+}
+
+/// As [`compile`], with all that a text does not say.
+pub fn compile_extended(
+    sources: &mut dyn Sources,
+    name: &str,
+    text: &str,
+    options: &Options,
+    extras: &Extras<'_>,
+) -> Compilation {
+    compile_loops(sources, name, text, options, extras)
+}
+
 /// The same with terms added to equations of the model.
 pub fn compile_with(
     sources: &mut dyn Sources,
@@ -164,13 +186,13 @@ pub fn compile_with(
     options: &Options,
     terms: &[Injection],
 ) -> Compilation {
-    compile_loops(sources, name, text, options, (terms, Loops::Torn))
+    compile_loops(sources, name, text, options, &Extras { terms, ..Extras::default() })
 }
 
 /// As [`compile`], with all variables of loops as unknowns of the solver: for values of the parameters with which rounding errors grow
 /// along a torn loop.
 pub fn compile_whole_loops(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
-    compile_loops(sources, name, text, options, (&[], Loops::Whole))
+    compile_loops(sources, name, text, options, &Extras { loops: Loops::Whole, ..Extras::default() })
 }
 
 /// Makes code once more of a model that has been compiled, with all variables of loops as unknowns of the solver; `flat` and `files` are
@@ -196,9 +218,9 @@ fn compile_loops(
     name: &str,
     text: &str,
     options: &Options,
-    (terms, loops): (&[Injection], Loops),
+    extras: &Extras<'_>,
 ) -> Compilation {
-    let mut result = front_end(sources, name, text, options, terms);
+    let mut result = front_end(sources, name, text, options, extras);
     // What will feed a block does not matter before it runs.
     if options.goal < Goal::Run {
         result.diagnostics.retain(|diagnostic| diagnostic.code != Code::OpenInput);
@@ -210,15 +232,15 @@ fn compile_loops(
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.diagnostics.extend(units.diagnostics);
-    sort(&mut result, &flat, options, (terms, loops));
+    sort(&mut result, &flat, options, (extras.terms, extras.loops));
     result
 }
 
 /// Text to flat model; anew with arrays of components in parts, where their elements were found to differ.
-fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options, terms: &[Injection]) -> Compilation {
+fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options, extras: &Extras<'_>) -> Compilation {
     let mut apart = BTreeSet::new();
     loop {
-        let (result, differing) = read(sources, (name, text), options, terms, apart.clone());
+        let (result, differing) = read(sources, (name, text), options, extras, apart.clone());
         let known = apart.len();
         apart.extend(differing);
         if !result.has_errors() || apart.len() == known {
@@ -232,7 +254,7 @@ fn read(
     sources: &mut dyn Sources,
     (name, text): (&str, &str),
     options: &Options,
-    terms: &[Injection],
+    extras: &Extras<'_>,
     apart: BTreeSet<String>,
 ) -> (Compilation, BTreeSet<String>) {
     let start = (options.clock)();
@@ -254,7 +276,7 @@ fn read(
         Ok(mut tree) => {
             let instantiated = (options.clock)();
             debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
-            let mut flat = hyd_flat::flatten_with(&mut tree, terms);
+            let mut flat = hyd_flat::flatten_driven(&mut tree, extras.terms, extras.driven);
             flat.given = given(&flat, &options.set);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
             if !tree.table.diagnostics.iter().any(|d| d.severity == Severity::Error) {

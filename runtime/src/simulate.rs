@@ -369,6 +369,10 @@ impl Simulator {
     fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
         let from = self.integrator.t();
         let mut limit = run.limit().min(from + run.problem.system.longest_step());
+        if run.problem.system.has_inputs() {
+            let reach = run.problem.system.input_reach(from);
+            limit = limit.min(reach.max(from + 32.0 * self.integrator.smallest_step(from)));
+        }
         if run.unchanged_until <= from {
             run.unchanged_until = run.problem.system.unchanged_until(from, run.limit());
         }

@@ -16,7 +16,9 @@ use std::sync::Arc;
 
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
-use hyd_run::{Facts, Failure, MessageFormat, REBUILD, Subject, WholeLoops, clock, output, parameters};
+use hyd_run::{
+    Facts, Failure, InputTable, MessageFormat, REBUILD, Recorded, Subject, WholeLoops, clock, output, parameters,
+};
 use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 
@@ -115,15 +117,18 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
         None => Vec::new(),
     };
     set.extend(arguments.set.iter().cloned());
-    let options = hyd_run::options(&arguments.run, &loaded.model.experiment, Vec::new())?;
+    let table = arguments.run.inputs.read()?;
+    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment);
+    let options = hyd_run::options(&arguments.run, &experiment, Vec::new())?;
     let mut system = loaded.instantiate();
+    let recorded = recorded(table.as_ref(), &mut system, (options.start, options.stop))?;
     set_parameters(&mut system, loaded, &set, options.start)?;
     let facts = Facts {
         model: loaded.model.tables.model.to_string(),
         templates: loaded.model.identity.templates as usize,
         code_bytes: loaded.engine.code_bytes,
         translate_s: clock::cpu_seconds() - begin,
-        warnings: fallback(loaded).into_iter().collect(),
+        warnings: fallback(loaded).into_iter().chain(recorded.warnings).collect(),
     };
     let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, false)?;
     let format = arguments.message_format;
@@ -138,6 +143,27 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
             output::sentence("note", &kept, format);
         }
     }))
+}
+
+/// Hands recorded inputs to a system.
+fn recorded(
+    table: Option<&InputTable>,
+    system: &mut hyd_payload::Instance,
+    span: (f64, f64),
+) -> Result<Recorded, Failure> {
+    let names: Vec<String> = system.structure().inputs.iter().map(|site| site.name.to_string()).collect();
+    match table {
+        Some(_) if names.is_empty() => {
+            let reason =
+                "the executable was built without recorded inputs; `hyd build FILE --input NAME -o EXE` names them";
+            Err(Failure::Usage(format!("--input: {reason}")))
+        }
+        Some(table) => table.recorded(system, span, &names),
+        None if names.is_empty() => Ok(Recorded::default()),
+        None => {
+            Err(Failure::Usage(format!("the inputs {} are recorded: --input DATA.csv is needed", names.join(", "))))
+        }
+    }
 }
 
 fn fallback(loaded: &Loaded) -> Option<String> {
@@ -190,17 +216,26 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
     hyd_run::override_plan(&mut plan, &arguments.sweep);
     let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
+    let table = arguments.sweep.inputs.read()?;
+    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment);
+    let span = prepared.span(&experiment)?;
+    let mut first = loaded.instantiate();
+    let recorded = recorded(table.as_ref(), &mut first, span)?;
+    for warning in &recorded.warnings {
+        output::sentence("warning", warning, arguments.sweep.message_format);
+    }
     // Values that hold for all runs are refused before the first of them.
-    set_parameters(&mut loaded.instantiate(), loaded, &set, loaded.model.experiment.start.unwrap_or(0.0))?;
+    set_parameters(&mut first, loaded, &set, span.0)?;
     let make = || {
         let mut system = loaded.instantiate();
         parameters::apply(&mut system, &set, &[])?;
+        recorded.hand_over(&mut system)?;
         Ok(Box::new(system) as Box<dyn DaeSystem>)
     };
     let model = &loaded.model;
     let limits = &model.parameters.limits;
     let whole_loops = if model.has_torn_loops() { WholeLoops::Advised } else { WholeLoops::Needless };
-    let (sources, experiment) = (model.identity.sources, model.experiment);
+    let sources = model.identity.sources ^ table.as_ref().map_or(0, InputTable::fingerprint);
     let subject = Subject { sources, experiment, limits, make: &make, whole_loops };
     prepared.run(&subject, &format!("{name} sweep merge"))
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::InputArguments;
+
 /// How messages are written.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum MessageFormat {
@@ -42,7 +44,7 @@ impl Solver {
 /// Options of one run.
 #[derive(Args, Clone, Debug)]
 pub struct RunArguments {
-    /// Stop time in s [default: the model's experiment annotation, else 1 s after the start]
+    /// Stop time in s [default: the model's experiment annotation, else the end of the table of inputs, else 1 s after the start]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub stop: Option<f64>,
     /// Relative tolerance [default: the model's experiment annotation, else 1e-6]
@@ -60,6 +62,9 @@ pub struct RunArguments {
     /// Method of integration
     #[arg(long, value_name = "METHOD", default_value = "auto")]
     pub solver: Solver,
+    #[allow(missing_docs)] // a comment here would become the help of the command
+    #[command(flatten)]
+    pub inputs: InputArguments,
     /// Writes results in the format of the name
     #[arg(long, value_name = "F.csv|.mat|.parquet")]
     pub result: Option<PathBuf>,
@@ -117,6 +122,9 @@ pub struct SweepArguments {
     /// Runs only share I of N, I from 0
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,
+    #[allow(missing_docs)] // a comment here would become the help of the command
+    #[command(flatten)]
+    pub inputs: InputArguments,
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "N")]
     pub threads: Option<std::num::NonZeroUsize>,

@@ -6,6 +6,7 @@
 
 pub mod arguments;
 pub mod clock;
+mod inputs;
 pub mod interrupt;
 pub mod output;
 pub mod parameters;
@@ -22,6 +23,7 @@ mod whole_loops;
 pub use arguments::{BackendName, DrawMethod, MessageFormat, Names, RunArguments, Solver, SweepArguments};
 pub use hyd_ensemble::Plan;
 pub use hyd_results::note_read;
+pub use inputs::{InputArguments, InputTable, Recorded};
 pub use recorder::Recorder;
 pub use run_summary::{FinalValues, MethodUse, RunSummary, Status};
 pub use selection::{MOST_CURVES, Selection, Shown};

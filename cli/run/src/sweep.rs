@@ -120,6 +120,14 @@ impl Prepared<'_> {
         &self.plan
     }
 
+    /// Start and stop of the runs (s).
+    ///
+    /// # Errors
+    /// Wrong usage.
+    pub fn span(&self, experiment: &Experiment) -> Result<(f64, f64), Failure> {
+        options(&self.plan, experiment).map(|options| (options.start, options.stop))
+    }
+
     /// Runs the share and says what came out.  `command`: what joins shards.
     ///
     /// # Errors

@@ -2,8 +2,8 @@
 //!
 //! The data area holds, in this order: time, the `initial()` flag, the share of `homotopy`, the constants pool,
 //! parameter values, for each parameter that can be set a flag and a given value, start values, discrete variables,
-//! their values before the event, such values of continuous variables, held relations, which candidates are states, and
-//! delayed values with their rates. Unknowns and rates are the solver's vectors, assigned variables stand in the work
+//! their values before the event, such values of continuous variables, held relations, which candidates are states, delayed values
+//! with their rates, and recorded inputs with theirs. Unknowns and rates are the solver's vectors, assigned variables stand in the work
 //! area by their number in the plan.  The initial and the simulation plan have each their own [`PlanPlaces`] over the
 //! same data area.
 
@@ -48,6 +48,10 @@ pub struct Layout {
     pub delayed: Range<u32>,
     /// Delayed rates per site.
     pub delayed_rates: Range<u32>,
+    /// Inputs that follow recorded samples.
+    pub inputs: Range<u32>,
+    /// Their derivatives.
+    pub input_rates: Range<u32>,
     /// Positions with a value other than zero before anything is computed (constants, default start values).
     pub preset: Vec<(u32, f64)>,
     of: Positions,
@@ -87,6 +91,8 @@ impl Layout {
             chosen: 0..0,
             delayed: 0..0,
             delayed_rates: 0..0,
+            inputs: 0..0,
+            input_rates: 0..0,
             preset: Vec::new(),
             of: Positions {
                 values: IndexVec::filled(None, count),
@@ -105,6 +111,9 @@ impl Layout {
         let sites = sorted.system.flat.delay_sites() as usize;
         layout.delayed = layout.take(sites);
         layout.delayed_rates = layout.take(sites);
+        let inputs = sorted.system.flat.driven_inputs() as usize;
+        layout.inputs = layout.take(inputs);
+        layout.input_rates = layout.take(inputs);
         layout
     }
 
@@ -238,6 +247,8 @@ impl Layout {
             Target::Chosen(k) => Some(Place::data(self.chosen.start + k)),
             Target::Delayed(site) => Some(Place::data(self.delayed.start + site)),
             Target::DelayedRate(site) => Some(Place::data(self.delayed_rates.start + site)),
+            Target::Input(k) => Some(Place::data(self.inputs.start + k)),
+            Target::InputRate(k) => Some(Place::data(self.input_rates.start + k)),
             Target::Var(_) | Target::Der(_) => places.get(target),
         };
         let name = || format!("`{}` is used but never computed", sorted.system.flat.operand_name(operand));

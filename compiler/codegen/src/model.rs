@@ -11,7 +11,7 @@ use hyd_payload::{
 };
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::{NodeId, contains_homotopy};
-use hyd_system::{DelaySite, InitialStructure, Pattern, Structure, Tables};
+use hyd_system::{DelaySite, InitialStructure, InputSite, Pattern, Structure, Tables};
 
 use crate::candidates::candidate_sets;
 use crate::delay::{site_places, sites};
@@ -236,6 +236,8 @@ fn area(lowered: &Lowered, names: &TargetNames<'_>) -> DataArea {
         chosen: layout.chosen.clone(),
         delayed: layout.delayed.clone(),
         delayed_rates: layout.delayed_rates.clone(),
+        inputs: layout.inputs.clone(),
+        input_rates: layout.input_rates.clone(),
         preset: layout.preset.clone(),
         starts: layout.starts().map(|(v, index)| (index, names.variable(v, Wrap::Start))).collect(),
     }
@@ -280,7 +282,22 @@ fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: 
             pattern: lowered.routines.initial.state_pattern.clone(),
         },
         delays,
+        inputs: inputs(sorted),
     }
+}
+
+/// The inputs that follow recorded samples.
+fn inputs(sorted: &SortedSystem) -> Vec<InputSite> {
+    let system = &sorted.system;
+    let rates: Vec<u32> = system
+        .operands
+        .iter()
+        .filter_map(|operand| if let Target::InputRate(k) = operand.target() { Some(k) } else { None })
+        .collect();
+    let name = |k: u32| system.flat.driven_variable(k).map_or_else(String::new, |v| system.flat.var_name(v));
+    (0..system.flat.driven_inputs())
+        .map(|k| InputSite { name: name(k).into(), differentiated: rates.contains(&k) })
+        .collect()
 }
 
 /// Nominal values of variables, one where the text gives none.

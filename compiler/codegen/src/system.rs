@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use hyd_payload::Instance;
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
-    Structure, Tables, Tangents, TimeEvent,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, LoopError, ParameterError, Series,
+    StateChoice, Structure, Tables, Tangents, TimeEvent,
 };
 
 use crate::model::{CompiledModel, Shared};
@@ -149,6 +149,14 @@ impl DaeSystem for CompiledSystem {
 
     fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         self.instance.set_delayed(values, rates, times);
+    }
+
+    fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        self.instance.set_input(input, series)
+    }
+
+    fn input_reach(&mut self, t: f64) -> f64 {
+        self.instance.input_reach(t)
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {

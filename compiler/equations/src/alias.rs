@@ -334,9 +334,13 @@ fn resolve_operand(system: &EquationSystem, operand: Operand) -> Option<Operand>
             Resolution::Value(_) => None,
             _ => moved(Target::Der, v),
         },
-        Target::Const(_) | Target::Held(_) | Target::Chosen(_) | Target::Delayed(_) | Target::DelayedRate(_) => {
-            Some(operand)
-        }
+        Target::Const(_)
+        | Target::Held(_)
+        | Target::Chosen(_)
+        | Target::Delayed(_)
+        | Target::DelayedRate(_)
+        | Target::Input(_)
+        | Target::InputRate(_) => Some(operand),
     }
 }
 

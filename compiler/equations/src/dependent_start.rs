@@ -158,7 +158,12 @@ impl Matrix {
 /// Its value changes for reasons that the numbers before the start do not show.
 fn is_switched(system: &EquationSystem, target: Target) -> bool {
     match target {
-        Target::Held(_) | Target::Chosen(_) | Target::Delayed(_) | Target::DelayedRate(_) => true,
+        Target::Held(_)
+        | Target::Chosen(_)
+        | Target::Delayed(_)
+        | Target::DelayedRate(_)
+        | Target::Input(_)
+        | Target::InputRate(_) => true,
         Target::Var(v) | Target::Pre(v) => system.roles[v] == Role::Discrete,
         Target::Der(_) | Target::Start(_) | Target::Const(_) => false,
     }

@@ -141,7 +141,13 @@ pub(crate) fn first_of(names: &[String], most: usize) -> String {
 pub(crate) fn variable_of(target: Target) -> Option<VarId> {
     match target {
         Target::Var(v) | Target::Der(v) | Target::Pre(v) | Target::Start(v) => Some(v),
-        Target::Const(_) | Target::Held(_) | Target::Chosen(_) | Target::Delayed(_) | Target::DelayedRate(_) => None,
+        Target::Const(_)
+        | Target::Held(_)
+        | Target::Chosen(_)
+        | Target::Delayed(_)
+        | Target::DelayedRate(_)
+        | Target::Input(_)
+        | Target::InputRate(_) => None,
     }
 }
 

@@ -139,7 +139,7 @@ pub(crate) fn append(system: &mut EquationSystem, operands: &[Operand]) -> Opera
 fn is_continuous(system: &EquationSystem, operand: Operand) -> bool {
     match operand.target() {
         Target::Var(v) => system.roles[v].is_continuous(),
-        Target::Der(_) | Target::Delayed(_) | Target::DelayedRate(_) => true,
+        Target::Der(_) | Target::Delayed(_) | Target::DelayedRate(_) | Target::Input(_) | Target::InputRate(_) => true,
         _ => false,
     }
 }

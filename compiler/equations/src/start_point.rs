@@ -132,6 +132,8 @@ impl StartPoint {
             Target::Const(c) => system.flat.constants[c],
             Target::Held(_) | Target::Chosen(_) | Target::DelayedRate(_) => 0.0,
             Target::Delayed(site) => self.made_up(site ^ 0x3333),
+            Target::Input(k) => self.made_up(k ^ 0x6666),
+            Target::InputRate(k) => self.made_up(k ^ 0x7777),
         };
         if operand.negated() { -value } else { value }
     }

@@ -24,6 +24,8 @@ enum Read {
     Varying { v: VarId, order: u32, negated: bool },
     /// The delayed value of a site, possibly negated; its derivative is the delayed rate, which has none.
     Delayed { site: u32, negated: bool },
+    /// The value of an input that follows recorded samples, possibly negated; its derivative is its rate, which has none.
+    Input { input: u32, negated: bool },
     /// Something without derivative.
     Fixed(Operand),
 }
@@ -39,6 +41,8 @@ const MOST_GROWTH: usize = 50;
 pub(crate) enum NotDifferentiable {
     /// A delayed rate would have to be differentiated: the past is known with its first derivative only.
     DelayedRate(EqId),
+    /// The derivative of this recorded input would have to be differentiated: samples give a slope only.
+    InputRate(EqId, u32),
     /// The derivative of this order is too large.
     TooLarge(EqId, u32),
     /// The constraints ask for a derivative of this order.
@@ -54,6 +58,13 @@ impl NotDifferentiable {
                 let message =
                     "a delayed value would have to be differentiated twice, because of constraints between states";
                 (eq, message.to_string(), "delay the derivative itself: `delay(der(x), time)`")
+            }
+            Self::InputRate(eq, input) => {
+                let name = system.flat.driven_variable(input).map_or_else(String::new, |v| system.flat.var_name(v));
+                let message = format!(
+                    "the recorded input `{name}` would have to be differentiated twice, because of constraints between states"
+                );
+                (eq, message, "a filter of second order between the input and what it prescribes gives it derivatives")
             }
             Self::TooLarge(eq, order) => {
                 let message = format!(
@@ -88,6 +99,9 @@ pub(crate) fn append_derivatives(
             if equation.order > 0 && reads.iter().any(is_delayed_rate) {
                 return Err(NotDifferentiable::DelayedRate(eq));
             }
+            if let Some(input) = reads.iter().find_map(input_rate).filter(|_| equation.order > 0) {
+                return Err(NotDifferentiable::InputRate(eq, input));
+            }
             let varying: Vec<bool> = reads.iter().map(|read| !matches!(read, Read::Fixed(_))).collect();
             let templates = &mut system.flat.templates;
             let key = (equation.template, varying);
@@ -112,6 +126,16 @@ pub(crate) fn append_derivatives(
 
 fn is_delayed_rate(read: &Read) -> bool {
     matches!(read, Read::Fixed(operand) if matches!(operand.target(), Target::DelayedRate(_)))
+}
+
+fn input_rate(read: &Read) -> Option<u32> {
+    match read {
+        Read::Fixed(operand) => match operand.target() {
+            Target::InputRate(input) => Some(input),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 /// Lets the first `count` operands read what stands for a derivative now.
@@ -155,6 +179,9 @@ fn raise(reads: &[Read], slot: SlotId) -> Read {
         (None, Some(Read::Delayed { site, negated })) => {
             Read::Fixed(Operand::new(Target::DelayedRate(site)).signed(negated))
         }
+        (None, Some(Read::Input { input, negated })) => {
+            Read::Fixed(Operand::new(Target::InputRate(input)).signed(negated))
+        }
         (None, Some(fixed)) => fixed,
         (None, None) => unreachable!("invariant: a slot is below the arity or one of the derivatives above"),
     }
@@ -166,6 +193,7 @@ fn read(system: &EquationSystem, operand: Operand) -> Read {
         Target::Var(v) if system.roles[v].is_continuous() => Read::Varying { v, order: 0, negated },
         Target::Der(v) => Read::Varying { v, order: 1, negated },
         Target::Delayed(site) => Read::Delayed { site, negated },
+        Target::Input(input) => Read::Input { input, negated },
         _ => Read::Fixed(operand),
     }
 }
@@ -174,6 +202,7 @@ fn operand(read: Read, derivatives: &Derivatives) -> Operand {
     match read {
         Read::Varying { v, order, negated } => Operand::new(derivatives.target(v, order)).signed(negated),
         Read::Delayed { site, negated } => Operand::new(Target::Delayed(site)).signed(negated),
+        Read::Input { input, negated } => Operand::new(Target::Input(input)).signed(negated),
         Read::Fixed(operand) => operand,
     }
 }

@@ -108,7 +108,11 @@ impl Flattener<'_, '_> {
             let own = match node {
                 Node::Time => Some(Part::Value),
                 Node::Slot(slot) => match operands[slot.0 as usize].target() {
-                    Target::Der(_) | Target::Delayed(_) | Target::DelayedRate(_) => Some(Part::Value),
+                    Target::Der(_)
+                    | Target::Delayed(_)
+                    | Target::DelayedRate(_)
+                    | Target::Input(_)
+                    | Target::InputRate(_) => Some(Part::Value),
                     Target::Var(v) if self.varies(v) => Some(Part::Value),
                     _ => None,
                 },

@@ -73,6 +73,9 @@ pub struct Flattener<'t, 's> {
     pub(crate) numbers: FxHashMap<u64, ConstId>,
     /// Templates made so far, by the sides they were made from.
     pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,
+    /// Names of inputs of the model itself that follow recorded samples, and what they are.
+    pub(crate) driven: Vec<String>,
+    pub(crate) driven_instances: Vec<InstId>,
     paths: FxHashMap<InstId, Arc<str>>,
 }
 
@@ -95,6 +98,12 @@ pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
 
 /// The same with terms added to equations.
 pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatModel {
+    flatten_driven(tree, terms, &[])
+}
+
+/// The same where inputs of the model itself, given by their names, follow recorded samples.  What is not the name of an input of type
+/// Real stays without effect; [`FlatModel::driven`] says which there are.
+pub fn flatten_driven(tree: &mut InstanceTree<'_>, terms: &[Injection], driven: &[String]) -> FlatModel {
     let root = tree.root;
     let class = tree.instances[root].class;
     let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
@@ -129,6 +138,8 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
         range_checks: FxHashMap::default(),
         numbers: FxHashMap::default(),
         canonical: FxHashMap::default(),
+        driven: driven.to_vec(),
+        driven_instances: Vec::new(),
         paths: FxHashMap::default(),
     };
     flattener.read_experiment();
@@ -136,6 +147,7 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flattener.settle_inputs_of_the_model();
     flattener.declare(root);
     flattener.note_ends();
+    flattener.drive_inputs();
     let variables: Vec<InstId> = flattener.variable_instances();
     for &inst in &variables {
         flattener.attributes(inst);

@@ -174,6 +174,8 @@ pub enum Kind {
     Delayed,
     /// `Target::DelayedRate`; the number is that of the site.
     DelayedRate,
+    /// `Target::Input`; the number is that of the input.
+    Input,
 }
 
 impl Kind {
@@ -186,6 +188,7 @@ impl Kind {
             Kind::Start => Target::Start(v),
             Kind::Delayed => Target::Delayed(v.0),
             Kind::DelayedRate => Target::DelayedRate(v.0),
+            Kind::Input => Target::Input(v.0),
         }
     }
 }

@@ -68,11 +68,11 @@ mod walk;
 mod when;
 mod when_body;
 
-pub use flatten::{flatten, flatten_with};
+pub use flatten::{flatten, flatten_driven, flatten_with};
 pub use inject::{Injection, TermShape};
 pub use made::{Made, derivative_block, rate_unit};
 pub use model::{
-    BlockId, ConstId, DelayBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart, Operand,
-    PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
+    BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart,
+    Operand, PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
 };
 pub use verify::verify;

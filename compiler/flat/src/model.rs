@@ -52,6 +52,10 @@ pub enum Target {
     Delayed(u32),
     /// The rate of the source of a site at the delayed time.
     DelayedRate(u32),
+    /// The value of an input that follows recorded samples ([`DrivenBlock`]).
+    Input(u32),
+    /// Its time derivative.
+    InputRate(u32),
 }
 
 /// A target with a sign, packed into four bytes.
@@ -74,8 +78,10 @@ impl Operand {
             Target::Const(c) => (4, c.0),
             Target::Held(r) => (5, r),
             Target::Chosen(k) => (6, k),
-            Target::Delayed(site) => (7, 2 * site),
-            Target::DelayedRate(site) => (7, 2 * site + 1),
+            Target::Delayed(site) => (7, 4 * site),
+            Target::DelayedRate(site) => (7, 4 * site + 1),
+            Target::Input(k) => (7, 4 * k + 2),
+            Target::InputRate(k) => (7, 4 * k + 3),
         };
         debug_assert!(index <= Self::MASK, "invariant: checked against Operand::LIMIT when variables are made");
         Self(kind << (Self::INDEX_BITS + 1) | index & Self::MASK)
@@ -107,8 +113,12 @@ impl Operand {
             4 => Target::Const(ConstId(index)),
             5 => Target::Held(index),
             6 => Target::Chosen(index),
-            _ if index & 1 == 0 => Target::Delayed(index / 2),
-            _ => Target::DelayedRate(index / 2),
+            _ => match index & 3 {
+                0 => Target::Delayed(index / 4),
+                1 => Target::DelayedRate(index / 4),
+                2 => Target::Input(index / 4),
+                _ => Target::InputRate(index / 4),
+            },
         }
     }
 }
@@ -313,6 +323,17 @@ pub struct DelayBlock {
     pub most: Option<VarId>,
 }
 
+/// Elements of an input of the model itself that follow recorded samples: `variable + k` is input `first + k`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DrivenBlock {
+    /// First input.
+    pub first: u32,
+    /// Number of inputs.
+    pub count: u32,
+    /// The first of the variables.
+    pub variable: VarId,
+}
+
 /// A piece of the text of a message.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum MessagePart {
@@ -372,6 +393,8 @@ pub struct FlatModel {
     pub equations: Vec<EquationBlock>,
     /// Delays in the order of their sites.
     pub delays: Vec<DelayBlock>,
+    /// Inputs that follow recorded samples, in the order of their numbers.
+    pub driven: Vec<DrivenBlock>,
     /// Texts of assertions and terminations.
     pub messages: Vec<Message>,
     /// The `experiment` annotation.
@@ -423,6 +446,21 @@ impl FlatModel {
         self.delays.last().map_or(0, |block| block.first + block.count)
     }
 
+    /// Number of inputs that follow recorded samples.
+    pub fn driven_inputs(&self) -> u32 {
+        self.driven.last().map_or(0, |block| block.first + block.count)
+    }
+
+    /// The variable that is an input which follows recorded samples.
+    pub fn driven_variable(&self, input: u32) -> Option<VarId> {
+        let block = self.driven.iter().find(|block| (block.first..block.first + block.count).contains(&input))?;
+        Some(VarId(block.variable.0 + input - block.first))
+    }
+
+    fn driven_name(&self, input: u32) -> String {
+        self.driven_variable(input).map_or_else(|| "?".into(), |v| self.var_name(v))
+    }
+
     fn source_name(&self, site: u32) -> String {
         self.delay(site).map_or_else(|| "?".into(), |(block, k)| self.var_name(VarId(block.source.0 + k)))
     }
@@ -442,6 +480,8 @@ impl FlatModel {
             Target::Chosen(k) => format!("chosen {}", k + 1),
             Target::Delayed(site) => format!("delayed({})", self.source_name(site)),
             Target::DelayedRate(site) => format!("delayed(der({}))", self.source_name(site)),
+            Target::Input(k) => format!("recorded({})", self.driven_name(k)),
+            Target::InputRate(k) => format!("recorded(der({}))", self.driven_name(k)),
         }
     }
 

@@ -3,12 +3,14 @@
 //! Nothing outside gives such an input a value, so it becomes a parameter with its start value: blocks run by themselves, their
 //! inputs can be set and varied, and a linear model has its inputs and outputs (Modelica 3.6, section 4.4.2.2 for the prefixes).
 //! A model with physical connectors on its outside is a component that needs a model around it (`component_balance`), so its inputs
-//! stay open too.
+//! stay open too.  An input that is to follow recorded samples stays a variable, `u = recorded(u)`; who runs the model hands over the samples.
 
-use hyd_instance::InstId;
+use hyd_instance::{InstId, ScalarType};
 use hyd_syntax::tree::{ClassKind, Direction, Variability};
 
 use crate::flatten::Flattener;
+use crate::index::{Affine, CounterId, Kind, SlotKey};
+use crate::model::{DrivenBlock, Section, VarId};
 
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.
@@ -19,9 +21,42 @@ impl Flattener<'_, '_> {
             children.any(|c| c.kind == ClassKind::Connector && c.direction.is_none() && !c.protected && !c.absent);
         for child in self.tree.instances[self.tree.root].children.clone() {
             if self.is_input_of_the_model(child) {
+                if self.is_to_be_driven(child) {
+                    self.driven_instances.push(child);
+                    continue;
+                }
                 let instance = &mut self.tree.instances[child];
                 instance.variability = instance.variability.min(Variability::Parameter);
             }
+        }
+    }
+
+    /// Whether it is a continuous input of type Real of which at least one element is to follow recorded samples.
+    fn is_to_be_driven(&self, inst: InstId) -> bool {
+        let instance = &self.tree.instances[inst];
+        let is_real = instance.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Real);
+        let bare = |name: &String| name.split('[').next().is_some_and(|bare| bare == &*instance.name);
+        is_real && instance.variability == Variability::Continuous && self.driven.iter().any(bare)
+    }
+
+    /// The equations of inputs that follow recorded samples.
+    pub(crate) fn drive_inputs(&mut self) {
+        for inst in self.driven_instances.clone() {
+            let Some(&block) = self.blocks.get(&inst) else { continue };
+            let block = &self.model.variables[block];
+            let (variable, count, origin) = (block.first, block.count, block.origin.clone());
+            if count == 0 {
+                continue;
+            }
+            let first = self.model.driven_inputs();
+            self.model.driven.push(DrivenBlock { first, count, variable });
+            self.begin_slots();
+            let mut slot = |kind: Kind, first: VarId| {
+                let slot = self.slots.slot(SlotKey::Variable(kind, first, Affine::counter(CounterId(0))));
+                self.model.templates.arena.slot(slot)
+            };
+            let (input, recorded) = (slot(Kind::Var, variable), slot(Kind::Input, VarId(first)));
+            self.emit(Section::Continuous, input, recorded, &[count as usize], &origin);
         }
     }
 

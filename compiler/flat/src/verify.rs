@@ -23,6 +23,7 @@ pub fn verify(model: &FlatModel) -> Result<(), String> {
                 Target::Const(c) => c.index() < model.constants.len(),
                 Target::Held(_) | Target::Chosen(_) => false,
                 Target::Delayed(site) | Target::DelayedRate(site) => site < model.delay_sites(),
+                Target::Input(k) | Target::InputRate(k) => k < model.driven_inputs(),
             };
             if !inside {
                 return Err(format!("equation block {k} reads {operand:?}, which does not exist"));

@@ -145,6 +145,8 @@ pub struct Classes {
     of_scalar: Vec<u32>,
     /// What each delay site delays.
     sources: Vec<VarId>,
+    /// Which variable each recorded input is.
+    driven: Vec<VarId>,
     units: Vec<Unit>,
     numbers: FxHashMap<ConstId, u32>,
     offsets: bool,
@@ -161,6 +163,7 @@ impl Classes {
         let mut result = Self {
             of_scalar: Vec::with_capacity(flat.scalars as usize),
             sources: flat.delays.iter().flat_map(|d| (0..d.count).map(|k| VarId(d.source.0 + k))).collect(),
+            driven: (0..flat.driven_inputs()).filter_map(|k| flat.driven_variable(k)).collect(),
             units: Vec::new(),
             numbers: FxHashMap::default(),
             offsets: false,
@@ -246,6 +249,8 @@ impl Classes {
             Target::Delayed(site) => u64::from(self.of_scalar[self.sources[site as usize].index()]),
             // It stands before the delay time only, and both together have the unit of what is delayed.
             Target::DelayedRate(_) => FREE,
+            Target::Input(k) => u64::from(self.of_scalar[self.driven[k as usize].index()]),
+            Target::InputRate(k) => u64::from(self.of_scalar[self.driven[k as usize].index()]) | DER,
             Target::Const(_) | Target::Held(_) | Target::Chosen(_) => u64::from(COUNT << TAG_SHIFT),
         }
     }

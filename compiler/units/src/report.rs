@@ -171,6 +171,7 @@ impl Reporter<'_> {
             Target::Delayed(site) | Target::DelayedRate(site) => {
                 self.flat.delay(site).map(|(delay, k)| VarId(delay.source.0 + k))
             }
+            Target::Input(k) | Target::InputRate(k) => self.flat.driven_variable(k),
             Target::Const(_) | Target::Held(_) | Target::Chosen(_) => None,
         }
     }

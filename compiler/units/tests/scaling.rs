@@ -62,7 +62,7 @@ fn change(
         let (value, scale) = match operand.target() {
             Target::Const(c) => (flat.constants[c], 1.0),
             Target::Held(_) | Target::Chosen(_) => (1.0, 1.0),
-            Target::Delayed(_) | Target::DelayedRate(_) => return None,
+            Target::Delayed(_) | Target::DelayedRate(_) | Target::Input(_) | Target::InputRate(_) => return None,
             Target::Der(v) => (random.next() + 0.1, scale_of(&units[v.0 as usize]?, scales) / scales[2]),
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => {
                 (random.next() + 0.1, scale_of(&units[v.0 as usize]?, scales))

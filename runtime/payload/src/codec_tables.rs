@@ -1,8 +1,8 @@
 //! How the parts of a model are written that the solver and the reports read: structure, tables, places, names.
 
 use hyd_system::{
-    DelaySite, EquationInfo, InitialStructure, LoopInfo, NamePattern, Pattern, Place as ValuePlace, RootInfo, Settable,
-    Source, Structure, Tables, TextFormat, ValueKind, Variability, VariableInfo,
+    DelaySite, EquationInfo, InitialStructure, InputSite, LoopInfo, NamePattern, Pattern, Place as ValuePlace,
+    RootInfo, Settable, Source, Structure, Tables, TextFormat, ValueKind, Variability, VariableInfo,
 };
 
 use crate::accumulation::{Accumulation, PartialRows, Term};
@@ -16,9 +16,10 @@ use crate::selection::CandidateSet;
 
 stored! {
     Pattern { rows, column_starts, row_indices }
-    Structure { unknowns, differential, state_pattern, rate_pattern, roots, outputs, initial, delays }
+    Structure { unknowns, differential, state_pattern, rate_pattern, roots, outputs, initial, delays, inputs }
     InitialStructure { unknowns, pattern }
     DelaySite { varying }
+    InputSite { name, differentiated }
     NamePattern { parts, derivative }
     Source { place, negated }
     VariableInfo { name, unit, display_unit, description, kind, variability, settable, protected, sources }
@@ -41,7 +42,7 @@ stored! {
     Given { flag, value }
     DataArea {
         length, parameters, given, parameter_names, discrete, discrete_starts, pre, pre_continuous, held, chosen, delayed,
-        delayed_rates, preset, starts,
+        delayed_rates, inputs, input_rates, preset, starts,
     }
     Routines { bind, late_starts, simulation, initial, events }
     PlanRoutines { assign, residual, closing, closing_rows, assigned_nominals, jacobian, extra, state_pattern, rate_pattern }

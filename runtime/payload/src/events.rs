@@ -33,8 +33,10 @@ impl Instance {
         if phase != EventPhase::Repeat {
             self.save_pre(phase, Point { unknown: y, rate: yp });
         }
+        let mut jumped = false;
         if phase == EventPhase::First {
             self.place_clock(t, Point { unknown: y, rate: yp });
+            jumped = self.pass_samples(t);
         }
         self.remember();
         self.settle(phase, t, Point { unknown: y, rate: yp });
@@ -44,7 +46,7 @@ impl Instance {
             EventPhase::Repeat => self.memory.repetitions + 1,
             _ => 0,
         };
-        let changed = self.differs();
+        let changed = self.differs() || jumped;
         if phase == EventPhase::Initial && self.loaded.model.routines.events.reads_solution {
             self.memory.repetitions += 1;
         }

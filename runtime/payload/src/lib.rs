@@ -19,6 +19,7 @@ mod events;
 pub mod executable;
 pub mod format;
 mod functions;
+mod input;
 mod interval;
 mod mapping;
 pub mod memory;

@@ -131,6 +131,10 @@ pub struct DataArea {
     pub delayed: Range<u32>,
     /// Delayed rates per site.
     pub delayed_rates: Range<u32>,
+    /// Values of the inputs that follow recorded samples.
+    pub inputs: Range<u32>,
+    /// Their derivatives.
+    pub input_rates: Range<u32>,
     /// Positions with a value other than zero before anything is computed (constants, default start values).
     pub preset: Vec<(u32, f64)>,
     /// Places of start values, and what they are called.

@@ -6,12 +6,13 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, LoopError, ParameterError, StateChoice,
-    Structure, Tables, TimeEvent, ValueKind,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, LoopError, ParameterError, Series,
+    StateChoice, Structure, Tables, TimeEvent, ValueKind,
 };
 
 use crate::ahead::Search;
 use crate::engine::Engine;
+use crate::input::Follower;
 use crate::memory::Memory;
 use crate::model::Loaded;
 use crate::program::{Area, HOMOTOPY, INITIAL, Place, RoutineId, TIME};
@@ -54,6 +55,8 @@ pub(crate) struct Own {
     pub repetitions: u32,
     /// An initial condition that does not hold with the last solution of the initial system.
     pub contradiction: Option<EvalFailure>,
+    /// Inputs that follow recorded samples.
+    pub inputs: Vec<Follower>,
 }
 
 /// The vectors of the solver that a routine sees.
@@ -97,6 +100,7 @@ impl Instance {
             reinit_waits: false,
             repetitions: 0,
             contradiction: None,
+            inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
         };
         let mut instance = Self { loaded, memory };
         for k in 0..instance.loaded.model.parameters.preset.len() {
@@ -126,6 +130,9 @@ impl Instance {
     pub fn set_time(&mut self, t: f64, initial: bool) {
         self.memory.data[TIME as usize] = t;
         self.memory.data[INITIAL as usize] = f64::from(u8::from(initial));
+        if !self.memory.inputs.is_empty() {
+            self.move_inputs(t);
+        }
     }
 
     /// Runs a routine of another program over the data of this one.
@@ -245,6 +252,7 @@ impl DaeSystem for Instance {
         self.reset();
         self.memory.repetitions = 0;
         self.memory.clock = Clock::of_run(t0);
+        self.start_inputs(t0)?;
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.bind;
         self.run(routine, Point::NOWHERE, &mut [], &mut []);
@@ -380,7 +388,8 @@ impl DaeSystem for Instance {
     }
 
     fn next_time_event(&mut self, t: f64) -> TimeEvent {
-        self.following_instant(t)
+        let next = self.following_instant(t);
+        self.or_jump_of_input(next, t)
     }
 
     fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
@@ -423,6 +432,14 @@ impl DaeSystem for Instance {
 
     fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         self.take_delayed(values, rates, times);
+    }
+
+    fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        self.follow(input, series)
+    }
+
+    fn input_reach(&mut self, t: f64) -> f64 {
+        self.reach_of_inputs(t)
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {

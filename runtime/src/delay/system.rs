@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, Instants, LoopError, ParameterError, StateChoice,
-    Structure, Tables, Tangents, TimeEvent,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, Instants, LoopError, ParameterError,
+    Series, StateChoice, Structure, Tables, Tangents, TimeEvent,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -64,6 +64,11 @@ impl<'a> Delaying<'a> {
     /// Some equation reads values of the past.
     pub(crate) fn has_delays(&self) -> bool {
         !self.work.sites.is_empty()
+    }
+
+    /// Some inputs follow recorded samples.
+    pub(crate) fn has_inputs(&self) -> bool {
+        !self.inner.structure().inputs.is_empty()
     }
 
     /// A delay time that cannot vary is zero.
@@ -301,6 +306,14 @@ impl DaeSystem for Delaying<'_> {
 
     fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         self.inner.set_delayed(values, rates, times);
+    }
+
+    fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        self.inner.set_input(input, series)
+    }
+
+    fn input_reach(&mut self, t: f64) -> f64 {
+        self.inner.input_reach(t)
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {

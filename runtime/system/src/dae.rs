@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Tables, Tangents};
+use crate::{Series, Tables, Tangents};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -76,6 +76,26 @@ pub struct Structure {
     /// Delay sites: values of the past that the equations read.  The last root functions belong to the sites with varying
     /// delay time, one each in order; the solver computes them, `roots` and `held` leave them as they are.
     pub delays: Vec<DelaySite>,
+    /// Inputs that follow recorded samples.
+    pub inputs: Vec<InputSite>,
+}
+
+/// An input of the model that follows recorded samples.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct InputSite {
+    /// Its full name.
+    pub name: Arc<str>,
+    /// The equations read its derivative, too.
+    pub differentiated: bool,
+}
+
+/// Why an input cannot follow a series.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum InputError {
+    /// There is no such input.
+    Unknown,
+    /// The equations need the derivative of the input, and a held value has none.
+    NoDerivative,
 }
 
 /// A value of the past that the equations read, `source(t - delay time)`.
@@ -328,6 +348,19 @@ pub trait DaeSystem: Send {
     /// hold until the next call.  The solver calls this before every evaluation of which they are a part.  `initial_store`
     /// sets the values itself: at the start they are those of the sources, with rate 0.
     fn set_delayed(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
+
+    /// Lets an input (position in [`Structure::inputs`]) follow a series in the following runs; takes effect with `bind`.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    fn set_input(&mut self, _input: usize, _series: &Arc<Series>) -> Result<(), InputError> {
+        Err(InputError::Unknown)
+    }
+
+    /// How far a step from `t` may lead (s) so that no feature of the inputs is stepped over.
+    fn input_reach(&mut self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
 
     /// Finds the equation that makes an evaluation non-finite (slow, for messages).
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure>;

@@ -14,16 +14,18 @@ pub mod given;
 mod instant;
 mod lanes;
 pub mod math;
+mod series;
 mod tables;
 mod tangents;
 mod text;
 
 pub use dae::{
-    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, LoopError,
-    ParameterError, Pattern, StateChoice, Structure, TimeEvent,
+    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, InputError,
+    InputSite, LoopError, ParameterError, Pattern, StateChoice, Structure, TimeEvent,
 };
 pub use instant::Instants;
 pub use lanes::wide;
+pub use series::{Gap, Hold, Sample, Series, SeriesError, fill_gaps};
 pub use tables::{
     EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,
     VariableInfo,

@@ -85,6 +85,7 @@ impl<M: Model> Hand<M> {
             outputs: 2 * n + discrete.len(),
             initial: InitialStructure { unknowns: initial, pattern: Pattern::dense(initial, initial) },
             delays: Vec::new(),
+            inputs: Vec::new(),
         };
         let tables = Arc::new(tables(&model));
         Self { model, structure, tables }

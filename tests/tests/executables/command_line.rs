@@ -246,3 +246,29 @@ fn a_file_of_parameters_has_a_limit() {
     let said = messages(&scratch.bare("decay", &["--parameters", "p.toml"]));
     assert_eq!(said, "error: `p.toml`: it is longer than 4 MB, as no file of parameters is\n");
 }
+
+#[test]
+fn recorded_inputs_come_from_a_table() {
+    let scratch = Scratch::new();
+    let text = "model M\n  input Real u;\n  input Real w;\n  Real x(start = 0, fixed = true);\nequation\n  der(x) = u - x + w;\nend M;\n";
+    fs::write(scratch.file("m.hyd"), text).unwrap();
+    fs::write(scratch.file("d.csv"), "time,u\n0,1\n3,1\n").unwrap();
+    let refused = scratch.hyd(&["build", "m.hyd", "--input", "v", "-o", "m"]);
+    assert!(
+        messages(&refused).contains("the model has no input `v` of type Real at its top"),
+        "{}",
+        messages(&refused)
+    );
+    let output = scratch.hyd(&["build", "m.hyd", "--input", "u", "-o", "m"]);
+    assert!(output.status.success(), "{}", messages(&output));
+    let output = scratch.bare("m", &["--result", "r.csv"]);
+    let needed = "the inputs u are recorded: --input DATA.csv is needed";
+    assert!(output.status.code() == Some(2) && messages(&output).contains(needed), "{}", messages(&output));
+    // The other input stays a parameter.
+    let output = scratch.bare("m", &["--input", "d.csv", "--set", "w=1", "--result", "r.csv"]);
+    assert!(output.status.success(), "{}", messages(&output));
+    let (end, x) = last(&scratch, "r.csv");
+    assert!(end == 3.0 && (x - 2.0 * (1.0 - f64::exp(-3.0))).abs() < 1e-5, "{end} {x}");
+    let output = scratch.bare("m", &["sweep", "--vary", "w=0,1", "--input", "d.csv", "--result", "s"]);
+    assert!(output.status.success(), "{}", messages(&output));
+}

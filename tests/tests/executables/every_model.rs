@@ -25,6 +25,7 @@ fn arguments(result: &Path) -> RunArguments {
         max_steps: None,
         every_step: false,
         solver: hyd_run::Solver::Auto,
+        inputs: hyd_run::InputArguments::default(),
         result: Some(result.to_path_buf()),
         variables: None,
         backend: hyd_run::BackendName::Native,

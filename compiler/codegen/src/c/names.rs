@@ -71,6 +71,8 @@ impl<'a> Labels<'a> {
             (&area.chosen, "choice"),
             (&area.delayed, "delayed"),
             (&area.delayed_rates, "delayed rate"),
+            (&area.inputs, "input"),
+            (&area.input_rates, "rate of input"),
         ];
         for (range, what) in ranges {
             range.clone().enumerate().for_each(|(k, index)| put(index, format!("{what} {}", k + 1)));

@@ -94,7 +94,15 @@ impl Needs<'_> {
         }
         let operands = self.sorted.system.operands_of(operands);
         for operand in used.iter().map(|slot| operands[slot.index()]) {
-            if matches!(operand.target(), Target::Delayed(_) | Target::DelayedRate(_) | Target::Chosen(_)) {
+            let is_more = matches!(
+                operand.target(),
+                Target::Delayed(_)
+                    | Target::DelayedRate(_)
+                    | Target::Chosen(_)
+                    | Target::Input(_)
+                    | Target::InputRate(_)
+            );
+            if is_more {
                 return Ok(Need::More);
             }
             let (place, _) = (self.locate)(operand)?;

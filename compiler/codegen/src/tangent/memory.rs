@@ -11,8 +11,8 @@ use super::sweep::{Sweep, SweepCode};
 use crate::layout::Place;
 use crate::model::Shared;
 use crate::program::{Area, TIME};
-use hyd_payload::Signed;
 use hyd_payload::vm::Registers;
+use hyd_payload::{Instance, Signed};
 
 /// Tangents of one instance for chosen directions.
 #[derive(Clone, Debug)]
@@ -105,9 +105,18 @@ impl TangentMemory {
         })
     }
 
-    /// Takes over the derivatives of time, unknowns and rates.
-    pub(super) fn load(&mut self, along: Along<'_>) {
+    /// Takes over the derivatives of time, unknowns and rates; recorded inputs, at the time of the instance, move with time.
+    pub(super) fn load(&mut self, along: Along<'_>, instance: &Instance) {
         self.put(TIME, along.t);
+        let area = &instance.loaded().model.area;
+        for (k, (value, rate)) in area.inputs.clone().zip(area.input_rates.clone()).enumerate() {
+            let (slope, curvature) = instance.input_slope(k);
+            for (index, factor) in [(value, slope), (rate, curvature)] {
+                let first = index as usize * self.width;
+                let block = self.blocks[first..first + self.width].iter_mut();
+                block.zip(along.t).for_each(|(to, dt)| *to = factor * dt);
+            }
+        }
         let spaces = self.code.spaces;
         self.put(spaces.start(Area::Unknown, false), along.y);
         self.put(spaces.start(Area::Rate, false), along.yp);
@@ -208,7 +217,8 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     let (layout, spaces) = (&shared.lowered.layout, code.spaces);
     let mut active = vec![false; spaces.length as usize];
     seeds.iter().for_each(|&(block, _)| active[block as usize] = true);
-    active[TIME as usize] = true;
+    let with_time = || std::iter::once(TIME).chain(layout.inputs.clone()).chain(layout.input_rates.clone());
+    with_time().for_each(|index| active[index as usize] = true);
     let unknowns = spaces.start(Area::Unknown, false)..spaces.start(Area::Work, false);
     let initial = spaces.start(Area::Unknown, true)..spaces.start(Area::Work, true);
     // What changes at events follows the instants of events.
@@ -225,10 +235,10 @@ fn active_rows(shared: &Shared, code: &TangentCode, seeds: &[(u32, u32)]) -> (Ac
     for &(_, to) in &shared.loaded.model.initial.values {
         active[to as usize] = true;
     }
-    let data: Vec<bool> = active[..layout.data as usize].to_vec();
+    let mut data: Vec<bool> = active[..layout.data as usize].to_vec();
+    with_time().for_each(|index| data[index as usize] = false);
     let mut held = vec![false; active.len()];
     held[..data.len()].copy_from_slice(&data);
-    held[TIME as usize] = false;
     let held_assign = rows(Part::Assign).active(&mut held);
     let held_residual = rows(Part::Residual).filtered(&held);
     let assign = rows(Part::Assign).active(&mut active);

@@ -170,7 +170,7 @@ impl Tangents for CompiledSystem {
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
         self.partials(&mut tangents, Part::Residual, point);
-        tangents.load(along);
+        tangents.load(along, &self.instance);
         tangents.chain(Part::Assign, |rows| &rows.for_residual, false);
         tangents.chain(Part::Residual, |rows| &rows.residual, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false), out);
@@ -209,7 +209,7 @@ impl Tangents for CompiledSystem {
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
         self.partials(&mut tangents, Part::Roots, point);
-        tangents.load(along);
+        tangents.load(along, &self.instance);
         tangents.chain(Part::Assign, |rows| &rows.for_roots, false);
         tangents.chain(Part::Roots, |rows| &rows.roots, false);
         tangents.get(tangents.code.spaces.start(Area::Out, false), out);
@@ -252,7 +252,7 @@ impl Tangents for CompiledSystem {
         if !layout.pre_continuous.is_empty() {
             let point = Point { unknown: y, rate: yp };
             self.assign_partials(&mut tangents, point);
-            tangents.load(along);
+            tangents.load(along, &self.instance);
             tangents.chain(Part::Assign, |rows| &rows.assign, false);
             for &(v, index) in &layout.pre_continuous {
                 if let Some(place) = shared.lowered.places.get(Target::Var(v)) {
@@ -281,7 +281,7 @@ impl Tangents for CompiledSystem {
         self.instance.set_time(t, phase == EventPhase::Initial);
         let point = Point { unknown: y, rate: yp };
         self.assign_partials(&mut tangents, point);
-        tangents.load(along);
+        tangents.load(along, &self.instance);
         let changed = self.settle_tangents(&mut tangents, point);
         if !self.instance.reinit_waits() {
             self.reinit_tangents(&mut tangents, point, dy);
@@ -320,7 +320,7 @@ impl Tangents for CompiledSystem {
         let mut tangents = self.take_tangents();
         self.instance.set_time(t, false);
         self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
-        tangents.load(along);
+        tangents.load(along, &self.instance);
         tangents.chain(Part::Assign, |rows| &rows.for_delays, false);
         let width = tangents.width;
         for (k, site) in self.shared.loaded.model.delays.iter().enumerate() {
@@ -342,7 +342,7 @@ impl Tangents for CompiledSystem {
         let mut tangents = self.take_tangents();
         self.instance.set_time(t, false);
         self.assign_partials(&mut tangents, Point { unknown: y, rate: yp });
-        tangents.load(along);
+        tangents.load(along, &self.instance);
         tangents.chain(Part::Assign, |rows| &rows.for_outputs, false);
         let width = tangents.width;
         let row = &self.shared.loaded.model.row;

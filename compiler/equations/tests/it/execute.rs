@@ -97,7 +97,7 @@ impl<'a> Run<'a> {
             Target::Start(v) => of(Target::Start, v),
             Target::Const(c) => flat.constants[c],
             Target::Held(_) | Target::Chosen(_) => panic!("the flat model holds no relations and no choices"),
-            Target::Delayed(_) | Target::DelayedRate(_) => self.read(operand),
+            Target::Delayed(_) | Target::DelayedRate(_) | Target::Input(_) | Target::InputRate(_) => self.read(operand),
         };
         if operand.negated() { -value } else { value }
     }

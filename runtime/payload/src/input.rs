@@ -1,0 +1,128 @@
+//! Inputs that follow recorded samples: their values stand in the data area, and every entry point brings them to its time.
+//!
+//! A held value (hold zero), and the slope of a straight line where equations read it, jump at samples.  Such a jump is a time event,
+//! and the sample that counts is data that changes in the event alone, as held relations do: however an instant rounds, an
+//! evaluation sees one side of it.  All else is a continuous function of time.
+
+use std::sync::Arc;
+
+use hyd_system::{EvalFailure, Hold, InputError, Instants, Sample, Series, TimeEvent};
+
+use crate::system::Instance;
+
+/// One input.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Follower {
+    series: Option<Arc<Series>>,
+    /// The samples that count are chosen by events.
+    stepwise: bool,
+    /// The sample that counts, or where the last search has ended.
+    sample: usize,
+    /// The derivative at the time that was asked for last.
+    slope: f64,
+    curvature: f64,
+}
+
+impl Follower {
+    fn at(&mut self, t: f64) -> Sample {
+        let Some(series) = &self.series else { return Sample::default() };
+        if !self.stepwise {
+            self.sample = series.interval(t, self.sample);
+        }
+        series.at(t, self.sample)
+    }
+
+    fn next_break(&self) -> Option<f64> {
+        let series = self.series.as_ref().filter(|_| self.stepwise)?;
+        series.next_break(self.sample).map(|k| series.times()[k])
+    }
+}
+
+impl Instance {
+    /// See [`hyd_system::DaeSystem::set_input`].
+    pub(crate) fn follow(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        let site = self.loaded.model.structure.inputs.get(input).ok_or(InputError::Unknown)?;
+        if site.differentiated && series.hold() == Hold::Zero {
+            return Err(InputError::NoDerivative);
+        }
+        let stepwise = series.hold() == Hold::Zero || site.differentiated && series.hold() == Hold::Linear;
+        self.memory.inputs[input] = Follower { series: Some(series.clone()), stepwise, ..Follower::default() };
+        Ok(())
+    }
+
+    /// Begins a run at `t0` (s): the samples that count there.
+    pub(crate) fn start_inputs(&mut self, t0: f64) -> Result<(), EvalFailure> {
+        let instants = Instants::of_run(t0);
+        for (site, follower) in self.loaded.model.structure.inputs.iter().zip(&mut self.memory.inputs) {
+            let Some(series) = &follower.series else {
+                let reason = format!("the input `{}` has no samples", site.name);
+                return Err(EvalFailure { equation: None, variable: Some(site.name.to_string()), reason });
+            };
+            follower.sample = series.interval(t0, 0);
+            while follower.stepwise
+                && series.times().get(follower.sample + 1).is_some_and(|&time| instants.has_come(time, t0))
+            {
+                follower.sample += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the inputs to a time (s).
+    #[inline(never)]
+    pub(crate) fn move_inputs(&mut self, t: f64) {
+        let area = &self.loaded.model.area;
+        let (first, first_rate) = (area.inputs.start as usize, area.input_rates.start as usize);
+        for (k, follower) in self.memory.inputs.iter_mut().enumerate() {
+            let Sample { value, slope, curvature } = follower.at(t);
+            (follower.slope, follower.curvature) = (slope, curvature);
+            self.memory.data[first + k] = value;
+            self.memory.data[first_rate + k] = slope;
+        }
+    }
+
+    /// Slope and second derivative of an input at the time of the last evaluation.
+    pub fn input_slope(&self, input: usize) -> (f64, f64) {
+        self.memory.inputs.get(input).map_or((0.0, 0.0), |follower| (follower.slope, follower.curvature))
+    }
+
+    /// See [`hyd_system::DaeSystem::input_reach`].
+    pub(crate) fn reach_of_inputs(&self, t: f64) -> f64 {
+        let reach = |follower: &Follower| match &follower.series {
+            Some(series) if !follower.stepwise => series.reach(series.interval(t, follower.sample), t),
+            _ => f64::INFINITY,
+        };
+        self.memory.inputs.iter().map(reach).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The earlier of a time event and the next jump of an input after `t` (s).
+    pub(crate) fn or_jump_of_input(&self, next: TimeEvent, t: f64) -> TimeEvent {
+        let instants = self.memory.clock.instants;
+        let mut next = next;
+        for time in self.memory.inputs.iter().filter_map(Follower::next_break) {
+            // What coincides happens at the system's own instant.
+            if instants.lies_ahead(time, t) && instants.lies_ahead(next.t, time) {
+                next = TimeEvent::at(time);
+            }
+        }
+        next
+    }
+
+    /// Lets the samples count whose time has come at `t` (s); true if a value or slope has jumped.
+    pub(crate) fn pass_samples(&mut self, t: f64) -> bool {
+        let instants = self.memory.clock.instants;
+        let mut jumped = false;
+        for follower in self.memory.inputs.iter_mut().filter(|follower| follower.stepwise) {
+            let Some(series) = &follower.series else { continue };
+            let before = follower.sample;
+            while series.times().get(follower.sample + 1).is_some_and(|&time| instants.has_come(time, t)) {
+                follower.sample += 1;
+            }
+            jumped |= series.next_break(before).is_some_and(|k| k <= follower.sample);
+        }
+        if jumped {
+            self.move_inputs(t);
+        }
+        jumped
+    }
+}

@@ -1,0 +1,111 @@
+//! `--input DATA.csv` of `hyd simulate`, `hyd sweep` and executables: what is read, and what is said of tables that do not fit.
+
+use hyd_frames::{Cells, Frame};
+
+use crate::process::{Scratch, run};
+
+const MODEL: &str = "model M
+  input Real u(unit = \"V\"); input Real volt;
+  input Boolean b(start = false);
+  parameter Real T = 0.5;
+  Real x(start = 0, fixed = true);
+equation
+  T*der(x) = u + volt - x;
+end M;
+";
+
+fn with(table: &str, arguments: &[&str]) -> (Option<i32>, String) {
+    let scratch = Scratch::new();
+    scratch.write("m.hyd", MODEL);
+    scratch.write("d.csv", table);
+    let outcome = run(scratch.path(), &[&["simulate", "m.hyd", "--input", "d.csv"], arguments].concat());
+    (outcome.code, outcome.stderr)
+}
+
+#[test]
+fn tables_that_do_not_fit_are_refused_with_their_lines() {
+    let cases: [(&str, &[&str], &str); 14] = [
+        ("t,u,volt\n0,0,0\n1,1,1\n", &[], "`d.csv`: there is no column `time`"),
+        ("time;u;volt\n0;0;0\n1;1;1\n", &[], "there is no column `time`; fields are separated by commas"),
+        ("time,a\n0,0\n1,1\n", &[], "none of its columns is an input of the model; its inputs: `u`, `volt`"),
+        ("time,u,u\n0,0,1\n1,1,1\n", &[], "the column `u` stands twice in the header"),
+        (
+            "time,u\n0,0\n0.5,1\n0.5,2\n1,1\n",
+            &[],
+            "line 4: the time 0.5 s does not come after 0.5 s; times must ascend",
+        ),
+        ("time,u\n0,0\n1\n", &[], "line 3 has 1 fields, and the header 2"),
+        ("time,u\n0,0\nx,1\n", &[], "line 3, column `time`: `x` is not a time"),
+        ("time,u\n0,0\n0.5,abc\n1,1\n", &[], "line 3, column `u` holds no number"),
+        ("time,u\n0,\n0.5,1\n1,1\n", &[], "line 2, column `u`: the first sample is missing"),
+        ("time,u\n0,0\n0.5,1\n1,NaN\n", &[], "line 4, column `u`: the last sample is missing"),
+        ("time,u\n0,0\n0.2,\n0.4,NA\n1,1\n", &[], "line 3, column `u`: 2 samples in a row are missing"),
+        (
+            "time,u\n0,0\n1,1\n",
+            &["--stop", "2"],
+            "it ends at 1 s (line 3), and the run at 2 s; `--stop 1` ends the run there",
+        ),
+        ("time,u\n0.5,0\n1,1\n", &[], "it begins at 0.5 s, and the run at 0 s"),
+        ("time,b,u\n0,0,0\n1,1,1\n", &["--hold", "cubic"], "--hold: `cubic` is not linear, zero or smooth"),
+    ];
+    for (table, arguments, expected) in cases {
+        let (code, said) = with(table, arguments);
+        assert!(code == Some(1) || code == Some(2), "{table}: {code:?} {said}");
+        assert!(said.contains(expected), "{table}: {said}");
+    }
+}
+
+#[test]
+fn what_stays_unused_or_is_filled_is_said() {
+    let (code, said) = with("time,u,volts,b\n0,0,0,0\n0.5,,0,0\n1,1,0,0\n", &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("the columns `volts`, `b` are not inputs of the model and are not used"), "{said}");
+    assert!(said.contains("did you mean `volt`?"), "{said}");
+    assert!(said.contains("line 3, column `u`: a sample is missing and filled from the neighbours"), "{said}");
+    let (code, said) = with("time,u,volt\n0,0,0\n1,1,0\n", &["--hold", "x=zero"]);
+    assert!(code == Some(2) && said.contains("--hold: `x` is not a recorded input of the model"), "{said}");
+}
+
+#[test]
+fn a_run_goes_to_the_end_of_the_table_and_holds_as_asked() {
+    let scratch = Scratch::new();
+    scratch.write("m.hyd", MODEL);
+    // The sum of both is 1 from the start to 2 s, held or linear.
+    scratch.write("d.csv", "volt,time,u\n0,0,1\n1,1,0\n0,2,1\n");
+    let simulate = |more: &[&str]| {
+        let arguments = ["simulate", "m.hyd", "--input", "d.csv", "--result", "r.csv", "--intervals", "2"];
+        let outcome = run(scratch.path(), &[&arguments, more].concat());
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let text = scratch.read("r.csv");
+        let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
+        let at = text.lines().next().unwrap().split(',').position(|name| name == "x").unwrap();
+        (last[0], last[at])
+    };
+    let exact = 1.0 - f64::exp(-4.0);
+    for more in [&[][..], &["--hold", "zero"], &["--hold", "smooth"], &["--backend", "vm"]] {
+        let (end, x) = simulate(more);
+        assert!(end == 2.0 && (x - exact).abs() < 1e-5, "{more:?}: {end} {x}");
+    }
+    // u held at 1 and then 0, volt linear up to 1 and down again.
+    let (_, x) = simulate(&["--hold", "u=zero"]);
+    let ramp = |a: f64, s: f64, x: f64| a + s - 0.5 * s + (x - a + 0.5 * s) * f64::exp(-2.0);
+    let exact = ramp(1.0, -1.0, ramp(1.0, 1.0, 0.0));
+    assert!((x - exact).abs() < 1e-5, "{x} {exact}");
+}
+
+#[test]
+fn many_runs_read_one_table_and_know_another_one() {
+    let scratch = Scratch::new();
+    scratch.write("m.hyd", MODEL);
+    scratch.write("d.csv", "time,u\n0,1\n2,1\n");
+    let arguments = ["sweep", "m.hyd", "--vary", "T=0.5,1", "--input", "d.csv", "--result", "s"];
+    let outcome = run(scratch.path(), &arguments);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let frame = Frame::read(&scratch.path().join("s/members.parquet")).unwrap();
+    let Some(Cells::Numbers(x)) = frame.column("x") else { panic!("{frame:?}") };
+    assert!((x[0] - (1.0 - f64::exp(-4.0))).abs() < 1e-5 && (x[1] - (1.0 - f64::exp(-2.0))).abs() < 1e-5, "{x:?}");
+    // Another table is another sweep, which the folder does not hold.
+    scratch.write("d.csv", "time,u\n0,1\n2,2\n");
+    let outcome = run(scratch.path(), &arguments);
+    assert_ne!(outcome.code, Some(0), "{}", outcome.stdout);
+}
