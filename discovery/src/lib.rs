@@ -25,6 +25,7 @@ pub mod prior;
 pub mod problem;
 pub mod projection;
 pub mod proof;
+mod recorded;
 pub mod report;
 pub mod search;
 mod set_check;
