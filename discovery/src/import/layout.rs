@@ -191,7 +191,7 @@ mod tests {
         assert_eq!(found(&format!("\"t\",\"p\"\n{}", rows("\"T,5\",\"1,5\"\n"))), (",", ',', 1, 0, 2));
         assert_eq!(found(&format!("t;note;p\n{}", rows("T;ok;1,5\n"))), (";", ',', 1, 0, 2));
         assert_eq!(found(&format!("t;p;\n{}", rows("T;1;\n"))), (";", '.', 1, 0, 2));
-        // Two columns of whole numbers, and one with a decimal comma under a header.
+        // Two columns of integers, and one with a decimal comma under a header.
         assert_eq!(found(&format!("t,p\n{}", rows("T,7\n"))), (",", '.', 1, 0, 2));
         assert_eq!(found(&format!("p [bar]\n{}", rows("T,7\n"))).1, ',');
         assert_eq!(found(&format!("Name;Test 3\nDruck;5\nt;p\n{}", rows("T;7\n"))), (";", '.', 3, 0, 4));

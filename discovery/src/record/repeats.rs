@@ -106,7 +106,7 @@ mod tests {
         own[50] = f64::NAN;
         let found = repeats(&[(&first, &own), (&second, &values)]).unwrap();
         assert!(found.sigma < 1e-12, "{found:?}");
-        // From 3.2 to 91.7 there are the whole numbers 4 to 91, one of them a gap.
+        // From 3.2 to 91.7 there are the integers 4 to 91, one of them a gap.
         assert_eq!(found.samples, 87);
     }
 }
