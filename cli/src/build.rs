@@ -5,14 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use hyd_compiler::{Extras, Goal, Loops};
+use hyd_compiler::{Extras, FlatModel, Goal, Loops};
 use hyd_payload::{executable, format};
 use hyd_results::write_whole;
 use hyd_source::did_you_mean;
 use hyd_system::DaeSystem;
 
 use crate::arguments::Build;
-use crate::translate::{real_inputs, translate_with};
+use crate::translate::translate_with;
 use crate::{Failure, output, parameters};
 use hyd_run::check_target;
 
@@ -34,7 +34,7 @@ pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     let mut payload = model.payload().clone();
     let sites = &payload.structure.inputs;
     if let Some(name) = driven.iter().find(|name| sites.iter().all(|site| *site.name != ***name)) {
-        let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+        let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         let hint = did_you_mean(name, known.iter().map(String::as_str));
         let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
         return Err(Failure::Usage(format!("--input: the model has no input `{name}` of type Real at its top{hint}")));

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, Extras, Goal};
+use hyd_compiler::{Compilation, Extras, FlatModel, Goal};
 use hyd_report::{Curve, Figure};
 use hyd_results::partial;
 use hyd_run::{
@@ -14,7 +14,7 @@ use hyd_runtime::SolveError;
 
 use crate::arguments::Simulate;
 use crate::picture::{check_picture, write_picture};
-use crate::translate::{self, real_inputs, translate_with, with_whole_loops};
+use crate::translate::{self, translate_with, with_whole_loops};
 use crate::{Failure, clock, output, parameters, run_failure};
 
 /// Runs the verb.
@@ -88,7 +88,7 @@ fn run(
     let experiment = InputTable::experiment(table, &model.payload().experiment);
     let options = options(&arguments.run, &experiment, sensitivity)?;
     if let Some(table) = table {
-        let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+        let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         warnings.extend(table.recorded(&mut system, (options.start, options.stop), &known)?.warnings);
     }
     let facts = Facts {

@@ -93,6 +93,7 @@ impl Opened {
             file: self.model_file.display().to_string(),
             class: self.class.clone(),
             channels: self.setup.expressions(),
+            driven: self.setup.driven(),
             library_classes: sources().class_names().into(),
         }
     }

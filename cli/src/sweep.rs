@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use hyd_compiler::{CompiledModel, Extras, Goal};
+use hyd_compiler::{CompiledModel, Extras, FlatModel, Goal};
 use hyd_ensemble::Plan;
 use hyd_run::{InputTable, Recorded, Subject, WholeLoops, join, override_plan, prepare, read_plan};
 use hyd_system::DaeSystem;
 
 use crate::arguments::{ModelArguments, Sweep};
-use crate::translate::{real_inputs, translate_with, with_whole_loops};
+use crate::translate::{translate_with, with_whole_loops};
 use crate::{Failure, output, parameters};
 
 /// Runs the verb.
@@ -36,7 +36,7 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
     let experiment = InputTable::experiment(table.as_ref(), &model.payload().experiment);
     let recorded = match &table {
         Some(table) => {
-            let known = compilation.flat.as_deref().map(real_inputs).unwrap_or_default();
+            let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
             table.recorded(&mut model.instantiate(), prepared.span(&experiment)?, &known)?
         }
         None => Recorded::default(),

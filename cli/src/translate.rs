@@ -10,9 +10,7 @@ use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments};
 use crate::inside::refuse_outside;
 use crate::library::LibraryPath;
 use crate::{Failure, clock, output, parameters};
-use hyd_flat::FlatModel;
 use hyd_run::read_text;
-use hyd_system::ValueKind;
 
 /// Environment variable with further library folders, separated as in `PATH`.
 const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
@@ -71,13 +69,6 @@ fn compile_by(arguments: &ModelArguments, goal: Goal, extras: &Extras<'_>) -> Re
         compilation.diagnostics.extend(wrong);
     }
     Ok(compilation)
-}
-
-/// Full names of the inputs of the model itself that can follow recorded samples.
-pub(crate) fn real_inputs(flat: &FlatModel) -> Vec<String> {
-    let blocks = flat.inputs.iter().map(|&block| &flat.variables[block]);
-    let real = blocks.filter(|block| block.kind == ValueKind::Real);
-    real.flat_map(|block| (0..block.count as usize).map(|k| block.name.element(k))).collect()
 }
 
 /// Prints messages to standard error.

@@ -6,7 +6,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
+use hyd_system::Series;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -57,6 +59,8 @@ pub struct Shot {
     pub times: Vec<f64>,
     /// Values by channel, in the units of the table; NaN where there is none.
     pub values: BTreeMap<String, Vec<f64>>,
+    /// Recorded inputs of the model, by their names and in its units.
+    pub inputs: BTreeMap<String, Arc<Series>>,
 }
 
 #[derive(Deserialize)]
@@ -123,9 +127,11 @@ impl Bench {
                 Some(number) => return Err(wrong(format!(": `shot` is {number}, and must be an integer"))),
                 None => k + 1,
             };
-            let ShotTable { times, values, header } = read_table(file, &read(file)?, study)?;
+            let table = read_table(file, &read(file)?, study)?;
+            let ShotTable { times, values, inputs, header, warnings: own } = table;
+            warnings.extend(own);
             columns.extend(header);
-            bench.shots.push(Shot { number, file: file.to_string(), conditions, times, values });
+            bench.shots.push(Shot { number, file: file.to_string(), conditions, times, values, inputs });
         }
         if bench.shots.is_empty() {
             let line = line_of(text, &["experiments"]).map_or_else(String::new, |line| format!("line {line}: "));

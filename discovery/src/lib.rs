@@ -32,6 +32,7 @@ pub mod problem;
 pub mod projection;
 pub mod proof;
 pub mod record;
+mod recorded;
 pub mod report;
 pub mod search;
 mod set_check;

@@ -14,6 +14,7 @@ use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
 
 use crate::Fault;
+use crate::recorded::ShotInputs;
 use crate::translated::{ChannelNames, Translated};
 
 /// Part of the distance of output points within which a row stands on one.
@@ -66,7 +67,7 @@ pub struct Span {
 /// A run to be made.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// Times.
+    /// Times: position of the shot, whose recorded inputs drive the run.
     pub span: usize,
     /// Parameter values.
     pub values: Vec<f64>,
@@ -84,6 +85,8 @@ pub struct Machine {
     limits: Vec<Limit>,
     workers: Vec<Mutex<Worker>>,
     runs: AtomicUsize,
+    /// Recorded inputs by shot.
+    inputs: Arc<ShotInputs>,
     translated: Translated,
     /// The same with whole loops, if there is one.
     whole: OnceLock<Option<Box<Machine>>>,
@@ -182,15 +185,16 @@ impl Machine {
     ///
     /// # Errors
     /// When the model cannot be bound.
-    pub fn new(
+    pub(crate) fn new(
         translated: Translated,
-        channels: usize,
+        (channels, inputs): (usize, Arc<ShotInputs>),
         tolerance: f64,
         (threads, whole_runs): (usize, &Arc<AtomicUsize>),
     ) -> Result<Self, Fault> {
         let model = translated.model.clone();
         let mut system = model.instantiate();
         let tables = system.tables().clone();
+        inputs.hand_over(&mut system, 0)?;
         let bound = system.bind(0.0);
         bound.map_err(|failure| Fault::run(format!("the model cannot start: {}", failure.reason)))?;
         let nominal = system.parameters().to_vec();
@@ -234,6 +238,7 @@ impl Machine {
             workers: workers.collect(),
             limits,
             runs: AtomicUsize::new(0),
+            inputs,
             translated,
             whole: OnceLock::new(),
             whole_runs: whole_runs.clone(),
@@ -363,7 +368,8 @@ impl Machine {
         let make = || {
             let translated = self.translated.with_whole_loops()?;
             let counts = (self.workers.len(), &self.whole_runs);
-            Machine::new(translated, self.channels.len(), self.tolerance, counts).ok().map(Box::new)
+            let channels = (self.channels.len(), self.inputs.clone());
+            Machine::new(translated, channels, self.tolerance, counts).ok().map(Box::new)
         };
         self.whole.get_or_init(make).as_deref()
     }
@@ -385,6 +391,7 @@ impl Machine {
         job: &Job,
     ) -> Result<Derived, (Fault, bool)> {
         let Worker { system, simulator, grid } = worker;
+        self.inputs.hand_over(system, job.span).map_err(|fault| (fault, false))?;
         for (place, &value) in places.iter().zip(&job.values) {
             let value = if place.negated { -value } else { value };
             if system.set_parameter(place.index, value).is_err() {

@@ -16,6 +16,7 @@ use crate::machine::{Machine, ParameterPlace};
 use crate::magnitude::{is_plausible, shown};
 use crate::prior::Prior;
 use crate::problem::Problem;
+use crate::recorded::{ShotInputs, early_starts};
 use crate::study::{Nuisance, Shots};
 use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
@@ -132,7 +133,8 @@ impl Setup {
             let place = self.study.place(&["shots", "masks", &mask.to_string()]);
             format!("{place}the mask leaves out no sample of any shot")
         });
-        idle.collect()
+        let starts: Vec<f64> = self.data.shots.iter().map(|shot| shot.span.start).collect();
+        idle.chain(early_starts(&self.study, &self.bench.shots, &starts)).collect()
     }
 
     /// The same with other shots held out and those of now fitted; none where the study says which are held out, or where too
@@ -184,7 +186,19 @@ impl Setup {
 
     /// A machine for a translated model with so many channels.
     pub(crate) fn machine_of(&self, model: Translated, channels: usize) -> Result<Machine, Fault> {
-        Machine::new(model, channels, self.study.run.tolerance, (self.threads, &self.whole_loops))
+        let inputs = self.inputs(&model)?;
+        Machine::new(model, (channels, inputs), self.study.run.tolerance, (self.threads, &self.whole_loops))
+    }
+
+    /// The recorded inputs of a model.
+    fn inputs(&self, model: &Translated) -> Result<Arc<ShotInputs>, Fault> {
+        let system = model.model.instantiate();
+        ShotInputs::new(&self.study, &self.bench.shots, &system, &model.inputs).map(Arc::new)
+    }
+
+    /// Names of the inputs of the model that follow columns.
+    pub fn driven(&self) -> Vec<String> {
+        self.study.inputs.keys().cloned().collect()
     }
 
     /// The comparison of a model with these effects in it.

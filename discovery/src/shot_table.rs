@@ -4,8 +4,12 @@
 //! does not have are missing.  Whatever else is not a number is refused with its line.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use hyd_system::Series;
 
 use crate::magnitude::{is_plausible, shown};
+use crate::recorded::{self, Rows};
 use crate::{Fault, Study};
 
 /// Fewest rows of a table.
@@ -19,6 +23,10 @@ pub(crate) struct ShotTable {
     pub times: Vec<f64>,
     /// Values by channel; NaN where there is none.  A channel of gaps alone is missing.
     pub values: BTreeMap<String, Vec<f64>>,
+    /// Recorded inputs of the model, by their names.
+    pub inputs: BTreeMap<String, Arc<Series>>,
+    /// What the user should know of it.
+    pub warnings: Vec<String>,
     /// Names of all columns.
     pub header: Vec<String>,
 }
@@ -33,12 +41,11 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
     let header: Vec<String> =
         reader.headers().map_err(|error| wrong(error.to_string()))?.iter().map(String::from).collect();
     let time = columns(&header, study).map_err(wrong)?;
-    let known: Vec<(usize, &String)> =
-        header.iter().enumerate().filter(|(_, name)| study.channels.contains_key(*name)).collect();
-    if known.is_empty() {
+    let known: Vec<(usize, &String)> = header.iter().enumerate().filter(|(_, name)| is_read(study, name)).collect();
+    if known.iter().all(|(_, name)| !study.channels.contains_key(*name)) {
         return Err(wrong("none of its columns is a channel of the study".to_string()));
     }
-    let mut times: Vec<f64> = Vec::new();
+    let (mut times, mut lines): (Vec<f64>, Vec<u64>) = (Vec::new(), Vec::new());
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); known.len()];
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(|error| wrong(error.to_string()))? {
@@ -65,6 +72,7 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
             return Err(wrong(sentence));
         }
         times.push(t);
+        lines.push(line);
         for ((column, _), values) in known.iter().zip(&mut values) {
             values.push(number(*column)?);
         }
@@ -72,9 +80,28 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
     if times.len() < FEWEST {
         return Err(wrong(format!("{} rows are too few: a shot has at least {FEWEST}", times.len())));
     }
+    let (mut inputs, mut warnings) = (BTreeMap::new(), Vec::new());
+    for (name, input) in &study.inputs {
+        let found = known.iter().position(|(_, column)| **column == input.column);
+        let found = found.ok_or_else(|| {
+            let place = study.place(&["inputs", name, "column"]);
+            wrong(format!(
+                "there is no column `{}` for the input `{name}` ({})",
+                input.column,
+                place.trim_end_matches(": ")
+            ))
+        })?;
+        let rows = Rows { times: &times, values: &values[found], lines: &lines };
+        let (series, warning) = recorded::series(name, input, &rows).map_err(wrong)?;
+        inputs.insert(name.clone(), series);
+        warnings.extend(warning.map(|warning| format!("`{file}`: {warning}")));
+    }
     let values = known.iter().map(|(_, name)| (*name).clone()).zip(values);
-    let values = values.filter(|(_, values)| values.iter().any(|value| !value.is_nan())).collect();
-    Ok(ShotTable { times, values, header })
+    let is_channel = |(name, values): &(String, Vec<f64>)| {
+        study.channels.contains_key(name) && values.iter().any(|value| !value.is_nan())
+    };
+    let values = values.filter(is_channel).collect();
+    Ok(ShotTable { times, values, inputs, warnings, header })
 }
 
 /// The line of a record; its place is that of the empty lines before it.
@@ -84,10 +111,15 @@ fn line_of(text: &str, place: &csv::Position) -> u64 {
     place.line() + empty.count() as u64
 }
 
+/// True for columns that the study reads, but that of the times.
+fn is_read(study: &Study, column: &str) -> bool {
+    study.channels.contains_key(column) || study.inputs.values().any(|input| input.column == column)
+}
+
 /// The position of the column of times.
 fn columns(header: &[String], study: &Study) -> Result<usize, String> {
     let mut seen = BTreeSet::new();
-    let is_used = |name: &&String| **name == study.shots.time || study.channels.contains_key(*name);
+    let is_used = |name: &&String| **name == study.shots.time || is_read(study, name);
     if let Some(name) = header.iter().filter(is_used).find(|name| !seen.insert(*name)) {
         return Err(format!("the column `{name}` stands twice in the header"));
     }

@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
+use hyd_system::Hold;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
 use crate::study_check::{check, line, unreadable};
@@ -30,6 +31,9 @@ pub struct Study {
     pub models: BTreeMap<String, String>,
     /// Channels by their column in the shots' tables.
     pub channels: BTreeMap<String, Channel>,
+    /// Inputs of the model that follow columns of the shots' tables, by their full names.
+    #[serde(default)]
+    pub inputs: BTreeMap<String, Input>,
     /// Parameters of the model that the conditions of a shot decide: formula by full name.
     #[serde(default)]
     pub conditions: BTreeMap<String, String>,
@@ -84,6 +88,34 @@ pub struct Channel {
     pub offset: Option<f64>,
     /// Standard deviation of the gain, where the set states none.
     pub gain: Option<f64>,
+}
+
+/// An input that follows a column.
+#[derive(Deserialize, Clone, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// The column.
+    pub column: String,
+    /// What it does between samples.
+    #[serde(default, deserialize_with = "hold")]
+    pub hold: Hold,
+    /// Unit of the column, for reports.
+    #[serde(default)]
+    pub unit: String,
+    /// Units of the table per unit of the model: 1e3 for a column in mV.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// What the column shows where the input is zero (units of the table).
+    #[serde(default)]
+    pub offset: f64,
+    /// By how much later the input acts than the column shows it (s).
+    #[serde(default)]
+    pub lag: f64,
+}
+
+fn hold<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Hold, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    Hold::of(&name).ok_or_else(|| D::Error::custom(format!("`hold` is `{name}`, and must be linear, zero or smooth")))
 }
 
 /// A parameter that may be off.

@@ -14,6 +14,7 @@ pub(crate) fn check(study: &Study, text: &str) -> Result<(), Fault> {
     let check = Check { study, text, table: DeTable::parse(text).ok() };
     check.models()?;
     check.channels()?;
+    check.inputs()?;
     check.nuisances()?;
     check.shots()?;
     check.run()
@@ -151,6 +152,31 @@ impl Check<'_> {
                 [("noise", own.noise), ("quantisation", own.quantisation), ("offset", own.offset), ("gain", own.gain)];
             for (word, value) in numbers {
                 self.scatter(&key(word), &format!("channel `{name}`: `{word}`"), value, true)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn inputs(&self) -> Result<(), Fault> {
+        for (name, own) in &self.study.inputs {
+            let key = |key| ["inputs", name, key];
+            if own.column == self.study.shots.time {
+                let sentence = format!("the input `{name}` follows `{}`, the column of times", own.column);
+                return Err(self.wrong(&key("column"), sentence));
+            }
+            if !(own.scale.is_finite() && own.scale != 0.0) {
+                let sentence = format!("input `{name}`: the scale {} must be a number but zero", own.scale);
+                return Err(self.wrong(&key("scale"), sentence));
+            }
+            if !(is_plausible(own.scale) && is_plausible(1.0 / own.scale)) {
+                let sentence = format!("input `{name}`: the scale {} is not a ratio of units", shown(own.scale));
+                return Err(self.wrong(&key("scale"), sentence));
+            }
+            for (word, value) in [("offset", own.offset), ("lag", own.lag)] {
+                if !value.is_finite() {
+                    return Err(self.wrong(&key(word), format!("input `{name}`: `{word}` must be a number")));
+                }
+                self.size(&key(word), &format!("input `{name}`: `{word}`"), value)?;
             }
         }
         Ok(())

@@ -13,6 +13,8 @@ pub struct Translated {
     pub model: Arc<CompiledModel>,
     /// How the variables of the channels are called.
     pub channels: ChannelNames,
+    /// Names of the inputs of type Real at the top of the model.
+    pub inputs: Vec<String>,
     flat: Option<Arc<FlatModel>>,
     files: Files,
     options: Options,
@@ -52,9 +54,10 @@ impl Translated {
     /// What a compilation without errors has made; none if it made no code.
     pub(crate) fn new(compilation: Compilation, channels: ChannelNames, options: Options) -> Option<Self> {
         let model = compilation.model?;
+        let inputs = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         // Only what loops are made whole of is kept.
         let flat = compilation.flat.filter(|_| model.payload().has_torn_loops());
-        Some(Self { model, channels, flat, files: compilation.files, options })
+        Some(Self { model, channels, inputs, flat, files: compilation.files, options })
     }
 
     /// The model with all variables of loops as unknowns of the solver; none where no loop is computed one variable after the other,
@@ -62,7 +65,8 @@ impl Translated {
     pub(crate) fn with_whole_loops(&self) -> Option<Self> {
         let model = with_whole_loops(self.flat.as_ref()?, &self.files, &self.options).ok()?;
         let (channels, options) = (self.channels.clone(), self.options.clone());
-        Some(Self { model, channels, flat: None, files: self.files.clone(), options })
+        let inputs = self.inputs.clone();
+        Some(Self { model, channels, inputs, flat: None, files: self.files.clone(), options })
     }
 }
 

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use hyd_compiler::inquiry::annotated_components;
 use hyd_compiler::render::render;
 use hyd_compiler::{
-    Diagnostic, Files, Goal, Injection, InjectionSite, Opening, Options, Sources, TermShape, compile, compile_with,
-    injection_sites, opened, print_string,
+    Diagnostic, Extras, Files, Goal, Injection, InjectionSite, Opening, Options, Sources, TermShape, compile,
+    compile_extended, injection_sites, opened, print_string,
 };
 
 use crate::Fault;
@@ -48,6 +48,8 @@ pub struct Workshop<'a> {
     pub class: String,
     /// Expressions of the channels.
     pub channels: Vec<String>,
+    /// Names of the inputs that follow columns.
+    pub driven: Vec<String>,
     /// Full names of the classes of the libraries.
     pub library_classes: Arc<[String]>,
 }
@@ -416,7 +418,8 @@ impl Workshop<'_> {
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
         let compiled = |names: &ChannelNames| {
             let (text, channels) = self.measured(preamble, extended, names);
-            let compilation = compile_with(&mut *(self.sources)(), self.name(), &text, &self.options(), &terms);
+            let extras = Extras { terms: &terms, driven: &self.driven, ..Extras::default() };
+            let compilation = compile_extended(&mut *(self.sources)(), self.name(), &text, &self.options(), &extras);
             (text, channels, compilation)
         };
         let mut names =

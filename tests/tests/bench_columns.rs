@@ -43,6 +43,7 @@ fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f6
         file: model_file.display().to_string(),
         class: "SingleActingDrive.Drive".to_string(),
         channels: setup.expressions(),
+        driven: setup.driven(),
         library_classes: [].into(),
     };
     let model = workshop.translate(&[]).expect("a model");

@@ -359,6 +359,13 @@ impl FlatModel {
         Some(VarId(block.variable.0 + input - block.first))
     }
 
+    /// Full names of the inputs of the model itself that can follow recorded samples.
+    pub fn real_inputs(&self) -> Vec<String> {
+        let blocks = self.inputs.iter().map(|&block| &self.variables[block]);
+        let real = blocks.filter(|block| block.kind == ValueKind::Real);
+        real.flat_map(|block| (0..block.count as usize).map(|k| block.name.element(k))).collect()
+    }
+
     fn driven_name(&self, input: u32) -> String {
         self.driven_variable(input).map_or_else(|| "?".into(), |v| self.var_name(v))
     }

@@ -230,6 +230,7 @@ mod tests {
             file: "base.hyd".into(),
             class: "'my \\\"own\\\"'".into(),
             channels: Vec::new(),
+            driven: Vec::new(),
             library_classes: Arc::new([]),
         };
         let annotation = format!("  annotation(__hyd({}));\n", discovered(&workshop.class, "named", nasty));
