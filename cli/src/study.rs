@@ -68,6 +68,9 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
+    for sentence in setup.windows() {
+        output::sentence("note", &sentence, MessageFormat::Text);
+    }
     for sentence in setup.warnings() {
         output::sentence("warning", &sentence, MessageFormat::Text);
     }
@@ -93,6 +96,7 @@ impl Opened {
             file: self.model_file.display().to_string(),
             class: self.class.clone(),
             channels: self.setup.expressions(),
+            starts: self.setup.starts(),
             driven: self.setup.driven(),
             library_classes: sources().class_names().into(),
         }

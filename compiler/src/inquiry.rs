@@ -116,14 +116,15 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
     (found, table.files, table.diagnostics)
 }
 
-/// The class in a file whose name differs in case only, which is how classes are looked up: what the file was expected to
-/// define is not a fault then.
+/// The class in a file or folder whose name differs in case and underscores only, which is how classes are looked up: what the file was
+/// expected to define is not a fault then.
 fn misspelt(table: &mut ClassTable<'_>, full: &str) -> Option<ClassId> {
     let names = |table: &ClassTable<'_>, class: ClassId| table.full_name(class);
+    let bare = |name: &str| name.to_lowercase().replace('_', "");
     let ids: Vec<ClassId> = table.class_ids().collect();
     let class = ids.into_iter().find(|&class| {
         let name = names(table, class);
-        name != full && name.to_lowercase() == full.to_lowercase()
+        name != full && bare(&name) == bare(full)
     })?;
     let last = full.rsplit('.').next().unwrap_or(full);
     let expected = format!("should define `{last}` and does not");

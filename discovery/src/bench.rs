@@ -13,8 +13,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::set_check::{Once, check_keys, check_numbers, line_of, same_number, unused};
-use crate::shot_table::{ShotTable, read_table};
-use crate::{Fault, Study};
+use crate::shot_table::{FEWEST, ShotTable, read_table};
+use crate::{Fault, Study, windows};
 
 /// Longest text of a set (bytes): reading it takes many times as much memory.
 const LONGEST: usize = 4 << 20;
@@ -61,6 +61,8 @@ pub struct Shot {
     pub values: BTreeMap<String, Vec<f64>>,
     /// Recorded inputs of the model, by their names and in its units.
     pub inputs: BTreeMap<String, Arc<Series>>,
+    /// True for a part of a table.
+    pub is_window: bool,
 }
 
 #[derive(Deserialize)]
@@ -131,7 +133,17 @@ impl Bench {
             let ShotTable { times, values, inputs, header, warnings: own } = table;
             warnings.extend(own);
             columns.extend(header);
-            bench.shots.push(Shot { number, file: file.to_string(), conditions, times, values, inputs });
+            let shot = Shot { number, file: file.to_string(), conditions, times, values, inputs, is_window: false };
+            let count = windows::count(study, stated.experiments.len(), shot.times.len());
+            if shot.times.len() / count < FEWEST {
+                let rows = shot.times.len();
+                return Err(Fault::new(format!(
+                    "{}`{file}` has {rows} rows, too few for {count} windows of at least {FEWEST}",
+                    study.place(&["shots", "windows"])
+                )));
+            }
+            let next = bench.shots.len() + 1;
+            bench.shots.extend(windows::cut(shot, count, next));
         }
         if bench.shots.is_empty() {
             let line = line_of(text, &["experiments"]).map_or_else(String::new, |line| format!("line {line}: "));
@@ -139,6 +151,12 @@ impl Bench {
         }
         warnings.extend(unused(&bench, study, text, &columns));
         warnings.extend(same_number(&bench));
+        for shot in &mut bench.shots {
+            for (name, value) in windows::beginnings(shot, study) {
+                // What the set says goes first.
+                shot.conditions.entry(name).or_insert(value);
+            }
+        }
         bench.warnings = warnings.into_iter().map(|sentence| format!("`{shown}`: {sentence}")).collect();
         Ok(bench)
     }

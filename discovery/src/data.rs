@@ -155,7 +155,8 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study, idle: &mut [b
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let step = steps[steps.len() / 2];
-    let start = start_of_run((first, last, step), study.run.start).map_err(|begin| {
+    let stated = if shot.is_window { Some(first) } else { study.run.start };
+    let start = start_of_run((first, last, step), stated).map_err(|begin| {
         Fault::new(format!("shot {}: runs begin at {begin} s, after the first sample", shot.number))
     })?;
     let intervals = ((last - start) / step).round();

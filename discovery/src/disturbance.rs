@@ -21,8 +21,8 @@ pub struct Level {
     pub bursts: f64,
 }
 
-/// Residuals that stay alike over fewer samples are white.
-const WHITE: f64 = 2.0;
+/// Residuals that stay alike over fewer samples are noise: recorders filter, and what a machine does lasts longer.
+const WHITE: f64 = 3.0;
 
 impl Level {
     /// Nothing but noise as stated.

@@ -14,6 +14,8 @@ const FEWEST: usize = 20;
 /// A correlation below this many standard errors is taken for none.
 const SIGNIFICANT: f64 = 3.0;
 
+/// Noise goes no farther than so many median deviations, which are three standard deviations.
+const FAR: f64 = 4.45;
 /// Fewest differences from which a correlation is taken.
 const ENOUGH: usize = 400;
 /// Largest correlation that is believed.
@@ -113,7 +115,8 @@ fn whole_record(bench: &Bench, channel: &str, sigma: f64) -> Option<f64> {
 /// Standard deviation, correlation, number of the samples before the trigger and of pairs of neighbours among them; means are taken
 /// out shot by shot.
 fn quiet(bench: &Bench, channel: &str) -> (Option<f64>, f64, usize, f64) {
-    let (mut square, mut lagged, mut pairs, mut count, mut shots) = (0.0, 0.0, 0.0, 0usize, 0usize);
+    let (mut square, mut tamed_square, mut lagged, mut pairs) = (0.0, 0.0, 0.0, 0.0);
+    let (mut count, mut shots) = (0usize, 0usize);
     for shot in &bench.shots {
         let Some(values) = shot.values.get(channel) else { continue };
         let quiet: Vec<f64> =
@@ -123,7 +126,9 @@ fn quiet(bench: &Bench, channel: &str) -> (Option<f64>, f64, usize, f64) {
         }
         let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
         square += quiet.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-        lagged += quiet.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum::<f64>();
+        let tame = tamed(&quiet);
+        tamed_square += tame.iter().map(|v| v * v).sum::<f64>();
+        lagged += tame.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
         pairs += (quiet.len() - 1) as f64;
         count += quiet.len();
         shots += 1;
@@ -133,10 +138,24 @@ fn quiet(bench: &Bench, channel: &str) -> (Option<f64>, f64, usize, f64) {
     }
     let variance = square / (count - shots) as f64;
     // Means taken out of short records bias the correlation down by about (1 + rho)/(1 - rho) times the reciprocal of their length.
-    let raw = lagged / pairs / variance;
+    let raw = if tamed_square > 0.0 { lagged / pairs / (tamed_square / (count - shots) as f64) } else { 0.0 };
     let bias = shots as f64 / count as f64;
     let rho = (raw + bias * (1.0 + raw) / (1.0 - raw).max(0.1)).clamp(-LARGEST, LARGEST);
     (Some(variance.sqrt()), rho, count, pairs)
+}
+
+/// Values without their mean, none farther from the median than noise goes: single bad samples hide a correlation.
+fn tamed(values: &[f64]) -> Vec<f64> {
+    let median = |mut values: Vec<f64>| {
+        values.sort_unstable_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let middle = median(values.to_vec());
+    let far = FAR * median(values.iter().map(|v| (v - middle).abs()).collect());
+    let tame: Vec<f64> =
+        values.iter().map(|v| if far > 0.0 { v.clamp(middle - far, middle + far) } else { *v }).collect();
+    let mean = tame.iter().sum::<f64>() / tame.len() as f64;
+    tame.iter().map(|v| v - mean).collect()
 }
 
 #[cfg(test)]
@@ -163,6 +182,26 @@ mod tests {
         let mut none = noises(&[0.05, -0.06, 0.02, 0.08]);
         settle_correlations(&mut none);
         assert!(none.iter().all(|noise| noise.rho == 0.0));
+    }
+
+    /// Correlated noise before the trigger, with and without single samples that are far off.
+    #[test]
+    fn bad_samples_hide_no_correlation() {
+        for spikes in [false, true] {
+            let mut draws = Draws(12);
+            let mut shots = Vec::new();
+            for _ in 0..20 {
+                let mut noise = draws.normal();
+                let values = (0..60).map(|k| {
+                    noise = 0.4 * noise + (1.0 - 0.16_f64).sqrt() * draws.normal();
+                    noise + if spikes && k % 29 == 7 { 15.0 } else { 0.0 }
+                });
+                let values = BTreeMap::from([("c".to_string(), values.collect())]);
+                shots.push(Shot { times: (0..60).map(|k| f64::from(k) - 60.0).collect(), values, ..Shot::default() });
+            }
+            let (_, rho, _, _) = super::quiet(&Bench { shots, ..Bench::default() }, "c");
+            assert!((rho - 0.4).abs() < 0.1, "{rho}");
+        }
     }
 
     /// A signal with a step and an oscillation under noise of known correlation.

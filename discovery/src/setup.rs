@@ -11,19 +11,18 @@ use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::disturbance::{Added, Disturbances};
 use crate::formula::evaluate;
+use crate::initial::{Initial, StartOf};
 use crate::limits::limit;
 use crate::machine::{Machine, ParameterPlace};
 use crate::magnitude::{is_plausible, shown};
+use crate::operating_points::{are_several, central};
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::recorded::{ShotInputs, early_starts};
 use crate::study::{Nuisance, Shots};
 use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
-use crate::{Bench, Fault, Study};
-
-/// One in so many shots is held out, at least one.
-const HELD_OUT: usize = 4;
+use crate::{Bench, Fault, Study, windows};
 
 /// A study and a set.
 pub struct Setup {
@@ -201,6 +200,20 @@ impl Setup {
         self.study.inputs.keys().cloned().collect()
     }
 
+    /// States whose beginning the study sets.
+    pub fn starts(&self) -> Vec<StartOf> {
+        let of = |(state, initial): (&String, &Initial)| StartOf {
+            state: state.clone(),
+            at_rest: initial.formula().is_none(),
+        };
+        self.study.initial.iter().map(of).collect()
+    }
+
+    /// Which part of which table is which shot, where tables are cut into windows.
+    pub fn windows(&self) -> Vec<String> {
+        windows::told(&self.bench.shots)
+    }
+
     /// The comparison of a model with these effects in it.
     ///
     /// # Errors
@@ -223,6 +236,9 @@ impl Setup {
             })?;
         }
         let mut unknowns = Vec::new();
+        for (state, initial) in &self.study.initial {
+            self.initial(state, initial, &mut list, &mut unknowns)?;
+        }
         for (label, nuisance) in &self.study.nuisances {
             let by = || format!("`{label}` in `[nuisances]` of the study");
             let at = list.add(nuisance.parameter(), &by, &|_, nominal| {
@@ -247,6 +263,36 @@ impl Setup {
             Problem { machine, data: &self.data, places: list.places, base: list.base, unknowns, lender: None };
         limit(&mut problem);
         Ok(problem)
+    }
+
+    /// The beginning of a state, shot by shot.
+    fn initial(
+        &self,
+        state: &str,
+        initial: &Initial,
+        list: &mut PlaceList<'_>,
+        unknowns: &mut Vec<Unknown>,
+    ) -> Result<(), Fault> {
+        let Some(formula) = initial.formula() else { return Ok(()) };
+        let by = || "`[initial]` of the study".to_string();
+        let at = list.add(&StartOf::parameter(state), &by, &|shot, _| {
+            let shot = &self.bench.shots[shot];
+            let wrong = |sentence: String| {
+                let place = self.study.place(&["initial", state]);
+                Fault::new(format!("{place}shot {}: {sentence}", shot.number))
+            };
+            let value = evaluate(formula, &|condition| shot.conditions.get(condition).copied());
+            let value = value.map_err(|fault| wrong(fault.sentence))?;
+            let too_large = || wrong(format!("`{state}` begins at {}, larger than any variable", shown(value)));
+            if is_plausible(value) { Ok(value) } else { Err(too_large()) }
+        })?;
+        for (shot, values) in list.base.iter().enumerate().filter(|_| initial.absolute().is_some()) {
+            let prior = Prior::Normal(values[at], initial.absolute().unwrap_or_default());
+            let meaning = Meaning::Value { places: vec![at], prior };
+            let name = self.named(&format!("{state} at the beginning"), Some(shot));
+            unknowns.push(Unknown::new(name, meaning, Some(shot), None));
+        }
+        Ok(())
     }
 
     fn nuisance(&self, label: &str, nuisance: &Nuisance, at: usize, list: &PlaceList<'_>, unknowns: &mut Vec<Unknown>) {
@@ -393,8 +439,7 @@ impl Setup {
 
     /// True if the shots were made under more than one condition.
     pub fn has_several_operating_points(&self) -> bool {
-        let points = operating_points(&self.study, &self.bench);
-        points.windows(2).any(|pair| pair[0] != pair[1])
+        are_several(&self.study, &self.bench)
     }
 
     /// By how much the sizes of an effect are to be multiplied.
@@ -403,41 +448,4 @@ impl Setup {
         let channel = channel.filter(|_| insert.effect.of_range).and_then(|name| self.data.channel(name));
         channel.map_or(1.0, |channel| self.data.channels[channel].range)
     }
-}
-
-/// Values of the conditions that decide parameters, shot by shot; those that a shot does not record are left out.
-fn operating_points(study: &Study, bench: &Bench) -> Vec<Vec<f64>> {
-    let of = |shot: &crate::bench::Shot| {
-        let value = |formula: &String| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok();
-        study.conditions.values().filter_map(value).collect()
-    };
-    bench.shots.iter().map(of).collect()
-}
-
-/// The shots nearest to the centre of the operating points, but for some: values of the conditions that decide
-/// parameters, each by its range.
-fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usize> {
-    let count = bench.shots.len();
-    if count < 2 {
-        return Vec::new();
-    }
-    let mut distances = vec![0.0; count];
-    for formula in study.conditions.values() {
-        let values: Vec<f64> = bench
-            .shots
-            .iter()
-            .filter_map(|shot| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok())
-            .collect();
-        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
-        if values.len() == count && high > low {
-            let mean = values.iter().sum::<f64>() / count as f64;
-            distances.iter_mut().zip(&values).for_each(|(d, v)| *d += ((v - mean) / (high - low)).powi(2));
-        }
-    }
-    let mut order: Vec<usize> = (0..count).filter(|shot| !except.contains(shot)).collect();
-    // Of two equally central shots the later one, so that the first stays in.
-    order.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a)));
-    let mut held: Vec<usize> = order.into_iter().take((count / HELD_OUT).max(1)).collect();
-    held.sort_unstable();
-    held
 }

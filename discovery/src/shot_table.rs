@@ -13,7 +13,7 @@ use crate::recorded::{self, Rows};
 use crate::{Fault, Study};
 
 /// Fewest rows of a table.
-const FEWEST: usize = 20;
+pub(crate) const FEWEST: usize = 20;
 /// Longest line (bytes): its fields take many times as much memory.
 const LONGEST: usize = 1 << 20;
 

@@ -13,6 +13,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
+pub use crate::initial::{Initial, StatedInitial};
 use crate::study_check::{check, line, unreadable};
 
 /// Longest text of a study (bytes): reading it takes fifty times as much memory.
@@ -34,6 +35,9 @@ pub struct Study {
     /// Inputs of the model that follow columns of the shots' tables, by their full names.
     #[serde(default)]
     pub inputs: BTreeMap<String, Input>,
+    /// States at the beginning of shots, by their full names.
+    #[serde(default)]
+    pub initial: BTreeMap<String, Initial>,
     /// Parameters of the model that the conditions of a shot decide: formula by full name.
     #[serde(default)]
     pub conditions: BTreeMap<String, String>,
@@ -182,6 +186,8 @@ pub struct Shots {
     pub time_tolerance: f64,
     /// The channel whose course divides a shot into phases for reports.
     pub phases_of: Option<String>,
+    /// Windows that every table is cut into; a single record is cut by itself where `[initial]` says how states begin.
+    pub windows: Option<usize>,
     /// Numbers of the shots held out; by default they are chosen by operating point.
     pub hold_out: Option<Vec<usize>>,
     /// Parts of the shots that are left out.
@@ -197,6 +203,7 @@ impl Default for Shots {
             trigger_moves: Vec::new(),
             time_tolerance: 0.1,
             phases_of: None,
+            windows: None,
             hold_out: None,
             masks: Vec::new(),
         }

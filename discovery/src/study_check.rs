@@ -7,7 +7,10 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
 use crate::magnitude::{is_plausible, shown};
-use crate::study::{Mask, Nuisance, Study};
+use crate::study::{Initial, Mask, Nuisance, Study};
+
+/// Most windows of a table.
+const MOST_WINDOWS: usize = 10_000;
 
 /// Checks a study that has been read from `text`.
 pub(crate) fn check(study: &Study, text: &str) -> Result<(), Fault> {
@@ -15,6 +18,7 @@ pub(crate) fn check(study: &Study, text: &str) -> Result<(), Fault> {
     check.models()?;
     check.channels()?;
     check.inputs()?;
+    check.initial()?;
     check.nuisances()?;
     check.shots()?;
     check.run()
@@ -182,6 +186,30 @@ impl Check<'_> {
         Ok(())
     }
 
+    fn initial(&self) -> Result<(), Fault> {
+        for (state, own) in &self.study.initial {
+            let key = |key| ["initial", state, key];
+            if state.contains('[') {
+                let sentence = format!("`{state}` is an element of an array, whose beginning cannot be set alone");
+                return Err(self.wrong(&["initial", state], sentence));
+            }
+            if !is_class_name(state) {
+                return Err(self.wrong(&["initial", state], format!("`{state}` is not the name of a variable")));
+            }
+            let Initial::Stated(own) = own else { continue };
+            if own.value.is_some() == own.at_rest {
+                let sentence = format!("`{state}` begins at a `value` or `at_rest = true`, one of them");
+                return Err(self.wrong(&["initial", state], sentence));
+            }
+            if own.at_rest && own.absolute.is_some() {
+                let sentence = format!("`{state}` is at rest, so that `absolute` has no use");
+                return Err(self.wrong(&key("absolute"), sentence));
+            }
+            self.scatter(&key("absolute"), &format!("initial state `{state}`: `absolute`"), own.absolute, false)?;
+        }
+        Ok(())
+    }
+
     fn nuisances(&self) -> Result<(), Fault> {
         let mut named: Vec<(&str, &str)> = Vec::new();
         for (name, nuisance) in &self.study.nuisances {
@@ -222,6 +250,17 @@ impl Check<'_> {
             self.known(&keys, "`trigger_moves` names the condition", name, self.study.conditions.keys())?;
             if shots.trigger_moves[..k].contains(name) {
                 return Err(self.wrong(&keys, format!("`trigger_moves` names `{name}` twice")));
+            }
+        }
+        if let Some(count) = shots.windows {
+            if !(1..=MOST_WINDOWS).contains(&count) {
+                return Err(
+                    self.wrong(&key("windows"), format!("`windows` is {count}, and must be 1 to {MOST_WINDOWS}"))
+                );
+            }
+            if count > 1 && self.study.run.start.is_some() {
+                let sentence = "a window begins with its first sample, so that `start` of runs has no use";
+                return Err(self.wrong(&["run", "start"], sentence));
             }
         }
         if let Some(name) = &shots.phases_of {

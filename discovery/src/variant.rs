@@ -21,6 +21,7 @@ use crate::catalogue::{Candidate, Site, sites};
 use crate::composed::Composed;
 use crate::dictionary::Term;
 use crate::door::{Door, Law};
+use crate::initial::{StartOf, declarations, equations};
 use crate::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
@@ -48,6 +49,8 @@ pub struct Workshop<'a> {
     pub class: String,
     /// Expressions of the channels.
     pub channels: Vec<String>,
+    /// States whose beginning the study sets.
+    pub starts: Vec<StartOf>,
     /// Names of the inputs that follow columns.
     pub driven: Vec<String>,
     /// Full names of the classes of the libraries.
@@ -80,10 +83,19 @@ impl Modifications {
 
     fn print(&self) -> String {
         let parts = self.inside.iter().map(|(name, inside)| match &inside.leaf {
-            Some(leaf) => leaf.clone(),
+            Some(leaf) if inside.inside.is_empty() => leaf.clone(),
+            Some(leaf) => both(leaf, &inside.print()),
             None => format!("{name}({})", inside.print()),
         });
         parts.collect::<Vec<_>>().join(",\n    ")
+    }
+}
+
+/// A redeclaration with further modifications of what it declares.
+fn both(leaf: &str, inside: &str) -> String {
+    match leaf.strip_suffix(')') {
+        Some(leaf) => format!("{leaf}, {inside})"),
+        None => format!("{leaf}({inside})"),
     }
 }
 
@@ -97,7 +109,7 @@ fn stated(Insert { candidate, values }: &Insert) -> Vec<String> {
 }
 
 /// The modifications that put effects into a model.
-fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
+fn modifications(inserts: &[Insert], extra: &[(String, f64)], starts: &[StartOf]) -> String {
     let mut tree = Modifications::default();
     let mut terms: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut commands: BTreeMap<&str, String> = BTreeMap::new();
@@ -137,6 +149,9 @@ fn modifications(inserts: &[Insert], extra: &[(String, f64)]) -> String {
     for (path, value) in extra {
         let name = path.rsplit('.').next().unwrap_or(path);
         tree.insert(path, format!("{name} = {value:e}"));
+    }
+    for start in starts {
+        tree.insert(&start.state, start.modification());
     }
     tree.print()
 }
@@ -216,12 +231,15 @@ impl Workshop<'_> {
 
     /// Text of the model with effects in it and with parameter values `extra` by path.
     pub fn extended(&self, inserts: &[Insert], description: &str, extra: &[(String, f64)], annotation: &str) -> String {
-        let (inside, added) = (modifications(inserts, extra), additions(inserts));
+        let (inside, added) = (modifications(inserts, extra, &self.starts), additions(inserts));
+        let (starts, initial) = (declarations(&self.starts, &self.preamble), equations(&self.starts));
         let class = &self.class;
         let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
         let description = print_string(description);
         let name = self.extended_name();
-        format!("model {name} {description}\n  extends {class}{list};\n{added}{annotation}end {name};\n")
+        format!(
+            "model {name} {description}\n  extends {class}{list};\n{starts}{added}{initial}{annotation}end {name};\n"
+        )
     }
 
     /// The study's model file with the equations opened that effects add terms to.

@@ -230,6 +230,7 @@ mod tests {
             file: "base.hyd".into(),
             class: "'my \\\"own\\\"'".into(),
             channels: Vec::new(),
+            starts: Vec::new(),
             driven: Vec::new(),
             library_classes: Arc::new([]),
         };

@@ -10,7 +10,7 @@ use super::decide::noise;
 use super::look::refresh;
 use super::{Findings, LEAD, Pass, Search, Status, adequate};
 use crate::disturbance::Disturbances;
-use crate::fit::Fit;
+use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 use crate::leftover::leftover;
 use crate::{Fault, Setup};
@@ -90,11 +90,25 @@ impl Search<'_> {
             let known = &self.setup.disturbances;
             let is_more = found.disturbances.scatter.len() > known.scatter.len()
                 || found.disturbances.added.len() > known.added.len();
-            if is_more && found.misfit * pass.expected < noise(pass.expected).max(last.fit.misfit + LEAD) {
+            let enough = noise(pass.expected).max(last.fit.misfit + LEAD);
+            if is_more
+                && (found.misfit * pass.expected < enough || self.misfit_with(pass, &found.disturbances)? < enough)
+            {
                 return Ok(Some(found.disturbances));
             }
         }
         Ok(None)
+    }
+
+    /// The misfit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
+    fn misfit_with(&self, pass: &Pass, found: &Disturbances) -> Result<f64, Fault> {
+        let levels = self.setup.disturbances.levels.clone();
+        let setup = self.setup.disturbed(Disturbances { levels, ..found.clone() })?;
+        let (before, problem) = (pass.base.problem(self.setup)?, pass.base.problem(&setup)?);
+        let known = |name: &str| before.unknowns.iter().position(|own| own.name == name);
+        let start = problem.unknowns.iter().map(|own| known(&own.name).map_or(0.0, |k| pass.fit.xi[k]));
+        let fit = minimise(&problem, &start.collect::<Vec<_>>(), &self.whole(), Effort::LONG, None)?;
+        Ok(fit.misfit)
     }
 
     fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<crate::leftover::Leftover, Fault> {

@@ -1,0 +1,115 @@
+//! Initial states of shots: what a study says of them, and the text that puts them into the model.
+//!
+//! A lab does not begin its records where the model has its start values.  `[initial]` gives states a value at the beginning of every
+//! shot by a formula of what the shot records and of its first samples (`beginnings`), lets it be fitted around that value, or begins
+//! where the state is at rest under the inputs of that moment.  The model gets a parameter for each of them.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
+
+/// What a study says of a state.
+#[derive(Clone, Debug)]
+pub enum Initial {
+    /// A formula of its value.
+    Formula(String),
+    /// All of it.
+    Stated(StatedInitial),
+}
+
+/// What a study says of a state, in full.
+#[derive(Deserialize, Clone, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct StatedInitial {
+    /// Formula of its value.
+    pub value: Option<String>,
+    /// Standard deviation of the true value around it, in the unit of the state; without it the value is exact.
+    pub absolute: Option<f64>,
+    /// True where its derivative is zero at the beginning.
+    #[serde(default)]
+    pub at_rest: bool,
+}
+
+impl Initial {
+    /// The formula of the value; none for a state at rest.
+    pub fn formula(&self) -> Option<&str> {
+        match self {
+            Self::Formula(formula) => Some(formula),
+            Self::Stated(stated) => stated.value.as_deref(),
+        }
+    }
+
+    /// Standard deviation around that value, where there is one.
+    pub fn absolute(&self) -> Option<f64> {
+        match self {
+            Self::Formula(_) => None,
+            Self::Stated(stated) => stated.absolute,
+        }
+    }
+}
+
+// By hand, so that a key that does not belong there is reported by its name.
+impl<'de> Deserialize<'de> for Initial {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Initial;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a formula as text, or a table with `value` or `at_rest`")
+            }
+
+            fn visit_str<E>(self, formula: &str) -> Result<Initial, E> {
+                Ok(Initial::Formula(formula.to_string()))
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Initial, M::Error> {
+                StatedInitial::deserialize(MapAccessDeserializer::new(map)).map(Initial::Stated)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// A state whose beginning a study sets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StartOf {
+    /// Full name of the state.
+    pub state: String,
+    /// True where its derivative is zero at the beginning.
+    pub at_rest: bool,
+}
+
+impl StartOf {
+    /// Name of the parameter that the beginning of a state becomes: quoted, because nobody calls a variable like that.
+    pub fn parameter(state: &str) -> String {
+        format!("'start of {}'", state.replace('\'', "\\'"))
+    }
+
+    /// The modification of the state.
+    pub(crate) fn modification(&self) -> String {
+        let name = self.state.rsplit('.').next().unwrap_or(&self.state);
+        match self.at_rest {
+            true => format!("{name}(fixed = false)"),
+            false => format!("{name}(start = {}, fixed = true)", Self::parameter(&self.state)),
+        }
+    }
+}
+
+/// Declarations of the parameters that `known`, the text of the base, does not have.
+pub(crate) fn declarations(starts: &[StartOf], known: &str) -> String {
+    let new = starts.iter().filter(|start| !start.at_rest && !known.contains(&StartOf::parameter(&start.state)));
+    let line = |start: &StartOf| {
+        format!("  parameter Real {} = 0 \"{} at the beginning\";\n", StartOf::parameter(&start.state), start.state)
+    };
+    new.map(line).collect()
+}
+
+/// Initial equations of the states at rest.
+pub(crate) fn equations(starts: &[StartOf]) -> String {
+    let lines: String =
+        starts.iter().filter(|start| start.at_rest).map(|start| format!("  der({}) = 0;\n", start.state)).collect();
+    if lines.is_empty() { lines } else { format!("initial equation\n{lines}") }
+}

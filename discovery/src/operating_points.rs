@@ -1,0 +1,87 @@
+//! Operating points: under which conditions the shots were made, and which of them are held out.
+//!
+//! Shots differ where a condition that decides a parameter does, where states begin elsewhere, or where a recorded input takes another course.
+//! Conditions are set and compared exactly; beginnings and inputs are measured, and repeats differ by noise.
+
+use crate::bench::Shot;
+use crate::formula::evaluate;
+use crate::initial::Initial;
+use crate::{Bench, Study};
+
+/// One in so many shots is held out, at least one.
+const HELD_OUT: usize = 4;
+/// Beginnings and inputs that differ by less than this part of their size are the same.
+const SAME: f64 = 0.05;
+/// Times at which inputs are compared.
+const LOOKS: usize = 256;
+
+/// True if the shots were made under more than one condition.
+pub(crate) fn are_several(study: &Study, bench: &Bench) -> bool {
+    let of = |formula: &str| -> Vec<Option<f64>> {
+        let value = |shot: &Shot| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok();
+        bench.shots.iter().map(value).collect()
+    };
+    let differ = |formula: &String| of(formula).windows(2).any(|pair| pair[0] != pair[1]);
+    let begin_elsewhere = |formula: &str| {
+        let values: Vec<f64> = of(formula).into_iter().flatten().collect();
+        let size = values.iter().fold(0.0f64, |size, value| size.max(value.abs()));
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &value| (a.min(value), b.max(value)));
+        high - low > SAME * size
+    };
+    study.conditions.values().any(differ)
+        || study.initial.values().filter_map(Initial::formula).any(begin_elsewhere)
+        || bench.shots.windows(2).any(|pair| are_driven_apart(&pair[0], &pair[1]))
+}
+
+/// True if a recorded input takes another course in one shot than in the other.
+fn are_driven_apart(one: &Shot, other: &Shot) -> bool {
+    let length =
+        (one.times[one.times.len() - 1] - one.times[0]).min(other.times[other.times.len() - 1] - other.times[0]);
+    let apart = |name: &String| {
+        let (Some(a), Some(b)) = (one.inputs.get(name), other.inputs.get(name)) else { return false };
+        let at = |series: &hyd_system::Series, begin: f64, k: usize| {
+            let time = begin + length * k as f64 / LOOKS as f64;
+            series.at(time, series.interval(time, 0)).value
+        };
+        let pairs = (0..LOOKS).map(|k| (at(a, one.times[0], k), at(b, other.times[0], k)));
+        let (apart, size) =
+            pairs.fold((0.0, 0.0), |(apart, size), (a, b)| (apart + (a - b).powi(2), size + a * a + b * b));
+        apart > SAME * SAME * size
+    };
+    one.inputs.keys().any(apart)
+}
+
+/// The shots nearest to the centre of the operating points, but for some: values of the conditions that decide
+/// parameters, each by its range.
+pub(crate) fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usize> {
+    let count = bench.shots.len();
+    if count < 2 {
+        return Vec::new();
+    }
+    if bench.shots.iter().all(|shot| shot.is_window) {
+        // Of windows each is as good as its neighbours: they are held out all along the record.
+        let all = (0..count).filter(|shot| !except.contains(shot));
+        let phase = if except.is_empty() { HELD_OUT / 2 } else { 0 };
+        let held: Vec<usize> = all.clone().filter(|shot| shot % HELD_OUT == phase).collect();
+        return if held.is_empty() { all.last().into_iter().collect() } else { held };
+    }
+    let mut distances = vec![0.0; count];
+    for formula in study.conditions.values() {
+        let values: Vec<f64> = bench
+            .shots
+            .iter()
+            .filter_map(|shot| evaluate(formula, &|name| shot.conditions.get(name).copied()).ok())
+            .collect();
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+        if values.len() == count && high > low {
+            let mean = values.iter().sum::<f64>() / count as f64;
+            distances.iter_mut().zip(&values).for_each(|(d, v)| *d += ((v - mean) / (high - low)).powi(2));
+        }
+    }
+    let mut order: Vec<usize> = (0..count).filter(|shot| !except.contains(shot)).collect();
+    // Of two equally central shots the later one, so that the first stays in.
+    order.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a)));
+    let mut held: Vec<usize> = order.into_iter().take((count / HELD_OUT).max(1)).collect();
+    held.sort_unstable();
+    held
+}

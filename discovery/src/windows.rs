@@ -1,0 +1,137 @@
+//! Long records cut into windows, and what the first samples of a shot say of its beginning.
+//!
+//! A model that integrates twice, or is lightly damped, drifts away from a long record however good it is.  In windows, each with initial
+//! states of its own, it is compared over a time in which it can be right (the segments of multiple shooting, Bock 1983, without
+//! the conditions that tie them together), and some windows can be held out where there is a single record.
+
+use std::collections::BTreeMap;
+
+use crate::bench::Shot;
+use crate::shot_table::FEWEST;
+use crate::study::Study;
+
+/// Windows of a single record, where the study does not say how many and its states can begin anywhere.
+const BY_ITSELF: usize = 8;
+/// Samples of a window that is made without being asked for, as a multiple of the fewest.
+const WORTH_IT: usize = 5;
+/// Samples that the slope at the beginning of a channel is taken from.
+const SLOPE: usize = 5;
+
+/// Into how many windows every table is cut.
+pub(crate) fn count(study: &Study, tables: usize, rows: usize) -> usize {
+    let by_itself = tables == 1 && study.shots.hold_out.is_none() && !study.initial.is_empty();
+    match study.shots.windows {
+        Some(count) => count,
+        None if by_itself => (rows / (WORTH_IT * FEWEST)).clamp(1, BY_ITSELF),
+        None => 1,
+    }
+}
+
+/// A shot cut into so many windows of as many samples each as can be; `next` is the number of the first.
+pub(crate) fn cut(shot: Shot, count: usize, next: usize) -> Vec<Shot> {
+    if count < 2 {
+        return vec![shot];
+    }
+    let rows = shot.times.len();
+    let window = |k: usize| {
+        let part = k * rows / count..(k + 1) * rows / count;
+        let of = |(name, values): (&String, &Vec<f64>)| (name.clone(), values[part.clone()].to_vec());
+        let has_one = |(_, values): &(String, Vec<f64>)| values.iter().any(|value| !value.is_nan());
+        Shot {
+            number: next + k,
+            file: shot.file.clone(),
+            conditions: shot.conditions.clone(),
+            times: shot.times[part.clone()].to_vec(),
+            values: shot.values.iter().map(of).filter(has_one).collect(),
+            inputs: shot.inputs.clone(),
+            is_window: true,
+        }
+    };
+    (0..count).map(window).collect()
+}
+
+/// What the first samples of the channels say: `first_CHANNEL` and `slope_CHANNEL` (per s), in units of the model.
+pub(crate) fn beginnings(shot: &Shot, study: &Study) -> BTreeMap<String, f64> {
+    let mut found = BTreeMap::new();
+    for (name, values) in &shot.values {
+        let Some(channel) = study.channels.get(name) else { continue };
+        let samples = shot.times.iter().zip(values).filter(|(_, value)| !value.is_nan()).take(SLOPE);
+        let samples: Vec<(f64, f64)> = samples.map(|(time, value)| (*time, value / channel.scale)).collect();
+        let Some(first) = samples.first() else { continue };
+        found.insert(format!("first_{name}"), first.1);
+        let count = samples.len() as f64;
+        let sums = samples.iter().fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
+        let mean = (sums.0 / count, sums.1 / count);
+        let products = samples.iter().map(|own| ((own.0 - mean.0) * (own.1 - mean.1), (own.0 - mean.0).powi(2)));
+        let (along, width) = products.fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
+        if width > 0.0 {
+            found.insert(format!("slope_{name}"), along / width);
+        }
+    }
+    found
+}
+
+/// Sentences on which part of which table is which shot.
+pub(crate) fn told(shots: &[Shot]) -> Vec<String> {
+    let mut tables: Vec<(&str, Vec<&Shot>)> = Vec::new();
+    for shot in shots.iter().filter(|shot| shot.is_window) {
+        match tables.last_mut().filter(|(file, own)| *file == shot.file && follows(own, shot)) {
+            Some((_, own)) => own.push(shot),
+            None => tables.push((&shot.file, vec![shot])),
+        }
+    }
+    let sentence = |(file, own): (&str, Vec<&Shot>)| {
+        // Each table has at least one window, and each window samples.
+        let (first, last) = (own[0], own[own.len() - 1]);
+        format!(
+            "`{file}` is cut into {} windows, the shots {} to {}, of about {} s",
+            own.len(),
+            first.number,
+            last.number,
+            shown_length(first)
+        )
+    };
+    tables.into_iter().map(sentence).collect()
+}
+
+fn follows(own: &[&Shot], shot: &Shot) -> bool {
+    own.last().is_some_and(|last| last.times.last() < shot.times.first() && last.number + 1 == shot.number)
+}
+
+/// The length of a shot (s) in three digits.
+fn shown_length(shot: &Shot) -> f64 {
+    let length = shot.times[shot.times.len() - 1] - shot.times[0];
+    format!("{length:.2e}").parse().unwrap_or(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Shot, beginnings, cut, told};
+    use crate::Study;
+
+    fn study() -> Study {
+        let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\", scale = 1e3 }\n";
+        Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"))
+    }
+
+    #[test]
+    fn windows_hold_every_sample_once_and_begin_where_the_channel_does() {
+        let times: Vec<f64> = (0..103).map(|k| 0.5 * f64::from(k)).collect();
+        // A straight line of 4 per s, the first samples of the third window missing.
+        let mut line: Vec<f64> = times.iter().map(|time| 1e3 * (2.0 + 4.0 * time)).collect();
+        line[51] = f64::NAN;
+        line[52] = f64::NAN;
+        let values = [("y".to_string(), line)].into_iter().collect();
+        let whole = Shot { number: 9, file: "a.csv".into(), times: times.clone(), values, ..Shot::default() };
+        let windows = cut(whole, 4, 1);
+        let joined: Vec<f64> = windows.iter().flat_map(|window| window.times.clone()).collect();
+        assert_eq!(joined, times);
+        assert_eq!(windows.iter().map(|window| window.number).collect::<Vec<_>>(), [1, 2, 3, 4]);
+        for (window, first) in windows.iter().zip([0, 25, 53, 77]) {
+            let found = beginnings(window, &study());
+            assert!((found["first_y"] - (2.0 + 4.0 * times[first])).abs() < 1e-12, "{found:?}");
+            assert!((found["slope_y"] - 4.0).abs() < 1e-9, "{found:?}");
+        }
+        assert_eq!(told(&windows), ["`a.csv` is cut into 4 windows, the shots 1 to 4, of about 12 s"]);
+    }
+}

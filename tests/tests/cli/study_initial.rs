@@ -1,0 +1,160 @@
+//! `[initial]` and `windows` of studies: fits whose shots begin in a state of their own, and what is said of states that cannot.
+//!
+//! The record is the exact solution of a damped oscillator set free, `x = a exp(-d t) cos(w t + p)`, with noise from a fixed sequence.
+
+use std::fmt::Write as _;
+
+use crate::process::{Outcome, Scratch, run};
+
+/// The truth: damping (1/s), angular frequency (rad/s), amplitude and phase.
+const D: f64 = 0.11;
+const W: f64 = 6.0;
+const A: f64 = 0.8;
+const P: f64 = 0.4;
+/// Samples, their distance (s), and the standard deviation of their noise.
+const SAMPLES: usize = 1600;
+const STEP: f64 = 0.01;
+const NOISE: f64 = 1e-3;
+
+const MODEL: &str = "model M
+  parameter Real k = 30;
+  parameter Real c = 0.5;
+  Real x(start = 0, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(x) = v;
+  der(v) = -k*x - c*v;
+end M;
+";
+const STUDY: &str = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\nx_mm = { variable = \"x\", scale = 1e3 }\n[initial]\n\
+    x = { value = \"first_x_mm\", absolute = 0.02 }\nv = { value = \"slope_x_mm\", absolute = 1 }\n[nuisances]\n\
+    k = { parameter = \"k\", relative = 0.5 }\nc = { parameter = \"c\", relative = 2 }\n";
+const SET: &str = "{\"noise_std\": {\"x_mm\": 1}, \"experiments\": [{\"file\": \"s.csv\"}]}";
+
+fn folder() -> Scratch {
+    let folder = Scratch::new();
+    let mut state = 20_261_u64;
+    let mut draw = || {
+        state = state * 48_271 % 2_147_483_647;
+        state as f64 / 2_147_483_647.0
+    };
+    let mut text = String::from("time_s,x_mm\n");
+    for k in 0..SAMPLES {
+        let t = STEP * k as f64;
+        let noise = NOISE * ((0..12).map(|_| draw()).sum::<f64>() - 6.0);
+        writeln!(text, "{t},{}", 1e3 * (A * (-D * t).exp() * (W * t + P).cos() + noise)).unwrap();
+    }
+    folder.write("m.hyd", MODEL);
+    folder.write("st.toml", STUDY);
+    folder.write("set.json", SET);
+    folder.write("s.csv", text);
+    folder
+}
+
+fn fit(folder: &Scratch) -> Outcome {
+    run(folder.path(), &["fit", "st.toml", "--bench", "set.json", "--json"])
+}
+
+/// Relative errors of stiffness and damping, the gaps of fitted and held-out shots, and what the fit says beside.
+fn errors(folder: &Scratch) -> ([f64; 2], [f64; 2], String) {
+    let outcome = fit(folder);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let json: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let value = |name: &str, nominal: f64| {
+        let unknown = json["unknowns"].as_array().unwrap().iter().find(|unknown| unknown["name"] == name).unwrap();
+        nominal * unknown["value"].as_f64().unwrap()
+    };
+    let found = [value("k", 30.0) / (W * W + D * D) - 1.0, value("c", 0.5) / (2.0 * D) - 1.0];
+    let gap = ["train", "heldout"].map(|key| json["gap"][key]["all"].as_f64().unwrap());
+    (found.map(f64::abs), gap, outcome.stderr)
+}
+
+#[test]
+fn one_record_is_cut_into_windows_with_states_of_their_own() {
+    let folder = folder();
+    let (found, gap, said) = errors(&folder);
+    assert!(said.contains("`s.csv` is cut into 8 windows, the shots 1 to 8, of about 1.99 s"), "{said}");
+    assert!(found[0] < 1e-3 && found[1] < 0.03, "{found:?}");
+    assert!(gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{gap:?}");
+    // Held out are windows all along the record, whose states are found by their own samples.
+    folder.write("st.toml", format!("{STUDY}[shots]\nwindows = 3\nhold_out = [2]\n"));
+    let (found, gap, said) = errors(&folder);
+    assert!(said.contains("is cut into 3 windows"), "{said}");
+    assert!(found[0] < 1e-3 && found[1] < 0.03 && gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{found:?} {gap:?}");
+}
+
+#[test]
+fn a_state_at_rest_begins_where_its_derivative_is_zero() {
+    let folder = folder();
+    // The same record as the way from where a constant force holds it: the spring is relaxed by `x0` at the first sample.
+    folder.write(
+        "m.hyd",
+        MODEL.replace(
+            "equation",
+            "  parameter Real F = 0; Real z(start = 5, fixed = true);\nequation\n  der(z) = F - z;",
+        ),
+    );
+    folder.write(
+        "st.toml",
+        format!(
+            "{}[conditions]\nF = \"force\"\n",
+            STUDY
+                .replace("[nuisances]", "z = { at_rest = true }\n[nuisances]")
+                .replace("x_mm = {", "z = { variable = \"z\", noise = 1e-3 }\nx_mm = {")
+        ),
+    );
+    folder.write("set.json", SET.replace("\"s.csv\"", "\"s.csv\", \"force\": 2.5"));
+    let table = std::fs::read_to_string(folder.path().join("s.csv")).unwrap();
+    let table: String = table.lines().enumerate().fold(String::new(), |mut text, (k, line)| {
+        let z = if k == 0 { "z".to_string() } else { (2.5 + 1e-3 * f64::from(k as u32 % 7) - 3e-3).to_string() };
+        writeln!(text, "{line},{z}").unwrap();
+        text
+    });
+    folder.write("s.csv", table);
+    let (_, gap, _) = errors(&folder);
+    assert!(gap[0] < 2.5, "{gap:?}");
+}
+
+#[test]
+fn what_does_not_fit_is_said_with_its_line() {
+    let folder = folder();
+    for (old, new, expected) in [
+        ("first_x_mm", "first_y", "line 7 of the study: shot 1: the formula `first_y` cannot be evaluated"),
+        (
+            "x = { value = \"first_x_mm\", absolute = 0.02 }",
+            "x = { value = \"first_x_mm\", absolut = 1 }",
+            "line 7: unknown field `absolut`",
+        ),
+        (
+            "x = { value = \"first_x_mm\", absolute = 0.02 }",
+            "x = { at_rest = true, value = \"1\" }",
+            "line 7: `x` begins at a `value` or `at_rest = true`",
+        ),
+        (
+            "x = { value = \"first_x_mm\", absolute = 0.02 }",
+            "\"x[2]\" = \"1\"",
+            "line 7: `x[2]` is an element of an array",
+        ),
+        ("x = { value = \"first_x_mm\", absolute = 0.02 }", "y = \"1\"", "`y`"),
+        (
+            "[nuisances]",
+            "[shots]\nwindows = 100\n[nuisances]",
+            "line 10 of the study: `s.csv` has 1600 rows, too few for 100 windows of at least 20",
+        ),
+        ("[nuisances]", "[shots]\nwindows = 0\n[nuisances]", "line 10: `windows` is 0, and must be 1 to 10000"),
+        (
+            "[nuisances]",
+            "[run]\nstart = 0\n[shots]\nwindows = 4\n[nuisances]",
+            "line 10: a window begins with its first sample",
+        ),
+    ] {
+        folder.write("st.toml", STUDY.replace(old, new));
+        let outcome = fit(&folder);
+        assert!(
+            outcome.code == Some(1) && outcome.stderr.contains(expected),
+            "{new}: {:?}\n{}",
+            outcome.code,
+            outcome.stderr
+        );
+    }
+}
