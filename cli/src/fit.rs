@@ -56,6 +56,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     if found.misfit / expected > schedule::GOOD {
         found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
     }
+    found = schedule::follow(&problem, found, &setup.train, tau, &mut record);
     problem.check_misfit(&found, &whole).map_err(failure)?;
     let (found, all) = profiles(&problem, found, &whole, &wanted).map_err(failure)?;
     let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());

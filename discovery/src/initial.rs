@@ -88,6 +88,12 @@ impl StartOf {
         format!("'start of {}'", state.replace('\'', "\\'"))
     }
 
+    /// The name by which a run sets what a parameter of these is: the start value of the state, which the base model has as well.
+    pub(crate) fn set_as(parameter: &str) -> String {
+        let state = parameter.strip_prefix("'start of ").and_then(|rest| rest.strip_suffix('\''));
+        state.map_or_else(|| parameter.to_string(), |state| format!("{}.start", state.replace("\\'", "'")))
+    }
+
     /// The modification of the state.
     pub(crate) fn modification(&self) -> String {
         let name = self.state.rsplit('.').next().unwrap_or(&self.state);

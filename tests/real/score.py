@@ -36,14 +36,18 @@ def nominal(bench, name):
 def fitted(bench, report, when):
     """Parameters of the model, and offset and gain by channel; numbers of one shot alone are those of shot 1."""
     with open(os.path.join(HERE, bench, "bench.toml"), "rb") as file:
-        nuisances = tomllib.load(file)["nuisances"]
+        study = tomllib.load(file)
+    nuisances, initial = study["nuisances"], study.get("initial", {})
     values, chains = {}, {}
     for entry in report["parameters"]:
         name, shot = re.fullmatch(r"(.*?)(?: \(shot (\d+)\))?", entry["name"]).groups()
         if entry[when] is None or shot not in (None, "1"):
             continue
         value = entry[when]["value"]
-        if entry["kind"] in ("offset", "gain"):
+        state = name.removesuffix(" at the beginning")
+        if state != name and state in initial:
+            values[f"{state}.start"] = value
+        elif entry["kind"] in ("offset", "gain"):
             chains[name] = value
         elif name in nuisances:
             nuisance = nuisances[name]
@@ -52,9 +56,13 @@ def fitted(bench, report, when):
     return values, chains
 
 
-def simulated(hyd, bench, text, base, values, run):
-    """Columns of a run of the model that extends `base` with these values."""
-    modifiers = ", ".join(f"{name} = {value}" for name, value in values.items())
+def simulated(hyd, bench, text, base, values, run, inputs=None):
+    """Columns of a run of the model that extends `base` with these values; `inputs` are columns that it is driven by."""
+    def modifier(name, value):
+        state = name.removesuffix(".start")
+        return f"{name} = {value}" if state == name else f"{state}(start = {value}, fixed = true)"
+
+    modifiers = ", ".join(modifier(name, value) for name, value in values.items())
     start, stop, interval, tolerance = run
     text += (
         f"\nmodel Scored\n  extends {base}({modifiers});\n  annotation(experiment(StartTime = {start}, StopTime = {stop}, "
@@ -65,6 +73,11 @@ def simulated(hyd, bench, text, base, values, run):
         with open(model, "w", encoding="utf-8") as file:
             file.write(text)
         command = [hyd, "simulate", model, "--model", "Scored", "--library", os.path.join(HERE, bench), "--result", result]
+        if inputs:
+            command += ["--input", os.path.join(folder, "inputs.csv"), "--hold", "zero"]
+            with open(command[-3], "w", encoding="utf-8") as file:
+                file.write(",".join(inputs) + "\n")
+                file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*inputs.values()))
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             raise SystemExit(done.stdout + done.stderr)
@@ -88,7 +101,8 @@ def at_instants(times, values, wanted):
 def tanks(hyd, text, base, values, chains):
     record = table(os.path.join(HERE, "tanks", "data", "test.csv"))
     times = record["time_s"]
-    run = simulated(hyd, "tanks", text, base, values, (times[0], times[-1], times[1] - times[0], 1e-7))
+    span = (times[0], times[-1], times[1] - times[0], 1e-7)
+    run = simulated(hyd, "tanks", text, base, values, span, {"time": times, "u": record["u_V"]})
     level = at_instants(run["time"], run["sensor_y.y"], times)
     level = [chains.get("gain of y_V", 1) * y + chains.get("offset of y_V", 0) for y in level]
     return {"test": math.sqrt(sum((a - b) ** 2 for a, b in zip(level, record["y_V"])) / len(level))}
@@ -111,7 +125,22 @@ def positioning(hyd, text, base, values, _):
     return errors
 
 
-SCORES = {"tanks": (tanks, "Tanks.Recorded"), "positioning": (positioning, "Positioning.Recorded")}
+def grey_box(hyd):
+    """RMSE (V) on the whole test record of the tanks' grey box, fitted by `hyd fit` to the training record."""
+    place = os.path.join(HERE, "tanks")
+    with tempfile.TemporaryDirectory() as folder:
+        fitted_file = os.path.join(folder, "fitted.toml")
+        command = [hyd, "fit", os.path.join(place, "greybox.toml"), "--bench", os.path.join(place, "set.json"), "--library", place]
+        done = subprocess.run(command + ["--json", "--write-parameters", fitted_file], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise SystemExit(done.stdout + done.stderr)
+        offset = sum(entry["value"] for entry in json.loads(done.stdout)["unknowns"] if entry["name"] == "offset of y_V")
+        with open(fitted_file, "rb") as file:
+            values = tomllib.load(file)
+    return tanks(hyd, "", "Tanks.GreyBox", values, {"offset of y_V": offset})["test"]
+
+
+SCORES = {"tanks": (tanks, "Tanks.Plant"), "positioning": (positioning, "Positioning.Recorded")}
 
 
 def score(bench, folder, hyd):

@@ -127,11 +127,12 @@ impl InputTable {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// When a model runs with this table: to its end if the model does not say otherwise.
+    /// When a model runs with this table: from its begin, if that is after 0, to its end, if the model does not say otherwise.
     pub fn experiment(table: Option<&Self>, experiment: &Experiment) -> Experiment {
-        let start = experiment.start.unwrap_or(0.0);
+        let begin = table.map(|table| table.span().0).filter(|begin| *begin > 0.0);
+        let start = experiment.start.or(begin).unwrap_or(0.0);
         let end = table.map(|table| table.span().1).filter(|end| *end > start);
-        Experiment { stop: experiment.stop.or(end), ..*experiment }
+        Experiment { start: experiment.start.or(begin), stop: experiment.stop.or(end), ..*experiment }
     }
 
     /// A number that is another one, all but surely, when a sample is (Fowler, Noll, Vo: FNV-1a).

@@ -1,4 +1,4 @@
-//! Parameters whose values are set from outside and used at translation.
+//! Parameters whose values are set from outside and used at translation, and start values.
 //!
 //! Which parameters decide sizes or structure is known only when everything has been lowered: a range or a condition in the last
 //! equation may be what asks.  So their values take the place of the bindings of the text at the very end, for all of them in
@@ -6,15 +6,46 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::Arc;
 
-use hyd_instance::InstId;
+use hyd_instance::modifier::{Applied, AstMod};
+use hyd_instance::{InstId, Override};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::Node;
+use hyd_syntax::tree::{Expr, ExprKind, UnaryOp};
+use hyd_system::ValueKind;
 
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
 use crate::model::{EquationBlock, Section, Target, VarId};
 
 impl Flattener<'_, '_> {
+    /// The start value as declared, or as it is set from outside by the name of the variable and `.start`.
+    pub(crate) fn start_of(&mut self, inst: InstId) -> Option<Applied> {
+        let declared = self.attribute(inst, "start")?;
+        if self.tree.overrides.is_empty() {
+            return Some(declared);
+        }
+        let path = self.path(inst);
+        let is_meant = |set: &Override| set.path.strip_suffix(".start").is_some_and(|variable| *variable == *path);
+        let Some(set) = self.tree.overrides.iter_mut().rev().find(|set| is_meant(set)) else { return Some(declared) };
+        set.used = true;
+        let (text, span) = (set.text.clone(), declared.tree.span.unwrap_or(self.tree.instances[inst].span));
+        let wrong = |why: &str| format!("`{path}.start` cannot be set to `{text}`: {why}");
+        let is_real = matches!(self.model.variables[self.blocks[&inst]].kind, ValueKind::Real);
+        let message = match text.trim().parse::<f64>() {
+            _ if !is_real => wrong("only start values of type Real can be set"),
+            Ok(value) if value.is_finite() => {
+                let tree =
+                    AstMod { binding: Some(Arc::new(number(value, span))), span: Some(span), ..AstMod::default() };
+                return Some(Applied { tree: Arc::new(tree), spread: Vec::new(), ..declared });
+            }
+            _ => wrong("it is not a number"),
+        };
+        self.report(Diagnostic::error(Code::Value, message).with(span, "declared here"));
+        Some(declared)
+    }
+
     /// A parameter whose value was set from outside and has been used.
     pub(crate) fn is_given(&mut self, inst: InstId) -> bool {
         self.tree.overrides.iter().any(|o| o.used)
@@ -114,4 +145,10 @@ impl Flattener<'_, '_> {
             self.emit(Section::Binding, left, right, &[], &origin);
         }
     }
+}
+
+/// A number as it could stand in the text.
+fn number(value: f64, span: Span) -> Expr {
+    let size = Expr { kind: ExprKind::Real(value.abs()), span };
+    if value.is_sign_negative() { Expr { kind: ExprKind::Unary(UnaryOp::Minus, Box::new(size)), span } } else { size }
 }

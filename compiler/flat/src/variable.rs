@@ -255,7 +255,7 @@ impl Flattener<'_, '_> {
     /// Bindings and start values become equations.
     pub(crate) fn bind(&mut self, inst: InstId) {
         let block = self.blocks[&inst];
-        if let Some(applied) = self.attribute(inst, "start") {
+        if let Some(applied) = self.start_of(inst) {
             self.model.variables[block].has_start = true;
             if !self.known_value(inst, &applied, "start value") {
                 return;

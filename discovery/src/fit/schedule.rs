@@ -24,6 +24,9 @@ const HELD_BACK: usize = 4;
 const DOUBTED: f64 = 2.5;
 const MAY_BE: f64 = 2.0;
 
+/// How often a fit that ran out of steps is followed further.
+const FOLLOWED: usize = 8;
+
 /// One attempt.
 #[derive(Clone, Debug)]
 pub struct Attempt {
@@ -151,6 +154,26 @@ pub fn go_on(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, is_enou
         && let Ok(next) = along(problem, &best.xi, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])
     {
         best = lower(best, next);
+    }
+    best
+}
+
+/// Follows a fit that ran out of steps to its end, as far as a few hundred steps lead.
+pub fn follow(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, record: &mut Record) -> Fit {
+    let whole = Weighing::whole(shots, tau);
+    let expected = problem.expected(&whole);
+    let mut best = fit;
+    for _ in 0..FOLLOWED {
+        if best.converged {
+            break;
+        }
+        let Ok(next) = minimise(problem, &best.xi, &whole, Effort::LONG, None) else { break };
+        record.note("followed to its end", &next, expected);
+        let is_over = next.steps < Effort::LONG.steps;
+        best = if next.cost <= best.cost { next } else { best };
+        if is_over {
+            break;
+        }
     }
     best
 }

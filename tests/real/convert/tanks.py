@@ -1,10 +1,9 @@
-"""Cascaded tanks: dataBenchmark.csv to a training record, a test record and four windows of the training record.
+"""Cascaded tanks: dataBenchmark.csv to a training record and a test record.
 
 Usage: tanks.py BARE_GIT_DIRECTORY   (of forgi86/sysid-neural-continuous; standard library only)
 
-Numbers are copied as they stand.  Sample k is at the time 4 k s; the clock of the test record begins at 10000 s, so that one table
-of inputs serves both records.  The pump holds its voltage for a sample period, so `inputs.csv` is the voltage in the middle of each period: straight lines between
-the middles give the same water to better than a thousandth, because the voltage changes slowly (0.0144 Hz at most).
+Numbers are copied as they stand.  Sample k is at the time 4 k s; the clock of the test record begins at 10000 s.  The pump holds its voltage
+for a sample period.
 """
 
 import csv
@@ -17,7 +16,6 @@ from common import blob, noise, rounded, table, write_set
 REVISION = "956aa7ecd73061b0321c6f6098d74c9e4a7ce67a"
 PERIOD = 4
 TEST_BEGINS = 10000
-WINDOW = 256
 HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tanks")
 
 text = blob(sys.argv[1], REVISION, "examples/CTS/data/dataBenchmark.csv").decode()
@@ -28,23 +26,6 @@ test = [(TEST_BEGINS + PERIOD * k, row["uVal"], row["yVal"]) for k, row in enume
 header = ["time_s", "u_V", "y_V"]
 table(os.path.join(HERE, "data", "train.csv"), header, train)
 table(os.path.join(HERE, "data", "test.csv"), header, test)
-middle = [(t + PERIOD // 2, u) for t, u, _ in train + test]
-table(os.path.join(HERE, "data", "inputs.csv"), ["time_s", "u_V"], middle)
-
-experiments = []
-for k in range(len(train) // WINDOW):
-    part = train[k * WINDOW : (k + 1) * WINDOW]
-    table(os.path.join(HERE, "data", f"window_{k + 1}.csv"), header, part)
-    pump = [float(u) for _, u, _ in part]
-    experiments.append(
-        {
-            "file": f"data/window_{k + 1}.csv",
-            "shot": k + 1,
-            "begin_s": part[0][0],
-            "y0_V": rounded(sum(float(y) for _, _, y in part[:3]) / 3, 4),
-            "u_mean_V": rounded(sum(pump) / len(pump), 3),
-        }
-    )
 sigma = noise([[float(y) for _, _, y in train]])
 write_set(
     os.path.join(HERE, "set.json"),
@@ -56,7 +37,7 @@ write_set(
         "noise_std": {"y_V": rounded(sigma)},
         "sensor_offset_1sigma": {"y_V": 0.5},
         "parameter_tolerance_1sigma": {"k_1": 0.5, "k_2": 0.5, "k_p": 0.5},
-        "experiments": experiments,
+        "experiments": [{"file": "data/train.csv"}],
     },
 )
 print("noise of y_V:", sigma, "V")

@@ -45,7 +45,7 @@ fn tables_that_do_not_fit_are_refused_with_their_lines() {
             &["--stop", "2"],
             "it ends at 1 s (line 3), and the run at 2 s; `--stop 1` ends the run there",
         ),
-        ("time,u\n0.5,0\n1,1\n", &[], "it begins at 0.5 s, and the run at 0 s"),
+        ("time,u\n-1,0\n-0.5,1\n", &[], "it ends at -0.5 s"),
         ("time,b,u\n0,0,0\n1,1,1\n", &["--hold", "cubic"], "--hold: `cubic` is not linear, zero or smooth"),
     ];
     for (table, arguments, expected) in cases {

@@ -21,6 +21,43 @@ fn last_row(set: &str) -> (String, String) {
     (lines[0].to_string(), lines[lines.len() - 1].to_string())
 }
 
+/// `x' = -x` from a start value that is set: the solution is that value times `exp(-1)`.
+#[test]
+fn start_values_are_set_by_the_name_of_the_variable() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", "model M\n  model P\n    parameter Real s = 1;\n    Real x(start = s, fixed = true);\n    Real n;\n    Integer k(start = 1, fixed = true);\n  equation\n    der(x) = -x;\n    n = 2*x;\n    when time > 2 then\n      k = 2;\n    end when;\n  end P;\n  P p;\nend M;\n");
+    let at_end = |set: &[&str]| {
+        let mut arguments = vec!["simulate", "m.hyd", "--tolerance", "1e-9", "--result", "r.csv"];
+        set.iter().for_each(|set| arguments.extend(["--set", set]));
+        let outcome = run(folder.path(), &arguments);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{set:?}");
+        let text = folder.read("r.csv");
+        let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        let at = lines[0].iter().position(|name| *name == "p.x").unwrap();
+        lines[lines.len() - 1][at].parse::<f64>().unwrap()
+    };
+    for (set, start) in
+        [(&["p.x.start=-3"][..], -3.0), (&["p.s=2"], 2.0), (&["p.s=2", "p.x.start=5", "p.x.start=0.5"], 0.5)]
+    {
+        assert!((at_end(set) - start * (-1.0_f64).exp()).abs() < 1e-7, "{set:?}");
+    }
+    for (set, expected) in [
+        ("p.x.start=a", "`p.x.start` cannot be set to `a`: it is not a number"),
+        ("p.x.start=inf", "`p.x.start` cannot be set to `inf`: it is not a number"),
+        ("p.k.start=3", "`p.k.start` cannot be set to `3`: only start values of type Real can be set"),
+        ("p.n.start=3", "the model has no parameter `p.n.start`"),
+        ("x.start=3", "the model has no parameter `x.start`"),
+    ] {
+        let outcome = run(folder.path(), &["simulate", "m.hyd", "--set", set]);
+        assert!(
+            outcome.code == Some(1) && outcome.stderr.contains(expected),
+            "{set}: {:?} {}",
+            outcome.code,
+            outcome.stderr
+        );
+    }
+}
+
 #[test]
 fn literals_and_strings_are_set_by_their_name() {
     let value = |set: &str, name: &str| {
