@@ -171,7 +171,11 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study, idle: &mut [b
         let Some(raw) = shot.values.get(&channel.name) else { return Ok(None) };
         let mut used: Vec<bool> = raw.iter().map(|value| value.is_finite()).collect();
         let masks = study.shots.masks.iter().enumerate();
-        for own in masks.filter(|(_, mask)| mask.channels.is_empty() || mask.channels.contains(&channel.name)) {
+        let is_meant = |mask: &Mask| {
+            let of_shot = mask.shots.is_empty() || mask.shots.contains(&shot.number);
+            of_shot && (mask.channels.is_empty() || mask.channels.contains(&channel.name))
+        };
+        for own in masks.filter(|(_, mask)| is_meant(mask)) {
             let mut left = vec![true; used.len()];
             apply_mask(study, own, shot, &mut left)?;
             idle[own.0] &= left.iter().all(|left| *left);
@@ -243,6 +247,15 @@ fn apply_mask(study: &Study, (number, mask): (usize, &Mask), shot: &Shot, used: 
 /// The largest slope around each sample, from the values smoothed over three.
 fn slopes(times: &[f64], values: &[f64], used: &[bool]) -> Vec<f64> {
     let n = values.len();
+    let own: Vec<usize> = (0..n).filter(|&k| used[k]).collect();
+    if own.len() > 1 && 2 * own.len() < n {
+        // A channel that is read by a slower clock than others has neighbours of its own.
+        let times: Vec<f64> = own.iter().map(|&k| times[k]).collect();
+        let values: Vec<f64> = own.iter().map(|&k| values[k]).collect();
+        let mut slope = vec![0.0; n];
+        own.iter().zip(slopes(&times, &values, &vec![true; own.len()])).for_each(|(&k, own)| slope[k] = own);
+        return slope;
+    }
     let smooth: Vec<f64> = (0..n)
         .map(|k| {
             let around = k.saturating_sub(1)..(k + 2).min(n);

@@ -7,6 +7,7 @@
 pub mod bench;
 pub mod calibration;
 pub mod catalogue;
+mod clock;
 mod composed;
 pub mod data;
 pub mod dictionary;

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use hyd_system::Series;
 
-use crate::magnitude::{is_plausible, shown};
+use crate::clock::{Clock, all_times};
+use crate::magnitude::is_plausible;
 use crate::recorded::{self, Rows};
 use crate::{Fault, Study};
 
@@ -40,14 +41,21 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let header: Vec<String> =
         reader.headers().map_err(|error| wrong(error.to_string()))?.iter().map(String::from).collect();
-    let time = columns(&header, study).map_err(wrong)?;
-    let known: Vec<(usize, &String)> = header.iter().enumerate().filter(|(_, name)| is_read(study, name)).collect();
-    if known.iter().all(|(_, name)| !study.channels.contains_key(*name)) {
-        return Err(wrong("none of its columns is a channel of the study".to_string()));
+    twice(&header, study).map_err(wrong)?;
+    let mut clocks =
+        Clock::all(&header, study, &|name| is_read(study, name), &|time| no_times(&header, time)).map_err(wrong)?;
+    if !header.iter().any(|name| study.channels.contains_key(name)) {
+        let no_clock = study.shots.rate.is_none() && !header.contains(&study.shots.time);
+        let why = if no_clock {
+            no_times(&header, &study.shots.time)
+        } else {
+            "none of its columns is a channel of the study".into()
+        };
+        return Err(wrong(why));
     }
-    let (mut times, mut lines): (Vec<f64>, Vec<u64>) = (Vec::new(), Vec::new());
-    let mut values: Vec<Vec<f64>> = vec![Vec::new(); known.len()];
+    let alone = clocks.len() == 1;
     let mut record = csv::StringRecord::new();
+    let mut row = 0;
     while reader.read_record(&mut record).map_err(|error| wrong(error.to_string()))? {
         let line = record.position().map_or(0, |place| line_of(text, place));
         if record.len() != header.len() {
@@ -56,34 +64,23 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
             return Err(wrong(format!("line {line} has {fields}, and the header {}{advice}", header.len())));
         }
         let number = |column: usize| {
-            number(&record[column]).map_err(|why| wrong(format!("line {line}, column `{}`: {why}", header[column])))
+            number(&record[column]).map_err(|why| format!("line {line}, column `{}`: {why}", header[column]))
         };
-        let t = number(time)? * study.shots.time_scale;
-        if !t.is_finite() {
-            return Err(wrong(format!("line {line}: a time is missing")));
-        }
-        if !is_plausible(t) {
-            return Err(wrong(format!("line {line}: {} s is no time", shown(t))));
-        }
-        if let Some(&last) = times.last()
-            && t <= last
-        {
-            let sentence = format!("line {line}: the time {t} s does not come after {last} s; times must ascend");
-            return Err(wrong(sentence));
-        }
-        times.push(t);
-        lines.push(line);
-        for ((column, _), values) in known.iter().zip(&mut values) {
-            values.push(number(*column)?);
-        }
+        clocks.iter_mut().try_for_each(|clock| clock.take((line, row), study, alone, &number)).map_err(wrong)?;
+        row += 1;
     }
+    let measure = |clock: &&Clock| clock.columns.iter().any(|&column| study.channels.contains_key(&header[column]));
+    let times = all_times(clocks.iter().filter(measure));
     if times.len() < FEWEST {
         return Err(wrong(format!("{} rows are too few: a shot has at least {FEWEST}", times.len())));
     }
+    let found = |name: &str| {
+        let place = header.iter().position(|own| own == name)?;
+        clocks.iter().find_map(|clock| Some((clock, clock.column(place)?)))
+    };
     let (mut inputs, mut warnings) = (BTreeMap::new(), Vec::new());
     for (name, input) in &study.inputs {
-        let found = known.iter().position(|(_, column)| **column == input.column);
-        let found = found.ok_or_else(|| {
+        let (clock, column) = found(&input.column).ok_or_else(|| {
             let place = study.place(&["inputs", name, "column"]);
             wrong(format!(
                 "there is no column `{}` for the input `{name}` ({})",
@@ -91,16 +88,20 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
                 place.trim_end_matches(": ")
             ))
         })?;
-        let rows = Rows { times: &times, values: &values[found], lines: &lines };
+        if clock.times.len() < 2 {
+            return Err(wrong(format!("the column `{}` of the input `{name}` is empty", input.column)));
+        }
+        let rows = Rows { times: &clock.times, values: &clock.values[column], lines: &clock.lines };
         let (series, warning) = recorded::series(name, input, &rows).map_err(wrong)?;
         inputs.insert(name.clone(), series);
         warnings.extend(warning.map(|warning| format!("`{file}`: {warning}")));
     }
-    let values = known.iter().map(|(_, name)| (*name).clone()).zip(values);
-    let is_channel = |(name, values): &(String, Vec<f64>)| {
-        study.channels.contains_key(name) && values.iter().any(|value| !value.is_nan())
-    };
-    let values = values.filter(is_channel).collect();
+    let channels = study.channels.keys().filter_map(|name| {
+        let (clock, column) = found(name)?;
+        let values = clock.at(column, &times);
+        values.iter().any(|value| !value.is_nan()).then(|| (name.clone(), values))
+    });
+    let values = channels.collect();
     Ok(ShotTable { times, values, inputs, warnings, header })
 }
 
@@ -116,26 +117,30 @@ fn is_read(study: &Study, column: &str) -> bool {
     study.channels.contains_key(column) || study.inputs.values().any(|input| input.column == column)
 }
 
-/// The position of the column of times.
-fn columns(header: &[String], study: &Study) -> Result<usize, String> {
+/// Refuses columns that count and stand twice.
+fn twice(header: &[String], study: &Study) -> Result<(), String> {
     let mut seen = BTreeSet::new();
-    let is_used = |name: &&String| **name == study.shots.time || is_read(study, name);
-    if let Some(name) = header.iter().filter(is_used).find(|name| !seen.insert(*name)) {
-        return Err(format!("the column `{name}` stands twice in the header"));
+    let clocks = study.channels.values().filter_map(|own| own.time.as_ref());
+    let clocks: Vec<&String> = clocks.chain(study.inputs.values().filter_map(|own| own.time.as_ref())).collect();
+    let is_used = |name: &&String| **name == study.shots.time || clocks.contains(name) || is_read(study, name);
+    match header.iter().filter(is_used).find(|name| !seen.insert(*name)) {
+        Some(name) => Err(format!("the column `{name}` stands twice in the header")),
+        None => Ok(()),
     }
-    let found = header.iter().position(|name| *name == study.shots.time);
-    found.ok_or_else(|| {
-        for (separator, words) in [(';', "semicolons"), ('\t', "tabs")] {
-            let is_time = |name: &str| name.trim().trim_matches('"') == study.shots.time;
-            if header.iter().any(|name| name.split(separator).any(is_time) && name.contains(separator)) {
-                return format!(
-                    "its fields are separated by {words}; tables of shots have commas between fields and points in numbers"
-                );
-            }
+}
+
+/// What is said of a column of times that is not there.
+fn no_times(header: &[String], wanted: &str) -> String {
+    for (separator, words) in [(';', "semicolons"), ('\t', "tabs")] {
+        let is_time = |name: &str| name.trim().trim_matches('"') == wanted;
+        if header.iter().any(|name| name.split(separator).any(is_time) && name.contains(separator)) {
+            return format!(
+                "its fields are separated by {words}; tables of shots have commas between fields and points in numbers"
+            );
         }
-        let names = header.join(", ");
-        format!("there is no column `{}` of times; there are: {}", study.shots.time, shortened(&names))
-    })
+    }
+    let names = header.join(", ");
+    format!("there is no column `{wanted}` of times; there are: {}", shortened(&names))
 }
 
 /// The beginning of what may be a whole file without a line's end.

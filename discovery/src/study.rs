@@ -84,6 +84,8 @@ pub struct Channel {
     /// Words for reports.
     #[serde(default)]
     pub words: String,
+    /// Column of its times, where it has one of its own.
+    pub time: Option<String>,
     /// Standard deviation of the noise, where the set states none (units of the table).
     pub noise: Option<f64>,
     /// Step of the numbers in the table, where the set states none.
@@ -100,6 +102,8 @@ pub struct Channel {
 pub struct Input {
     /// The column.
     pub column: String,
+    /// Column of its times, where it has one of its own.
+    pub time: Option<String>,
     /// What it does between samples.
     #[serde(default, deserialize_with = "hold")]
     pub hold: Hold,
@@ -175,6 +179,8 @@ pub struct StatedNuisance {
 pub struct Shots {
     /// Column of the times.
     pub time: String,
+    /// Samples per second of tables without a column of times, the first at 0.
+    pub rate: Option<f64>,
     /// Seconds per unit of that column.
     pub time_scale: f64,
     /// Standard deviation of the trigger, shot by shot (s).
@@ -198,6 +204,7 @@ impl Default for Shots {
     fn default() -> Self {
         Self {
             time: "time_s".into(),
+            rate: None,
             time_scale: 1.0,
             trigger_jitter: 0.0,
             trigger_moves: Vec::new(),
@@ -214,6 +221,9 @@ impl Default for Shots {
 #[derive(Deserialize, Clone, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct Mask {
+    /// Numbers of the shots that are masked; all where none is named.
+    #[serde(default)]
+    pub shots: Vec<usize>,
     /// Channels that are masked; all where none is named.
     #[serde(default)]
     pub channels: Vec<String>,

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
 use crate::magnitude::{is_plausible, shown};
-use crate::study::{Initial, Mask, Nuisance, Study};
+use crate::study::{Initial, Mask, Nuisance, Shots, Study};
 
 /// Most windows of a table.
 const MOST_WINDOWS: usize = 10_000;
@@ -132,13 +132,19 @@ impl Check<'_> {
         }
     }
 
+    /// True for a column of times of a channel or an input.
+    fn is_clock(&self, name: &str) -> bool {
+        let channels = self.study.channels.values().filter_map(|own| own.time.as_deref());
+        channels.chain(self.study.inputs.values().filter_map(|own| own.time.as_deref())).any(|own| own == name)
+    }
+
     fn channels(&self) -> Result<(), Fault> {
         if self.study.channels.is_empty() {
             return Err(Fault::new("the study names no channel"));
         }
         for (name, own) in &self.study.channels {
             let key = |key| ["channels", name, key];
-            if *name == self.study.shots.time {
+            if *name == self.study.shots.time && self.study.shots.rate.is_none() || self.is_clock(name) {
                 return Err(self.wrong(&["channels", name], format!("channel `{name}` is the column of times")));
             }
             if !(own.scale.is_finite() && own.scale != 0.0) {
@@ -164,7 +170,7 @@ impl Check<'_> {
     fn inputs(&self) -> Result<(), Fault> {
         for (name, own) in &self.study.inputs {
             let key = |key| ["inputs", name, key];
-            if own.column == self.study.shots.time {
+            if own.column == self.study.shots.time && self.study.shots.rate.is_none() || self.is_clock(&own.column) {
                 let sentence = format!("the input `{name}` follows `{}`, the column of times", own.column);
                 return Err(self.wrong(&key("column"), sentence));
             }
@@ -238,6 +244,12 @@ impl Check<'_> {
     fn shots(&self) -> Result<(), Fault> {
         let shots = &self.study.shots;
         let key = |key| ["shots", key];
+        self.scatter(&key("rate"), "`rate`", shots.rate, false)?;
+        if shots.rate.is_some() && (shots.time != Shots::default().time || shots.time_scale != 1.0) {
+            let sentence =
+                "`rate` is for tables without a column of times; `time` and `time_scale` have no use beside it";
+            return Err(self.wrong(&key("rate"), sentence));
+        }
         self.scatter(&key("time_scale"), "`time_scale`", Some(shots.time_scale), false)?;
         if !is_plausible(1.0 / shots.time_scale) {
             let sentence = format!("`time_scale` is {}, and no unit of time is so short", shown(shots.time_scale));

@@ -37,6 +37,7 @@ fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f6
         Box::new(library)
     };
     let workshop = Workshop {
+        starts: Vec::new(),
         study: "bench.toml".to_string(),
         sources: &sources,
         preamble: if text.starts_with("within") { String::new() } else { text.clone() },

@@ -42,6 +42,7 @@ fn faults(schema: &Value, root: &Value, value: &Value, place: &str) -> Vec<Strin
                 };
                 wrong(!is, &format!("it is not of type {rule}"));
             }
+            "enum" => wrong(!rule.as_array().unwrap().contains(value), &format!("it is not one of {rule}")),
             "minimum" => wrong(number().is_some_and(|(own, limit)| own < limit), "too small"),
             "exclusiveMinimum" => wrong(number().is_some_and(|(own, limit)| own <= limit), "too small"),
             "maximum" => wrong(number().is_some_and(|(own, limit)| own > limit), "too large"),

@@ -83,6 +83,49 @@ fn one_record_is_cut_into_windows_with_states_of_their_own() {
     assert!(found[0] < 1e-3 && found[1] < 0.03 && gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{found:?} {gap:?}");
 }
 
+/// The speed is read 40 times a second by a clock of its own, beside the position; or there is no column of times at all.
+#[test]
+fn channels_have_clocks_of_their_own_or_a_rate() {
+    let folder = folder();
+    let table = folder.read("s.csv");
+    let speed = |k: usize| {
+        let t = 0.025 * k as f64;
+        -A * (-D * t).exp() * (D * (W * t + P).cos() + W * (W * t + P).sin())
+    };
+    let side_by_side = |(k, line): (usize, &str)| match k {
+        0 => format!("{line},slow,v\n"),
+        k if k <= 640 => {
+            format!("{line},{},{}\n", 0.025 * (k - 1) as f64, speed(k - 1) + 1e-3 * f64::from(k as u32 % 5) - 2e-3)
+        }
+        _ => format!("{line},,\n"),
+    };
+    folder.write("s.csv", table.lines().enumerate().map(side_by_side).collect::<String>());
+    let both = STUDY.replace("x_mm = {", "v = { variable = \"v\", time = \"slow\", noise = 1.42e-3 }\nx_mm = {");
+    folder.write("st.toml", &both);
+    let (found, gap, _) = errors(&folder);
+    assert!(found[0] < 1e-3 && found[1] < 0.03, "{found:?}");
+    assert!(gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{gap:?}");
+    // Read by the clock of the position the speed would be another one.
+    folder.write("st.toml", both.replace("time = \"slow\", ", ""));
+    assert!(errors(&folder).1[0] > 10.0);
+    folder.write("st.toml", both.replace("\"slow\"", "\"slo\""));
+    let outcome = fit(&folder);
+    let expected = "there is no column `slo` of times; there are: time_s, x_mm, slow, v";
+    assert!(outcome.code == Some(1) && outcome.stderr.contains(expected), "{}", outcome.stderr);
+    let bare: String = table.lines().map(|line| line.split_once(',').unwrap().1.to_string() + "\n").collect();
+    folder.write("s.csv", bare);
+    folder.write("st.toml", format!("{STUDY}[shots]\nrate = 100\n"));
+    let (found, gap, _) = errors(&folder);
+    assert!(found[0] < 1e-3 && found[1] < 0.03 && (gap[0] - 1.0).abs() < 0.06, "{found:?} {gap:?}");
+    // One of eight windows masked: its samples are gone, the others are fitted as before.
+    folder.write(
+        "st.toml",
+        format!("{STUDY}[shots]\nrate = 100\nmasks = [{{ shots = [4], from = 0 }}, {{ shots = [9], from = 0 }}]\n"),
+    );
+    let (_, _, said) = errors(&folder);
+    assert!(said.matches("the mask leaves out no sample of any shot").count() == 1, "{said}");
+}
+
 #[test]
 fn a_state_at_rest_begins_where_its_derivative_is_zero() {
     let folder = folder();
@@ -140,6 +183,11 @@ fn what_does_not_fit_is_said_with_its_line() {
             "[nuisances]",
             "[shots]\nwindows = 100\n[nuisances]",
             "line 10 of the study: `s.csv` has 1600 rows, too few for 100 windows of at least 20",
+        ),
+        (
+            "[nuisances]",
+            "[shots]\nrate = 5\ntime = \"t\"\n[nuisances]",
+            "line 10: `rate` is for tables without a column of times",
         ),
         ("[nuisances]", "[shots]\nwindows = 0\n[nuisances]", "line 10: `windows` is 0, and must be 1 to 10000"),
         (
