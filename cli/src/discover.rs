@@ -158,6 +158,14 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     refuse_same_ids(&all).map_err(failure)?;
     let (all, left_out) = natural(setup, workshop, all).map_err(failure)?;
     left_out.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
+    if all.is_empty() {
+        let count = match effects.len() {
+            0 => "there are no effects, so that".to_string(),
+            count => format!("0 of {count} effects fit a place of this model:"),
+        };
+        let sentence = format!("{count} only terms at its equations are tried");
+        output::sentence("warning", &sentence, MessageFormat::Text);
+    }
     Ok(all)
 }
 

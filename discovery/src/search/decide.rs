@@ -1,6 +1,6 @@
 //! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
 
-use super::plausible::{is_plausible, size_in_errors};
+use super::plausible::{implausible, is_plausible, size_in_errors};
 use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
 use super::{ADEQUATE, Findings, LEAD, PROMISING, Pass, Search, Status, Tried, adequate};
 use crate::Fault;
@@ -25,6 +25,8 @@ const LEFT: f64 = 0.15;
 const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// Share of the excess that the best effect leaves, of which a term that explains all leaves no more.
 const NEXT_TO_NOTHING: f64 = 0.05;
+/// What is said of a candidate whose numbers cannot be.
+const IMPLAUSIBLE: &str = "its numbers are beyond what is plausible";
 /// Standard deviations of the sum of squares of noise within which a misfit is that of noise.
 const SPREAD: f64 = 3.0;
 
@@ -60,6 +62,12 @@ impl Search<'_> {
         let best = leader.map_or(0.0, |k| pass.tried[k].fall);
         for (k, (tried, standing)) in pass.tried.iter_mut().zip(&standings).enumerate() {
             tried.verdict = verdict(tried, standing.as_ref(), leader == Some(k), best);
+            if tried.verdict == IMPLAUSIBLE
+                && let Some(fit) = &tried.fit
+                && let Some(words) = implausible(&tried.hypothesis, self.setup, fit)
+            {
+                tried.verdict = words;
+            }
         }
     }
 
@@ -279,14 +287,14 @@ pub(super) fn noise(expected: f64) -> f64 {
 fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, Look::promise);
     let words = match standing {
-        None if tried.fit.is_some() => "its numbers are beyond what is plausible",
+        None if tried.fit.is_some() => IMPLAUSIBLE,
         None if tried.look.is_none() => "the model does not run with it",
         None if promise < PROMISING.0 => "its signature explains nothing of what is left",
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() => "its size is nothing within its error",
         Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
         Some(own) if !own.has_size() => "its size is uncertain",
-        Some(own) if !own.is_plausible => "its numbers are beyond what is plausible",
+        Some(own) if !own.is_plausible => IMPLAUSIBLE,
         Some(own) if !is_first && best - own.fall > LEAD => "another one explains more",
         Some(_) => "",
     };

@@ -166,8 +166,20 @@ fn sizes_of(number: usize, hypothesis: &Hypothesis, setup: &Setup, problem: &Pro
 /// standard errors and [`MARGIN`]: it only resembles what is missing.  Sizes of single shots are not judged.
 pub(super) fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
     let Ok(problem) = hypothesis.problem(setup) else { return true };
-    ranges(hypothesis, setup, &problem).into_iter().all(|(k, low, high)| {
-        let error = (NOTHING * fit.standard_error(k).unwrap_or(0.0)).max(MARGIN * (high - low));
-        fit.xi[k] + error >= low && fit.xi[k] - error <= high
-    })
+    ranges(hypothesis, setup, &problem).into_iter().all(|range| is_within(fit, range))
+}
+
+fn is_within(fit: &Fit, (k, low, high): (usize, f64, f64)) -> bool {
+    let error = (NOTHING * fit.standard_error(k).unwrap_or(0.0)).max(MARGIN * (high - low));
+    fit.xi[k] + error >= low && fit.xi[k] - error <= high
+}
+
+/// Which number is beyond what is plausible, with its value and its range.
+pub(super) fn implausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> Option<String> {
+    let problem = hypothesis.problem(setup).ok()?;
+    let (k, low, high) = ranges(hypothesis, setup, &problem).into_iter().find(|range| !is_within(fit, *range))?;
+    let unknown = &problem.unknowns[k];
+    let [value, low, high] = [fit.xi[k], low, high].map(|xi| unknown.value(xi));
+    let name = &unknown.name;
+    Some(format!("{name} = {value:.3e} is beyond what is plausible, {low:.3e} to {high:.3e}"))
 }

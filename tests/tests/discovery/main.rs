@@ -7,6 +7,7 @@
 
 mod alike;
 mod calibrated;
+mod disturbed;
 mod hidden;
 mod plain;
 mod recorded;

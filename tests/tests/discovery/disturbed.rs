@@ -1,0 +1,36 @@
+//! Sets of the drive with nothing missing that are disturbed as laboratories disturb theirs: no effect may be named, and what disturbs
+//! them must be said.
+
+use std::fs;
+
+use hyd_tests::models::root;
+
+use super::{folder, hyd, json, study};
+
+/// What is said of a set, and how much what is left exceeds the noise as stated.
+fn said(set: &str) -> (String, f64) {
+    let folder = folder(&format!("disturbed_{set}"));
+    let bench = root().join(format!("tests/data/disturbed/{set}.json")).display().to_string();
+    let found = hyd(&folder, &["discover", &study(), "--bench", &bench, "--report", "."]);
+    assert_eq!((found.code, found.stderr.as_str()), (Some(0), ""));
+    let report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));
+    assert_eq!(report["status"], "adequate", "{}", found.stdout);
+    (found.stdout, report["gap"]["heldout"]["before"].as_f64().expect("a number"))
+}
+
+/// Spikes before the trigger hide that noise is correlated, and noise that is correlated over two samples is noise.
+#[test]
+fn correlated_noise_with_heavy_tails_is_noise() {
+    let (said, left) = said("tails");
+    for channel in ["i_A", "x_m", "y_m", "pR_Pa", "p0_Pa"] {
+        assert!(said.contains(&format!("noise of {channel} is 1.4 times what was stated")), "{said}");
+    }
+    assert!(said.contains("left out as spikes: ") && left > 1.3, "{said}");
+}
+
+/// A coil that is warmer in every shot by another amount explains what resistances that scatter do.
+#[test]
+fn resistances_that_scatter_are_not_a_coil_that_heats_up() {
+    let (said, left) = said("scatter");
+    assert!(said.contains("R_w scatters from shot to shot by about") && left < 1.1, "{said}");
+}
