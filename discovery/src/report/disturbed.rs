@@ -51,6 +51,10 @@ pub(super) fn disturbed(scene: &Scene<'_>) -> Value {
         scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
         sentences.push(format!("{} scatters from shot to shot by about {:.1} %", own.label, 100.0 * own.sigma));
     }
+    if !scene.findings.is_settled {
+        let words = "what every model leaves still changed in the last round of the search: sizes and correlations above are not its last word";
+        sentences.push(words.to_string());
+    }
     if let Some(words) = spikes_in_words(scene, &found.spikes) {
         sentences.push(words);
     }

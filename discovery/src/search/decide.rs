@@ -145,6 +145,7 @@ impl Search<'_> {
             seed: self.seed,
             needed: self.needed,
             hidden: false,
+            is_settled: true,
         };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;

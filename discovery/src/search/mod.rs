@@ -187,6 +187,8 @@ pub struct Findings {
     pub needed: f64,
     /// Nothing was named, and the shots held out show a gap that the fitted ones hide: others should be held out.
     pub hidden: bool,
+    /// False if what the best model leaves still changed in the last round.
+    pub is_settled: bool,
 }
 
 /// A search.

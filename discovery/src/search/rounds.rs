@@ -28,9 +28,13 @@ impl Search<'_> {
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
         let (mut findings, mut setup) = self.round()?;
         let mut runs = findings.runs;
-        for _ in 1..MOST {
+        for round in 1..=MOST {
             let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
             let Some(next) = current.refined(&findings)? else { break };
+            if round == MOST {
+                findings.is_settled = false;
+                break;
+            }
             (self.progress)("once more, with what the best model leaves counted by its size and correlation");
             let next = current.setup.disturbed(next)?;
             let (again, other) = Search { setup: &next, ..self.again() }.round()?;
