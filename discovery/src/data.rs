@@ -17,6 +17,9 @@ use crate::{Bench, Fault, Study};
 const NEIGHBOURS: usize = 4;
 /// Share of its largest value below which a channel has returned where a mask does not say.
 const RETURNED: f64 = 0.05;
+/// Share of the evidence that a tolerance of time which nobody states leaves, and how often it is halved until then.
+const EVIDENCE: f64 = 0.5;
+const HALVINGS: u32 = 12;
 /// Output points of a run.
 const MOST_INTERVALS: usize = 200_000;
 
@@ -100,6 +103,31 @@ impl Data {
                 trace.used[spike.sample] = false;
             }
         }
+    }
+
+    /// The share of the evidence that is left where fast changes count less by a tolerance of time (in sample periods).
+    pub(crate) fn evidence(&self, tau: f64) -> f64 {
+        let (mut left, mut count) = (0.0, 0.0);
+        for shot in &self.shots {
+            let tau = tau * shot.span.step();
+            for (trace, channel) in shot.traces.iter().zip(&self.channels) {
+                let variance = channel.noise.sigma * channel.noise.sigma;
+                for (_, slope) in
+                    trace.iter().flat_map(|trace| trace.used.iter().zip(&trace.slope)).filter(|own| *own.0)
+                {
+                    count += 1.0;
+                    left += variance / (variance + (slope * tau).powi(2));
+                }
+            }
+        }
+        if count > 0.0 { left / count } else { 1.0 }
+    }
+
+    /// The largest tolerance of time up to this one that leaves most of the evidence: it is meant for flanks, and a record that moves all the
+    /// time is read by a better clock than that.
+    pub(crate) fn affordable(&self, tau: f64) -> f64 {
+        let halves = (0..HALVINGS).map(|k| tau / f64::from(1_u32 << k));
+        halves.into_iter().find(|&tau| self.evidence(tau) >= EVIDENCE).unwrap_or(0.0)
     }
 
     /// Makes a set ready.

@@ -108,6 +108,10 @@ impl Setup {
     /// The same with these shots held out.
     fn with_held_out(study: Study, bench: Bench, threads: usize, held_out: Vec<usize>) -> Result<Self, Fault> {
         let data = Data::new(&bench, &study)?;
+        let mut study = study;
+        if study.states_no_time_tolerance() {
+            study.shots.time_tolerance = data.affordable(study.shots.time_tolerance);
+        }
         let train: Vec<usize> = (0..bench.shots.len()).filter(|shot| !held_out.contains(shot)).collect();
         if train.is_empty() {
             return Err(Fault::new("all shots are held out, so that none is left to fit"));

@@ -289,6 +289,11 @@ impl Study {
         line(&self.text.0, keys).map_or(1, |line| u32::try_from(line).unwrap_or(u32::MAX))
     }
 
+    /// True if the tolerance of time is that of nobody.
+    pub(crate) fn states_no_time_tolerance(&self) -> bool {
+        line(&self.text.0, &["shots", "time_tolerance"]).is_none()
+    }
+
     /// The class for a set that names this base model, or none.
     ///
     /// # Errors

@@ -10,8 +10,8 @@ use crate::Fault;
 use crate::fit::{Effort, Fit, minimise, minimise_over};
 use crate::problem::{Problem, Weighing};
 
-/// Inflation of deviations and of the tolerance of time on the way.
-const WIDE: (f64, f64) = (3.5, 2.5);
+/// Inflation of deviations and of the tolerance of time on the way, and by how much the latter is raised at first.
+const WIDE: (f64, f64, f64) = (3.5, 2.5, 5.0);
 /// A fit is good when its misfit per expected one is below this.
 pub const GOOD: f64 = 1.08;
 
@@ -187,13 +187,19 @@ fn along(problem: &Problem<'_>, start: &[f64], (shots, tau): (&[usize], f64), ho
     let mut xi = start.to_vec();
     let mut jacobian: Option<(DMatrix<f64>, Weighing)> = None;
     for &horizon in horizons {
-        let weighing = Weighing { shots: shots.to_vec(), horizon, inflation: WIDE.0, tau: WIDE.1 * tau.max(0.5) };
+        let weighing = Weighing { shots: shots.to_vec(), horizon, inflation: WIDE.0, tau: widened(tau) };
         let fit = minimise(problem, &xi, &weighing, Effort::SHORT, None)?;
         xi = fit.xi;
         jacobian = fit.jacobian.map(|(jacobian, _)| (jacobian, weighing));
     }
     let known = jacobian.as_ref().map(|(jacobian, weighing)| (jacobian, weighing));
     minimise(problem, &xi, &Weighing::whole(shots, tau), Effort::FULL, known)
+}
+
+/// The tolerance of time on the way: half a sample period and more, but where a clock is much better than that no more than some times
+/// what counts in the end.
+pub(crate) fn widened(tau: f64) -> f64 {
+    WIDE.1 * tau.max((WIDE.2 * tau).min(0.5))
 }
 
 /// Pseudo-random numbers that are the same everywhere (Steele, Lea, Flood 2014: SplitMix64).

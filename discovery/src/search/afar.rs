@@ -20,6 +20,8 @@ const FITTED: usize = 2;
 const EXPLAINED: f64 = 2e-3;
 /// Sizes that are run before a short fit.
 const FEW: usize = 5;
+/// As a multiple of the typical size, one about which sizes are run of laws that were not made for the machine.
+const SMALL: f64 = 0.03;
 /// Parts of the record.
 const HORIZONS: [f64; 4] = [0.25, 0.4, 0.65, 1.0];
 /// For the way.
@@ -78,7 +80,10 @@ impl Search<'_> {
         let problem = hypothesis.problem(self.setup)?;
         let half = Weighing { horizon: HORIZONS[1], ..self.wide() };
         let before = problem.expected_nuisances(&base.xi);
-        let starts = sizes(typical, FEW).into_iter().filter_map(|size| {
+        // How large a law is that was not made for the machine nobody has said.
+        let is_found = hypothesis.inserts.last().is_some_and(|insert| insert.is_found());
+        let small = if is_found { sizes(SMALL * typical, FEW) } else { Vec::new() };
+        let starts = small.into_iter().chain(sizes(typical, FEW)).filter_map(|size| {
             let xi = hypothesis.at_size(&problem, &before, size);
             Fit::at(&problem, &xi, &half).ok()
         });

@@ -3,7 +3,24 @@
 use super::shortlist::patience;
 use super::{APART, CLOSE, Pass, Search, Tried, by_cost, plausible};
 use crate::Fault;
+use crate::catalogue::Candidate;
 use crate::fit::{Effort, Fit, minimise};
+
+/// Most candidates that are fitted again because they were given up, and their sizes as multiples of the typical one.
+const MOST_GIVEN_UP: usize = 6;
+const GIVEN_UP: [f64; 8] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.35, 1.0, 2.0];
+/// A short fit that leaves so many times what the best does is not followed.
+const HOPELESS: f64 = 100.0;
+
+/// True if one of two effects names the other as a rival, or is a plainer form of it.
+fn are_rivals(one: &Candidate, other: &Candidate) -> bool {
+    let names = |a: &Candidate, b: &Candidate| {
+        a.effect.rivals.contains(&b.effect.id)
+            || a.effect.refines.contains(&b.effect.id)
+            || a.effect.excludes.contains(&b.effect.id)
+    };
+    names(one, other) || names(other, one)
+}
 
 impl Search<'_> {
     /// Fits again from each other's nuisances: the base from the best candidate's, and where the lead is small the best from the
@@ -15,6 +32,9 @@ impl Search<'_> {
         let whole = self.whole();
         let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
         self.without(pass, best)?;
+        self.given_up(pass, best)?;
+        let order = by_cost(&pass.tried);
+        let Some(&best) = order.first() else { return Ok(()) };
         let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
         let lowest = cost(&pass.tried[best]);
         let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
@@ -30,6 +50,51 @@ impl Search<'_> {
             let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
             let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
             drop(problem);
+            pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
+        }
+        Ok(())
+    }
+
+    /// Candidates whose fits were given up or ran out of steps, once more from the nuisances of the best: what bends those may
+    /// have kept a rival from the measurement that explains as much.
+    fn given_up(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
+        let (count, whole) = (pass.fit.xi.len(), self.whole());
+        let Some(fit) = pass.tried[best].fit.clone() else { return Ok(()) };
+        let scale = (fit.misfit / pass.expected).max(1.0);
+        if pass.fit.cost - fit.cost < self.needed * scale || !pass.tried[best].hypothesis.machine.is_fast() {
+            return Ok(());
+        }
+        let Some(leader) = pass.tried[best].hypothesis.inserts.last().cloned() else { return Ok(()) };
+        let is_open = |&k: &usize| {
+            let tried = &pass.tried[k];
+            let is_above =
+                |own: &Fit| !own.converged && own.cost > fit.cost + CLOSE.0.max(CLOSE.1 * (pass.fit.cost - fit.cost));
+            k != best && tried.hypothesis.machine.is_fast() && tried.fit.as_ref().is_some_and(is_above)
+        };
+        let mut open: Vec<usize> = (0..pass.tried.len()).filter(is_open).collect();
+        // Its rivals first, then what promised most.
+        open.sort_by_key(|&k| !pass.tried[k].hypothesis.inserts.last().is_some_and(|own| are_rivals(own, &leader)));
+        for k in open.into_iter().take(MOST_GIVEN_UP) {
+            let tried = &pass.tried[k];
+            let Some(old) = tried.fit.clone() else { continue };
+            let problem = tried.hypothesis.problem(self.setup)?;
+            let Some(insert) = tried.hypothesis.inserts.last() else { continue };
+            let typical = insert.effect.probe * self.setup.scale(insert);
+            let sizes =
+                GIVEN_UP.iter().map(|size| tried.hypothesis.at_size(&problem, &fit.xi[..count], size * typical));
+            let starts = sizes.filter_map(|xi| Fit::at(&problem, &xi, &whole).ok());
+            let Some(start) = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { continue };
+            let Ok(mut next) = minimise(&problem, &start.xi, &whole, Effort::SHORT, None) else { continue };
+            if next.misfit < HOPELESS * fit.misfit.max(pass.expected)
+                && let Ok(end) = minimise(&problem, &next.xi, &whole, patience(&problem), None)
+            {
+                next = end;
+            }
+            drop(problem);
+            (self.progress)(&format!(
+                "fitting {} from the best candidate's parameters",
+                pass.tried[k].hypothesis.label()
+            ));
             pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
         }
         Ok(())

@@ -386,7 +386,7 @@ impl Search<'_> {
 
     pub(super) fn wide(&self) -> Weighing {
         let whole = self.whole();
-        Weighing { inflation: 3.5, tau: 2.5 * whole.tau.max(0.5), ..whole }
+        Weighing { inflation: 3.5, tau: schedule::widened(whole.tau), ..whole }
     }
 }
 
