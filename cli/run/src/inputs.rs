@@ -127,9 +127,10 @@ impl InputTable {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// When a model runs with this table: to its end if the model does not say otherwise.
-    pub fn experiment(table: Option<&Self>, experiment: &Experiment) -> Experiment {
-        let start = experiment.start.unwrap_or(0.0);
+    /// When a model runs with this table: to its end if the model does not say otherwise.  `start`: when it begins if not as the
+    /// model says (s).
+    pub fn experiment(table: Option<&Self>, experiment: &Experiment, start: Option<f64>) -> Experiment {
+        let start = start.or(experiment.start).unwrap_or(0.0);
         let end = table.map(|table| table.span().1).filter(|end| *end > start);
         Experiment { stop: experiment.stop.or(end), ..*experiment }
     }
