@@ -256,6 +256,9 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         (None, Some(several)) => several.texts().into_iter().map(|id| vec![id]).collect(),
         _ => return Err(wrong("one of `at` and `at_one_of` must say where it fits".into())),
     };
+    if at.is_empty() || at.iter().any(Vec::is_empty) {
+        return Err(wrong("`at` and `at_one_of` must name a place at least".into()));
+    }
     let range = |note: &Note| match note.get("range").map(Note::numbers).as_deref() {
         None => Ok(None),
         Some(&[from, to]) if from < to => Ok(Some((from, to))),
@@ -450,6 +453,14 @@ mod tests {
             let fault = effects(&[class]).unwrap_err();
             assert!(fault.sentence.ends_with(expected), "{}", fault.sentence);
         }
+        let mut class = with_range(&[0.5, 2.0]);
+        if let Note::Record(all) = &mut class.note
+            && let Note::Record(entries) = &mut all[0].1
+        {
+            entries.iter_mut().filter(|(key, _)| &**key == "at").for_each(|own| own.1 = Note::List(Vec::new()));
+        }
+        let fault = effects(&[class]).unwrap_err();
+        assert!(fault.sentence.ends_with("`at` and `at_one_of` must name a place at least"), "{}", fault.sentence);
         let mut class = with_range(&[0.5, 2.0]);
         if let Note::Record(all) = &mut class.note
             && let Note::Record(entries) = &mut all[0].1

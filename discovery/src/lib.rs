@@ -9,6 +9,7 @@ pub mod calibration;
 pub mod catalogue;
 mod composed;
 pub mod data;
+pub mod data_files;
 pub mod dictionary;
 pub mod disturbance;
 pub mod door;

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{AllGaps, Scene, disturbed, is_named, nearest, number, parameters, phases};
+use super::{AllGaps, MODEL, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
 use crate::location::Located;
@@ -59,6 +59,15 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "whole_loops": setup.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
     }))
+}
+
+/// Files for runs of the model that was written.
+pub(super) fn run<'a>(shots: &[ShotFiles], data: impl Iterator<Item = &'a String>) -> Value {
+    let shots = shots.iter().map(|own| {
+        json!({"shot": own.number, "parameters": own.file, "inputs": own.inputs.as_ref().map(|(name, _)| name),
+            "options": own.options.trim_start()})
+    });
+    json!({"model": MODEL, "shots": shots.collect::<Vec<_>>(), "data": data.collect::<Vec<_>>()})
 }
 
 /// A gap before and after, over all and by channel; after is before where nothing was added.
