@@ -8,11 +8,11 @@ use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
-use hyd_discovery::catalogue::{Candidate, candidates, effects, refuse_same_ids, same_places};
+use hyd_discovery::catalogue::{Candidate, candidates, effects, same_places, tell_apart};
 use hyd_discovery::data_files::data_files;
 use hyd_discovery::natural::natural;
 use hyd_discovery::places::{beside_declared, found};
-use hyd_discovery::report::{MODEL, Report, report, table};
+use hyd_discovery::report::{Folder, MODEL, Report, report, table};
 use hyd_discovery::search::{NEEDED, Search};
 use hyd_discovery::variant::Workshop;
 use hyd_results::{refuse_read, write_whole};
@@ -74,7 +74,8 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
     let seconds = begin.elapsed().as_secs_f64();
-    let mut report = report(setup, &workshop, &findings, seconds, (&built_in, &FILES)).map_err(failure)?;
+    let place = Folder { built_in: &built_in, taken: &FILES };
+    let mut report = report(setup, &workshop, &findings, seconds, place).map_err(failure)?;
     tell_whole_loops(setup);
     folder.write(&mut report)?;
     let json = format!("{:#}\n", report.json);
@@ -160,8 +161,9 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     }
     let measured = |name: &str| setup.data.channel(name).is_some();
     let base_model = setup.bench.base_model.as_deref();
-    let all = candidates(&effects, &places, base_model, &measured);
-    refuse_same_ids(&all).map_err(failure)?;
+    let mut all = candidates(&effects, &places, base_model, &measured);
+    let told = tell_apart(&mut all);
+    told.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     let (all, left_out) = natural(setup, workshop, all).map_err(failure)?;
     left_out.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     Ok(all)

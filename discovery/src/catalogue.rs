@@ -150,7 +150,8 @@ impl Candidate {
             Door::Component => site.path.clone(),
             _ => {
                 let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-                format!("{}_of_{}", self.effect.id, site.path.chars().map(plain).collect::<String>())
+                let plain = |text: &str| text.chars().map(plain).collect::<String>();
+                format!("{}_of_{}", plain(&self.effect.id), plain(&site.path))
             }
         }
     }
@@ -372,23 +373,44 @@ pub fn candidates(
     found
 }
 
-/// Refuses two effects of one id: an answer would not say which of them it is.
-///
-/// # Errors
-/// Both classes.
-pub fn refuse_same_ids(candidates: &[Candidate]) -> Result<(), Fault> {
-    let mut classes: BTreeMap<&str, &str> = BTreeMap::new();
-    for Candidate { effect, .. } in candidates {
-        let known = *classes.entry(&effect.id).or_insert(&effect.class);
-        if known != effect.class {
-            let Effect { id, class, file, line, .. } = &**effect;
-            return Err(Fault::new(format!(
-                "the effects `{known}` and `{class}` ({file}:{line}) are both called `{id}`; give one another id, or name one in `without` of \
-                 the study"
-            )));
+/// Gives effects of one id the full names of their classes as ids, also where others name them, and says so.
+pub fn tell_apart(candidates: &mut [Candidate]) -> Vec<String> {
+    let mut classes: BTreeMap<Arc<str>, Vec<String>> = BTreeMap::new();
+    for Candidate { effect, .. } in candidates.iter() {
+        let known = classes.entry(effect.id.clone()).or_default();
+        if !known.contains(&effect.class) {
+            known.push(effect.class.clone());
         }
     }
-    Ok(())
+    classes.retain(|_, classes| classes.len() > 1);
+    if classes.is_empty() {
+        return Vec::new();
+    }
+    let renamed = |list: &[Arc<str>]| -> Vec<Arc<str>> {
+        let names = |id: &Arc<str>| match classes.get(id) {
+            Some(classes) => classes.iter().map(|class| class.as_str().into()).collect(),
+            None => vec![id.clone()],
+        };
+        list.iter().flat_map(names).collect()
+    };
+    for Candidate { effect, .. } in candidates.iter_mut() {
+        let own = Arc::make_mut(effect);
+        if classes.contains_key(&own.id) {
+            own.id = own.class.as_str().into();
+        }
+        for list in [&mut own.rivals, &mut own.excludes, &mut own.refines] {
+            *list = renamed(list);
+        }
+    }
+    let told = classes.iter().map(|(id, classes)| {
+        let names: Vec<String> = classes.iter().map(|class| format!("`{class}`")).collect();
+        format!(
+            "the effects {} are {} called `{id}` and go by the names of their classes; give one another id, or name one in `without` of the study",
+            names.join(" and "),
+            if names.len() == 2 { "both" } else { "all" }
+        )
+    });
+    told.collect()
 }
 
 /// A sentence on places of one id, of which effects take the first only.
@@ -405,7 +427,7 @@ pub fn same_places(sites: &[Site]) -> Option<String> {
 mod tests {
     use hyd_compiler::inquiry::{AnnotatedClass, Note};
 
-    use super::effects;
+    use super::{Candidate, effects, tell_apart};
 
     /// An effect whose plausible sizes lie between these ends.
     fn with_range(ends: &[f64]) -> AnnotatedClass {
@@ -424,6 +446,33 @@ mod tests {
         let note = Note::Record(vec![("effect".into(), Note::Record(entries))]);
         let (name, description) = ("Own.Seep".to_string(), "".into());
         AnnotatedClass { name, description, note, components: Vec::new(), file: "own.hyd".into(), line: 3 }
+    }
+
+    #[test]
+    fn effects_of_one_id_go_by_their_classes_everywhere() {
+        let of = |class: &str, id: &str, rival: &str| {
+            let mut own = with_range(&[0.5, 2.0]);
+            own.name = class.to_string();
+            if let Note::Record(all) = &mut own.note
+                && let Note::Record(entries) = &mut all[0].1
+            {
+                entries[0].1 = Note::Text(id.into());
+                entries.push(("refines".into(), Note::Text(rival.into())));
+            }
+            let effect = effects(&[own]).unwrap().remove(0);
+            Candidate { effect, sites: Vec::new() }
+        };
+        let mut all =
+            vec![of("A.Seep", "seeping", "other"), of("B.Seep", "seeping", "none"), of("B.Other", "other", "seeping")];
+        let told = tell_apart(&mut all);
+        assert!(
+            told.len() == 1 && told[0].starts_with("the effects `A.Seep` and `B.Seep` are both called `seeping`"),
+            "{told:?}"
+        );
+        let found: Vec<(&str, Vec<&str>)> =
+            all.iter().map(|own| (&*own.effect.id, own.effect.refines.iter().map(|id| &**id).collect())).collect();
+        assert_eq!(found, [("A.Seep", vec!["other"]), ("B.Seep", vec!["none"]), ("other", vec!["A.Seep", "B.Seep"])]);
+        assert!(tell_apart(&mut all).is_empty());
     }
 
     #[test]

@@ -77,7 +77,16 @@ struct Scene<'a> {
     last: &'a Pass,
 }
 
-/// Writes everything down.  `built_in` knows the names of texts that every reader has, `taken` are the names of the files of a report.
+/// The folder that a report is for.
+#[derive(Clone, Copy)]
+pub struct Folder<'a> {
+    /// Knows the names of texts that every reader has.
+    pub built_in: &'a dyn Fn(&str) -> bool,
+    /// Names of the files that are written there whatever is found.
+    pub taken: &'a [&'a str],
+}
+
+/// Writes everything down.
 ///
 /// # Errors
 /// When the written model cannot be translated or run.
@@ -86,7 +95,7 @@ pub fn report(
     workshop: &Workshop<'_>,
     findings: &Findings,
     seconds: f64,
-    (built_in, taken): (&dyn Fn(&str) -> bool, &[&str]),
+    folder: Folder<'_>,
 ) -> Result<Report, Fault> {
     let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
         return Err(Fault::run("nothing was fitted"));
@@ -97,7 +106,7 @@ pub fn report(
     let base = first.base.problem(setup)?;
     let raw = gap(&base, &vec![0.0; base.unknowns.len()], &setup.train, false).ok();
     let before = gaps(setup, &base, &first.fit.xi)?;
-    let extended = if is_named(findings.status) { Some(scene.extend(built_in, taken)?) } else { None };
+    let extended = if is_named(findings.status) { Some(scene.extend(folder)?) } else { None };
     let with = extended.as_ref().map(|own| own.problem(&scene)).transpose()?;
     let after = match &with {
         Some(problem) => Some(gaps(setup, problem, &last.fit.xi)?),

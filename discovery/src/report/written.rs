@@ -4,7 +4,7 @@
 //! from outside (an element of an array, one that is protected) is left to the files of the shots ([`super::shot_files`]).
 
 use super::parameter_file::literal;
-use super::{Scene, inserts};
+use super::{Folder, Scene, inserts};
 use crate::catalogue::Candidate;
 use crate::data_files::{DataFiles, settled, watched};
 use crate::machine::Machine;
@@ -51,9 +51,8 @@ impl Extended {
 }
 
 impl Scene<'_> {
-    /// Writes and translates the model.  `built_in` knows the names of texts that every reader has, `taken` are the other files of the
-    /// folder that it is to stand in.
-    pub(super) fn extend(&self, built_in: &dyn Fn(&str) -> bool, taken: &[&str]) -> Result<Extended, Fault> {
+    /// Writes and translates the model.
+    pub(super) fn extend(&self, Folder { built_in, taken }: Folder<'_>) -> Result<Extended, Fault> {
         let (setup, workshop) = (self.setup, self.workshop);
         let inserts = inserts(setup, self.last)?;
         let (start, stop) = usual_span(setup);
@@ -66,7 +65,7 @@ impl Scene<'_> {
         let (texts, files) = watched(workshop, &DataFiles::new(), &|own| own.texts(&inserts, built_in))?;
         let is_taken = |name: &str| taken.contains(&name) || name.split('/').next() == Some(SHOTS);
         let (rest, data, lost) = settled(&bundle(&texts), &files, &is_taken);
-        let translated = |stated: &[(String, String)]| -> Result<(String, String, Machine), Fault> {
+        let translated = |stated: &[Stated]| -> Result<(String, String, Machine), Fault> {
             let own = workshop.extended(&inserts, &description, stated, &annotation);
             let whole = format!("{rest}{own}");
             let (model, _) = watched(workshop, &data, &|with| with.translate_whole(&whole, &inserts))?;
@@ -79,7 +78,7 @@ impl Scene<'_> {
     }
 
     /// Literals of the parameters that have one value in all fitted shots and another one in the base model, but those of effects.
-    fn common(&self) -> Result<Vec<(String, String)>, Fault> {
+    fn common(&self) -> Result<Vec<Stated>, Fault> {
         let (setup, last) = (self.setup, self.last);
         let problem = last.base.problem(setup)?;
         let of_effects =
@@ -96,8 +95,13 @@ impl Scene<'_> {
     }
 }
 
+/// A parameter by its full name, and its value as a literal.
+type Stated = (String, String);
+/// Makes something of a model that states some values.
+type Make<'a, T> = dyn Fn(&[Stated]) -> Result<T, Fault> + 'a;
+
 /// What is made with all values, or with those that can be stated.
-fn with_most<T>(all: &[(String, String)], make: &dyn Fn(&[(String, String)]) -> Result<T, Fault>) -> Result<T, Fault> {
+fn with_most<T>(all: &[Stated], make: &Make<'_, T>) -> Result<T, Fault> {
     if let Ok(made) = make(all) {
         return Ok(made);
     }
