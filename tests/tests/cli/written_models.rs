@@ -10,6 +10,7 @@ use crate::process::{Scratch, run};
 
 /// A vessel that is fed by a recorded flow, with a second flow from a table of its own and a condition of the shot.
 const RIG: &str = "partial block PartialWall
+  parameter Real s(min = 0) = 1 \"share of the wall that is wet\";
   input Real h;
   output Real q;
 end PartialWall;
@@ -37,16 +38,24 @@ package Extras
     extends PartialWall;
     parameter Real c = 0.1;
   equation
-    q = c*h*h*h;
+    q = s*c*h*h*h;
     annotation(__hyd(effect(id = \"seeping\", kind = \"physics\", at = {\"wall\"}, adds = c, zero = 0, probe = 0.05,
       prior = \"lognormal(0.05, 1)\", rivals = {})));
   end Seep;
+  block Pour \"rain over the wall\"
+    extends PartialWall;
+    parameter Real c = 0.1;
+  equation
+    q = -c*h*h;
+    annotation(__hyd(effect(id = \"pouring\", kind = \"physics\", at = {\"wall\"}, adds = c, zero = 0, probe = 0.05,
+      prior = \"lognormal(0.05, 1)\")));
+  end Pour;
 end Extras;
 ";
 const STUDY: &str = "without = [\"Hyd.Effects\"]\nfile = \"rig.hyd\"\n[models]\ndefault = \"Rig\"\n[channels]\n\
     h_mm = { variable = \"h\", scale = 1e3, unit = \"mm\" }\n[inputs]\nu = { column = \"u_l\", scale = 1e3, lag = 0.01 }\n\
     [conditions]\nf = \"feed\"\nh0 = \"level\"\nn = \"pumps\"\n[nuisances]\nk = { parameter = \"k\", relative = 0.1 }\n\
-    h0 = { parameter = \"h0\", absolute = 0.05, per_shot = true }\n[shots]\ntime = \"t\"\n";
+    h0 = { parameter = \"h0\", absolute = 0.05, per_shot = true }\ns = { parameter = \"wall.s\", relative = 0.05 }\n[shots]\ntime = \"t\"\n";
 const SET: &str = "{\"noise_std\": {\"h_mm\": 1}, \"sensor_offset_1sigma\": {\"h_mm\": 3}, \"sensor_gain_1sigma\": 0.002,\n\"experiments\": [";
 /// Conditions of the shots, by how much the level differs from what was noted, and their first and last samples.
 const SHOTS: [(f64, f64, f64, i32, i32); 4] =
@@ -173,8 +182,19 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
         let rest = &own[place? + name.len() + 4..];
         rest[..rest.find([',', ')'])?].parse::<f64>().ok()
     };
-    let [Some(k), Some(c), None, None] = ["k", "c", "h0", "f"].map(stated) else { panic!("{own}") };
-    assert!((k / 0.85 - 1.0).abs() < 0.03 && (c / 0.06 - 1.0).abs() < 0.2, "{own}");
+    // The share of the wall is a number of the component that the effect has replaced; what the two make together is known.
+    let [Some(k), Some(c), Some(s), None, None] = ["k", "c", "s", "h0", "f"].map(stated) else { panic!("{own}") };
+    assert!((k / 0.85 - 1.0).abs() < 0.03 && (s * c / 0.06 - 1.0).abs() < 0.2, "{own}");
+    // Entries of all lists have both the id and the name with its place.
+    for list in ["effects", "candidates", "power", "location"] {
+        let entries = report[list].as_array().unwrap().iter().filter(|own| own["effect"].is_string());
+        let entries: Vec<&Value> = entries.filter(|own| !own["effect"].as_str().unwrap().contains(" in `")).collect();
+        assert!(list == "power" || !entries.is_empty(), "{list}");
+        assert!(entries.iter().all(|own| own["id"] == own["effect"]), "{list}: {entries:#?}");
+    }
+    let pouring = report["candidates"].as_array().unwrap().iter().find(|own| own["id"] == "pouring").unwrap();
+    let wanted = "what is left is the opposite of what it does: its size would have to be negative";
+    assert_eq!((&pouring["pass"], &pouring["verdict"]), (&1.into(), &wanted.into()));
     // Nothing but the report is there.
     let alone = Scratch::new();
     copy(&folder.path().join("my report"), &alone.path().join("alone"));
