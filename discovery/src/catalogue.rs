@@ -4,7 +4,6 @@
 //! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
 //! A [`Candidate`] is an effect at the place (or places) of one model.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::did_you_mean;
@@ -373,46 +372,6 @@ pub fn candidates(
     found
 }
 
-/// Gives effects of one id the full names of their classes as ids, also where others name them, and says so.
-pub fn tell_apart(candidates: &mut [Candidate]) -> Vec<String> {
-    let mut classes: BTreeMap<Arc<str>, Vec<String>> = BTreeMap::new();
-    for Candidate { effect, .. } in candidates.iter() {
-        let known = classes.entry(effect.id.clone()).or_default();
-        if !known.contains(&effect.class) {
-            known.push(effect.class.clone());
-        }
-    }
-    classes.retain(|_, classes| classes.len() > 1);
-    if classes.is_empty() {
-        return Vec::new();
-    }
-    let renamed = |list: &[Arc<str>]| -> Vec<Arc<str>> {
-        let names = |id: &Arc<str>| match classes.get(id) {
-            Some(classes) => classes.iter().map(|class| class.as_str().into()).collect(),
-            None => vec![id.clone()],
-        };
-        list.iter().flat_map(names).collect()
-    };
-    for Candidate { effect, .. } in candidates.iter_mut() {
-        let own = Arc::make_mut(effect);
-        if classes.contains_key(&own.id) {
-            own.id = own.class.as_str().into();
-        }
-        for list in [&mut own.rivals, &mut own.excludes, &mut own.refines] {
-            *list = renamed(list);
-        }
-    }
-    let told = classes.iter().map(|(id, classes)| {
-        let names: Vec<String> = classes.iter().map(|class| format!("`{class}`")).collect();
-        format!(
-            "the effects {} are {} called `{id}` and go by the names of their classes; give one another id, or name one in `without` of the study",
-            names.join(" and "),
-            if names.len() == 2 { "both" } else { "all" }
-        )
-    });
-    told.collect()
-}
-
 /// A sentence on places of one id, of which effects take the first only.
 pub fn same_places(sites: &[Site]) -> Option<String> {
     let declared = sites.iter().enumerate().filter(|(_, site)| site.door == Door::Component);
@@ -424,13 +383,13 @@ pub fn same_places(sites: &[Site]) -> Option<String> {
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-mod tests {
+pub(crate) mod tests {
     use hyd_compiler::inquiry::{AnnotatedClass, Note};
 
-    use super::{Candidate, effects, tell_apart};
+    use super::effects;
 
     /// An effect whose plausible sizes lie between these ends.
-    fn with_range(ends: &[f64]) -> AnnotatedClass {
+    pub(crate) fn with_range(ends: &[f64]) -> AnnotatedClass {
         let text = |text: &str| Note::Text(text.into());
         let list = ends.iter().map(|&end| Note::Number(end)).collect();
         let entries = [
@@ -446,33 +405,6 @@ mod tests {
         let note = Note::Record(vec![("effect".into(), Note::Record(entries))]);
         let (name, description) = ("Own.Seep".to_string(), "".into());
         AnnotatedClass { name, description, note, components: Vec::new(), file: "own.hyd".into(), line: 3 }
-    }
-
-    #[test]
-    fn effects_of_one_id_go_by_their_classes_everywhere() {
-        let of = |class: &str, id: &str, rival: &str| {
-            let mut own = with_range(&[0.5, 2.0]);
-            own.name = class.to_string();
-            if let Note::Record(all) = &mut own.note
-                && let Note::Record(entries) = &mut all[0].1
-            {
-                entries[0].1 = Note::Text(id.into());
-                entries.push(("refines".into(), Note::Text(rival.into())));
-            }
-            let effect = effects(&[own]).unwrap().remove(0);
-            Candidate { effect, sites: Vec::new() }
-        };
-        let mut all =
-            vec![of("A.Seep", "seeping", "other"), of("B.Seep", "seeping", "none"), of("B.Other", "other", "seeping")];
-        let told = tell_apart(&mut all);
-        assert!(
-            told.len() == 1 && told[0].starts_with("the effects `A.Seep` and `B.Seep` are both called `seeping`"),
-            "{told:?}"
-        );
-        let found: Vec<(&str, Vec<&str>)> =
-            all.iter().map(|own| (&*own.effect.id, own.effect.refines.iter().map(|id| &**id).collect())).collect();
-        assert_eq!(found, [("A.Seep", vec!["other"]), ("B.Seep", vec!["none"]), ("other", vec!["A.Seep", "B.Seep"])]);
-        assert!(tell_apart(&mut all).is_empty());
     }
 
     #[test]

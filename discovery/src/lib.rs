@@ -35,6 +35,7 @@ pub mod proof;
 pub mod record;
 mod recorded;
 pub mod report;
+pub mod same_ids;
 pub mod search;
 mod set_check;
 pub mod setup;
