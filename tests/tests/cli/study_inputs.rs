@@ -54,7 +54,7 @@ fn table(shot: usize, held: bool, lag: usize) -> String {
     let acting = |k: usize| input[k.saturating_sub(lag)];
     let mut text = String::from("t_ms,volt_mV,x,other\n");
     let mut x = 0.0;
-    for k in 0..SAMPLES {
+    for (k, own) in input.iter().enumerate() {
         if k > 0 {
             let (a, b) = (K * acting(k - 1), K * acting(k));
             let s = if held { 0.0 } else { (b - a) / STEP };
@@ -62,7 +62,7 @@ fn table(shot: usize, held: bool, lag: usize) -> String {
         }
         // The sum of twelve uniform numbers is all but normal.
         let noise = NOISE * (0..12).map(|_| draws.next()).sum::<f64>() / 2.0;
-        writeln!(text, "{},{},{},{k}", 1e3 * STEP * k as f64, 1e3 * input[k] + 50.0, x + noise).unwrap();
+        writeln!(text, "{},{},{},{k}", 1e3 * STEP * k as f64, 1e3 * own + 50.0, x + noise).unwrap();
     }
     text
 }
