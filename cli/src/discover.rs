@@ -8,15 +8,18 @@ use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
-use hyd_discovery::catalogue::{Candidate, candidates, effects, refuse_same_ids, same_places};
+use hyd_discovery::catalogue::{Candidate, candidates, effects, same_places};
+use hyd_discovery::data_files::data_files;
 use hyd_discovery::natural::natural;
 use hyd_discovery::places::{beside_declared, found};
-use hyd_discovery::report::{Report, report, table};
+use hyd_discovery::report::{Folder, MODEL, Report, report, table};
+use hyd_discovery::same_ids::tell_apart;
 use hyd_discovery::search::{NEEDED, Search};
 use hyd_discovery::variant::Workshop;
 use hyd_results::{refuse_read, write_whole};
 
 use crate::arguments::{Discover, MessageFormat};
+use crate::discovered_files::ReportFolder;
 use crate::discovery_calibration as calibration;
 use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
@@ -27,10 +30,8 @@ use crate::translate::report as report_all;
 use crate::{Failure, output};
 
 /// The files of a report.
-const FILES: [&str; 7] =
+pub(crate) const FILES: [&str; 7] =
     ["report.json", "trajectories.csv", "report.html", "gap.svg", "parameters.toml", MODEL, MEMORY];
-/// The model that has what was found.
-const MODEL: &str = "discovered.hyd";
 
 /// Runs the verb.
 pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
@@ -57,6 +58,9 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         let path = arguments.report.join(name);
         refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
     }
+    let folder = ReportFolder::new(&arguments.report);
+    let read = data_files(&workshop, &[]).map_err(failure)?;
+    folder.check(&read, setup.bench.shots.iter().map(|shot| shot.number))?;
     let needed = threshold(arguments, (setup, &workshop, &candidates), hash, &progress)?;
     let memory = FitsFile::open(&arguments.report, hash, arguments.resume);
     let memory = memory.map_err(|error| {
@@ -70,12 +74,16 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let setup = other.as_ref().unwrap_or(setup);
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
-    let report = report(setup, &workshop, &findings, begin.elapsed().as_secs_f64(), &built_in).map_err(failure)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let place = Folder { built_in: &built_in, taken: &FILES };
+    let mut report = report(setup, &workshop, &findings, seconds, place).map_err(failure)?;
     tell_whole_loops(setup);
+    folder.write(&mut report)?;
     let json = format!("{:#}\n", report.json);
     write(arguments, setup, &report, &json)?;
     memory.remove();
-    output::print(if arguments.json { &json } else { &report.summary })
+    let command = folder.command(&report).unwrap_or_default();
+    output::print(if arguments.json { json } else { report.summary + &command }.as_str())
 }
 
 /// The fall of the cost that a name needs: the usual one, or what was found for this study.
@@ -121,7 +129,7 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
     Ok(())
 }
 
-fn unwritable(path: &Path, error: &io::Error) -> Failure {
+pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
     Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
 }
 
@@ -154,8 +162,9 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     }
     let measured = |name: &str| setup.data.channel(name).is_some();
     let base_model = setup.bench.base_model.as_deref();
-    let all = candidates(&effects, &places, base_model, &measured);
-    refuse_same_ids(&all).map_err(failure)?;
+    let mut all = candidates(&effects, &places, base_model, &measured);
+    let told = tell_apart(&mut all);
+    told.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     let (all, left_out) = natural(setup, workshop, all).map_err(failure)?;
     left_out.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     if all.is_empty() {

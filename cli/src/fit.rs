@@ -10,7 +10,7 @@ use hyd_discovery::fit::schedule::{self, Record};
 use hyd_discovery::problem::{Problem, Weighing};
 use hyd_discovery::proof::{Gap, gap};
 use hyd_discovery::report::parameter_file;
-use hyd_discovery::unknowns::{Meaning, Unknown};
+use hyd_discovery::unknowns::{LIMIT, Meaning, Unknown};
 use hyd_results::{refuse_read, write_whole};
 use hyd_system::significant;
 use serde_json::{Value, json};
@@ -21,6 +21,10 @@ use crate::{Failure, output};
 
 /// Misfits from here on are written with an exponent.
 const MOST_PLAIN: f64 = 1e9;
+
+/// What is said of values that are no minimum.
+const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
+                           or narrower tolerances";
 
 /// What came out.
 struct Outcome<'a> {
@@ -75,7 +79,8 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let whole_loops = tell_whole_loops(setup);
     let outcome =
         Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds, whole_loops };
-    if arguments.json { output::print(&format!("{}\n", outcome.json())) } else { output::print(&outcome.text()) }
+    output::print(&if arguments.json { format!("{}\n", outcome.json()) } else { outcome.text() })?;
+    if outcome.found.converged { Ok(()) } else { Err(Failure::Solver(UNCONVERGED.to_string())) }
 }
 
 impl Outcome<'_> {
@@ -92,7 +97,7 @@ impl Outcome<'_> {
         let found = &self.found;
         let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
             json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k),
-                "fitted": is_fitted(self.setup, unknown)})
+                "fitted": is_fitted(self.setup, unknown), "at_limit": unknown.is_at_limit(found.xi[k])})
         });
         let attempts = self
             .record
@@ -165,9 +170,19 @@ impl Outcome<'_> {
             let (value, error) = (unknown.value(xi), self.error(k));
             let _ = writeln!(
                 text,
-                "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}{}",
+                "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}{}{}",
                 unknown.name,
-                self.in_units(unknown, xi, error)
+                self.in_units(unknown, xi, error),
+                if unknown.is_at_limit(xi) { "  (at the limit)" } else { "" }
+            );
+        }
+        let unknowns = self.problem.unknowns.iter().zip(&self.found.xi);
+        let mut held = unknowns.filter(|&(unknown, &xi)| is_fitted(self.setup, unknown) && unknown.is_at_limit(xi));
+        if held.next().is_some() {
+            let _ = writeln!(
+                text,
+                "  (at the limit): the measurement would have it farther than {LIMIT} standard deviations, where it is held; is its \
+                 tolerance right?"
             );
         }
         if !self.profiles.is_empty() {

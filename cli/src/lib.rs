@@ -13,6 +13,7 @@ mod build;
 mod check;
 mod compare;
 mod discover;
+mod discovered_files;
 mod discovery_calibration;
 mod discovery_memory;
 mod discovery_page;

@@ -85,7 +85,7 @@ fn run(
     let code = model.statistics();
     warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
     let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
-    let experiment = InputTable::experiment(table, &model.payload().experiment);
+    let experiment = InputTable::experiment(table, &model.payload().experiment, arguments.run.start);
     let options = options(&arguments.run, &experiment, sensitivity)?;
     if let Some(table) = table {
         let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();

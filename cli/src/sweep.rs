@@ -33,7 +33,7 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
     let model = compilation.model.clone();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
-    let experiment = InputTable::experiment(table.as_ref(), &model.payload().experiment);
+    let experiment = InputTable::experiment(table.as_ref(), &model.payload().experiment, None);
     let recorded = match &table {
         Some(table) => {
             let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();

@@ -4,7 +4,6 @@
 //! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
 //! A [`Candidate`] is an effect at the place (or places) of one model.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::did_you_mean;
@@ -150,7 +149,8 @@ impl Candidate {
             Door::Component => site.path.clone(),
             _ => {
                 let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-                format!("{}_of_{}", self.effect.id, site.path.chars().map(plain).collect::<String>())
+                let plain = |text: &str| text.chars().map(plain).collect::<String>();
+                format!("{}_of_{}", plain(&self.effect.id), plain(&site.path))
             }
         }
     }
@@ -256,6 +256,9 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         (None, Some(several)) => several.texts().into_iter().map(|id| vec![id]).collect(),
         _ => return Err(wrong("one of `at` and `at_one_of` must say where it fits".into())),
     };
+    if at.is_empty() || at.iter().any(Vec::is_empty) {
+        return Err(wrong("`at` and `at_one_of` must name a place at least".into()));
+    }
     let range = |note: &Note| match note.get("range").map(Note::numbers).as_deref() {
         None => Ok(None),
         Some(&[from, to]) if from < to => Ok(Some((from, to))),
@@ -369,25 +372,6 @@ pub fn candidates(
     found
 }
 
-/// Refuses two effects of one id: an answer would not say which of them it is.
-///
-/// # Errors
-/// Both classes.
-pub fn refuse_same_ids(candidates: &[Candidate]) -> Result<(), Fault> {
-    let mut classes: BTreeMap<&str, &str> = BTreeMap::new();
-    for Candidate { effect, .. } in candidates {
-        let known = *classes.entry(&effect.id).or_insert(&effect.class);
-        if known != effect.class {
-            let Effect { id, class, file, line, .. } = &**effect;
-            return Err(Fault::new(format!(
-                "the effects `{known}` and `{class}` ({file}:{line}) are both called `{id}`; give one another id, or name one in `without` of \
-                 the study"
-            )));
-        }
-    }
-    Ok(())
-}
-
 /// A sentence on places of one id, of which effects take the first only.
 pub fn same_places(sites: &[Site]) -> Option<String> {
     let declared = sites.iter().enumerate().filter(|(_, site)| site.door == Door::Component);
@@ -399,13 +383,13 @@ pub fn same_places(sites: &[Site]) -> Option<String> {
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-mod tests {
+pub(crate) mod tests {
     use hyd_compiler::inquiry::{AnnotatedClass, Note};
 
     use super::effects;
 
     /// An effect whose plausible sizes lie between these ends.
-    fn with_range(ends: &[f64]) -> AnnotatedClass {
+    pub(crate) fn with_range(ends: &[f64]) -> AnnotatedClass {
         let text = |text: &str| Note::Text(text.into());
         let list = ends.iter().map(|&end| Note::Number(end)).collect();
         let entries = [
@@ -450,6 +434,14 @@ mod tests {
             let fault = effects(&[class]).unwrap_err();
             assert!(fault.sentence.ends_with(expected), "{}", fault.sentence);
         }
+        let mut class = with_range(&[0.5, 2.0]);
+        if let Note::Record(all) = &mut class.note
+            && let Note::Record(entries) = &mut all[0].1
+        {
+            entries.iter_mut().filter(|(key, _)| &**key == "at").for_each(|own| own.1 = Note::List(Vec::new()));
+        }
+        let fault = effects(&[class]).unwrap_err();
+        assert!(fault.sentence.ends_with("`at` and `at_one_of` must name a place at least"), "{}", fault.sentence);
         let mut class = with_range(&[0.5, 2.0]);
         if let Note::Record(all) = &mut class.note
             && let Note::Record(entries) = &mut all[0].1

@@ -6,6 +6,7 @@
 
 use crate::problem::Weighing;
 use crate::search::{Findings, Tried};
+use crate::study::Nuisance;
 use crate::variant::{Insert, Workshop};
 use crate::{Bench, Fault, Setup};
 
@@ -53,14 +54,26 @@ pub fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> V
     found
 }
 
-/// Conditions of the first fitted shot that decide parameters, but zeros.
+/// Conditions of the first fitted shot that decide parameters, but zeros, and those of which no shot knows more than the fit: a
+/// parameter that is another unknown in every shot, or that has its value from the fit alone, nobody sets on a bench.
 fn conditions(setup: &Setup) -> Vec<(String, f64)> {
     let shot = &setup.bench.shots[setup.train[0]];
+    let is_unknown = |parameter: &str| {
+        setup.study.nuisances.values().any(|nuisance| match nuisance {
+            Nuisance::Stated(own) => own.parameter == parameter && (own.per_shot || own.absolute.is_some()),
+            Nuisance::Parameter(_) => false,
+        })
+    };
     let words = |formula: &String| {
         let parts = formula.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(str::to_string);
         parts.collect::<Vec<String>>()
     };
-    let mut names: Vec<String> = setup.study.conditions.values().flat_map(words).collect();
+    let of = |is_left_out: bool| {
+        let own = setup.study.conditions.iter().filter(move |(parameter, _)| is_unknown(parameter) == is_left_out);
+        own.flat_map(|(_, formula)| words(formula)).collect::<Vec<String>>()
+    };
+    let (mut names, left_out) = (of(false), of(true));
+    names.retain(|name| !left_out.contains(name));
     names.sort_unstable();
     names.dedup();
     let known = names.into_iter().filter_map(|name| shot.conditions.get(&name).map(|&value| (name, value)));
@@ -121,4 +134,29 @@ fn elsewhere(setup: &Setup, (condition, moved): (&str, f64), (one, other): (&Tri
         Ok::<_, Fault>(problem.residuals(&xi, &runs, &own))
     };
     Ok((residuals(one)? - residuals(other)?).norm_squared())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::path::Path;
+
+    use super::conditions;
+    use crate::{Bench, Setup, Study};
+
+    #[test]
+    fn only_what_can_be_set_on_a_bench_is_varied() {
+        let study = Study::parse(
+            "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"y\", noise = 1 }\n[conditions]\np = \"supply\"\n\
+             v = \"speed\"\nw = \"2*speed\"\nx = \"level + offset\"\nq = \"offset\"\n[nuisances]\np = { parameter = \"p\", relative = 0.01 }\n\
+             w = { parameter = \"w\", absolute = 1, per_shot = true }\nx = { parameter = \"x\", absolute = 1 }\n[shots]\ntime = \"t\"\n",
+        );
+        let rows: String = (0..30).map(|k| format!("{k},{}\n", k % 7)).collect();
+        let set =
+            "{\"experiments\": [{\"file\": \"s.csv\", \"supply\": 2, \"speed\": 3, \"level\": 4, \"offset\": 5}]}";
+        let study = study.unwrap();
+        let bench = Bench::parse(Path::new("set.json"), set, &study, &mut |_| Ok(format!("t,y\n{rows}"))).unwrap();
+        // The supply is known to a percent, and set all the same.
+        assert_eq!(conditions(&Setup::new(study, bench, 1).unwrap()), [("supply".to_string(), 2.0)]);
+    }
 }

@@ -112,6 +112,12 @@ impl Hypothesis {
         (self.inserts.len() + usize::from(self.term.is_some())).checked_sub(1)
     }
 
+    /// Id of the effect that was put in last; none for a term.
+    pub fn own_id(&self) -> Option<&str> {
+        let last = self.inserts.last().filter(|_| self.term.is_none());
+        last.map(|candidate| &*candidate.effect.id)
+    }
+
     /// Name of what was put in last.
     pub fn own_label(&self) -> String {
         match &self.term {

@@ -88,18 +88,22 @@ impl StartOf {
         format!("'start of {}'", state.replace('\'', "\\'"))
     }
 
+    /// True for the names of such parameters.
+    pub(crate) fn is_parameter(name: &str) -> bool {
+        Self::set_as(name) != name
+    }
+
     /// The name by which a run sets what a parameter of these is: the start value of the state, which the base model has as well.
     pub(crate) fn set_as(parameter: &str) -> String {
         let state = parameter.strip_prefix("'start of ").and_then(|rest| rest.strip_suffix('\''));
         state.map_or_else(|| parameter.to_string(), |state| format!("{}.start", state.replace("\\'", "'")))
     }
 
-    /// The modification of the state.
-    pub(crate) fn modification(&self) -> String {
-        let name = self.state.rsplit('.').next().unwrap_or(&self.state);
+    /// The modifications of the state.
+    pub(crate) fn modifications(&self) -> Vec<String> {
         match self.at_rest {
-            true => format!("{name}(fixed = false)"),
-            false => format!("{name}(start = {}, fixed = true)", Self::parameter(&self.state)),
+            true => vec!["fixed = false".to_string()],
+            false => vec![format!("start = {}", Self::parameter(&self.state)), "fixed = true".to_string()],
         }
     }
 }

@@ -294,6 +294,11 @@ impl Machine {
         self.tables.find(&place.name).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone())
     }
 
+    /// How values of a parameter are to be read.
+    pub(crate) fn kind(&self, place: &ParameterPlace) -> ValueKind {
+        self.tables.find(&place.name).map_or(ValueKind::Real, |(variable, _)| variable.kind.clone())
+    }
+
     /// What a parameter may be.
     pub(crate) fn range(&self, place: &ParameterPlace) -> (f64, f64) {
         self.limits

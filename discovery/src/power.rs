@@ -5,6 +5,8 @@
 //! `sqrt(d'Pd) - 5`, since a fall of 25 is asked for; two effects are told apart where `d'Pd (1 - cos^2) > 45`, with the
 //! cosine of their projected signatures.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use crate::projection::Projection;
@@ -21,7 +23,9 @@ const INVISIBLE: f64 = 1.0;
 /// How well an effect can be seen.
 #[derive(Clone, Debug)]
 pub struct Power {
-    /// The effect, with its channel where it has several.
+    /// Id of the effect.
+    pub id: Arc<str>,
+    /// The effect, with its place where it has several.
     pub effect: String,
     /// Typical size.
     pub typical: f64,

@@ -34,6 +34,8 @@ pub struct Score {
     pub amplitude: f64,
     /// Fall of the cost at that amplitude.
     pub gain: f64,
+    /// Fall of the cost at the best amplitude of the other sign, down to `-to`; 0 where `from` admits it.
+    pub opposite: f64,
     /// Share of `d'd` that the nuisances leave.
     pub left: f64,
     /// Fall of the sum of squares alone, at the amplitude best for that, were the nuisances held where they are.
@@ -101,11 +103,13 @@ impl<'a> Projection<'a> {
         let power = (square - j.dot(&self.factor.solve(&j))).max(0.0);
         let along = self.along(signature);
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
-        let gain = 2.0 * amplitude * along - amplitude * amplitude * power;
+        let fall = |amplitude: f64| 2.0 * amplitude * along - amplitude * amplitude * power;
+        let gain = fall(amplitude);
+        let opposite = if from < 0.0 || power <= 0.0 { 0.0 } else { fall((along / power).clamp(-to, 0.0)) };
         let plain = -signature.dot(self.residuals);
         let own = if square > 0.0 { (plain / square).clamp(from, to) } else { 0.0 };
         let alone = 2.0 * own * plain - own * own * square;
-        Score { power, amplitude, gain, left: if square > 0.0 { power / square } else { 0.0 }, alone }
+        Score { power, amplitude, gain, opposite, left: if square > 0.0 { power / square } else { 0.0 }, alone }
     }
 }
 
@@ -132,6 +136,33 @@ mod tests {
 
     use super::{Projection, best_within};
     use crate::fit::Fit;
+
+    /// With nothing to imitate it, what a signature explains with either sign is the square of its projection.
+    #[test]
+    fn what_the_other_sign_would_explain_is_no_gain() {
+        let residuals = DVector::from_row_slice(&[3.0, -1.0, 2.0]);
+        let fit = Fit {
+            xi: vec![0.0],
+            runs: Vec::new(),
+            residuals: residuals.clone(),
+            cost: 14.0,
+            misfit: 14.0,
+            converged: true,
+            steps: 0,
+            jacobian: Some((DMatrix::zeros(3, 1), vec![0])),
+            fresh: true,
+        };
+        let projection = Projection::new(&fit).expect("a Jacobian");
+        // Residuals grow with this signature, so that its amplitude should be negative.
+        let signature = DVector::from_row_slice(&[2.0, 0.0, 2.0]);
+        let square = signature.dot(&residuals).powi(2) / signature.norm_squared();
+        let score = projection.score(&signature, (0.0, 3.0));
+        assert!(score.gain == 0.0 && (score.opposite - square).abs() < 1e-12, "{score:?}");
+        let score = projection.score(&signature, (-3.0, 3.0));
+        assert!(score.opposite == 0.0 && (score.gain - square).abs() < 1e-12, "{score:?}");
+        let score = projection.score(&-&signature, (0.0, 3.0));
+        assert!(score.opposite == 0.0 && (score.gain - square).abs() < 1e-12, "{score:?}");
+    }
 
     /// Three amplitudes that trade against each other, one of them held at its end.
     #[test]

@@ -7,7 +7,9 @@ use crate::disturbance::Course;
 use crate::prior::Prior;
 
 /// Farthest that an unknown may go, in standard deviations.
-pub(crate) const LIMIT: f64 = 12.0;
+pub const LIMIT: f64 = 12.0;
+/// Part of it that is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// What an unknown stands for.
 #[derive(Clone, Debug)]
@@ -92,6 +94,11 @@ impl Unknown {
     /// The nearest number that it may have.
     pub fn within(&self, xi: f64) -> f64 {
         xi.clamp(self.bounds.0, self.bounds.1)
+    }
+
+    /// True where it has gone as far as any unknown may go, so that the measurement would have it farther.
+    pub fn is_at_limit(&self, xi: f64) -> bool {
+        xi.abs() >= LIMIT * (1.0 - ROUNDING)
     }
 
     /// Has it an influence on this shot?

@@ -70,32 +70,52 @@ pub struct Insert {
 #[derive(Default)]
 struct Modifications {
     inside: BTreeMap<String, Modifications>,
-    leaf: Option<String>,
+    /// What stands in the place of the name alone, and modifications behind it.
+    leaf: Option<(String, Vec<String>)>,
 }
 
 impl Modifications {
-    fn insert(&mut self, path: &str, leaf: String) {
-        match path.split_once('.') {
-            None => self.inside.entry(path.to_string()).or_default().leaf = Some(leaf),
-            Some((first, rest)) => self.inside.entry(first.to_string()).or_default().insert(rest, leaf),
+    fn insert(&mut self, path: &str, leaf: String, stated: Vec<String>) {
+        let (first, rest) = first_name(path);
+        let own = self.inside.entry(first.to_string()).or_default();
+        match rest {
+            None => own.leaf = Some((leaf, stated)),
+            Some(rest) => own.insert(rest, leaf, stated),
         }
     }
 
     fn print(&self) -> String {
-        let parts = self.inside.iter().map(|(name, inside)| match &inside.leaf {
-            Some(leaf) if inside.inside.is_empty() => leaf.clone(),
-            Some(leaf) => both(leaf, &inside.print()),
-            None => format!("{name}({})", inside.print()),
+        let parts = self.inside.iter().map(|(name, own)| {
+            let (head, mut list) = own.leaf.clone().unwrap_or_else(|| (name.clone(), Vec::new()));
+            if !own.inside.is_empty() {
+                list.push(own.print());
+            }
+            if list.is_empty() { head } else { format!("{head}({})", list.join(", ")) }
         });
         parts.collect::<Vec<_>>().join(",\n    ")
     }
 }
 
-/// A redeclaration with further modifications of what it declares.
-fn both(leaf: &str, inside: &str) -> String {
-    match leaf.strip_suffix(')') {
-        Some(leaf) => format!("{leaf}, {inside})"),
-        None => format!("{leaf}({inside})"),
+/// The first name of a path and what follows its dot; dots within quotes are part of a name.
+fn first_name(path: &str) -> (&str, Option<&str>) {
+    let (mut is_quoted, mut is_escaped) = (false, false);
+    for (at, c) in path.char_indices() {
+        match c {
+            _ if is_escaped => is_escaped = false,
+            '\\' if is_quoted => is_escaped = true,
+            '\'' => is_quoted = !is_quoted,
+            '.' if !is_quoted => return (&path[..at], Some(&path[at + 1..])),
+            _ => {}
+        }
+    }
+    (path, None)
+}
+
+/// The last name of a path.
+fn last_name(path: &str) -> &str {
+    match first_name(path) {
+        (name, None) => name,
+        (_, Some(rest)) => last_name(rest),
     }
 }
 
@@ -109,7 +129,7 @@ fn stated(Insert { candidate, values }: &Insert) -> Vec<String> {
 }
 
 /// The modifications that put effects into a model.
-fn modifications(inserts: &[Insert], extra: &[(String, f64)], starts: &[StartOf]) -> String {
+fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[StartOf]) -> String {
     let mut tree = Modifications::default();
     let mut terms: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut commands: BTreeMap<&str, String> = BTreeMap::new();
@@ -119,10 +139,8 @@ fn modifications(inserts: &[Insert], extra: &[(String, f64)], starts: &[StartOf]
         for site in &candidate.sites {
             match &site.door {
                 Door::Component => {
-                    let name = site.path.rsplit('.').next().unwrap_or(&site.path);
-                    let class = &candidate.effect.class;
-                    let list = if stated.is_empty() { String::new() } else { format!("({})", stated.join(", ")) };
-                    tree.insert(&site.path, format!("redeclare {class} {name}{list}"));
+                    let (class, name) = (&candidate.effect.class, last_name(&site.path));
+                    tree.insert(&site.path, format!("redeclare {class} {name}"), stated.clone());
                 }
                 Door::Equation { opening, path, is_reversed, law } => {
                     let path = if path.is_empty() { opening.name.clone() } else { format!("{path}.{}", opening.name) };
@@ -139,19 +157,18 @@ fn modifications(inserts: &[Insert], extra: &[(String, f64)], starts: &[StartOf]
         }
     }
     for (path, terms) in terms {
-        let name = path.rsplit('.').next().unwrap_or(&path);
         // Effects at one equation add up.
-        tree.insert(&path, format!("{name} = {}", terms.join(" + ").replace("+ -", "- ")));
+        let sum = terms.join(" + ").replace("+ -", "- ");
+        tree.insert(&path, format!("{} = {sum}", last_name(&path)), Vec::new());
     }
     for (variable, value) in commands {
-        tree.insert(variable, format!("{variable} = {value}"));
+        tree.insert(variable, format!("{variable} = {value}"), Vec::new());
     }
     for (path, value) in extra {
-        let name = path.rsplit('.').next().unwrap_or(path);
-        tree.insert(path, format!("{name} = {value:e}"));
+        tree.insert(path, format!("{} = {value}", last_name(path)), Vec::new());
     }
     for start in starts {
-        tree.insert(&start.state, start.modification());
+        tree.insert(&start.state, last_name(&start.state).to_string(), start.modifications());
     }
     tree.print()
 }
@@ -229,8 +246,14 @@ impl Workshop<'_> {
         self.free_name(EXTENDED)
     }
 
-    /// Text of the model with effects in it and with parameter values `extra` by path.
-    pub fn extended(&self, inserts: &[Insert], description: &str, extra: &[(String, f64)], annotation: &str) -> String {
+    /// Text of the model with effects in it and with parameter values `extra`, literals by path.
+    pub fn extended(
+        &self,
+        inserts: &[Insert],
+        description: &str,
+        extra: &[(String, String)],
+        annotation: &str,
+    ) -> String {
         let (inside, added) = (modifications(inserts, extra, &self.starts), additions(inserts));
         let (starts, initial) = (declarations(&self.starts, &self.preamble), equations(&self.starts));
         let class = &self.class;
@@ -266,7 +289,7 @@ impl Workshop<'_> {
     }
 
     /// The same with what effects in measuring chains make of the channels.
-    fn shown(&self, inserts: &[Insert]) -> Self {
+    pub(crate) fn shown(&self, inserts: &[Insert]) -> Self {
         let channels = self.channels.iter().map(|expression| shown_by(inserts, expression)).collect();
         Self { channels, ..self.clone() }
     }

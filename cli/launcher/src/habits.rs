@@ -8,7 +8,8 @@ use std::ffi::{OsStr, OsString};
 use hyd_payload::Backend;
 
 /// Options with a value, and what they become.
-const FORMS: [(&str, &str); 5] = [
+const FORMS: [(&str, &str); 6] = [
+    ("-startTime", "--start"),
     ("-stopTime", "--stop"),
     ("-tolerance", "--tolerance"),
     ("-numberOfIntervals", "--intervals"),
@@ -16,8 +17,7 @@ const FORMS: [(&str, &str); 5] = [
     ("-variableFilter", "--variables"),
 ];
 /// Options that are not carried over, and what to do.
-const REFUSED: [(&str, &str); 5] = [
-    ("-startTime", "the start is that of the model's experiment annotation"),
+const REFUSED: [(&str, &str); 4] = [
     ("-stepSize", "use --intervals N"),
     ("-s", "use --solver auto, bdf or esdirk"),
     ("-outputFormat", "the name of --result decides: .csv, .mat or .parquet"),
@@ -91,9 +91,10 @@ fn overrides(text: &str, out: &mut Vec<OsString>) -> Result<(), String> {
         let (name, value) = part.split_once('=').ok_or_else(|| format!("-override: `{part}` is not NAME=VALUE"))?;
         let (name, value) = (name.trim(), value.trim());
         match name {
+            "startTime" => out.push(format!("--start={value}").into()),
             "stopTime" => out.push(format!("--stop={value}").into()),
             "tolerance" => out.push(format!("--tolerance={value}").into()),
-            "startTime" | "stepSize" => return Err(format!("-override: `{name}` cannot be set")),
+            "stepSize" => return Err(format!("-override: `{name}` cannot be set")),
             _ => out.push(format!("--set={name}={value}").into()),
         }
     }
@@ -119,7 +120,8 @@ mod tests {
 
     #[test]
     fn habits_become_our_options() {
-        let cases: [(&[&str], &[&str]); 5] = [
+        let cases: [(&[&str], &[&str]); 6] = [
+            (&["-startTime=-1", "-override=startTime=0.5"], &["--start=-1", "--start=0.5"]),
             (&["-stopTime=2", "-r", "a.mat", "--json"], &["--stop=2", "--result=a.mat", "--json"]),
             (&["-override", "a[1,2]=1,b={1, 2},stopTime=3"], &["--set=a[1,2]=1", "--set=b={1, 2}", "--stop=3"]),
             (&["-override=m=1e-3"], &["--set=m=1e-3"]),

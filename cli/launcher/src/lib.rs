@@ -118,7 +118,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
     };
     set.extend(arguments.set.iter().cloned());
     let table = arguments.run.inputs.read()?;
-    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment);
+    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment, arguments.run.start);
     let options = hyd_run::options(&arguments.run, &experiment, Vec::new())?;
     let mut system = loaded.instantiate();
     let recorded = recorded(table.as_ref(), &mut system, (options.start, options.stop))?;
@@ -217,7 +217,7 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
     let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
     let table = arguments.sweep.inputs.read()?;
-    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment);
+    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment, None);
     let span = prepared.span(&experiment)?;
     let mut first = loaded.instantiate();
     let recorded = recorded(table.as_ref(), &mut first, span)?;

@@ -44,6 +44,9 @@ impl Solver {
 /// Options of one run.
 #[derive(Args, Clone, Debug)]
 pub struct RunArguments {
+    /// Start time in s, when the model has its start values [default: the model's experiment annotation, else 0]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub start: Option<f64>,
     /// Stop time in s [default: the model's experiment annotation, else the end of the table of inputs, else 1 s after the start]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub stop: Option<f64>,

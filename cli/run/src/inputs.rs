@@ -127,10 +127,11 @@ impl InputTable {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// When a model runs with this table: from its begin, if that is after 0, to its end, if the model does not say otherwise.
-    pub fn experiment(table: Option<&Self>, experiment: &Experiment) -> Experiment {
+    /// When a model runs with this table: from its begin, if that is after 0, to its end, if the model does not say otherwise.  `start`: when
+    /// it begins if not as the model says (s).
+    pub fn experiment(table: Option<&Self>, experiment: &Experiment, start: Option<f64>) -> Experiment {
         let begin = table.map(|table| table.span().0).filter(|begin| *begin > 0.0);
-        let start = experiment.start.or(begin).unwrap_or(0.0);
+        let start = start.or(experiment.start).or(begin).unwrap_or(0.0);
         let end = table.map(|table| table.span().1).filter(|end| *end > start);
         Experiment { start: experiment.start.or(begin), stop: experiment.stop.or(end), ..*experiment }
     }

@@ -144,7 +144,7 @@ pub fn options(
     experiment: &Experiment,
     sensitivity: Vec<String>,
 ) -> Result<Options, Failure> {
-    let start = experiment.start.unwrap_or(0.0);
+    let start = arguments.start.or(experiment.start).unwrap_or(0.0);
     let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
     let mut options = Options::new(start, stop);
     options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);

@@ -168,10 +168,10 @@ function candidates() {
 function parameters() {
   const columns = [["what may be off", (r) => safe(r.name)], ["base", (r) => (r.before ? short(r.before.value) : ""), true],
     ["pull", (r) => (r.before ? fixed(r.before.pull) : ""), true], ["last fit", (r) => short(r.after.value), true],
-    ["&plusmn;", (r) => short(r.after.stderr), true], ["pull", (r) => fixed(r.after.pull), true]];
+    ["&plusmn;", (r) => short(r.after.stderr), true], ["pull", (r) => fixed(r.after.pull) + (r.after.at_limit ? " (limit)" : ""), true]];
   columns[4][0] = "\u00b1";
   section("What may be off", table(R.parameters, columns, (r) => Math.abs(r.after.pull) > 2), {
-    note: "Pull: distance from the value before the measurement in its standard deviations; bold above 2. Factors, gains: times the stated value." });
+    note: "Pull: distance from the value before the measurement in its standard deviations; bold above 2; nothing may go farther than 12 (limit). Factors, gains: times the stated value." });
 }
 
 function power() {

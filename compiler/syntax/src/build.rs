@@ -26,6 +26,8 @@ pub(crate) struct Builder<'t> {
     pub(crate) truncated: bool,
     /// Subscript brackets around the place that is being built.
     pub(crate) subscripts: usize,
+    /// Annotations around it: lists may be empty there, because they are data and no arrays.
+    pub(crate) annotations: usize,
     /// A limit was exceeded: the rest of the text is not looked at.
     pub(crate) gave_up: bool,
     /// A section lacks its head or a block its end: what follows in the class stands in the wrong place without fault.
@@ -46,6 +48,7 @@ impl<'t> Builder<'t> {
             gave_up: false,
             lost: false,
             subscripts: 0,
+            annotations: 0,
             ends: FxHashMap::default(),
             names: FxHashMap::default(),
         }

@@ -333,7 +333,7 @@ impl<'t> Builder<'t> {
                 _ => {}
             }
         }
-        if values.is_empty() {
+        if values.is_empty() && self.annotations == 0 {
             self.error(span, "an array constructor needs at least one element")
                 .notes
                 .push("an empty array is written `fill(0.0, 0)`".into());

@@ -49,7 +49,10 @@ impl<'t> Builder<'t> {
     /// An `annotation` node.
     pub(crate) fn annotation(&mut self, node: Node<'t>) -> Modification {
         let inner = node.into_inner().find(|n| n.as_rule() == Rule::class_modification);
-        inner.map_or_else(Modification::default, |n| self.class_modification(n))
+        self.annotations += 1;
+        let annotation = inner.map_or_else(Modification::default, |n| self.class_modification(n));
+        self.annotations -= 1;
+        annotation
     }
 
     fn class_arguments(&mut self, node: Node<'t>) -> Vec<Argument> {

@@ -50,6 +50,21 @@ E0101 6:12 expected `,`, `]` or an operator, found `=`",
     );
 }
 
+/// Lists of annotations are data.
+#[test]
+fn lists_in_annotations_may_be_empty() {
+    check(
+        "model M
+  Real a = 1 annotation(__hyd(scales = {}));
+  Real b[0] = {} annotation(Dialog(group = {}));
+  annotation(__hyd(effect(rivals = {}, at = {{}, {1}})));
+end M;
+",
+        "E0101 3:15 an array constructor needs at least one element
+  note: an empty array is written `fill(0.0, 0)`",
+    );
+}
+
 #[test]
 fn brackets_that_do_not_fit() {
     check(

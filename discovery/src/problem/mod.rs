@@ -5,8 +5,6 @@
 
 mod derivatives;
 
-use std::sync::Arc;
-
 use nalgebra::DVector;
 
 use crate::Fault;
@@ -101,13 +99,6 @@ impl Problem<'_> {
             }
         }
         values
-    }
-
-    /// All parameters that are set for a shot, by their full names, with their units.
-    pub fn parameters_of(&self, xi: &[f64], shot: usize) -> Vec<(String, f64, Arc<str>)> {
-        let values = self.values(xi, shot);
-        let named = self.places.iter().zip(values);
-        named.map(|(place, value)| (place.name().to_string(), value, self.machine.unit(place))).collect()
     }
 
     /// Output points of each shot up to a share of the record.
@@ -295,7 +286,7 @@ impl Problem<'_> {
     }
 
     /// Gain and offset of a channel.
-    fn chain(&self, xi: &[f64], channel: usize) -> (f64, f64) {
+    pub(crate) fn chain(&self, xi: &[f64], channel: usize) -> (f64, f64) {
         let (mut gain, mut offset) = (1.0, 0.0);
         for (unknown, &xi) in self.unknowns.iter().zip(xi) {
             match unknown.meaning {
@@ -318,7 +309,7 @@ impl Problem<'_> {
     }
 
     /// How far the record of a shot is shifted (s).
-    fn late(&self, xi: &[f64], shot: usize) -> f64 {
+    pub(crate) fn late(&self, xi: &[f64], shot: usize) -> f64 {
         let is_shift =
             |unknown: &Unknown| matches!(&unknown.meaning, Meaning::Late { places, .. } if places.is_empty());
         let own = self.unknowns.iter().zip(xi);

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{AllGaps, Scene, disturbed, is_named, nearest, number, parameters, phases};
+use super::{AllGaps, MODEL, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
 use crate::location::Located;
@@ -47,6 +47,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "noise": noise(setup),
         "masked": masked(setup),
         "parameters": parameters::parameters(scene)?,
+        "at_limit": parameters::at_limit(scene)?,
         "candidates": candidates(findings),
         "power": last.powers.iter().map(power).collect::<Vec<_>>(),
         "confusions": last.confusions.iter().map(confusion).collect::<Vec<_>>(),
@@ -59,6 +60,15 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "whole_loops": setup.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
     }))
+}
+
+/// Files for runs of the model that was written.
+pub(super) fn run<'a>(shots: &[ShotFiles], data: impl Iterator<Item = &'a String>) -> Value {
+    let shots = shots.iter().map(|own| {
+        json!({"shot": own.number, "parameters": own.file, "inputs": own.inputs.as_ref().map(|(name, _)| name),
+            "options": own.options.trim_start()})
+    });
+    json!({"model": MODEL, "shots": shots.collect::<Vec<_>>(), "data": data.collect::<Vec<_>>()})
 }
 
 /// A gap before and after, over all and by channel; after is before where nothing was added.
@@ -75,7 +85,8 @@ fn gap_json(setup: &Setup, before: Option<&Gap>, after: Option<&Gap>) -> Value {
 fn candidates(findings: &Findings) -> Vec<Value> {
     let all = findings.passes.iter().enumerate().flat_map(|(pass, found)| {
         found.tried.iter().chain(&found.terms).map(move |tried| {
-            json!({"pass": pass + 1, "effect": tried.hypothesis.own_label(),
+            let id = tried.hypothesis.own_id();
+            json!({"pass": pass + 1, "id": id, "effect": tried.hypothesis.own_label(),
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
                 "probed": tried.look.as_ref().and_then(|look| look.probed.as_ref().map(|(fall, _)| number(*fall))),
                 "alone": tried.look.as_ref().map(|look| number(look.alone)),
@@ -89,7 +100,7 @@ fn candidates(findings: &Findings) -> Vec<Value> {
 }
 
 fn power(power: &Power) -> Value {
-    json!({"effect": power.effect, "typical": number(power.typical), "fall": number(power.fall),
+    json!({"id": &*power.id, "effect": power.effect, "typical": number(power.typical), "fall": number(power.fall),
         "left_by_nuisances": number(power.left), "chance": number(power.chance()), "smallest_visible": number(power.smallest())})
 }
 
@@ -148,7 +159,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
                 0,
                 fall,
                 (&site.path, &site.file, site.line),
-                json!({"equation": &*site.words, "effect": insert.label()}),
+                json!({"equation": &*site.words, "id": &*insert.effect.id, "effect": insert.label()}),
             );
         }
     }
@@ -165,7 +176,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     for tried in &first.tried {
         let (Some(insert), Some(look)) = (tried.hypothesis.inserts.last(), &tried.look) else { continue };
         for site in insert.sites.iter().take(1) {
-            let rest = json!({"equation": &*site.words, "effect": insert.label()});
+            let rest = json!({"equation": &*site.words, "id": &*insert.effect.id, "effect": insert.label()});
             add(2, look.score.gain, (&site.path, &site.file, site.line), rest);
         }
     }
@@ -225,7 +236,7 @@ fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
                 json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error)}),
             );
         }
-        json!({"id": &*effect.id, "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
+        json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
             "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})
     };
     Ok(pass.base.inserts.iter().enumerate().map(describe).collect())

@@ -9,22 +9,24 @@ mod nearest;
 mod parameter_file;
 mod parameters;
 mod phases;
+mod shot_files;
 mod summary;
 mod trajectories;
+mod written;
 
 use hyd_compiler::print_string;
 use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
-use crate::machine::Machine;
+use crate::data_files::DataFiles;
 use crate::proof::{Gap, gap};
 use crate::search::{Findings, Pass, Status};
-use crate::text_bundle::bundle;
 use crate::unknowns::EffectPart;
 use crate::variant::{Insert, Workshop};
 use crate::{Fault, Setup};
 
 pub use parameter_file::parameter_file;
+pub use shot_files::{ShotFiles, quoted};
 pub use trajectories::{ChannelCurves, ShotCurves, table};
 
 /// Everything that is written down.
@@ -41,7 +43,16 @@ pub struct Report {
     pub summary: String,
     /// Names and texts of the files that the report points at.
     pub texts: Vec<(String, String)>,
+    /// What belongs to each shot alone, for runs of the model; none if nothing was named.
+    pub shots: Vec<ShotFiles>,
+    /// Data files that the model reads, by their names in the folder of the report.
+    pub data: DataFiles,
+    /// Names of data files that the model reads and that cannot stand in that folder.
+    pub lost: Vec<String>,
 }
+
+/// The file of the model that has what was found, in the folder of a report.
+pub const MODEL: &str = "discovered.hyd";
 
 /// Gaps of one model on the shots that were fitted and on those held out.
 struct Gaps {
@@ -66,15 +77,16 @@ struct Scene<'a> {
     last: &'a Pass,
 }
 
-/// The model with what was found: text, and translated.
-struct Extended {
-    whole: String,
-    own: String,
-    machine: Machine,
-    candidates: Vec<Candidate>,
+/// The folder that a report is for.
+#[derive(Clone, Copy)]
+pub struct Folder<'a> {
+    /// Knows the names of texts that every reader has.
+    pub built_in: &'a dyn Fn(&str) -> bool,
+    /// Names of the files that are written there whatever is found.
+    pub taken: &'a [&'a str],
 }
 
-/// Writes everything down.  `built_in` knows the names of texts that every reader has.
+/// Writes everything down.
 ///
 /// # Errors
 /// When the written model cannot be translated or run.
@@ -83,7 +95,7 @@ pub fn report(
     workshop: &Workshop<'_>,
     findings: &Findings,
     seconds: f64,
-    built_in: &dyn Fn(&str) -> bool,
+    folder: Folder<'_>,
 ) -> Result<Report, Fault> {
     let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
         return Err(Fault::run("nothing was fitted"));
@@ -94,32 +106,38 @@ pub fn report(
     let base = first.base.problem(setup)?;
     let raw = gap(&base, &vec![0.0; base.unknowns.len()], &setup.train, false).ok();
     let before = gaps(setup, &base, &first.fit.xi)?;
-    let extended = if is_named(findings.status) { Some(scene.extend(built_in)?) } else { None };
-    let after = match &extended {
-        Some(own) => Some(gaps(setup, &setup.problem(&own.machine, &own.candidates)?, &last.fit.xi)?),
+    let extended = if is_named(findings.status) { Some(scene.extend(folder)?) } else { None };
+    let with = extended.as_ref().map(|own| own.problem(&scene)).transpose()?;
+    let after = match &with {
+        Some(problem) => Some(gaps(setup, problem, &last.fit.xi)?),
         None => None,
     };
     let parameters = {
-        let shot = setup.train[0];
-        let class = &workshop.class;
-        match &extended {
-            Some(own) => {
-                let problem = setup.problem(&own.machine, &own.candidates)?;
+        let (shot, class) = (setup.train[0], &workshop.class);
+        match &with {
+            Some(problem) => {
                 let title = format!("{} ({class} with what was found)", workshop.extended_name());
-                parameter_file(&problem, &last.fit.xi, shot, &title)
+                parameter_file(problem, &last.fit.xi, shot, &title)
             }
             None => parameter_file(&base, &first.fit.xi, shot, class),
         }
     };
     let gaps = AllGaps { raw, before, after };
     let curves = trajectories::curves(&scene, &gaps)?;
+    let shots = match (&extended, &with) {
+        (Some(own), Some(problem)) => shot_files::shot_files(&scene, (&gaps, own), problem, MODEL),
+        _ => Vec::new(),
+    };
     let mut json = json::json(&scene, &gaps, seconds)?;
     let texts = scene.pointed_at(&json)?;
     if let (Value::Object(object), Some(own)) = (&mut json, &extended) {
         object.insert("change".into(), json!(own.own));
+        object.insert("run".into(), json::run(&shots, own.data.keys()));
     }
     let summary = summary::summary(&scene, &gaps, seconds, &json)?;
-    Ok(Report { json, model: extended.map(|own| own.whole), curves, parameters, summary, texts })
+    drop(with);
+    let (model, data, lost) = extended.map_or_else(Default::default, |own| (Some(own.whole), own.data, own.lost));
+    Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost })
 }
 
 /// Where a model comes from, for its annotation.
@@ -142,26 +160,6 @@ fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Res
 }
 
 impl Scene<'_> {
-    /// The model with what was found.
-    fn extend(&self, built_in: &dyn Fn(&str) -> bool) -> Result<Extended, Fault> {
-        let (setup, workshop) = (self.setup, self.workshop);
-        let inserts = inserts(setup, self.last)?;
-        // Records of a clock that counts from elsewhere.
-        let start = setup.data.shots.iter().map(|shot| shot.span.start).fold(f64::INFINITY, f64::min);
-        let start = if start > 0.0 { format!("StartTime = {start:e}, ") } else { String::new() };
-        let stop = setup.data.shots.iter().map(|shot| shot.span.stop).fold(0.0, f64::max);
-        let origin = discovered(&workshop.class, self.findings.status.word(), &setup.bench.name);
-        let annotation =
-            format!("  annotation(experiment({start}StopTime = {stop:e}, Tolerance = 1e-7), __hyd({origin}));\n");
-        let words: Vec<&str> = inserts.iter().map(|insert| &*insert.candidate.effect.words).collect();
-        let description = format!("{} with {}", workshop.class, words.join(" and "));
-        let mut whole = bundle(&workshop.texts(&inserts, built_in)?);
-        let own = workshop.extended(&inserts, &description, &[], &annotation);
-        whole.push_str(&own);
-        let machine = setup.machine(workshop.translate_whole(&whole, &inserts)?)?;
-        Ok(Extended { whole, own, machine, candidates: inserts.into_iter().map(|insert| insert.candidate).collect() })
-    }
-
     /// Texts of the files that effects, terms and places of a report stand in.
     fn pointed_at(&self, json: &Value) -> Result<Vec<(String, String)>, Fault> {
         let lists = ["effects", "location", "proposed"].into_iter().filter_map(|key| json[key].as_array()).flatten();

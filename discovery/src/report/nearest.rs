@@ -21,7 +21,7 @@ pub(super) fn found_before(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     let problem = last.base.problem(setup)?;
     let describe = |(number_of, candidate): (usize, &crate::catalogue::Candidate)| {
         let parameters = sizes(&problem, &last.fit, number_of);
-        json!({"effect": candidate.label(), "words": &*candidate.effect.words, "component": candidate.sites[0].path,
+        json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words, "component": candidate.sites[0].path,
             "parameters": parameters, "misfit": number(last.fit.misfit / last.expected)})
     };
     Ok(last.base.inserts.iter().enumerate().map(describe).collect())
@@ -38,7 +38,7 @@ pub(super) fn nearest(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         let (Some(fit), Some(candidate)) = (&tried.fit, tried.hypothesis.inserts.last()) else { continue };
         let problem = tried.hypothesis.problem(setup)?;
         let parameters = sizes(&problem, fit, tried.hypothesis.inserts.len() - 1);
-        values.push(json!({"effect": candidate.label(), "words": &*candidate.effect.words,
+        values.push(json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words,
             "component": candidate.sites[0].path, "parameters": parameters, "misfit": number(fit.misfit / last.expected),
             "fall": number(tried.fall), "size_in_errors": tried.errors.map(number),
             "criterion": criterion(scene, last, tried, fit)}));

@@ -23,7 +23,17 @@ pub(super) fn parameters(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
 fn state(unknown: &Unknown, fit: &Fit, k: usize) -> Value {
     let xi = fit.xi[k];
     let error = fit.standard_error(k).unwrap_or(f64::NAN);
-    json!({"value": number(unknown.value(xi)), "stderr": number(error * unknown.slope(xi).abs()), "pull": number(xi)})
+    json!({"value": number(unknown.value(xi)), "stderr": number(error * unknown.slope(xi).abs()), "pull": number(xi),
+        "at_limit": unknown.is_at_limit(xi)})
+}
+
+/// Names of what the last fit has left as far off as anything may be; of shots that were not fitted nothing is known.
+pub(super) fn at_limit(scene: &Scene<'_>) -> Result<Vec<String>, Fault> {
+    let problem = scene.last.base.problem(scene.setup)?;
+    let is_fitted = |unknown: &Unknown| unknown.shot.is_none_or(|shot| scene.setup.train.contains(&shot));
+    let of = problem.unknowns.iter().zip(&scene.last.fit.xi);
+    let of = of.filter(|&(unknown, &xi)| is_fitted(unknown) && unknown.is_at_limit(xi));
+    Ok(of.map(|(unknown, _)| unknown.name.clone()).collect())
 }
 
 /// How the value is to be read.

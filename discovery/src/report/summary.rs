@@ -9,6 +9,7 @@ use crate::Fault;
 use crate::catalogue::Candidate;
 use crate::proof::Gap;
 use crate::search::Status;
+use crate::unknowns::LIMIT;
 
 /// What came out, in one sentence.
 pub(super) fn sentence(scene: &Scene<'_>) -> String {
@@ -60,6 +61,10 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
             "  shot {} was held out at first, showed a gap that the others hide, and is fitted now",
             numbers.join(", ")
         );
+    }
+    let held: Vec<&str> = json["at_limit"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    if !held.is_empty() {
+        let _ = writeln!(text, "  at the limit of {LIMIT} standard deviations, held there: {}", held.join(", "));
     }
     if let Some(first) = json["further"].as_array().and_then(|all| all.first()) {
         let measurement = first["measurement"].as_str().unwrap_or_default();

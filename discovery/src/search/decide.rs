@@ -284,14 +284,21 @@ pub(super) fn noise(expected: f64) -> f64 {
     expected + SPREAD * (2.0 * expected).sqrt()
 }
 
+/// What is said of an effect that explains something with the wrong sign only.
+const OPPOSITE: &str = "what is left is the opposite of what it does: its size would have to be negative";
+
 /// Why a candidate was not named; nothing for one that could be.
 fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, Look::promise);
+    // Only of an effect that cannot have the other sign.
+    let is_opposite = tried.look.as_ref().is_some_and(|look| look.score.opposite >= PROMISING.0.max(look.promise()));
     let words = match standing {
         None if tried.fit.is_some() => IMPLAUSIBLE,
         None if tried.look.is_none() => "the model does not run with it",
+        None if is_opposite && promise < PROMISING.0 => OPPOSITE,
         None if promise < PROMISING.0 => "its signature explains nothing of what is left",
         None => "others promised more, or no fit succeeded",
+        Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
         Some(own) if own.is_nothing() => "its size is nothing within its error",
         Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
         Some(own) if !own.has_size() => "its size is uncertain",

@@ -42,7 +42,8 @@ impl Search<'_> {
             let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
             let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
             if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
-                let power = Power { effect: candidate.label(), typical, fall: score.power, left: score.left };
+                let (id, effect) = (candidate.effect.id.clone(), candidate.label());
+                let power = Power { id, effect, typical, fall: score.power, left: score.left };
                 signatures.push((power, signature));
             }
             pass.tried.push(Tried::new(hypothesis, look));

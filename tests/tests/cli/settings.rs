@@ -204,3 +204,28 @@ fn files_of_parameters_hold_for_every_verb_with_a_model() {
         assert!(outcome.code == Some(1) && outcome.stderr.contains(words), "{text}: {}", outcome.stderr);
     }
 }
+
+/// A run begins when it is told to, with the start values then.
+#[test]
+fn a_run_begins_elsewhere_than_the_model_says() {
+    let folder = Scratch::new();
+    let model = "model M\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -time*x;\n  annotation(experiment(StartTime = 0.5, StopTime = 2));\nend M;\n";
+    folder.write("m.hyd", model);
+    for start in [0.5_f64, -1.0, 1.5] {
+        let text = format!("{start}");
+        let arguments = ["simulate", "m.hyd", "--start", &text, "--result", "r.csv", "--intervals", "50"];
+        assert_eq!(
+            run(folder.path(), if start == 0.5 { &["simulate", "m.hyd", "--result", "r.csv"][..] } else { &arguments })
+                .code,
+            Some(0)
+        );
+        let rows = folder.read("r.csv");
+        let row = |line: &str| line.split(',').map(|field| field.parse::<f64>().unwrap()).collect::<Vec<f64>>();
+        let (first, last) = (row(rows.lines().nth(1).unwrap()), row(rows.lines().last().unwrap()));
+        assert_eq!((first[0], first[1], last[0]), (start, 1.0, 2.0));
+        let wanted = ((start * start - 4.0) / 2.0).exp();
+        assert!((last[1] / wanted - 1.0).abs() < 1e-4, "{} instead of {wanted}", last[1]);
+    }
+    let late = run(folder.path(), &["simulate", "m.hyd", "--start", "3"]);
+    assert!(late.code == Some(2) && late.stderr.starts_with("error: "), "{:?} {}", late.code, late.stderr);
+}

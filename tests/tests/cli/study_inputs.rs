@@ -54,7 +54,7 @@ fn table(shot: usize, held: bool, lag: usize) -> String {
     let acting = |k: usize| input[k.saturating_sub(lag)];
     let mut text = String::from("t_ms,volt_mV,x,other\n");
     let mut x = 0.0;
-    for k in 0..SAMPLES {
+    for (k, own) in input.iter().enumerate() {
         if k > 0 {
             let (a, b) = (K * acting(k - 1), K * acting(k));
             let s = if held { 0.0 } else { (b - a) / STEP };
@@ -62,7 +62,7 @@ fn table(shot: usize, held: bool, lag: usize) -> String {
         }
         // The sum of twelve uniform numbers is all but normal.
         let noise = NOISE * (0..12).map(|_| draws.next()).sum::<f64>() / 2.0;
-        writeln!(text, "{},{},{},{k}", 1e3 * STEP * k as f64, 1e3 * input[k] + 50.0, x + noise).unwrap();
+        writeln!(text, "{},{},{},{k}", 1e3 * STEP * k as f64, 1e3 * own + 50.0, x + noise).unwrap();
     }
     text
 }
@@ -109,6 +109,59 @@ fn a_fit_finds_the_parameters_behind_recorded_inputs() {
             assert!(errors(&folder).1 > 10.0);
         }
     }
+}
+
+/// The truth lies a hundred standard deviations away: nothing goes farther than twelve, which is said.
+#[test]
+fn what_ends_at_the_limit_is_said() {
+    let folder = folder(false, 0);
+    folder.write("set.json", SET.replace("\"T\": 0.3", "\"T\": 0.001"));
+    folder.write("st.toml", format!("without = [\"Hyd.Effects\"]\n{STUDY}"));
+    let outcome = fit(&folder, &[]);
+    let marked =
+        |name: &str| outcome.stdout.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_string();
+    assert!(marked("T ").ends_with("  (at the limit)") && !marked("K ").contains("limit"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("farther than 12 standard deviations"), "{}", outcome.stdout);
+    let json: serde_json::Value = serde_json::from_str(&fit(&folder, &["--json"]).stdout).unwrap();
+    let held = json["unknowns"].as_array().unwrap().iter().filter(|own| own["at_limit"] == true);
+    assert_eq!(held.map(|own| own["name"].as_str().unwrap()).collect::<Vec<_>>(), ["T"]);
+    let found = run(folder.path(), &["discover", "st.toml", "--bench", "set.json", "--report", "r"]);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let line = "  at the limit of 12 standard deviations, held there: T\n";
+    let report: serde_json::Value = serde_json::from_str(&folder.read("r/report.json")).unwrap();
+    assert!(found.stdout.contains(line) == (report["at_limit"] == serde_json::json!(["T"])), "{}", found.stdout);
+    let base = &report["parameters"].as_array().unwrap().iter().find(|own| own["name"] == "T").unwrap()["before"];
+    assert_eq!(base["at_limit"], true, "{report:#}");
+}
+
+/// A valley so narrow and bent that no fit comes to its end: its values are shown, and the command fails like a solver.
+#[test]
+fn a_fit_that_does_not_converge_fails_and_shows_its_values() {
+    let folder = Scratch::new();
+    let model = "model M\n  parameter Real a = -4; parameter Real b = -64;\n  Real x = b - a*a*a + sin(time);\n  Real y = a + cos(time);\nend M;\n";
+    folder.write("m.hyd", model);
+    let mut table = String::from("t,x,y\n");
+    for k in 0..40 {
+        let t = 0.1 * f64::from(k);
+        writeln!(table, "{t},{},{}", t.sin(), 5.0 + t.cos()).unwrap();
+    }
+    folder.write("s.csv", table);
+    folder.write("set.json", "{\"noise_std\": {\"x\": 0.01, \"y\": 0.1}, \"experiments\": [{\"file\": \"s.csv\"}]}");
+    folder.write(
+        "st.toml",
+        "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\nx = { variable = \"x\" }\ny = { variable = \"y\" }\n[nuisances]\n\
+         a = { parameter = \"a\", absolute = 2 }\nb = { parameter = \"b\", absolute = 84 }\n[shots]\ntime = \"t\"\ntime_tolerance = 0.01\n",
+    );
+    for (more, shown) in [(&[][..], "what may be off"), (&["--json"], "\"converged\":false")] {
+        let outcome = fit(&folder, more);
+        assert_eq!(outcome.code, Some(3), "{}{}", outcome.stdout, outcome.stderr);
+        let is_said = outcome.stderr.starts_with("error: the fit has not converged");
+        assert!(is_said && outcome.stdout.contains(shown), "{}{}", outcome.stdout, outcome.stderr);
+    }
+    // Without the bend it does.
+    folder.write("m.hyd", model.replace("a*a*a", "a"));
+    let outcome = fit(&folder, &["--json"]);
+    assert!(outcome.code == Some(0) && outcome.stdout.contains("\"converged\":true"), "{}", outcome.stdout);
 }
 
 #[test]

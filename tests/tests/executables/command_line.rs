@@ -94,7 +94,7 @@ fn what_cannot_be_set_is_refused_with_the_reason() {
         (&["--set", "k=-1"], 1, "error: `k` is -1, below its `min` 0"),
         (&["--set", "k=abc"], 1, "error: `k=abc`: it is a Real and needs a finite number"),
         (&["--stop", "-1"], 2, "error: "),
-        (&["-startTime=1"], 2, "error: `-startTime` is not known here"),
+        (&["-stepSize=1"], 2, "error: `-stepSize` is not known here"),
     ];
     for (arguments, code, message) in cases {
         let output = scratch.bare("decay", arguments);

@@ -19,6 +19,7 @@ fn launcher() -> Vec<u8> {
 
 fn arguments(result: &Path) -> RunArguments {
     RunArguments {
+        start: None,
         stop: None,
         tolerance: None,
         intervals: None,
