@@ -50,6 +50,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
             let _ = writeln!(io::stderr(), "{:6.1} s  {text}", begin.elapsed().as_secs_f64());
         }
     };
+    opened.translated(&workshop)?;
     let candidates = all_candidates(&opened, &workshop)?;
     let seed = arguments.study.seed;
     let hash = fingerprint(&opened, &workshop, &candidates, seed)?;

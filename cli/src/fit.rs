@@ -47,7 +47,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let opened = open(&arguments.study)?;
     let setup = &opened.setup;
     let make = || opened.sources();
-    let model = opened.workshop(&make).translate(&[]).map_err(failure)?;
+    let model = opened.translated(&opened.workshop(&make))?;
     let machine = setup.machine(model).map_err(failure)?;
     let problem = setup.problem(&machine, &[]).map_err(failure)?;
     let wanted = wanted(&arguments.profile, setup, &problem)?;

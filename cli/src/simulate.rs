@@ -90,6 +90,7 @@ fn run(
     if let Some(table) = table {
         let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         warnings.extend(table.recorded(&mut system, (options.start, options.stop), &known)?.warnings);
+        warnings.extend(table.left_over(arguments.run.stop, options.stop));
     }
     let facts = Facts {
         model: compilation.model_name.as_deref().unwrap_or_default().to_string(),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use hyd_compiler::Sources;
+use hyd_discovery::translated::Translated;
 use hyd_discovery::variant::Workshop;
 use hyd_discovery::{Bench, Fault, Setup, Study};
 
@@ -79,6 +80,15 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
 }
 
 impl Opened {
+    /// The base model, translated; says which of its inputs nothing drives.
+    pub(crate) fn translated(&self, workshop: &Workshop<'_>) -> Result<Translated, Failure> {
+        let model = workshop.translate(&[]).map_err(failure)?;
+        for sentence in self.setup.idle_inputs(&model) {
+            output::sentence("warning", &sentence, MessageFormat::Text);
+        }
+        Ok(model)
+    }
+
     /// A new way to the libraries.
     pub(crate) fn sources(&self) -> Box<dyn Sources> {
         // The same folders have been listed once before; a folder that is gone since then has no classes.

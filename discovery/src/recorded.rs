@@ -82,7 +82,8 @@ impl ShotInputs {
             let place = study.place(&["inputs", name]);
             let Some(site) = sites.iter().find(|site| *site.name == **name) else {
                 let hint = did_you_mean(name, known.iter().map(String::as_str));
-                let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
+                let listed = if known.is_empty() { String::new() } else { format!("; it has: {}", known.join(", ")) };
+                let hint = hint.map_or(listed, |hint| format!("; {hint}"));
                 return Err(Fault::new(format!(
                     "{place}the model has no input `{name}` of type Real at its top{hint}"
                 )));
@@ -118,6 +119,21 @@ impl ShotInputs {
         }
         Ok(())
     }
+}
+
+/// Inputs of a model that neither follow a column nor are set by the study, with what they are instead.
+pub(crate) fn idle(study: &Study, inputs: &[String]) -> Vec<String> {
+    let bare = |name: &str| name.split('[').next().unwrap_or_default().to_string();
+    let is_set = |name: &&String| {
+        let set = study.nuisances.values().any(|own| bare(own.parameter()) == bare(name));
+        set || study.inputs.keys().chain(study.conditions.keys()).any(|own| bare(own) == bare(name))
+    };
+    let said = |name: &String| {
+        format!(
+            "`{name}` is an input of the model without a column in `[inputs]` of the study: it keeps its start value in all shots"
+        )
+    };
+    inputs.iter().filter(|name| !is_set(name)).map(said).collect()
 }
 
 /// Sentences on runs that begin before their inputs do: `starts` (s) by shot.

@@ -18,7 +18,7 @@ use crate::magnitude::{is_plausible, shown};
 use crate::operating_points::{are_several, central};
 use crate::prior::Prior;
 use crate::problem::Problem;
-use crate::recorded::{ShotInputs, early_starts};
+use crate::recorded::{ShotInputs, early_starts, idle};
 use crate::study::{Nuisance, Shots};
 use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
@@ -197,6 +197,11 @@ impl Setup {
     fn inputs(&self, model: &Translated) -> Result<Arc<ShotInputs>, Fault> {
         let system = model.model.instantiate();
         ShotInputs::new(&self.study, &self.bench.shots, &system, &model.inputs).map(Arc::new)
+    }
+
+    /// Sentences on inputs of a model that nothing drives.
+    pub fn idle_inputs(&self, model: &Translated) -> Vec<String> {
+        idle(&self.study, &model.inputs)
     }
 
     /// Names of the inputs of the model that follow columns.

@@ -122,13 +122,14 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
     let options = hyd_run::options(&arguments.run, &experiment, Vec::new())?;
     let mut system = loaded.instantiate();
     let recorded = recorded(table.as_ref(), &mut system, (options.start, options.stop))?;
+    let cut = table.as_ref().and_then(|table| table.left_over(arguments.run.stop, options.stop));
     set_parameters(&mut system, loaded, &set, options.start)?;
     let facts = Facts {
         model: loaded.model.tables.model.to_string(),
         templates: loaded.model.identity.templates as usize,
         code_bytes: loaded.engine.code_bytes,
         translate_s: clock::cpu_seconds() - begin,
-        warnings: fallback(loaded).into_iter().chain(recorded.warnings).collect(),
+        warnings: fallback(loaded).into_iter().chain(recorded.warnings).chain(cut).collect(),
     };
     let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, false)?;
     let format = arguments.message_format;

@@ -18,6 +18,8 @@ use crate::{Failure, read_text};
 const TIME: &str = "time";
 /// A run may pass the ends of a table by this part of the length of the table, which is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Part of a table that may be left over without a word.
+const LEFT_OVER: f64 = 0.02;
 /// Names that a message lists.
 const MOST_NAMES: usize = 8;
 
@@ -134,6 +136,16 @@ impl InputTable {
         let start = start.or(experiment.start).or(begin).unwrap_or(0.0);
         let end = table.map(|table| table.span().1).filter(|end| *end > start);
         Experiment { start: experiment.start.or(begin), stop: experiment.stop.or(end), ..*experiment }
+    }
+
+    /// What is said where the model ends a run, and nobody else, before the table does.
+    pub fn left_over(&self, stated: Option<f64>, stop: f64) -> Option<String> {
+        let (first, last) = self.span();
+        let is_cut = stated.is_none() && last - stop > LEFT_OVER * (last - first);
+        is_cut.then(|| {
+            let file = self.path.display();
+            format!("`{file}`: it goes on to {last} s, and the model ends the run at {stop} s; `--stop {last}` runs all of it")
+        })
     }
 
     /// A number that is another one, all but surely, when a sample is (Fowler, Noll, Vo: FNV-1a).

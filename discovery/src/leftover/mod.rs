@@ -31,6 +31,8 @@ const PERIODS: f64 = 1.0;
 const PER_PERIOD: f64 = 2.5;
 /// Fewest shots of which a scatter from shot to shot is told.
 const FEWEST: usize = 3;
+/// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
+const LARGEST: f64 = 0.05;
 /// Amplitudes are expected to be this many times those that were found.
 const ROOM: f64 = 1.5;
 
@@ -183,7 +185,8 @@ impl State<'_> {
             }
         }
         let shots: std::collections::BTreeSet<usize> = self.blocks.iter().map(|block| block.shot).collect();
-        if shots.len() < FEWEST {
+        // Within one record nothing is taken apart and put together again.
+        if shots.len() < FEWEST || setup.bench.shots.iter().all(|shot| shot.is_window) {
             return all;
         }
         for (k, unknown) in self.problem.unknowns.iter().enumerate() {
@@ -247,12 +250,13 @@ impl State<'_> {
             scales[block.first..block.first + block.rows].fill(1.0 / levels[block.channel].factor);
         }
         let mut found = explained(&self.columns(disturbance), (&self.residuals, &self.jacobian), &scales, xi)?;
-        if matches!(disturbance, Disturbance::Scatter(..)) {
+        if let Disturbance::Scatter(_, unknown) = disturbance {
             // No part scatters more than its tolerance.
             let mean = found.amplitudes.iter().sum::<f64>() / found.amplitudes.len() as f64;
             found.amplitudes.iter_mut().for_each(|amplitude| *amplitude -= mean);
             let square = found.amplitudes.iter().map(|a| a * a).sum::<f64>() / (found.amplitudes.len() - 1) as f64;
-            if square > 1.0 || found.amplitudes.iter().any(|a| a.abs() > LIMIT) {
+            let relative = self.problem.unknowns[*unknown].slope(0.0).abs() * square.sqrt();
+            if square > 1.0 || relative > LARGEST || found.amplitudes.iter().any(|a| a.abs() > LIMIT) {
                 return None;
             }
         }

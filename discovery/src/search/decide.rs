@@ -163,7 +163,9 @@ impl Search<'_> {
             Outcome::Nothing => (named(found), Vec::new()),
             Outcome::Several(close) => {
                 let inserts = close.iter().filter_map(|&k| last.tried[k].hypothesis.inserts.last().cloned());
-                (Status::Ambiguous, inserts.collect())
+                // What was found stays found, whatever explains the rest.
+                let is_found = !found.is_empty() && doubt.is_none();
+                (if is_found { named(found) } else { Status::Ambiguous }, inserts.collect())
             }
             // What was found stays found, whatever else is missing.
             Outcome::Name(_) | Outcome::Unexplained if !found.is_empty() && doubt.is_none() => {

@@ -56,6 +56,21 @@ fn tables_that_do_not_fit_are_refused_with_their_lines() {
 }
 
 #[test]
+fn a_model_that_ends_before_its_table_is_told() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", "model M\n  input Real u;\n  Real x(start = 0, fixed = true);\nequation\n  der(x) = u;\n  annotation(experiment(StopTime = 1));\nend M;\n");
+    folder.write("t.csv", "time,u\n0,1\n3,1\n");
+    let said = |more: &[&str]| {
+        let outcome = run(folder.path(), &[&["simulate", "m.hyd", "--input", "t.csv"], more].concat());
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        outcome.stderr
+    };
+    let expected = "it goes on to 3 s, and the model ends the run at 1 s; `--stop 3` runs all of it";
+    assert!(said(&[]).contains(expected), "{}", said(&[]));
+    assert_eq!((said(&["--stop", "1"]), said(&["--stop", "3"])), (String::new(), String::new()));
+}
+
+#[test]
 fn what_stays_unused_or_is_filled_is_said() {
     let (code, said) = with("time,u,volts,b\n0,0,0,0\n0.5,,0,0\n1,1,0,0\n", &[]);
     assert_eq!(code, Some(0), "{said}");

@@ -146,7 +146,7 @@ fn a_fit_that_does_not_converge_fails_and_shows_its_values() {
         writeln!(table, "{t},{},{}", t.sin(), 5.0 + t.cos()).unwrap();
     }
     folder.write("s.csv", table);
-    folder.write("set.json", "{\"noise_std\": {\"x\": 0.01, \"y\": 0.1}, \"experiments\": [{\"file\": \"s.csv\"}]}");
+    folder.write("set.json", "{\"noise_std\": {\"x\": 1e-4, \"y\": 0.1}, \"experiments\": [{\"file\": \"s.csv\"}]}");
     folder.write(
         "st.toml",
         "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\nx = { variable = \"x\" }\ny = { variable = \"y\" }\n[nuisances]\n\
@@ -190,7 +190,7 @@ fn what_does_not_fit_is_said_with_its_line() {
     let studies = [
         (
             "v = { column = \"volt_mV\" }",
-            "error: line 7 of the study: the model has no input `v` of type Real at its top",
+            "error: line 7 of the study: the model has no input `v` of type Real at its top; it has: u",
         ),
         (
             "b = { column = \"volt_mV\" }",
@@ -242,6 +242,17 @@ fn what_does_not_fit_is_said_with_its_line() {
         assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
         assert!(outcome.stderr.contains(expected), "{lines:?}: {}", outcome.stderr);
     }
+}
+
+#[test]
+fn an_input_that_nothing_drives_is_told() {
+    let folder = folder(false, 0);
+    let (before, after) = STUDY.split_once("[inputs]\n").unwrap();
+    let (_, after) = after.split_once('\n').unwrap();
+    folder.write("st.toml", format!("{before}{after}"));
+    let outcome = fit(&folder, &[]);
+    let expected = "`u` is an input of the model without a column in `[inputs]` of the study: it keeps its start value in all shots";
+    assert!(outcome.stderr.contains(expected) && !outcome.stderr.contains("`b`"), "{}", outcome.stderr);
 }
 
 #[test]
