@@ -6,13 +6,15 @@ use super::{AllGaps, Scene, number};
 use crate::disturbance::{Added, Level, Spike};
 use crate::search::Status;
 
+/// A channel with a gap below this is noisier by what was stated than it is.
+const OVERSTATED: f64 = 0.6;
 /// Spikes that are listed.
 const MOST: usize = 10;
 /// Share of the excess below which what is left is not worth a sentence.
 const ALL: f64 = 0.02;
 
 /// Everything that disturbs, as data and as sentences.
-pub(super) fn disturbed(scene: &Scene<'_>) -> Value {
+pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     let (data, found) = (&scene.setup.data, &scene.setup.disturbances);
     let name = |channel: usize| data.channels[channel].name.as_str();
     let unit = |channel: usize| data.channels[channel].unit.as_str();
@@ -33,6 +35,11 @@ pub(super) fn disturbed(scene: &Scene<'_>) -> Value {
                 level.length
             )
         });
+    }
+    let left = &gaps.after.as_ref().unwrap_or(&gaps.before).train.channels;
+    for (channel, gap) in left.iter().enumerate().filter(|(_, gap)| **gap < OVERSTATED) {
+        let words = "stated smaller, it hides less";
+        sentences.push(format!("noise of {} is no more than {gap:.2} times what was stated: {words}", name(channel)));
     }
     let mut added = Vec::new();
     for own in &found.added {

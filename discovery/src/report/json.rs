@@ -33,7 +33,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         ).collect::<Vec<_>>(),
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
-        "disturbed": disturbed::disturbed(scene),
+        "disturbed": disturbed::disturbed(scene, gaps),
         "remaining": disturbed::remaining(scene, gaps),
         "found_before": nearest::found_before(scene)?,
         "nearest": nearest::nearest(scene)?,
