@@ -63,7 +63,7 @@ pub(crate) fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usi
         let all = (0..count).filter(|shot| !except.contains(shot));
         let phase = if except.is_empty() { HELD_OUT / 2 } else { 0 };
         let held: Vec<usize> = all.clone().filter(|shot| shot % HELD_OUT == phase).collect();
-        return if held.is_empty() { all.last().into_iter().collect() } else { held };
+        return if held.is_empty() { all.max().into_iter().collect() } else { held };
     }
     let mut distances = vec![0.0; count];
     for formula in study.conditions.values() {

@@ -200,6 +200,8 @@ const DRIVE: &str = "model Drive\n  record Spring\n    parameter Real k = 1e4;\n
 pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
     let sources = || -> Box<dyn Sources> { Box::new(LibraryPath::new()) };
     let workshop = Workshop {
+        driven: Vec::new(),
+        starts: Vec::new(),
         study: "bench.toml".to_string(),
         sources: &sources,
         preamble: DRIVE.to_string(),
