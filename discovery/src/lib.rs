@@ -26,6 +26,7 @@ mod limits;
 pub mod location;
 pub mod machine;
 mod magnitude;
+mod modifications;
 pub mod natural;
 pub mod noise;
 mod operating_points;

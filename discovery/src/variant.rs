@@ -22,6 +22,7 @@ use crate::composed::Composed;
 use crate::dictionary::Term;
 use crate::door::{Door, Law};
 use crate::initial::{StartOf, declarations, equations};
+use crate::modifications::{Modifications, last_name};
 use crate::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
@@ -64,59 +65,6 @@ pub struct Insert {
     pub candidate: Candidate,
     /// Values in the order of the effect's parameters; none leaves all as declared.
     pub values: Vec<f64>,
-}
-
-/// Modifications of the components of a model, by name.
-#[derive(Default)]
-struct Modifications {
-    inside: BTreeMap<String, Modifications>,
-    /// What stands in the place of the name alone, and modifications behind it.
-    leaf: Option<(String, Vec<String>)>,
-}
-
-impl Modifications {
-    fn insert(&mut self, path: &str, leaf: String, stated: Vec<String>) {
-        let (first, rest) = first_name(path);
-        let own = self.inside.entry(first.to_string()).or_default();
-        match rest {
-            None => own.leaf = Some((leaf, stated)),
-            Some(rest) => own.insert(rest, leaf, stated),
-        }
-    }
-
-    fn print(&self) -> String {
-        let parts = self.inside.iter().map(|(name, own)| {
-            let (head, mut list) = own.leaf.clone().unwrap_or_else(|| (name.clone(), Vec::new()));
-            if !own.inside.is_empty() {
-                list.push(own.print());
-            }
-            if list.is_empty() { head } else { format!("{head}({})", list.join(", ")) }
-        });
-        parts.collect::<Vec<_>>().join(",\n    ")
-    }
-}
-
-/// The first name of a path and what follows its dot; dots within quotes are part of a name.
-fn first_name(path: &str) -> (&str, Option<&str>) {
-    let (mut is_quoted, mut is_escaped) = (false, false);
-    for (at, c) in path.char_indices() {
-        match c {
-            _ if is_escaped => is_escaped = false,
-            '\\' if is_quoted => is_escaped = true,
-            '\'' => is_quoted = !is_quoted,
-            '.' if !is_quoted => return (&path[..at], Some(&path[at + 1..])),
-            _ => {}
-        }
-    }
-    (path, None)
-}
-
-/// The last name of a path.
-fn last_name(path: &str) -> &str {
-    match first_name(path) {
-        (name, None) => name,
-        (_, Some(rest)) => last_name(rest),
-    }
 }
 
 /// Values of an effect's parameters, as modifications.
