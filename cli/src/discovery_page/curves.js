@@ -79,11 +79,12 @@ function curveView(root, shots, channels, first, isExtended) {
       pen.beginPath(); pen.moveTo(box.x0, y(tick)); pen.lineTo(box.x1, y(tick)); pen.stroke();
       pen.textAlign = "right"; pen.textBaseline = "middle"; pen.fillText(short(tick), box.x0 - 6, y(tick));
     }
-    for (const tick of ticks(t0 * 1e3, t1 * 1e3, 8)) {
-      pen.beginPath(); pen.moveTo(x(tick / 1e3), box.y0); pen.lineTo(x(tick / 1e3), box.y1); pen.stroke();
-      pen.textAlign = "center"; pen.textBaseline = "top"; pen.fillText(short(tick), x(tick / 1e3), box.y1 + 5);
+    const [per, unit] = clock(t0, t1);
+    for (const tick of ticks(t0 * per, t1 * per, 8)) {
+      pen.beginPath(); pen.moveTo(x(tick / per), box.y0); pen.lineTo(x(tick / per), box.y1); pen.stroke();
+      pen.textAlign = "center"; pen.textBaseline = "top"; pen.fillText(short(tick), x(tick / per), box.y1 + 5);
     }
-    pen.textAlign = "right"; pen.fillText("time / ms", box.x1, box.y1 + 17);
+    pen.textAlign = "right"; pen.fillText("time / " + unit, box.x1, box.y1 + 17);
     pen.textAlign = "left"; pen.textBaseline = "top"; pen.fillText(title, box.x0 + 6, box.y0 + 2);
     pen.save(); pen.beginPath(); pen.rect(box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0); pen.clip();
     for (const line of lines) {
@@ -127,7 +128,8 @@ function curveView(root, shots, channels, first, isExtended) {
       const k = nearest(times, time), own = series();
       state.at = times[k];
       const value = (list) => (list[k] === null ? "-" : short(list[k]));
-      hover.textContent = "t = " + short(times[k] * 1e3) + " ms   measured " + value(own.measured) + "   base " + value(own.base) +
+      const [per, unit] = clock(times[0], times[times.length - 1]);
+      hover.textContent = "t = " + short(times[k] * per) + " " + unit + "   measured " + value(own.measured) + "   base " + value(own.base) +
         (isExtended ? "   extended " + value(own.extended) : "") + "   " + (meta().unit || "");
       draw();
     };
@@ -148,6 +150,11 @@ function curveView(root, shots, channels, first, isExtended) {
   window.addEventListener("resize", draw);
   draw();
   return { show: (shot, channel) => { state.shot = shot; state.channel = channel; draw(); } };
+}
+
+// Units per second and their name for a record of this length.
+function clock(from, to) {
+  return to - from >= 10 ? [1, "s"] : [1e3, "ms"];
 }
 
 function nearest(times, time) {
