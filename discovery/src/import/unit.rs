@@ -4,7 +4,7 @@
 //! offset.  Exact by the definitions of the SI (BIPM, "The International System of Units", 9th edition, tables 4, 7 and 8).
 
 /// Symbols: name, SI unit, factor, whether prefixes may stand before it.
-const SYMBOLS: [(&str, &str, f64, bool); 42] = [
+const SYMBOLS: [(&str, &str, f64, bool); 45] = [
     ("m", "m", 1.0, true),
     ("s", "s", 1.0, true),
     ("sec", "s", 1.0, true),
@@ -41,6 +41,9 @@ const SYMBOLS: [(&str, &str, f64, bool); 42] = [
     ("deg", "rad", std::f64::consts::PI / 180.0, false),
     ("\u{b0}", "rad", std::f64::consts::PI / 180.0, false),
     ("rpm", "rad/s", std::f64::consts::PI / 30.0, false),
+    ("mps", "m/s", 1.0, false),
+    ("radps", "rad/s", 1.0, false),
+    ("degps", "rad/s", std::f64::consts::PI / 180.0, false),
     ("U", "1", 1.0, false),
     ("1", "1", 1.0, false),
     ("%", "1", 0.01, false),
@@ -69,9 +72,10 @@ const TEMPERATURES: [(&str, f64, f64); 5] = [
     ("degF", 5.0 / 9.0, 459.67 * 5.0 / 9.0),
 ];
 /// Units that a name may end in after `_`; other short symbols would be found in names that mean something else.
-const ENDINGS: [&str; 31] = [
+const ENDINGS: [&str; 38] = [
     "s", "ms", "us", "m", "mm", "um", "bar", "mbar", "Pa", "kPa", "MPa", "hPa", "psi", "A", "mA", "V", "mV", "kV", "N",
-    "kN", "Hz", "kHz", "degC", "degF", "rpm", "kg", "Nm", "K", "Ohm", "lpm", "W",
+    "kN", "Hz", "kHz", "degC", "degF", "rpm", "kg", "Nm", "K", "Ohm", "lpm", "W", "cm", "rad", "mrad", "deg", "mps",
+    "radps", "degps",
 ];
 
 /// A unit in terms of SI units: `SI = scale*value + offset`.
@@ -215,6 +219,8 @@ mod tests {
             ("1/min", "1/s", 1.0 / 60.0),
             ("m/m", "1", 1.0),
             ("%", "1", 0.01),
+            ("mps", "m/s", 1.0),
+            ("degps", "rad/s", std::f64::consts::PI / 180.0),
         ];
         for (text, si, scale) in cases {
             let found = unit(text).unwrap();
@@ -235,6 +241,8 @@ mod tests {
             ("Q / l/min", "Q", Some("l/min")),
             ("Weg in mm", "Weg", Some("mm")),
             ("p0_bar", "p0_bar", Some("bar")),
+            ("theta_rad", "theta_rad", Some("rad")),
+            ("omega_degps", "omega_degps", Some("degps")),
             ("k_x", "k_x", None),
             ("x [furlong]", "x", Some("furlong")),
         ];
