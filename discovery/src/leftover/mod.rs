@@ -32,7 +32,7 @@ const PER_PERIOD: f64 = 2.5;
 /// Fewest shots of which a scatter from shot to shot is told.
 const FEWEST: usize = 3;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
-const LARGEST: f64 = 0.05;
+const LARGEST: f64 = 0.06;
 /// Amplitudes are expected to be this many times those that were found.
 const ROOM: f64 = 1.5;
 
