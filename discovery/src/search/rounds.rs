@@ -74,7 +74,9 @@ impl Search<'_> {
             .fold((&last.base, &last.fit), |best, own| if own.1.cost < best.1.cost { own } else { best });
         let is_left = fit.misfit > adequate(first.expected);
         let is_known = !self.setup.disturbances.levels.is_empty();
-        if !is_left && !is_known && findings.status != Status::Unconverged {
+        // Without any tolerance of time more than noise may be left although the fit leaves none.
+        let is_answered = !matches!(findings.status, Status::Unconverged | Status::Unknown);
+        if !is_left && !is_known && is_answered {
             return Ok(None);
         }
         let found = self.left(hypothesis, fit)?;
