@@ -15,6 +15,8 @@ use crate::proof::{Gap, gap, unseen};
 const FURTHER: (f64, f64, f64) = (3.0, 2e-3, 0.02);
 /// How many times more an effect takes for each shot in which it has a size of its own.
 const OF_EACH_SHOT: f64 = 0.5;
+/// Of fewer fitted shots nothing tells whether a parameter scatters: an effect with a size of its own in each has no name there.
+const FEW: usize = 3;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
 /// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
@@ -114,7 +116,12 @@ impl Search<'_> {
     /// How many times more than others an effect needs because every shot has a size of its own.
     fn scatter_of(&self, tried: &Tried) -> f64 {
         let is_per_shot = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.per_shot);
-        if is_per_shot { (OF_EACH_SHOT * self.setup.train.len() as f64).max(1.0) } else { 1.0 }
+        let count = self.setup.train.len();
+        match is_per_shot {
+            false => 1.0,
+            true if count < FEW => f64::INFINITY,
+            true => (OF_EACH_SHOT * count as f64).max(1.0),
+        }
     }
 
     /// The largest fall of a pass, in units of what each candidate needs times the usual threshold.
@@ -302,6 +309,9 @@ fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
         Some(own) if own.is_nothing() => "its size is nothing within its error",
+        Some(own) if own.needed.is_infinite() => {
+            "fewer than three fitted shots do not tell it from a parameter that scatters"
+        }
         Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
         Some(own) if !own.has_size() => "its size is uncertain",
         Some(own) if !own.is_plausible => IMPLAUSIBLE,

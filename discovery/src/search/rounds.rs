@@ -38,8 +38,12 @@ impl Search<'_> {
             (self.progress)("once more, with what the best model leaves counted by its size and correlation");
             let next = current.setup.disturbed(next)?;
             let (again, other) = Search { setup: &next, ..self.again() }.round()?;
+            runs += again.runs;
+            // Where a fit left nothing but noise, a name that what disturbs brings along is no better founded than none.
+            if leaves_noise(&findings) && matches!(again.status, Status::Named | Status::Sensor) {
+                break;
+            }
             findings = again;
-            runs += findings.runs;
             setup = Some(other.unwrap_or(next));
         }
         findings.runs = runs;
@@ -123,6 +127,12 @@ impl Search<'_> {
         refresh(hypothesis, self.setup, &mut fit, &whole)?;
         leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, &whole)
     }
+}
+
+/// True for an answer of something unknown although the last fit leaves no more than noise, with the tolerance of time.
+fn leaves_noise(findings: &Findings) -> bool {
+    let last = findings.passes.last();
+    findings.status == Status::Unknown && last.is_some_and(|last| last.fit.misfit <= adequate(last.expected))
 }
 
 /// All fits of a pass.
