@@ -69,7 +69,7 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
-    for sentence in setup.windows() {
+    for sentence in setup.notes() {
         output::sentence("note", &sentence, MessageFormat::Text);
     }
     for sentence in setup.warnings() {

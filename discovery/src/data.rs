@@ -183,7 +183,9 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study, idle: &mut [b
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let step = steps[steps.len() / 2];
-    let stated = if shot.is_window { Some(first) } else { study.run.start };
+    // States that begin at the first samples begin with them.
+    let begins = shot.is_window || study.run.start.is_none() && !study.initial.is_empty();
+    let stated = if begins { Some(first) } else { study.run.start };
     let start = start_of_run((first, last, step), stated).map_err(|begin| {
         Fault::new(format!("shot {}: runs begin at {begin} s, after the first sample", shot.number))
     })?;
@@ -304,7 +306,31 @@ fn slopes(times: &[f64], values: &[f64], used: &[bool]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::start_of_run;
+    use std::collections::BTreeMap;
+
+    use super::{Data, start_of_run};
+    use crate::bench::{Bench, Shot};
+    use crate::study::Study;
+
+    /// A tolerance of time is for flanks: one that would leave the turning points of a swing alone is lowered until half of the
+    /// evidence is left, and a step in a quiet record changes nothing.
+    #[test]
+    fn precise_records_that_move_keep_their_evidence() {
+        let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\", noise = 1e-4 }\n";
+        let study = Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+        let data = |value: &dyn Fn(f64) -> f64| {
+            let times: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+            let values = BTreeMap::from([("y".to_string(), times.iter().map(|&t| value(t)).collect())]);
+            let bench = Bench { shots: vec![Shot { times, values, ..Shot::default() }], ..Bench::default() };
+            Data::new(&bench, &study).unwrap_or_else(|fault| panic!("{fault}"))
+        };
+        let swing = data(&|t| (6.0 * t).sin());
+        let lowered = swing.affordable(0.1);
+        assert!(swing.evidence(0.1) < 0.05 && lowered < 0.01, "{} {lowered}", swing.evidence(0.1));
+        assert!(lowered > 0.0 && swing.evidence(lowered) >= 0.5 && swing.evidence(2.0 * lowered) < 0.5);
+        let step = data(&|t| if t > 5.0 { 1.0 } else { 0.0 });
+        assert_eq!(step.affordable(0.1), 0.1);
+    }
 
     #[test]
     fn runs_begin_with_the_model_where_the_record_begins_later() {

@@ -55,7 +55,7 @@ pub(crate) fn series(name: &str, input: &Input, rows: &Rows<'_>) -> Result<(Arc<
     let times: Vec<f64> = times.iter().map(|time| time + input.lag).collect();
     let made = Series::new(times, values, input.hold).map_err(|error| match error {
         SeriesError::Order(k) | SeriesError::NotFinite(k) => format!("{}: the lag leaves no distance of times", at(k)),
-        _ => format!("the column `{column}` of the input `{name}` is no series of samples"),
+        _ => format!("the column `{column}` of the input `{name}` is not a series of samples"),
     })?;
     let warning = filled.first().map(|&k| {
         let what = if filled.len() == 1 { "a sample is".into() } else { format!("{} samples are", filled.len()) };

@@ -218,9 +218,17 @@ impl Setup {
         self.study.initial.iter().map(of).collect()
     }
 
-    /// Which part of which table is which shot, where tables are cut into windows.
-    pub fn windows(&self) -> Vec<String> {
-        windows::told(&self.bench.shots)
+    /// What was decided for the user: which part of which table is which shot, and a tolerance of time that nobody has stated.
+    pub fn notes(&self) -> Vec<String> {
+        let tolerance = self.study.shots.time_tolerance;
+        let is_lowered = self.study.states_no_time_tolerance() && tolerance < Shots::default().time_tolerance;
+        let lowered = is_lowered.then(|| {
+            format!(
+                "these records move all the time, so that times are taken to be right within {tolerance} sample periods; \
+                 `time_tolerance` in `[shots]` says otherwise"
+            )
+        });
+        windows::told(&self.bench.shots).into_iter().chain(lowered).collect()
     }
 
     /// The comparison of a model with these effects in it.

@@ -252,7 +252,7 @@ impl InputTable {
         })?;
         let series = Series::new(self.times.clone(), values, hold).map_err(|error| match error {
             SeriesError::NotFinite(k) | SeriesError::Order(k) => format!("line {}, column `{name}`", self.lines[k]),
-            _ => format!("column `{name}` is no series of samples"),
+            _ => format!("column `{name}` is not a series of samples"),
         })?;
         Ok((Arc::new(series), gaps))
     }

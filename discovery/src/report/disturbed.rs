@@ -58,6 +58,10 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
         sentences.push(format!("{} scatters from shot to shot by about {:.1} %", own.label, 100.0 * own.sigma));
     }
+    let close: Vec<String> = scene.findings.ambiguous.iter().map(crate::catalogue::Candidate::label).collect();
+    if scene.findings.status != Status::Ambiguous && close.len() > 1 {
+        sentences.push(format!("these explain equally well what is left: {}", close.join(", ")));
+    }
     if !scene.findings.is_settled {
         let words = "what every model leaves still changed in the last round of the search: sizes and correlations above are not its last word";
         sentences.push(words.to_string());

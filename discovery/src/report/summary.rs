@@ -50,10 +50,6 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     for line in disturbed::lines(json, findings.status) {
         let _ = writeln!(text, "  {line}");
     }
-    if !matches!(findings.status, Status::Ambiguous) && findings.ambiguous.len() > 1 {
-        let names: Vec<String> = findings.ambiguous.iter().map(Candidate::label).collect();
-        let _ = writeln!(text, "  these explain equally well what is left: {}", names.join(", "));
-    }
     for line in nearest::lines(json) {
         let _ = writeln!(text, "  {line}");
     }

@@ -33,6 +33,7 @@ k = { parameter = \"k\", relative = 0.1 }
 [shots]
 time = \"t\"
 hold_out = [2]
+time_tolerance = 0.1
 ";
 
 #[test]
@@ -158,7 +159,7 @@ fn masks_that_leave_out_nothing_are_told() {
     let masks = "[[shots.masks]]\nfrom = 1.5\n[[shots.masks]]\nfrom = 5.0\n[[shots.masks]]\naround = [\"1e200\"]\nwithin = 0.1\n";
     let said = said(masks);
     let warning = |line| format!("warning: line {line} of the study: the mask leaves out no sample of any shot\n");
-    assert_eq!(said, (Some(0), warning(15) + &warning(17)));
+    assert_eq!(said, (Some(0), warning(16) + &warning(18)));
 }
 
 /// What a message would not tell apart is refused, or said.

@@ -169,7 +169,7 @@ fn a_fit_runs_again_what_rounding_spoils() {
     folder.write("late.hyd", text.replace("parameter Integer n = 60;", sensor).replace("then 1000", "then large"));
     let study = "file = \"late.hyd\"\n[models]\ndefault = \"Late\"\n[channels]\ny = { variable = \"y\", noise = 1e-4 }\n\
                  [conditions]\nlarge = \"large\"\n[nuisances]\nfactor = { parameter = \"factor\", relative = 0.1 }\n\
-                 [shots]\ntime = \"t\"\nhold_out = []\nmasks = [{ to = 0.5 }]\n";
+                 [shots]\ntime = \"t\"\ntime_tolerance = 0.1\nhold_out = []\nmasks = [{ to = 0.5 }]\n";
     folder.write("study.toml", study);
     for (name, large) in [("a.csv", 1000.0), ("b.csv", 400.0)] {
         let mut table = "t,y\n".to_string();
