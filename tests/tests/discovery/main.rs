@@ -9,6 +9,7 @@ mod alike;
 mod calibrated;
 mod disturbed;
 mod hidden;
+mod pendulum;
 mod plain;
 mod recorded;
 mod renamed;
