@@ -169,25 +169,33 @@ fn read(path: &Path) -> Result<Content, Fault> {
     let wrong = |sentence: String| Fault::new(format!("`{shown}`: {sentence}"));
     if is_parquet(path) {
         let frame = Frame::read(path).map_err(|error| wrong(error.to_string()))?;
-        let columns = frame.columns.into_iter().map(|(name, cells)| match cells {
-            Cells::Numbers(values) => Ok((name, values)),
-            Cells::Wholes(values) => Ok((name, values.into_iter().map(|value| value as f64).collect())),
-            Cells::Texts(_) => Err(wrong(format!("column `{name}` holds texts, not numbers"))),
-        });
-        return Ok(Content::Columns(columns.collect::<Result<_, _>>()?));
+        let (mut columns, mut others) = (Vec::new(), Vec::new());
+        for (name, cells) in frame.columns {
+            match cells {
+                Cells::Numbers(values) => columns.push((name, values)),
+                Cells::Wholes(values) => columns.push((name, values.into_iter().map(|value| value as f64).collect())),
+                Cells::Texts(_) => others.push(name),
+            }
+        }
+        say_left_out(path, "they hold texts, not numbers", &others);
+        return Ok(Content::Columns(columns));
     }
     let file = File::open(path).map_err(|error| Fault::new(format!("`{shown}` cannot be read: {error}")))?;
     let bytes = read_to_limit(path, file).map_err(|error| Fault::new(error.to_string()))?;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mat")) {
         let found = mat_columns(&bytes).map_err(wrong)?;
-        if !found.others.is_empty() {
-            let sentence =
-                format!("`{shown}`: left out, for they are no vectors of real numbers: {}", shortened(&found.others));
-            output::sentence("warning", &sentence, MessageFormat::Text);
-        }
+        say_left_out(path, "they are no vectors of real numbers", &found.others);
         return Ok(Content::Columns(found.columns));
     }
     Ok(Content::Text(bytes))
+}
+
+/// Says which parts of a file are left out.
+fn say_left_out(path: &Path, why: &str, names: &[String]) {
+    if !names.is_empty() {
+        let sentence = format!("`{}`: left out, for {why}: {}", path.display(), shortened(names));
+        output::sentence("warning", &sentence, MessageFormat::Text);
+    }
 }
 
 /// The way from one folder to another, relative where both are known.

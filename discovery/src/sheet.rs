@@ -154,6 +154,12 @@ fn notes(bench: &Bench, found: &[(usize, Findings)], stated: Option<f64>, unit: 
         let (own, stated) = (value(noise), value(stated));
         notes.push(format!("the stated noise is {stated}, the differences of neighbouring samples show {own}"));
     }
+    let bounds = listed(&|own| own.scatter.is_some_and(|scatter| !scatter.is_settled));
+    if 2 * bounds.len() > found.len() {
+        notes.push(
+            "it changes too fast between samples to tell its noise, of which the differences show a bound".to_string(),
+        );
+    }
     let quiet = middle(found.iter().filter_map(|(_, own)| Some(own.quiet?.sigma)));
     if let (Some(noise), Some(quiet)) = (noise, quiet)
         && quiet > CORRELATED * noise

@@ -14,6 +14,9 @@ use super::unit::clean;
 use crate::Fault;
 use crate::record::{Scatter, sampling, scatter};
 
+/// Less scatter than this share of the range is the rounding of what was computed.
+const EXACT: f64 = 1e-9;
+
 /// What came of a plan.
 pub struct Outcome {
     /// Names and texts of the tables.
@@ -37,6 +40,8 @@ pub(super) struct Channel {
     /// Smallest and largest value.
     pub range: (f64, f64),
     noises: Vec<f64>,
+    /// Number of shots in which the noise is at most that.
+    bounds: usize,
     steps: Vec<f64>,
 }
 
@@ -128,6 +133,7 @@ impl Channel {
             unit: unit.to_string(),
             range: (f64::INFINITY, f64::NEG_INFINITY),
             noises: Vec::new(),
+            bounds: 0,
             steps: Vec::new(),
         }
     }
@@ -144,7 +150,13 @@ impl Channel {
 
     /// Noise without the rounding; zero only where the numbers have a step.
     fn noise(&self) -> Option<f64> {
-        middle(&self.noises).filter(|noise| *noise > 0.0 || self.step().is_some())
+        let least = EXACT * (self.range.1 - self.range.0);
+        middle(&self.noises).filter(|noise| *noise > least || self.step().is_some())
+    }
+
+    /// True where the noise is less than what was found.
+    fn is_bound(&self) -> bool {
+        2 * self.bounds > self.noises.len()
     }
 
     fn add(&mut self, times: &[f64], values: &[f64]) {
@@ -153,6 +165,7 @@ impl Channel {
         }
         if let Some(own) = scatter(times, values) {
             self.noises.push(own.without_rounding());
+            self.bounds += usize::from(!own.is_settled);
             self.steps.extend(own.step.filter(|step| is_coarse(*step, &own)));
         }
     }
@@ -220,7 +233,9 @@ fn set(
                 continue;
             };
             let step = stated.quantisation.get(name).map_or_else(String::new, |step| format!(", step {step:e}"));
-            let _ = writeln!(words, "  {name}: {noise:e} {}{step}", channel.unit);
+            let bound =
+                if channel.is_bound() { "; at most, for it changes too fast between samples to tell" } else { "" };
+            let _ = writeln!(words, "  {name}: {noise:e} {}{step}{bound}", channel.unit);
         }
     }
     if !unknown.is_empty() {

@@ -1,8 +1,11 @@
 //! Noise of a record: from differences of neighbours, from the part before the trigger, and the step of the numbers.
 //!
-//! Third differences leave out what is smooth; for white noise their variance is 20 times that of the noise (a generalisation of von
-//! Neumann, "Distribution of the ratio of the mean square successive difference to the variance", 1941).  Their quartiles leave out
-//! what is fast and rare.  Noise that is correlated from sample to sample looks smaller in differences than before the trigger.
+//! Differences of a high order leave out what is smooth; for white noise their variance is `binomial(2p, p)` times that of the noise
+//! at order `p` (a generalisation of von Neumann, "Distribution of the ratio of the mean square successive difference to the variance",
+//! 1941).  Their quartiles leave out what is fast and rare.  The third differences are enough where a record has many samples for
+//! every change of the signal; where it has few, the order is raised until the estimate no longer falls (the variate difference
+//! method: Anderson, "The Statistical Analysis of Time Series", section 3.4).  Noise that is correlated from sample to sample looks
+//! smaller in differences than before the trigger.
 
 use super::{drift, median};
 
@@ -10,8 +13,11 @@ use super::{drift, median};
 const FEWEST: usize = 20;
 /// Distance of the quartiles of a normal distribution in standard deviations.
 const QUARTILES: f64 = 1.348_98;
-/// Variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1.
-const VARIANCE: f64 = 20.0;
+/// Orders of the differences: the first that is tried and the highest.
+const ORDERS: (usize, usize) = (3, 10);
+/// An estimate is settled where neither of the next two orders falls below it by more than this share, or by more than so many times
+/// the reciprocal root of the number of differences, which is chance.
+const SETTLED: (f64, f64) = (0.15, 4.0);
 /// Steps of time within a difference differ by no more than this factor.
 const EVEN: f64 = 1.5;
 /// Samples that share a level where there are few levels.
@@ -32,6 +38,9 @@ pub struct Scatter {
     pub step: Option<f64>,
     /// Number of differences.
     pub samples: usize,
+    /// False if the estimate still falls with the order of the differences: the signal changes too much from sample to sample, and
+    /// the noise is smaller than this.
+    pub is_settled: bool,
 }
 
 impl Scatter {
@@ -53,25 +62,73 @@ pub struct Quiet {
     pub samples: usize,
 }
 
-/// Noise by third differences; none where there are fewer than twenty.
+/// Noise by differences of neighbours; none where there are fewer than twenty.
 ///
 /// Where a channel has a value in every tenth row only, those rows are its neighbours.
 pub fn scatter(times: &[f64], values: &[f64]) -> Option<Scatter> {
-    let (times, values): (Vec<f64>, Vec<f64>) =
-        times.iter().zip(values).filter(|(t, v)| t.is_finite() && v.is_finite()).map(|(t, v)| (*t, *v)).unzip();
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let longest = EVEN * median(&mut steps)?;
-    let is_even = |t: &[f64]| t.windows(2).all(|pair| pair[1] - pair[0] <= longest);
-    let quadruples = times.windows(4).zip(values.windows(4)).filter(|(t, _)| is_even(t));
-    let mut thirds: Vec<f64> = quadruples.map(|(_, v)| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]).collect();
-    let samples = thirds.len();
-    if samples < FEWEST {
-        return None;
+    let record = Neighbours::of(times, values)?;
+    let own = |order: usize| record.sigma(order);
+    let (mut order, (mut sigma, samples)) = (ORDERS.0, own(ORDERS.0)?);
+    let chance = SETTLED.0.max(SETTLED.1 / (samples as f64).sqrt());
+    // Of numbers that hardly leave their steps each order says something else.
+    let is_rounded = record.step.is_some_and(|step| step > sigma);
+    let is_settled = loop {
+        if is_rounded {
+            break true;
+        }
+        let next = [own(order + 1), own(order + 2)];
+        if !next.iter().flatten().any(|(next, _)| *next < (1.0 - chance) * sigma) {
+            break true;
+        }
+        let Some((higher, _)) = next[0].filter(|_| order < ORDERS.1) else { break false };
+        (order, sigma) = (order + 1, sigma.min(higher));
+    };
+    Some(Scatter { sigma, step: record.step, samples, is_settled })
+}
+
+/// What third differences show: the noise, and what the signal changes from sample to sample beside a parabola.
+pub(super) fn unevenness(times: &[f64], values: &[f64]) -> Option<Scatter> {
+    let record = Neighbours::of(times, values)?;
+    let (sigma, samples) = record.sigma(ORDERS.0)?;
+    Some(Scatter { sigma, step: record.step, samples, is_settled: true })
+}
+
+/// The samples of a record that have a value.
+struct Neighbours {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    /// The longest step of time within a difference (s).
+    longest: f64,
+    step: Option<f64>,
+}
+
+impl Neighbours {
+    fn of(times: &[f64], values: &[f64]) -> Option<Self> {
+        let finite = times.iter().zip(values).filter(|(t, v)| t.is_finite() && v.is_finite());
+        let (times, values): (Vec<f64>, Vec<f64>) = finite.map(|(t, v)| (*t, *v)).unzip();
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let longest = EVEN * median(&mut steps)?;
+        let step = step(&values);
+        Some(Self { times, values, longest, step })
     }
-    thirds.sort_unstable_by(f64::total_cmp);
-    let step = step(&values);
-    let sigma = (quartile(&thirds, 3, step) - quartile(&thirds, 1, step)) / QUARTILES / VARIANCE.sqrt();
-    Some(Scatter { sigma, step, samples })
+
+    /// Noise by the differences of one order and their number; none where they are too few.
+    fn sigma(&self, order: usize) -> Option<(f64, usize)> {
+        // 1, -3, 3, -1 for the third ones; all integers up to the highest order are exact.
+        let binomial = |n: usize, k: usize| (0..k).fold(1.0, |product, j| product * (n - j) as f64 / (j + 1) as f64);
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let factors: Vec<f64> = (0..=order).map(|k| sign(k) * binomial(order, k).round()).collect();
+        let is_even = |t: &[f64]| t.windows(2).all(|pair| pair[1] - pair[0] <= self.longest);
+        let windows = self.times.windows(order + 1).zip(self.values.windows(order + 1)).filter(|(t, _)| is_even(t));
+        let mut differences: Vec<f64> =
+            windows.map(|(_, v)| v.iter().rev().zip(&factors).map(|(value, factor)| factor * value).sum()).collect();
+        if differences.len() < FEWEST {
+            return None;
+        }
+        differences.sort_unstable_by(f64::total_cmp);
+        let spread = quartile(&differences, 3, self.step) - quartile(&differences, 1, self.step);
+        Some((spread / QUARTILES / binomial(2 * order, order).sqrt(), differences.len()))
+    }
 }
 
 /// A quartile of sorted numbers; equal ones count as spread over their step, as in a table of groups.
@@ -150,6 +207,42 @@ mod tests {
         // The same without a noise has none to speak of.
         let smooth: Vec<f64> = times.iter().map(|&t| signal(t)).collect();
         assert!(scatter(&times, &smooth).unwrap().sigma < 1e-4);
+    }
+
+    #[test]
+    fn few_samples_a_period_do_not_pass_for_noise() {
+        let mut draws = Draws(23);
+        let times: Vec<f64> = (0..1200).map(|k| f64::from(k) / 610.0).collect();
+        // A resonance at 70 Hz has nine samples a period.
+        let signal = |t: f64| 0.1 * (std::f64::consts::TAU * 70.0 * t).sin();
+        let noisy = |size: f64, draws: &mut Draws| -> Vec<f64> {
+            times.iter().map(|&t| signal(t) + size * draws.normal()).collect()
+        };
+        let values = noisy(1e-3, &mut draws);
+        let found = scatter(&times, &values).unwrap();
+        assert!(found.is_settled && (found.sigma / 1e-3 - 1.0).abs() < 0.15, "{found:?}");
+        assert!(unevenness(&times, &values).unwrap().sigma > 5e-3);
+        // Too small to be told from the signal: said, and no more than a bound.
+        let values = noisy(1e-7, &mut draws);
+        let found = scatter(&times, &values).unwrap();
+        assert!(!found.is_settled && found.sigma < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn what_settles_at_once_keeps_the_third_differences() {
+        let mut draws = Draws(29);
+        // Correlated noise falls a little with the order; a short record by chance.
+        for (count, rho) in [(5000, 0.5), (5000, 0.8), (60, 0.0)] {
+            let mut noise = 0.0;
+            let values: Vec<f64> = (0..count)
+                .map(|_| {
+                    noise = rho * noise + draws.normal();
+                    noise
+                })
+                .collect();
+            let (own, thirds) = (scatter(&times(count), &values).unwrap(), unevenness(&times(count), &values).unwrap());
+            assert_eq!(own, thirds, "{count} {rho}");
+        }
     }
 
     #[test]

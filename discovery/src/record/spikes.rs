@@ -4,7 +4,7 @@
 //! off by many standard deviations of the noise and the two samples on either side lie close together.  (Compare the median filter of
 //! Tukey, "Exploratory data analysis", 1977, of which this is the strict form.)
 
-use super::scatter;
+use super::scatter::unevenness;
 
 /// Longest run (samples).
 const LONGEST: usize = 3;
@@ -31,7 +31,7 @@ pub struct Spike {
 /// The spikes of a record in their order.
 pub fn spikes(times: &[f64], values: &[f64]) -> Vec<Spike> {
     let (times, values) = (&times[..times.len().min(values.len())], &values[..values.len().min(times.len())]);
-    let Some(noise) = scatter(times, values) else { return Vec::new() };
+    let Some(noise) = unevenness(times, values) else { return Vec::new() };
     let least = FAR * noise.sigma.max(noise.step.unwrap_or(0.0) / 12.0_f64.sqrt());
     let mut found = Vec::new();
     let mut k = 2;

@@ -1,7 +1,9 @@
-//! A Parquet file of this crate read back.
+//! A Parquet file read back, of this crate or of another program.
 //!
-//! Takes flat tables of required doubles, 64-bit integers and texts; anything else is refused by name.  The library behind
-//! asserts what it takes for granted, so that damaged files may end in a panic of its own; that is an error here.
+//! Takes flat tables of numbers, integers, truth values, texts and timestamps, uncompressed or by snappy; anything else is refused by
+//! name.  Columns with gaps are numbers, NaN where they have none, and timestamps are seconds since the first one of their column,
+//! because a double has no room for nanoseconds since 1970.  The library behind asserts what it takes for granted, so that
+//! damaged files may end in a panic of its own; that is an error here.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -10,9 +12,12 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-use parquet::column::reader::ColumnReader;
+use parquet::basic::{Compression, LogicalType, TimeUnit, Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
 
 use crate::{Cells, Kind, into_io};
 
@@ -68,47 +73,144 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, Parqu
     outcome.unwrap_or_else(|_| Err(ParquetError::General("the file is damaged".to_string())))
 }
 
+/// How the values of a column are meant.
+#[derive(Clone, Copy)]
+struct Meaning {
+    kind: Kind,
+    /// Seconds per unit of a timestamp.
+    timestamp: Option<f64>,
+    /// Integers are without a sign.
+    is_unsigned: bool,
+    /// Definition level of a value that is there.
+    level: i16,
+}
+
+fn fault(words: String) -> ParquetError {
+    ParquetError::General(words)
+}
+
+impl Meaning {
+    fn of(column: &ColumnDescriptor) -> Result<Self, ParquetError> {
+        let refused = |what: &str| Err(fault(format!("column `{}` holds {what}", column.path().string())));
+        if column.max_rep_level() > 0 {
+            return refused("lists");
+        }
+        let logical = column.logical_type_ref();
+        let timestamp = match logical {
+            Some(LogicalType::Timestamp(own)) => Some(match own.unit {
+                TimeUnit::MILLIS => 1e-3,
+                TimeUnit::MICROS => 1e-6,
+                TimeUnit::NANOS => 1e-9,
+            }),
+            Some(LogicalType::Decimal { .. }) => return refused("decimals"),
+            Some(LogicalType::Date | LogicalType::Time { .. }) => return refused("dates or times of day"),
+            _ => None,
+        };
+        let is_unsigned = matches!(logical, Some(LogicalType::Integer(own)) if !own.is_signed);
+        let has_gaps = column.max_def_level() > 0;
+        let kind = match column.physical_type() {
+            Type::FLOAT | Type::DOUBLE => Kind::Number,
+            Type::BOOLEAN | Type::INT32 | Type::INT64 if has_gaps || is_unsigned || timestamp.is_some() => Kind::Number,
+            Type::BOOLEAN | Type::INT32 | Type::INT64 => Kind::Whole,
+            Type::BYTE_ARRAY => Kind::Text,
+            other => return refused(&other.to_string()),
+        };
+        Ok(Self { kind, timestamp, is_unsigned, level: column.max_def_level() })
+    }
+}
+
 fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
     let metadata = reader.metadata().file_metadata();
     let pairs = metadata.key_value_metadata().into_iter().flatten();
     let pairs = pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect();
     let mut frame = Frame { columns: Vec::new(), metadata: pairs };
+    let mut meanings = Vec::new();
     for column in metadata.schema_descr().columns() {
-        let kind = match column.physical_type() {
-            parquet::basic::Type::DOUBLE => Kind::Number,
-            parquet::basic::Type::INT64 => Kind::Whole,
-            parquet::basic::Type::BYTE_ARRAY => Kind::Text,
-            other => return Err(ParquetError::General(format!("column `{}` holds {other}", column.name()))),
-        };
-        frame.columns.push((column.name().to_string(), Cells::new(kind)));
+        let meaning = Meaning::of(column)?;
+        frame.columns.push((column.name().to_string(), Cells::new(meaning.kind)));
+        meanings.push(meaning);
     }
+    // The first of each column of timestamps.
+    let mut origins: Vec<Option<i64>> = vec![None; meanings.len()];
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group)?;
-        for (k, (_, cells)) in frame.columns.iter_mut().enumerate() {
-            append(group.as_ref(), k, cells)?;
+        for (k, (name, cells)) in frame.columns.iter_mut().enumerate() {
+            let compression = group.metadata().column(k).compression();
+            if !matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY) {
+                let name_of = compression.to_string().split('(').next().unwrap_or_default().to_lowercase();
+                return Err(fault(format!(
+                    "column `{name}` is compressed by {name_of}, which is not read; write it with snappy, or uncompressed"
+                )));
+            }
+            append(group.as_ref(), k, cells, meanings[k], &mut origins[k])?;
         }
     }
     Ok(frame)
 }
 
-fn append(group: &dyn RowGroupReader, column: usize, cells: &mut Cells) -> Result<(), ParquetError> {
+/// All values of a group, none for a gap.
+fn values<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    rows: usize,
+    level: i16,
+) -> Result<Vec<Option<T::T>>, ParquetError> {
+    // How many rows there are is what the file says, so that nothing is reserved for them.
+    let (mut values, mut levels) = (Vec::new(), Vec::new());
+    if level == 0 {
+        reader.read_records(rows, None, None, &mut values)?;
+        return Ok(values.into_iter().map(Some).collect());
+    }
+    reader.read_records(rows, Some(&mut levels), None, &mut values)?;
+    let mut values = values.into_iter();
+    Ok(levels.iter().map(|own| if *own == level { values.next() } else { None }).collect())
+}
+
+fn append(
+    group: &dyn RowGroupReader,
+    column: usize,
+    cells: &mut Cells,
+    meaning: Meaning,
+    origin: &mut Option<i64>,
+) -> Result<(), ParquetError> {
     let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-    match (group.get_column_reader(column)?, cells) {
-        (ColumnReader::DoubleColumnReader(mut reader), Cells::Numbers(values)) => {
-            reader.read_records(rows, None, None, values)?;
+    let level = meaning.level;
+    let integers = match (group.get_column_reader(column)?, &mut *cells) {
+        (ColumnReader::DoubleColumnReader(reader), Cells::Numbers(numbers)) => {
+            numbers.extend(values(reader, rows, level)?.into_iter().map(|own| own.unwrap_or(f64::NAN)));
+            return Ok(());
         }
-        (ColumnReader::Int64ColumnReader(mut reader), Cells::Wholes(values)) => {
-            reader.read_records(rows, None, None, values)?;
+        (ColumnReader::FloatColumnReader(reader), Cells::Numbers(numbers)) => {
+            numbers.extend(values(reader, rows, level)?.into_iter().map(|own| own.map_or(f64::NAN, f64::from)));
+            return Ok(());
         }
-        (ColumnReader::ByteArrayColumnReader(mut reader), Cells::Texts(values)) => {
-            // How many rows there are is what the file says.
-            let mut bytes = Vec::new();
-            reader.read_records(rows, None, None, &mut bytes)?;
-            for text in bytes {
-                values.push(text.as_utf8()?.to_string());
+        (ColumnReader::ByteArrayColumnReader(reader), Cells::Texts(texts)) => {
+            for text in values(reader, rows, level)? {
+                texts.push(text.map_or_else(|| Ok(String::new()), |text| text.as_utf8().map(str::to_string))?);
             }
+            return Ok(());
         }
-        _ => return Err(ParquetError::General("a column changes its type".to_string())),
+        (ColumnReader::Int64ColumnReader(reader), _) => values(reader, rows, level)?,
+        (ColumnReader::Int32ColumnReader(reader), _) => {
+            let sign = |own: i32| if meaning.is_unsigned { i64::from(own.cast_unsigned()) } else { i64::from(own) };
+            values(reader, rows, level)?.into_iter().map(|own| own.map(sign)).collect()
+        }
+        (ColumnReader::BoolColumnReader(reader), _) => {
+            values(reader, rows, level)?.into_iter().map(|own| own.map(i64::from)).collect()
+        }
+        _ => return Err(fault("a column changes its type".to_string())),
+    };
+    match cells {
+        Cells::Wholes(wholes) => wholes.extend(integers.into_iter().flatten()),
+        Cells::Numbers(numbers) => {
+            *origin = origin.or(integers.iter().flatten().next().copied());
+            let number = |own: i64| match (meaning.timestamp, *origin) {
+                (Some(second), Some(origin)) => own.wrapping_sub(origin) as f64 * second,
+                _ if meaning.is_unsigned => own.cast_unsigned() as f64,
+                _ => own as f64,
+            };
+            numbers.extend(integers.into_iter().map(|own| own.map_or(f64::NAN, number)));
+        }
+        Cells::Texts(_) => return Err(fault("a column changes its type".to_string())),
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ mod csv_stream;
 mod deviation;
 mod interpolation;
 mod line_limit;
+mod mat5;
 mod mat_columns;
 mod mat_reader;
 mod mat_stream;

@@ -1,22 +1,16 @@
 //! The numbers of any MAT file of version 4 or 5 as columns, whatever wrote it.
 //!
-//! Vectors are columns, matrices as many as they have columns.  Version 5 as described by The MathWorks, "MAT-File Format" (R2023b):
-//! elements with a tag of type and length, compressed ones inflated up to a limit.  Version 7.3 is HDF5, which is not read.
-
-use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
+//! Vectors are columns, matrices as many as they have columns, or rows where these are fewer.  Vectors within structures and cells have the names of all that they
+//! stand in, but for what a single structure of the file is called.  A structure with a `time` and `signals`, as Simulink saves it ("Structure
+//! With Time"), is one column for each signal.  Several times that agree are one column.  Version 7.3 is HDF5, which is not read.
 
 use crate::mat_reader;
+use crate::mat5::{self, Value};
 
-/// Bytes of the header of version 5.
-const HEADER: usize = 128;
-/// Most bytes that one element may inflate to.
-const MOST_BYTES: usize = 256 << 20;
 /// Most columns of all matrices.
 const MOST_COLUMNS: usize = 10_000;
-/// Type of an element: a matrix.
-const MATRIX: u32 = 14;
-/// Type of an element: another one, compressed.
-const COMPRESSED: u32 = 15;
+/// Name of the times of a structure, and of all that agree.
+const TIME: &str = "time";
 
 /// Columns of a MAT file.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -36,9 +30,15 @@ pub fn mat_columns(bytes: &[u8]) -> Result<MatColumns, String> {
         return Err("it is a MAT file of version 7.3, which is not read; save it with -v7".to_string());
     }
     let mut found = MatColumns::default();
-    if bytes.len() >= HEADER && matches!(&bytes[126..128], b"IM" | b"MI") {
-        let reader = Reader { big: &bytes[126..128] == b"MI" };
-        reader.elements(&bytes[HEADER..], &mut found, false)?;
+    if mat5::is_mat5(bytes) {
+        // What has no name is for MATLAB itself.
+        let variables: Vec<_> = mat5::variables(bytes)?.into_iter().filter(|(name, _)| !name.is_empty()).collect();
+        let is_single = variables.len() == 1;
+        for (name, value) in variables {
+            let is_bare = is_single && matches!(&value, Value::Structures { rows, .. } if rows.len() == 1);
+            found.take(name, value, is_bare)?;
+        }
+        found.merge_times();
     } else {
         for (name, columns) in mat_reader::numbers(bytes)? {
             found.add(name, columns)?;
@@ -53,124 +53,97 @@ pub fn mat_columns(bytes: &[u8]) -> Result<MatColumns, String> {
 }
 
 impl MatColumns {
+    /// Takes up a variable or a part of one; the parts of one `is_bare` have no other names than their own.
+    fn take(&mut self, name: String, value: Value, is_bare: bool) -> Result<(), String> {
+        let within = |part: &str| if is_bare { part.to_string() } else { format!("{name}_{part}") };
+        match value {
+            Value::Numbers(columns) => return self.add(name, columns),
+            Value::Text(_) | Value::Other => self.others.push(name),
+            Value::Cells(parts) => {
+                for (k, part) in parts.into_iter().enumerate() {
+                    self.take(within(&(k + 1).to_string()), part, false)?;
+                }
+            }
+            Value::Structures { fields, mut rows } => {
+                let place = |name: &str| fields.iter().position(|own| own == name);
+                if let ([row], Some(time), Some(signals)) = (&mut rows[..], place(TIME), place("signals"))
+                    && let Value::Structures { fields: parts, .. } = &row[signals]
+                    && let Some(values) = parts.iter().position(|own| own == "values")
+                {
+                    let label = parts.iter().position(|own| own == "label");
+                    let times = std::mem::replace(&mut row[time], Value::Other);
+                    let Value::Structures { rows, .. } = std::mem::replace(&mut row[signals], Value::Other) else {
+                        return Ok(());
+                    };
+                    return self.signals(&name, times, rows, (values, label));
+                }
+                let is_array = rows.len() > 1;
+                for (k, row) in rows.into_iter().enumerate() {
+                    for (field, value) in fields.iter().zip(row) {
+                        let part = if is_array { format!("{}_{field}", k + 1) } else { field.clone() };
+                        self.take(within(&part), value, false)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes up signals that share their times; each has its label, or the name of the whole.
+    fn signals(
+        &mut self,
+        name: &str,
+        times: Value,
+        signals: Vec<Vec<Value>>,
+        (values, label): (usize, Option<usize>),
+    ) -> Result<(), String> {
+        self.take(format!("{name}_{TIME}"), times, false)?;
+        let is_single = signals.len() == 1;
+        for (k, mut signal) in signals.into_iter().enumerate() {
+            let own = match label.map(|label| &signal[label]) {
+                Some(Value::Text(text)) if !text.is_empty() && !is_single => text.clone(),
+                _ if is_single => name.to_string(),
+                _ => format!("{name}_{}", k + 1),
+            };
+            let value = signal.swap_remove(values);
+            self.take(own, value, false)?;
+        }
+        Ok(())
+    }
+
+    /// Times of several structures that agree are one column, before all others.
+    fn merge_times(&mut self) {
+        let is_time = |name: &str| name == TIME || name.strip_suffix(TIME).is_some_and(|rest| rest.ends_with('_'));
+        let mut times = self.columns.iter().filter(|(name, _)| is_time(name));
+        let Some((_, first)) = times.next() else { return };
+        let first = first.clone();
+        if self.columns.iter().any(|(name, _)| name == TIME) || times.any(|(_, own)| *own != first) {
+            return;
+        }
+        self.columns.retain(|(name, _)| !is_time(name));
+        self.columns.insert(0, (TIME.to_string(), first));
+    }
+
     fn add(&mut self, name: String, columns: Vec<Vec<f64>>) -> Result<(), String> {
-        if self.columns.len() + columns.len() > MOST_COLUMNS {
+        let rows = columns.first().map_or(0, Vec::len);
+        // A wide matrix has a signal in each row.
+        let series: Vec<Vec<f64>> = match columns.len() > rows {
+            true => (0..rows).map(|row| columns.iter().map(|column| column[row]).collect()).collect(),
+            false => columns,
+        };
+        if self.columns.len() + series.len() > MOST_COLUMNS {
             return Err(format!("`{name}`: there are more than {MOST_COLUMNS} columns"));
         }
-        match columns.as_slice() {
+        match series.as_slice() {
             [] => self.others.push(name),
             [only] if only.len() < 2 => self.others.push(name),
-            _ if columns.iter().all(|column| column.len() == 1) => {
-                self.columns.push((name, columns.into_iter().flatten().collect()));
-            }
-            [_] => self.columns.extend(columns.into_iter().map(|column| (name.clone(), column))),
+            [_] => self.columns.extend(series.into_iter().map(|own| (name.clone(), own))),
             _ => {
-                let numbered = columns.into_iter().enumerate();
-                self.columns.extend(numbered.map(|(k, column)| (format!("{name}_{}", k + 1), column)));
+                let numbered = series.into_iter().enumerate();
+                self.columns.extend(numbered.map(|(k, own)| (format!("{name}_{}", k + 1), own)));
             }
         }
         Ok(())
-    }
-}
-
-/// The order of bytes of a file.
-#[derive(Clone, Copy)]
-struct Reader {
-    big: bool,
-}
-
-/// One element: type and contents.
-type Element<'a> = (u32, &'a [u8]);
-
-impl Reader {
-    fn word(self, bytes: &[u8], at: usize) -> Result<u32, String> {
-        let word = bytes.get(at..at + 4).and_then(|word| <[u8; 4]>::try_from(word).ok());
-        let word = word.ok_or("the file ends within an element")?;
-        Ok(if self.big { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
-    }
-
-    /// The first element and what comes after it.
-    fn element(self, bytes: &[u8]) -> Result<(Element<'_>, &[u8]), String> {
-        let first = self.word(bytes, 0)?;
-        let ends = || "the file ends within an element".to_string();
-        if first >> 16 != 0 {
-            // Up to four bytes stand within the tag.
-            let (kind, length) = (first & 0xffff, (first >> 16) as usize);
-            let own = bytes.get(4..4 + length).filter(|_| length <= 4).ok_or_else(ends)?;
-            return Ok(((kind, own), bytes.get(8..).unwrap_or_default()));
-        }
-        let length = self.word(bytes, 4)? as usize;
-        let end = length.checked_add(8).filter(|&end| end <= bytes.len()).ok_or_else(ends)?;
-        let next = if first == COMPRESSED { end } else { end.next_multiple_of(8) };
-        Ok(((first, &bytes[8..end]), bytes.get(next..).unwrap_or_default()))
-    }
-
-    fn elements(self, mut bytes: &[u8], found: &mut MatColumns, is_inflated: bool) -> Result<(), String> {
-        while !bytes.is_empty() {
-            let ((kind, own), rest) = self.element(bytes)?;
-            match kind {
-                MATRIX => self.matrix(own, found)?,
-                COMPRESSED if !is_inflated => {
-                    let inflated = decompress_to_vec_zlib_with_limit(own, MOST_BYTES);
-                    let inflated = inflated.map_err(|error| format!("a compressed element cannot be read: {error}"))?;
-                    self.elements(&inflated, found, true)?;
-                }
-                _ => {}
-            }
-            bytes = rest;
-        }
-        Ok(())
-    }
-
-    fn matrix(self, bytes: &[u8], found: &mut MatColumns) -> Result<(), String> {
-        let ((_, flags), rest) = self.element(bytes)?;
-        let ((_, dimensions), rest) = self.element(rest)?;
-        let ((_, name), rest) = self.element(rest)?;
-        let name = String::from_utf8_lossy(name).into_owned();
-        let flags = self.word(flags, 0)?;
-        let (class, is_complex) = (flags & 0xff, flags & 0x0800 != 0);
-        // Classes 6 to 15 are numbers; cells, structures, texts and sparse matrices come before.
-        if !(6..=15).contains(&class) || is_complex || dimensions.len() != 8 {
-            found.others.push(name);
-            return Ok(());
-        }
-        let (rows, columns) = (self.word(dimensions, 0)? as usize, self.word(dimensions, 4)? as usize);
-        let (real, _) = self.element(rest)?;
-        let values = self.numbers(real).map_err(|why| format!("`{name}`: {why}"))?;
-        if rows.checked_mul(columns) != Some(values.len()) {
-            return Err(format!("`{name}` has {rows} rows, {columns} columns and {} numbers", values.len()));
-        }
-        if values.is_empty() {
-            found.others.push(name);
-            return Ok(());
-        }
-        found.add(name, values.chunks(rows).map(<[f64]>::to_vec).collect())
-    }
-
-    fn numbers(self, (kind, bytes): Element<'_>) -> Result<Vec<f64>, String> {
-        macro_rules! read {
-            ($kind:ty) => {{
-                let chunks = bytes.chunks_exact(size_of::<$kind>());
-                let value = |chunk: &[u8]| {
-                    let own = chunk.try_into().unwrap_or_default();
-                    (if self.big { <$kind>::from_be_bytes(own) } else { <$kind>::from_le_bytes(own) }) as f64
-                };
-                Ok(chunks.map(value).collect())
-            }};
-        }
-        match kind {
-            1 => read!(i8),
-            2 => read!(u8),
-            3 => read!(i16),
-            4 => read!(u16),
-            5 => read!(i32),
-            6 => read!(u32),
-            7 => read!(f32),
-            9 => read!(f64),
-            12 => read!(i64),
-            13 => read!(u64),
-            other => Err(format!("it holds values of type {other}, which are no numbers")),
-        }
     }
 }
 
@@ -178,6 +151,9 @@ impl Reader {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    const MATRIX: u32 = 14;
+    const COMPRESSED: u32 = 15;
 
     fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
         let mut all = [kind.to_le_bytes(), (bytes.len() as u32).to_le_bytes()].concat();
@@ -207,7 +183,6 @@ mod tests {
 
     #[test]
     fn vectors_and_matrices_become_columns() {
-        let doubles = |values: &[f64]| element(9, &values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
         // Numbers are often written as a smaller type; two bytes stand within the tag.
         let small = [&(1_u32 | 2 << 16).to_le_bytes()[..], &[5, 0xff, 0, 0]].concat();
         let packed =
@@ -228,6 +203,69 @@ mod tests {
             // Whatever is cut off, there is an answer.
             let _ = mat_columns(&bytes[..end]);
         }
+    }
+
+    /// A structure whose fields are matrices without names.
+    fn structure(name: &str, fields: &[(&str, Vec<u8>)]) -> Vec<u8> {
+        let length = [&(5_u32 | 4 << 16).to_le_bytes()[..], &8_u32.to_le_bytes()].concat();
+        let names: Vec<u8> = fields.iter().flat_map(|(name, _)| format!("{name:\0<8}").into_bytes()).collect();
+        let parts: Vec<u8> = fields.iter().flat_map(|(_, part)| part.clone()).collect();
+        matrix(name, 2, 1, 1, &[length, element(1, &names), parts].concat())
+    }
+
+    fn doubles(values: &[f64]) -> Vec<u8> {
+        element(9, &values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+    }
+
+    fn column(values: &[f64]) -> Vec<u8> {
+        matrix("", 6, values.len() as u32, 1, &doubles(values))
+    }
+
+    fn text(words: &str) -> Vec<u8> {
+        let units: Vec<u8> = words.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        matrix("", 4, 1, words.len() as u32, &element(4, &units))
+    }
+
+    #[test]
+    fn structures_become_columns_with_their_names() {
+        let own = |parts: &[(&str, &[f64])]| -> Vec<(String, Vec<f64>)> {
+            parts.iter().map(|(name, values)| ((*name).to_string(), values.to_vec())).collect()
+        };
+        // A single one of the file needs no name; one within another one does.
+        let inner = structure("", &[("p", column(&[5.0, 6.0])), ("note", text("first shot"))]);
+        let single = structure("data", &[("t", column(&[0.0, 0.1])), ("tank", inner)]);
+        let found = mat_columns(&file(std::slice::from_ref(&single))).unwrap();
+        assert_eq!(found.columns, own(&[("t", &[0.0, 0.1]), ("tank_p", &[5.0, 6.0])]));
+        assert_eq!(found.others, ["tank_note"]);
+        let two = file(&[single, matrix("u", 6, 2, 1, &doubles(&[1.0, 2.0]))]);
+        assert_eq!(mat_columns(&two).unwrap().columns[1].0, "data_tank_p");
+        // Signals one below the other.
+        let wide = mat_columns(&file(&[matrix("log", 6, 2, 3, &doubles(&[0.0, 7.0, 0.1, 8.0, 0.2, 9.0]))])).unwrap();
+        assert_eq!(wide.columns, own(&[("log_1", &[0.0, 0.1, 0.2]), ("log_2", &[7.0, 8.0, 9.0])]));
+        // Cells are numbered.
+        let cells = matrix("runs", 1, 1, 2, &[column(&[1.0, 2.0]), column(&[3.0, 4.0])].concat());
+        let found = mat_columns(&file(&[cells])).unwrap();
+        assert_eq!(found.columns, own(&[("runs_1", &[1.0, 2.0]), ("runs_2", &[3.0, 4.0])]));
+        for end in 0..two.len() {
+            let _ = mat_columns(&two[..end]);
+        }
+    }
+
+    #[test]
+    fn signals_with_their_time_are_one_table() {
+        let log = |name: &str, times: &[f64], values: &[f64]| {
+            let signals = structure("", &[("values", column(values)), ("label", text(""))]);
+            structure(name, &[("time", column(times)), ("signals", signals), ("blockNam", text("To Workspace"))])
+        };
+        let both = file(&[log("Theta", &[0.0, 0.5], &[3.0, 3.1]), log("Speed", &[0.0, 0.5], &[0.0, -1.0])]);
+        let found = mat_columns(&both).unwrap();
+        let names: Vec<&str> = found.columns.iter().map(|own| own.0.as_str()).collect();
+        assert_eq!(names, ["time", "Theta", "Speed"]);
+        // Times of their own stay apart.
+        let apart = file(&[log("Theta", &[0.0, 0.5], &[3.0, 3.1]), log("Speed", &[0.0, 0.4], &[0.0, -1.0])]);
+        let found = mat_columns(&apart).unwrap();
+        let names: Vec<&str> = found.columns.iter().map(|own| own.0.as_str()).collect();
+        assert_eq!(names, ["Theta_time", "Theta", "Speed_time", "Speed"]);
     }
 
     #[test]
