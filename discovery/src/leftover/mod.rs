@@ -30,7 +30,7 @@ const MAINS: [f64; 6] = [50.0, 100.0, 150.0, 60.0, 120.0, 180.0];
 const PERIODS: f64 = 1.0;
 const PER_PERIOD: f64 = 2.5;
 /// Fewest shots of which a scatter from shot to shot is told.
-const FEWEST: usize = 3;
+const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
 const LARGEST: f64 = 0.06;
 /// Amplitudes are expected to be this many times those that were found.

@@ -15,8 +15,10 @@ use crate::proof::{Gap, gap, unseen};
 const FURTHER: (f64, f64, f64) = (3.0, 2e-3, 0.02);
 /// How many times more an effect takes for each shot in which it has a size of its own.
 const OF_EACH_SHOT: f64 = 0.5;
-/// Of fewer fitted shots nothing tells whether a parameter scatters: an effect with a size of its own in each has no name there.
-const FEW: usize = 3;
+/// How many times more it takes where parameters scatter from shot to shot: which ones do is known roughly, and it imitates the rest.
+const WHERE_SCATTERED: f64 = 3.0;
+/// Of a single fitted shot nothing tells a parameter that is off there from an effect with a size of its own in each shot.
+const FEW: usize = 2;
 /// Above this the fit without is taken for unfinished where nothing explains it and its attempts disagree.
 const APART: f64 = 0.1;
 /// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
@@ -120,7 +122,10 @@ impl Search<'_> {
         match is_per_shot {
             false => 1.0,
             true if count < FEW => f64::INFINITY,
-            true => (OF_EACH_SHOT * count as f64).max(1.0),
+            true => {
+                let is_scattered = !self.setup.disturbances.scatter.is_empty();
+                (OF_EACH_SHOT * count as f64).max(1.0) * if is_scattered { WHERE_SCATTERED } else { 1.0 }
+            }
         }
     }
 
@@ -309,9 +314,7 @@ fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
         Some(own) if own.is_nothing() => "its size is nothing within its error",
-        Some(own) if own.needed.is_infinite() => {
-            "fewer than three fitted shots do not tell it from a parameter that scatters"
-        }
+        Some(own) if own.needed.is_infinite() => "a single fitted shot does not tell it from a parameter that is off",
         Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
         Some(own) if !own.has_size() => "its size is uncertain",
         Some(own) if !own.is_plausible => IMPLAUSIBLE,

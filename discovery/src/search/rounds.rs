@@ -28,6 +28,7 @@ impl Search<'_> {
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
         let (mut findings, mut setup) = self.round()?;
         let mut runs = findings.runs;
+        let mut unexplained = None;
         for round in 1..=MOST {
             let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
             let Some(next) = current.refined(&findings)? else { break };
@@ -39,12 +40,16 @@ impl Search<'_> {
             let next = current.setup.disturbed(next)?;
             let (again, other) = Search { setup: &next, ..self.again() }.round()?;
             runs += again.runs;
-            // Where a fit left nothing but noise, a name that what disturbs brings along is no better founded than none.
-            if leaves_noise(&findings) && matches!(again.status, Status::Named | Status::Sensor) {
-                break;
+            let before = (std::mem::replace(&mut findings, again), setup.replace(other.unwrap_or(next)));
+            let is_as_stated = before.1.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
+            if is_as_stated && leaves_noise(&before.0) {
+                unexplained.get_or_insert(before);
             }
-            findings = again;
-            setup = Some(other.unwrap_or(next));
+        }
+        // Where a fit left nothing but noise as stated, a name that what disturbs brings along is no better founded than none.
+        let is_named = matches!(findings.status, Status::Named | Status::Sensor);
+        if let Some(before) = unexplained.filter(|_| is_named) {
+            (findings, setup) = before;
         }
         findings.runs = runs;
         Ok((findings, setup))
