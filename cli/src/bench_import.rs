@@ -184,7 +184,7 @@ fn read(path: &Path) -> Result<Content, Fault> {
     let bytes = read_to_limit(path, file).map_err(|error| Fault::new(error.to_string()))?;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mat")) {
         let found = mat_columns(&bytes).map_err(wrong)?;
-        say_left_out(path, "they are no vectors of real numbers", &found.others);
+        say_left_out(path, "they are not vectors of real numbers", &found.others);
         return Ok(Content::Columns(found.columns));
     }
     Ok(Content::Text(bytes))

@@ -148,14 +148,17 @@ fn notes(bench: &Bench, found: &[(usize, Findings)], stated: Option<f64>, unit: 
     let value = |value: f64| format!("{} {unit}", shown(three(value))).trim_end().to_string();
     let mut notes = Vec::new();
     let noise = middle(found.iter().filter_map(|(_, own)| Some(own.scatter?.sigma)));
+    let bounds = found.iter().filter(|(_, own)| own.scatter.is_some_and(|scatter| !scatter.is_settled)).count();
+    let is_bound = 2 * bounds > found.len();
+    // A bound above what is stated says nothing.
     if let (Some(noise), Some(stated)) = (noise, stated)
         && !(stated / FACTOR..=stated * FACTOR).contains(&noise)
+        && !(is_bound && noise > stated)
     {
         let (own, stated) = (value(noise), value(stated));
         notes.push(format!("the stated noise is {stated}, the differences of neighbouring samples show {own}"));
     }
-    let bounds = listed(&|own| own.scatter.is_some_and(|scatter| !scatter.is_settled));
-    if 2 * bounds.len() > found.len() {
+    if is_bound {
         notes.push(
             "it changes too fast between samples to tell its noise, of which the differences show a bound".to_string(),
         );

@@ -41,12 +41,15 @@ def by_pandas():
         "even": np.arange(400) % 2 == 0,
         "u": pd.array([None if k == 7 else k / 8 for k in range(400)], dtype="Float32"),
         "note": ["first shot"] * 400,
+        # A slower clock in other units begins 250 ms later and must keep that distance.
+        "other": (pd.Timestamp("2026-03-01 08:00:00.250") + pd.to_timedelta(np.arange(400), unit="ms")).astype("datetime64[ms]"),
     })
     table, done = imported("pandas", lambda folder: frame.to_parquet(folder / "shot.parquet"))
     assert done.returncode == 0, done.stderr
     assert "texts, not numbers: `note`" in done.stderr, done.stderr
     gap = np.array([np.nan if k == 7 else k / 8 for k in range(400)])
-    same(table, time_s=TIMES, lift=LIFT, count=np.arange(400), even=(np.arange(400) % 2 == 0).astype(float), u=gap)
+    same(table, time_s=TIMES, lift=LIFT, count=np.arange(400), even=(np.arange(400) % 2 == 0).astype(float), u=gap,
+         other=TIMES + 0.25)
 
 
 def by_polars():

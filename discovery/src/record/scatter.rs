@@ -15,8 +15,8 @@ const FEWEST: usize = 20;
 const QUARTILES: f64 = 1.348_98;
 /// Orders of the differences: the first that is tried and the highest.
 const ORDERS: (usize, usize) = (3, 10);
-/// An estimate is settled where neither of the next two orders falls below it by more than this share, or by more than so many times
-/// the reciprocal root of the number of differences, which is chance.
+/// An estimate is settled where neither of the next two orders falls below it by more than this share, or by more than the second
+/// number over the root of the number of differences, which is chance.
 const SETTLED: (f64, f64) = (0.15, 4.0);
 /// Steps of time within a difference differ by no more than this factor.
 const EVEN: f64 = 1.5;

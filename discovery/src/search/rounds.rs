@@ -46,7 +46,7 @@ impl Search<'_> {
                 unexplained.get_or_insert(before);
             }
         }
-        // Where a fit left nothing but noise as stated, a name that what disturbs brings along is no better founded than none.
+        // Where a fit left nothing but noise as stated, a name that only comes with disturbances is not better founded than none.
         let is_named = matches!(findings.status, Status::Named | Status::Sensor);
         if let Some(before) = unexplained.filter(|_| is_named) {
             (findings, setup) = before;

@@ -1,7 +1,7 @@
 //! A Parquet file read back, of this crate or of another program.
 //!
-//! Takes flat tables of numbers, integers, truth values, texts and timestamps, uncompressed or by snappy; anything else is refused by
-//! name.  Columns with gaps are numbers, NaN where they have none, and timestamps are seconds since the first one of their column,
+//! Takes flat tables of numbers, integers, Booleans, texts and timestamps, uncompressed or by snappy; anything else is refused by
+//! name.  Columns with gaps are numbers, NaN where they have none, and timestamps are seconds since the first one of the file,
 //! because a double has no room for nanoseconds since 1970.  The library behind asserts what it takes for granted, so that
 //! damaged files may end in a panic of its own; that is an error here.
 
@@ -77,8 +77,8 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, Parqu
 #[derive(Clone, Copy)]
 struct Meaning {
     kind: Kind,
-    /// Seconds per unit of a timestamp.
-    timestamp: Option<f64>,
+    /// Nanoseconds per unit of a timestamp.
+    timestamp: Option<i128>,
     /// Integers are without a sign.
     is_unsigned: bool,
     /// Definition level of a value that is there.
@@ -98,9 +98,9 @@ impl Meaning {
         let logical = column.logical_type_ref();
         let timestamp = match logical {
             Some(LogicalType::Timestamp(own)) => Some(match own.unit {
-                TimeUnit::MILLIS => 1e-3,
-                TimeUnit::MICROS => 1e-6,
-                TimeUnit::NANOS => 1e-9,
+                TimeUnit::MILLIS => 1_000_000,
+                TimeUnit::MICROS => 1_000,
+                TimeUnit::NANOS => 1,
             }),
             Some(LogicalType::Decimal { .. }) => return refused("decimals"),
             Some(LogicalType::Date | LogicalType::Time { .. }) => return refused("dates or times of day"),
@@ -130,8 +130,8 @@ fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
         frame.columns.push((column.name().to_string(), Cells::new(meaning.kind)));
         meanings.push(meaning);
     }
-    // The first of each column of timestamps.
-    let mut origins: Vec<Option<i64>> = vec![None; meanings.len()];
+    // The first timestamp (ns): one for all columns, so that clocks keep their distance.
+    let mut origin = None;
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group)?;
         for (k, (name, cells)) in frame.columns.iter_mut().enumerate() {
@@ -142,7 +142,7 @@ fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
                     "column `{name}` is compressed by {name_of}, which is not read; write it with snappy, or uncompressed"
                 )));
             }
-            append(group.as_ref(), k, cells, meanings[k], &mut origins[k])?;
+            append(group.as_ref(), k, cells, meanings[k], &mut origin)?;
         }
     }
     Ok(frame)
@@ -170,7 +170,7 @@ fn append(
     column: usize,
     cells: &mut Cells,
     meaning: Meaning,
-    origin: &mut Option<i64>,
+    origin: &mut Option<i128>,
 ) -> Result<(), ParquetError> {
     let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
     let level = meaning.level;
@@ -202,13 +202,15 @@ fn append(
     match cells {
         Cells::Wholes(wholes) => wholes.extend(integers.into_iter().flatten()),
         Cells::Numbers(numbers) => {
-            *origin = origin.or(integers.iter().flatten().next().copied());
-            let number = |own: i64| match (meaning.timestamp, *origin) {
-                (Some(second), Some(origin)) => own.wrapping_sub(origin) as f64 * second,
-                _ if meaning.is_unsigned => own.cast_unsigned() as f64,
-                _ => own as f64,
+            let mut number = |own: i64| match meaning.timestamp {
+                Some(unit) => {
+                    let since = i128::from(own) * unit;
+                    (since - *origin.get_or_insert(since)) as f64 * 1e-9
+                }
+                None if meaning.is_unsigned => own.cast_unsigned() as f64,
+                None => own as f64,
             };
-            numbers.extend(integers.into_iter().map(|own| own.map_or(f64::NAN, number)));
+            numbers.extend(integers.into_iter().map(|own| own.map_or(f64::NAN, &mut number)));
         }
         Cells::Texts(_) => return Err(fault("a column changes its type".to_string())),
     }

@@ -217,7 +217,7 @@ impl Reader {
             9 => read!(f64),
             12 => read!(i64),
             13 => read!(u64),
-            other => Err(format!("it holds values of type {other}, which are no numbers")),
+            other => Err(format!("it holds values of type {other}, which are not numbers")),
         }
     }
 }

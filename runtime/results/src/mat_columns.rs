@@ -1,8 +1,9 @@
 //! The numbers of any MAT file of version 4 or 5 as columns, whatever wrote it.
 //!
-//! Vectors are columns, matrices as many as they have columns, or rows where these are fewer.  Vectors within structures and cells have the names of all that they
-//! stand in, but for what a single structure of the file is called.  A structure with a `time` and `signals`, as Simulink saves it ("Structure
-//! With Time"), is one column for each signal.  Several times that agree are one column.  Version 7.3 is HDF5, which is not read.
+//! Vectors are columns, matrices as many as they have columns, or rows where these are fewer.  Vectors within structures and cells have
+//! the names of all that they stand in, but for what a single structure of the file is called.  A structure with a `time` and
+//! `signals`, as Simulink saves it ("Structure With Time"), is one column for each signal.  Times of structures that agree are one
+//! column.  Version 7.3 is HDF5, which is not read.
 
 use crate::mat_reader;
 use crate::mat5::{self, Value};
@@ -17,8 +18,10 @@ const TIME: &str = "time";
 pub struct MatColumns {
     /// Names and values.
     pub columns: Vec<(String, Vec<f64>)>,
-    /// Names of what is no vector or matrix of real numbers.
+    /// Names of what is not a vector or matrix of real numbers.
     pub others: Vec<String>,
+    /// Names of the columns that are the times of a structure.
+    times: Vec<String>,
 }
 
 /// Reads the bytes of a MAT file.
@@ -59,6 +62,8 @@ impl MatColumns {
         match value {
             Value::Numbers(columns) => return self.add(name, columns),
             Value::Text(_) | Value::Other => self.others.push(name),
+            Value::Cells(parts) if parts.is_empty() => self.others.push(name),
+            Value::Structures { rows, .. } if rows.is_empty() => self.others.push(name),
             Value::Cells(parts) => {
                 for (k, part) in parts.into_iter().enumerate() {
                     self.take(within(&(k + 1).to_string()), part, false)?;
@@ -72,16 +77,27 @@ impl MatColumns {
                 {
                     let label = parts.iter().position(|own| own == "label");
                     let times = std::mem::replace(&mut row[time], Value::Other);
-                    let Value::Structures { rows, .. } = std::mem::replace(&mut row[signals], Value::Other) else {
-                        return Ok(());
-                    };
-                    return self.signals(&name, times, rows, (values, label));
+                    let signals_of = std::mem::replace(&mut row[signals], Value::Other);
+                    if let Value::Structures { rows, .. } = signals_of {
+                        self.signals(&name, times, rows, (values, label))?;
+                    }
+                    // Its other fields, but for the name of the block that wrote it.
+                    let others = fields.iter().zip(std::mem::take(row)).enumerate();
+                    for (k, (field, value)) in others {
+                        if k != time && k != signals && field != "blockName" {
+                            self.take(within(field), value, false)?;
+                        }
+                    }
+                    return Ok(());
                 }
                 let is_array = rows.len() > 1;
                 for (k, row) in rows.into_iter().enumerate() {
                     for (field, value) in fields.iter().zip(row) {
-                        let part = if is_array { format!("{}_{field}", k + 1) } else { field.clone() };
-                        self.take(within(&part), value, false)?;
+                        let part = within(&if is_array { format!("{}_{field}", k + 1) } else { field.clone() });
+                        if field == TIME {
+                            self.times.push(part.clone());
+                        }
+                        self.take(part, value, false)?;
                     }
                 }
             }
@@ -97,7 +113,9 @@ impl MatColumns {
         signals: Vec<Vec<Value>>,
         (values, label): (usize, Option<usize>),
     ) -> Result<(), String> {
-        self.take(format!("{name}_{TIME}"), times, false)?;
+        let own = format!("{name}_{TIME}");
+        self.times.push(own.clone());
+        self.take(own, times, false)?;
         let is_single = signals.len() == 1;
         for (k, mut signal) in signals.into_iter().enumerate() {
             let own = match label.map(|label| &signal[label]) {
@@ -111,17 +129,18 @@ impl MatColumns {
         Ok(())
     }
 
-    /// Times of several structures that agree are one column, before all others.
+    /// Times of structures that agree, with a variable `time` if there is one, are one column before all others.
     fn merge_times(&mut self) {
-        let is_time = |name: &str| name == TIME || name.strip_suffix(TIME).is_some_and(|rest| rest.ends_with('_'));
+        let is_time = |name: &str| name == TIME || self.times.iter().any(|own| own == name);
         let mut times = self.columns.iter().filter(|(name, _)| is_time(name));
         let Some((_, first)) = times.next() else { return };
         let first = first.clone();
-        if self.columns.iter().any(|(name, _)| name == TIME) || times.any(|(_, own)| *own != first) {
+        if self.times.is_empty() || times.any(|(_, own)| *own != first) {
             return;
         }
-        self.columns.retain(|(name, _)| !is_time(name));
-        self.columns.insert(0, (TIME.to_string(), first));
+        let mut merged = vec![(TIME.to_string(), first)];
+        merged.extend(std::mem::take(&mut self.columns).into_iter().filter(|(name, _)| !is_time(name)));
+        self.columns = merged;
     }
 
     fn add(&mut self, name: String, columns: Vec<Vec<f64>>) -> Result<(), String> {
@@ -266,6 +285,17 @@ mod tests {
         let found = mat_columns(&apart).unwrap();
         let names: Vec<&str> = found.columns.iter().map(|own| own.0.as_str()).collect();
         assert_eq!(names, ["Theta_time", "Theta", "Speed_time", "Speed"]);
+        // A variable of that name is not a clock, and one called `time` is the same clock where it agrees.
+        let rise = matrix("rise_time", 6, 2, 1, &doubles(&[1.0, 2.0]));
+        let clock = matrix("time", 6, 2, 1, &doubles(&[0.0, 0.5]));
+        for (first, expected) in
+            [(rise.clone(), ["time", "rise_time", "Theta"].as_slice()), (clock, &["time", "Theta"])]
+        {
+            let found = mat_columns(&file(&[first, log("Theta", &[0.0, 0.5], &[3.0, 3.1])])).unwrap();
+            assert_eq!(found.columns.iter().map(|own| own.0.as_str()).collect::<Vec<_>>(), expected);
+        }
+        let alone = mat_columns(&file(&[rise, matrix("t", 6, 2, 1, &doubles(&[0.0, 0.5]))])).unwrap();
+        assert_eq!(alone.columns[0].0, "rise_time");
     }
 
     #[test]
