@@ -9,6 +9,7 @@ use hyd_compiler::{Code, Severity};
 use hyd_discovery::Setup;
 use hyd_discovery::calibration::calibrate;
 use hyd_discovery::catalogue::{Candidate, candidates, effects, same_places};
+use hyd_discovery::considered::considered;
 use hyd_discovery::data_files::data_files;
 use hyd_discovery::natural::natural;
 use hyd_discovery::places::{beside_declared, found};
@@ -148,10 +149,8 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
         return Err(Failure::Reported);
     }
     let mut effects = effects(&classes).map_err(failure)?;
-    let without = &setup.study.without;
-    effects.retain(|effect| {
-        !without.iter().any(|name| effect.class == *name || effect.class.starts_with(&format!("{name}.")))
-    });
+    let idle = considered(&setup.study, &mut effects);
+    idle.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
     let mut places = workshop.places().map_err(failure)?;
     if places.is_empty() {
         // A model that says nothing of places has them all the same.

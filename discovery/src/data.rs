@@ -10,6 +10,7 @@ use crate::formula::evaluate;
 use crate::machine::Span;
 use crate::magnitude::{is_plausible, shown};
 use crate::noise::Noise;
+use crate::record::end_of_range;
 use crate::study::Mask;
 use crate::{Bench, Fault, Study};
 
@@ -72,6 +73,8 @@ pub struct ChannelInfo {
     pub gain: f64,
     /// Largest minus smallest value over all shots, in units of the model.
     pub range: f64,
+    /// Smallest and largest number that is shown, in units of the model; infinite where the range does not end.
+    pub limits: (f64, f64),
 }
 
 impl ChannelInfo {
@@ -150,6 +153,9 @@ impl Data {
                     "channel `{name}` is {low} throughout: a dead sensor? Take it out of the tables or the study"
                 )));
             }
+            let records = bench.shots.iter().filter_map(|shot| Some((&shot.times[..], &shot.values.get(name)?[..])));
+            let ends = channel.range.unwrap_or_else(|| end_of_range(records, (low, high)));
+            let ends = (ends.0 / channel.scale, ends.1 / channel.scale);
             channels.push(ChannelInfo {
                 name: name.clone(),
                 place: study.place(&["channels", name]),
@@ -162,6 +168,7 @@ impl Data {
                 offset: bench.offset.get(name).copied().or(channel.offset).unwrap_or(0.0) / scale,
                 gain: channel.gain.or(bench.gain).unwrap_or(0.0),
                 range: (high - low) / scale,
+                limits: (ends.0.min(ends.1), ends.0.max(ends.1)),
             });
         }
         let mut idle = vec![true; study.shots.masks.len()];

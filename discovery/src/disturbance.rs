@@ -1,4 +1,4 @@
-//! What disturbs a bench beside the noise that a lab states: model error, hum, drift, spikes, parameters that scatter.
+//! What disturbs a bench beside the noise that a lab states: model error, hum, drift, lag, a wrong clock, spikes, parameters that scatter.
 //!
 //! No machine is fitted down to the noise of its sensors.  What the best model leaves in a channel is counted by its size and by
 //! how long it lasts: residuals of variance `v` that keep their sign over `L` samples carry as much evidence as one sample in `L`, so
@@ -7,6 +7,9 @@
 //! Residuals that come in bursts have fewer samples still, by their kurtosis over that of a normal distribution.
 
 use std::f64::consts::TAU;
+
+/// Amplitudes are expected to be this many times those that were found.
+pub(crate) const ROOM: f64 = 1.5;
 
 /// How the residuals of a channel are weighed.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -118,6 +121,15 @@ pub struct Scatter {
     pub sigma: f64,
 }
 
+/// A channel that lags.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Lag {
+    /// The channel.
+    pub channel: usize,
+    /// By how much (s), as it was found in the residuals; fits have a prior of about this width.
+    pub time: f64,
+}
+
 /// A sample that belongs to nothing: alone beside its neighbours.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Spike {
@@ -136,6 +148,10 @@ pub struct Disturbances {
     pub levels: Vec<Level>,
     /// What measuring chains add.
     pub added: Vec<AddedTo>,
+    /// Channels that lag behind the others.
+    pub lags: Vec<Lag>,
+    /// By which part the clock of the records runs fast, as it was found in the residuals.
+    pub clock: Option<f64>,
     /// What scatters from shot to shot.
     pub scatter: Vec<Scatter>,
     /// Samples left out.
@@ -146,6 +162,11 @@ impl Disturbances {
     /// The level of a channel.
     pub fn level(&self, channel: usize) -> Level {
         self.levels.get(channel).copied().unwrap_or(Level::NOISE)
+    }
+
+    /// How many were taken up that have numbers of their own.
+    pub fn fitted(&self) -> usize {
+        self.added.len() + self.lags.len() + usize::from(self.clock.is_some()) + self.scatter.len()
     }
 
     /// True if residuals of no channel hold model error.

@@ -9,6 +9,7 @@ pub mod calibration;
 pub mod catalogue;
 mod clock;
 mod composed;
+pub mod considered;
 pub mod data;
 pub mod data_files;
 pub mod dictionary;

@@ -209,7 +209,7 @@ fn look(
         let mut signature = Vec::with_capacity(problem.rows(weighing));
         for (shot, derivatives) in &parts {
             let change = |channel: usize| derivatives[k][channel].clone();
-            match problem.response(&fit.xi, *shot, &change, weighing) {
+            match problem.response((&fit.xi, &fit.runs), *shot, &change, weighing) {
                 Some(part) => signature.extend(part),
                 None => break,
             }

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicUsize;
 
 use crate::catalogue::Candidate;
 use crate::data::Data;
-use crate::disturbance::{Added, Disturbances};
+use crate::disturbance::{Added, Disturbances, Lag, ROOM};
 use crate::formula::evaluate;
 use crate::initial::{Initial, StartOf};
 use crate::limits::limit;
@@ -271,6 +271,7 @@ impl Setup {
         self.scatter(&mut unknowns);
         self.chains(&mut unknowns);
         self.courses(&mut unknowns);
+        self.clocks(&mut unknowns);
         self.triggers(&list, &mut unknowns)?;
         self.refuse_same_names(&unknowns, nuisances)?;
         for (number, insert) in inserts.iter().enumerate() {
@@ -398,6 +399,16 @@ impl Setup {
                 }
             }
         }
+    }
+
+    /// Channels that lag, and a clock that runs fast.
+    fn clocks(&self, unknowns: &mut Vec<Unknown>) {
+        for &Lag { channel, time } in &self.disturbances.lags {
+            let meaning = Meaning::Lag { channel, sigma: ROOM * time.abs() };
+            unknowns.push(Unknown::new(format!("lag of {}", self.data.channels[channel].name), meaning, None, None));
+        }
+        let clock = self.disturbances.clock.map(|part| Meaning::Clock { sigma: ROOM * part.abs() });
+        unknowns.extend(clock.map(|meaning| Unknown::new("clock of the records".to_string(), meaning, None, None)));
     }
 
     /// The delays of the shots.

@@ -94,6 +94,8 @@ pub struct Channel {
     pub offset: Option<f64>,
     /// Standard deviation of the gain, where the set states none.
     pub gain: Option<f64>,
+    /// Smallest and largest number that its sensor or recorder shows (units of the table).
+    pub range: Option<(f64, f64)>,
 }
 
 /// An input that follows a column.

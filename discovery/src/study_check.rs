@@ -163,6 +163,12 @@ impl Check<'_> {
             for (word, value) in numbers {
                 self.scatter(&key(word), &format!("channel `{name}`: `{word}`"), value, true)?;
             }
+            if let Some((low, high)) = own.range
+                && (low.is_nan() || high.is_nan() || low >= high)
+            {
+                let sentence = format!("channel `{name}`: `range` from {low} to {high} is empty");
+                return Err(self.wrong(&key("range"), sentence));
+            }
         }
         Ok(())
     }
@@ -369,6 +375,7 @@ mod tests {
             ("[nuisances]\nk = 0.3", "line 7: "),
             ("[nuisances]\na = \"k\"\nb = \"k\"", "line 8: `a` and `b` in `[nuisances]` are both"),
             ("z = { variable = \"x\", noise = -1.0 }", "line 6: channel `z`: `noise` is -1"),
+            ("z = { variable = \"x\", range = [3.0, 3.0] }", "line 6: channel `z`: `range` from 3 to 3 is empty"),
             ("z = { variable = \"x\", gain = nan }", "line 6: channel `z`: `gain` is NaN"),
             ("z = { variable = \"x\", scale = 0 }", "line 6: channel `z`: the scale 0"),
             ("z = { variable = \"x\", nois = 1.0 }", "line 6: unknown field `nois`"),

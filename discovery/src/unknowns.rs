@@ -1,7 +1,7 @@
 //! What a fit may change: the numbers `xi`, each with the prior N(0, 1).
 //!
-//! Parameters of the model (of all shots or of one), parameters of effects, offsets and gains of the measuring chains, and
-//! the delay of the trigger in each shot.
+//! Parameters of the model (of all shots or of one), parameters of effects, offsets, gains and lags of the measuring chains, their
+//! clock, and the delay of the trigger in each shot.
 
 use crate::disturbance::Course;
 use crate::prior::Prior;
@@ -50,6 +50,18 @@ pub enum Meaning {
         /// Which one.
         course: Course,
         /// Standard deviation of its amplitude in units of the model.
+        sigma: f64,
+    },
+    /// A channel is late by `sigma xi` (s).
+    Lag {
+        /// The channel.
+        channel: usize,
+        /// Standard deviation (s).
+        sigma: f64,
+    },
+    /// The clock of the records runs fast by the part `sigma xi`.
+    Clock {
+        /// Standard deviation.
         sigma: f64,
     },
     /// The trigger is late by `sigma xi` (s).
@@ -115,7 +127,11 @@ impl Unknown {
     pub fn places(&self) -> &[usize] {
         match &self.meaning {
             Meaning::Relative { places, .. } | Meaning::Value { places, .. } | Meaning::Late { places, .. } => places,
-            Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Course { .. } => &[],
+            Meaning::Offset { .. }
+            | Meaning::Gain { .. }
+            | Meaning::Course { .. }
+            | Meaning::Lag { .. }
+            | Meaning::Clock { .. } => &[],
         }
     }
 
@@ -124,7 +140,11 @@ impl Unknown {
         match &self.meaning {
             Meaning::Relative { sigma, .. } | Meaning::Gain { sigma, .. } => 1.0 + sigma * xi,
             Meaning::Value { prior, .. } => prior.value(xi),
-            Meaning::Offset { sigma, .. } | Meaning::Course { sigma, .. } | Meaning::Late { sigma, .. } => sigma * xi,
+            Meaning::Offset { sigma, .. }
+            | Meaning::Course { sigma, .. }
+            | Meaning::Lag { sigma, .. }
+            | Meaning::Clock { sigma }
+            | Meaning::Late { sigma, .. } => sigma * xi,
         }
     }
 
@@ -136,6 +156,8 @@ impl Unknown {
             | Meaning::Gain { sigma, .. }
             | Meaning::Offset { sigma, .. }
             | Meaning::Course { sigma, .. }
+            | Meaning::Lag { sigma, .. }
+            | Meaning::Clock { sigma }
             | Meaning::Late { sigma, .. } => *sigma,
         }
     }

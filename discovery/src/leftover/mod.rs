@@ -1,17 +1,19 @@
-//! What the best model leaves: single bad samples, hum and drift of measuring chains, parameters that scatter, model error.
+//! What the best model leaves: single bad samples, hum, drift and lag of measuring chains, a wrong clock, parameters that scatter,
+//! model error.
 //!
-//! Each of these explains residuals by a few linear columns: a sine and a cosine for each shot, a ramp, the derivatives by a
-//! parameter shot by shot.  They are taken up greedily, the one first that lowers the misfit most *in units of what it leaves
+//! Each of these explains residuals by a few linear columns: a sine and a cosine for each shot, a ramp, the slopes of the curves
+//! ([`timing`]), the derivatives by a parameter shot by shot.  They are taken up greedily, the one first that lowers the misfit most *in units of what it leaves
 //! itself* (size and correlation, [`series`]), so that a smooth misfit of the model is not taken for hum.  What is left after that
 //! is the level of each channel ([`Level`]).
 
 mod explain;
 mod series;
 mod spikes;
+mod timing;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::disturbance::{Added, AddedTo, Disturbances, Level, Scatter};
+use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter};
 use crate::fit::Fit;
 use crate::problem::{Problem, Weighing};
 use crate::search::adequate;
@@ -33,8 +35,6 @@ const PER_PERIOD: f64 = 2.5;
 const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
 const LARGEST: f64 = 0.06;
-/// Amplitudes are expected to be this many times those that were found.
-const ROOM: f64 = 1.5;
 
 /// What was found in the residuals of a fit.
 pub(crate) struct Leftover {
@@ -56,6 +56,8 @@ struct Block {
 #[derive(Clone)]
 enum Disturbance {
     Added(usize, Added),
+    Lag(usize),
+    Clock,
     Scatter(String, usize),
 }
 
@@ -91,7 +93,7 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
         }
     }
     disturbances.spikes.sort_unstable();
-    let mut state = State { problem, blocks: &blocks, residuals, jacobian, weights };
+    let mut state = State { problem, blocks: &blocks, residuals, jacobian, weights, fit };
     let mut open = state.candidates(setup);
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
@@ -108,6 +110,8 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
             Disturbance::Added(channel, added) => {
                 disturbances.added.push(AddedTo { channel, added, sigma: ROOM * size });
             }
+            Disturbance::Lag(channel) => disturbances.lags.push(Lag { channel, time: found.amplitudes[0] }),
+            Disturbance::Clock => disturbances.clock = Some(found.amplitudes[0]),
             Disturbance::Scatter(label, unknown) => {
                 let sigma = problem.unknowns[unknown].slope(0.0) * size;
                 disturbances.scatter.push(Scatter { label, sigma });
@@ -141,6 +145,7 @@ struct State<'a> {
     residuals: DVector<f64>,
     jacobian: DMatrix<f64>,
     weights: Vec<f64>,
+    fit: &'a Fit,
 }
 
 impl State<'_> {
@@ -183,7 +188,10 @@ impl State<'_> {
                 let hum = Added::Hum(frequency);
                 all.extend(Some(Disturbance::Added(channel, hum)).filter(|_| is_new(hum)));
             }
+            let lags = known.lags.iter().any(|own| own.channel == channel);
+            all.extend(Some(Disturbance::Lag(channel)).filter(|_| !lags));
         }
+        all.extend(Some(Disturbance::Clock).filter(|_| known.clock.is_none()));
         let shots: std::collections::BTreeSet<usize> = self.blocks.iter().map(|block| block.shot).collect();
         // Within one record nothing is taken apart and put together again.
         if shots.len() < FEWEST || setup.bench.shots.iter().all(|shot| shot.is_window) {
@@ -227,6 +235,8 @@ impl State<'_> {
                     }
                 }
             }
+            Disturbance::Lag(channel) => columns.push(self.late(Some(*channel))),
+            Disturbance::Clock => columns.push(self.late(None)),
             Disturbance::Scatter(_, unknown) => {
                 let mut blocks = self.blocks.iter().peekable();
                 while let Some(block) = blocks.next() {
@@ -260,8 +270,20 @@ impl State<'_> {
                 return None;
             }
         }
+        let is_timing = match disturbance {
+            Disturbance::Lag(channel) => self.is_timing(Some(*channel), &found),
+            Disturbance::Clock => self.is_timing(None, &found),
+            _ => true,
+        };
+        if !is_timing {
+            return None;
+        }
         let after = self.levels(&found.left);
+        let spared = found.gain;
         found.gain = self.blocks.iter().map(|block| self.fall(block, &found.left, &after)).sum();
+        if matches!(disturbance, Disturbance::Lag(_) | Disturbance::Clock) {
+            found.gain = found.gain.max(spared);
+        }
         Some(found)
     }
 

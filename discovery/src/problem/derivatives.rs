@@ -30,12 +30,13 @@ impl Problem<'_> {
             Some(lender) => {
                 let (lent, own): (Vec<usize>, Vec<usize>) =
                     varied.iter().partition(|&&column| which[column] < lender.unknowns.len());
-                let done = lender.carried((&xi[..lender.unknowns.len()], weighing), (which, &lent), &mut jacobian);
+                let done =
+                    lender.carried((&xi[..lender.unknowns.len()], runs, weighing), (which, &lent), &mut jacobian);
                 if done { own } else { varied }
             }
             None => varied,
         };
-        if !self.carried((xi, weighing), (which, &own), &mut jacobian) {
+        if !self.carried((xi, runs, weighing), (which, &own), &mut jacobian) {
             for (column, change) in self.differences((xi, runs), weighing, (which, &own), step)? {
                 jacobian.set_column(column, &change);
             }
@@ -55,7 +56,7 @@ impl Problem<'_> {
         let mut column = DVector::zeros(self.rows(weighing));
         let mut first = 0;
         for &shot in &weighing.shots {
-            let (data, late) = (&self.data.shots[shot], self.late(xi, shot));
+            let data = &self.data.shots[shot];
             for (channel, trace) in data.traces.iter().enumerate() {
                 let (Some(_), Some(run)) = (trace, &runs[shot]) else { continue };
                 let rows = first..first + data.times.len();
@@ -64,6 +65,7 @@ impl Problem<'_> {
                     Meaning::Offset { channel: of, .. }
                     | Meaning::Gain { channel: of, .. }
                     | Meaning::Course { channel: of, .. }
+                    | Meaning::Lag { channel: of, .. }
                         if of != channel =>
                     {
                         continue;
@@ -71,15 +73,17 @@ impl Problem<'_> {
                     _ if !own.touches(shot) => continue,
                     _ => self.weights(shot, channel, weighing),
                 };
-                let gain = self.chain(xi, channel).0;
+                let chain = self.chain(xi, shot, channel);
                 let rows = &mut column.as_mut_slice()[rows];
                 for ((row, &time), &weight) in rows.iter_mut().zip(&data.times).zip(&weights) {
-                    let (value, rate) = spans[shot].at(&run[channel], time - late);
+                    let (value, rate) = spans[shot].at(&run[channel], chain.machine_time(time));
                     *row = match own.meaning {
+                        _ if chain.is_clipped(value, time) => 0.0,
                         Meaning::Offset { .. } => -weight * slope,
                         Meaning::Gain { .. } => -weight * slope * value,
                         Meaning::Course { course, .. } => -weight * slope * course.value(time),
-                        _ => weight * slope * gain * rate,
+                        Meaning::Clock { .. } => weight * slope * chain.gain * rate * time,
+                        _ => weight * slope * chain.gain * rate,
                     };
                 }
                 self.whiten(channel, &weights, rows);
@@ -91,7 +95,7 @@ impl Problem<'_> {
     /// Columns by sensitivities; false where a run fails with them.
     fn carried(
         &self,
-        (xi, weighing): (&[f64], &Weighing),
+        (xi, runs, weighing): (&[f64], &Runs, &Weighing),
         (which, varied): (&[usize], &[usize]),
         jacobian: &mut DMatrix<f64>,
     ) -> bool {
@@ -119,7 +123,7 @@ impl Problem<'_> {
                     let sum = |k| shares.iter().map(|&(by, share)| share * derivatives[by][channel][k]).sum();
                     points.map(sum).collect()
                 };
-                Some((column, self.response(xi, job.span, &change, weighing)?))
+                Some((column, self.response((xi, runs), job.span, &change, weighing)?))
             };
             touching.map(part).collect()
         };
@@ -154,24 +158,26 @@ impl Problem<'_> {
         meaning.places().iter().filter_map(share).collect()
     }
 
-    /// Change of the whitened residuals of a shot with a change of its channels; none where it is not a number.
+    /// Change of the whitened residuals of a shot with a change of the channels of its run; none where it is not a number.
     pub(crate) fn response(
         &self,
-        xi: &[f64],
+        (xi, runs): (&[f64], &Runs),
         shot: usize,
         change: &dyn Fn(usize) -> Vec<f64>,
         weighing: &Weighing,
     ) -> Option<Vec<f64>> {
         let (data, span) = (&self.data.shots[shot], &self.spans(weighing.horizon)[shot]);
-        let late = self.late(xi, shot);
+        let run = runs[shot].as_ref()?;
         let mut all = Vec::with_capacity(self.rows_of(shot));
         for (channel, _) in data.traces.iter().enumerate().filter(|(_, trace)| trace.is_some()) {
             let begin = all.len();
-            let (gain, _) = self.chain(xi, channel);
+            let chain = self.chain(xi, shot, channel);
             let weights = self.weights(shot, channel, weighing);
             let series = change(channel);
             for (&time, &weight) in data.times.iter().zip(&weights) {
-                all.push(if weight > 0.0 { -gain * weight * span.at(&series, time - late).0 } else { 0.0 });
+                let at = chain.machine_time(time);
+                let counts = weight > 0.0 && !chain.is_clipped(span.at(&run[channel], at).0, time);
+                all.push(if counts { -chain.gain * weight * span.at(&series, at).0 } else { 0.0 });
             }
             self.whiten(channel, &weights, &mut all[begin..]);
         }

@@ -1,15 +1,16 @@
 //! The comparison of one model with a set: runs, residuals in standard deviations, and their derivatives.
 //!
 //! A residual is `(measured - gain * model(t - shift) - offset)/sigma`, whitened where the noise is correlated; there
-//! is a shift only where a study does not say which times of the machine move with a trigger that scatters.
+//! is a shift where a study does not say which times of the machine move with a trigger that scatters, where a channel lags, and
+//! where a clock runs fast ([`chain`]).
 
+mod chain;
 mod derivatives;
 
 use nalgebra::DVector;
 
 use crate::Fault;
 use crate::data::{ChannelInfo, Data};
-use crate::disturbance::Course;
 use crate::fit::Fit;
 use crate::machine::{Job, Machine, ParameterPlace, Span};
 use crate::magnitude::RESOLVED;
@@ -95,7 +96,11 @@ impl Problem<'_> {
                 Meaning::Relative { places, .. } => places.iter().for_each(|&k| values[k] *= unknown.value(xi)),
                 Meaning::Value { places, .. } => places.iter().for_each(|&k| values[k] = unknown.value(xi)),
                 Meaning::Late { places, .. } => places.iter().for_each(|&k| values[k] += unknown.value(xi)),
-                Meaning::Offset { .. } | Meaning::Gain { .. } | Meaning::Course { .. } => {}
+                Meaning::Offset { .. }
+                | Meaning::Gain { .. }
+                | Meaning::Course { .. }
+                | Meaning::Lag { .. }
+                | Meaning::Clock { .. } => {}
             }
         }
         values
@@ -142,21 +147,17 @@ impl Problem<'_> {
 
     fn residuals_of(&self, shot: usize, xi: &[f64], (runs, span): (&Runs, &Span), weighing: &Weighing) -> Vec<f64> {
         let data = &self.data.shots[shot];
-        let late = self.late(xi, shot);
         let mut all = Vec::with_capacity(self.rows_of(shot));
         for (channel, trace) in data.traces.iter().enumerate() {
             let begin = all.len();
             let (Some(trace), Some(run)) = (trace, &runs[shot]) else { continue };
-            let (gain, offset) = self.chain(xi, channel);
-            let courses = self.courses(xi, shot, channel);
-            let added =
-                |time: f64| courses.iter().map(|(course, amplitude)| amplitude * course.value(time)).sum::<f64>();
+            let chain = self.chain(xi, shot, channel);
             let weights = self.weights(shot, channel, weighing);
             for (k, &time) in data.times.iter().enumerate() {
                 let weight = weights[k];
                 all.push(if weight > 0.0 {
-                    let model = span.at(&run[channel], time - late).0;
-                    (trace.values[k] - gain * model - offset - added(time)) * weight
+                    let model = span.at(&run[channel], chain.machine_time(time)).0;
+                    (trace.values[k] - chain.shown(model, time)) * weight
                 } else {
                     0.0
                 });
@@ -285,47 +286,12 @@ impl Problem<'_> {
         }
     }
 
-    /// Gain and offset of a channel.
-    pub(crate) fn chain(&self, xi: &[f64], channel: usize) -> (f64, f64) {
-        let (mut gain, mut offset) = (1.0, 0.0);
-        for (unknown, &xi) in self.unknowns.iter().zip(xi) {
-            match unknown.meaning {
-                Meaning::Gain { channel: own, .. } if own == channel => gain = unknown.value(xi),
-                Meaning::Offset { channel: own, .. } if own == channel => offset = unknown.value(xi),
-                _ => {}
-            }
-        }
-        (gain, offset)
-    }
-
-    /// What the measuring chain adds to a channel in a shot, with its amplitudes.
-    fn courses(&self, xi: &[f64], shot: usize, channel: usize) -> Vec<(Course, f64)> {
-        let own = self.unknowns.iter().zip(xi).filter(|(unknown, _)| unknown.touches(shot));
-        let course = |(unknown, &xi): (&Unknown, &f64)| match unknown.meaning {
-            Meaning::Course { channel: own, course, .. } if own == channel => Some((course, unknown.value(xi))),
-            _ => None,
-        };
-        own.filter_map(course).collect()
-    }
-
-    /// How far the record of a shot is shifted (s).
-    pub(crate) fn late(&self, xi: &[f64], shot: usize) -> f64 {
-        let is_shift =
-            |unknown: &Unknown| matches!(&unknown.meaning, Meaning::Late { places, .. } if places.is_empty());
-        let own = self.unknowns.iter().zip(xi);
-        own.filter(|(unknown, _)| unknown.touches(shot) && is_shift(unknown))
-            .map(|(unknown, &xi)| unknown.value(xi))
-            .sum()
-    }
-
-    /// Channels as they would be shown: with gain, offset and delay, at the times of the shot.
+    /// A channel as it would be shown, at the times of the shot.
     pub fn shown(&self, xi: &[f64], runs: &Runs, shot: usize, channel: usize) -> Vec<f64> {
         let data = &self.data.shots[shot];
         let Some(run) = &runs[shot] else { return Vec::new() };
-        let ((gain, offset), late) = (self.chain(xi, channel), self.late(xi, shot));
-        let courses = self.courses(xi, shot, channel);
-        let added = |time: f64| courses.iter().map(|(course, amplitude)| amplitude * course.value(time)).sum::<f64>();
-        let shown = |&time: &f64| gain * data.span.at(&run[channel], time - late).0 + offset + added(time);
+        let chain = self.chain(xi, shot, channel);
+        let shown = |&time: &f64| chain.shown(data.span.at(&run[channel], chain.machine_time(time)).0, time);
         data.times.iter().map(shown).collect()
     }
 }

@@ -1,7 +1,10 @@
 //! Clipping: samples that stand exactly at the largest or smallest value because the range of a sensor or recorder ends there.
 //!
 //! A clipped signal comes to its limit at speed, stays there to the last digit, and leaves at speed.  A part that rests (before the
-//! first or after the last move) is none, nor is a signal of two levels.
+//! first or after the last move) is none, nor is a signal of two levels.  A part of a machine that is stopped at speed looks the same in a
+//! record without noise; where noise is seen elsewhere but not at the limit, the limit is that of the measuring chain ([`end_of_range`]).
+
+use super::scatter;
 
 /// Fewest equal samples in a row.
 const FEWEST: usize = 4;
@@ -11,6 +14,10 @@ const BETWEEN: f64 = 0.05;
 const EQUAL: f64 = 0.5;
 /// How steep a signal comes and leaves, as a part of its range per sample.
 const STEEP: f64 = 1e-4;
+/// Smallest noise, as a part of the range, that is more than the digits of a simulated record.
+const SEEN: f64 = 1e-6;
+/// Largest chance of a run of equal samples that is taken for the end of a range.
+const CHANCE: f64 = 1e-4;
 
 /// Values at the end of the range.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -32,6 +39,49 @@ pub struct Limit {
     pub longest: usize,
     /// Position of the first sample of that run.
     pub index: usize,
+}
+
+/// Where the range of a measuring chain ends by its records, whose smallest and largest values are `(low, high)`; infinite where it
+/// does not.
+///
+/// The end of a range hides the noise that is seen elsewhere: so many equal samples at the extreme of all records are no chance.
+pub fn end_of_range<'r>(records: impl Iterator<Item = (&'r [f64], &'r [f64])>, (low, high): (f64, f64)) -> (f64, f64) {
+    let (mut bottom, mut top) = (f64::NEG_INFINITY, f64::INFINITY);
+    for (times, values) in records {
+        let is_seen = |sigma: f64| sigma > SEEN * (high - low);
+        let Some(own) = scatter(times, values).filter(|own| own.is_settled && is_seen(own.sigma)) else { continue };
+        // A sample of normal noise about the middle of a step falls into that step, which is the most likely one.
+        let alike = share_within(0.5 * own.step.unwrap_or(0.0) / own.sigma);
+        let ends = |value: f64| {
+            let run = longest_run(values, value);
+            run >= FEWEST && alike.powi(run as i32 - 1) * values.len() as f64 <= CHANCE
+        };
+        if ends(high) {
+            top = high;
+        }
+        if ends(low) {
+            bottom = low;
+        }
+    }
+    (bottom, top)
+}
+
+/// The most samples in a row that have exactly this value.
+fn longest_run(values: &[f64], value: f64) -> usize {
+    let (mut longest, mut run) = (0, 0);
+    for &own in values {
+        run = if own == value { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    longest
+}
+
+/// Share of a normal distribution within so many standard deviations of its mean (Abramowitz and Stegun, 7.1.26, to 1.5e-7).
+fn share_within(deviations: f64) -> f64 {
+    let x = deviations / std::f64::consts::SQRT_2;
+    let t = 1.0 / (1.0 + 0.327_591_1 * x);
+    let sum = ((((1.061_405_429 * t - 1.453_152_027) * t + 1.421_413_741) * t - 0.284_496_736) * t + 0.254_829_592) * t;
+    1.0 - sum * (-x * x).exp()
 }
 
 /// Where a record is clipped; none where it is not.
@@ -89,6 +139,28 @@ mod tests {
         assert!(found.bottom.is_none() && top.value == 10.0, "{found:?}");
         assert!(top.samples <= beyond && top.samples + 30 > beyond && top.longest > 100, "{top:?}, {beyond} beyond");
         assert_eq!(clipping(&exact), None);
+    }
+
+    /// A range that ends is told of noise that is missing there, at rest, too; a stop of the machine is not, nor is a recorder that shows
+    /// little but its steps.
+    #[test]
+    fn the_end_of_a_range_hides_the_noise() {
+        let mut draws = Draws(5);
+        let times: Vec<f64> = (0..1000).map(f64::from).collect();
+        let fall = |k: usize| if k < 200 { 9.0 } else { 9.0 * (-(k as f64 - 200.0) / 300.0).exp() };
+        let mut of = |noise: f64, step: f64, end: f64| -> (f64, f64) {
+            let value = |k: usize| ((fall(k).min(8.0) + noise * draws.normal()).min(end) / step).round() * step;
+            let values: Vec<f64> = (0..1000).map(value).collect();
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            end_of_range(std::iter::once((&times[..], &values[..])), (low, high))
+        };
+        let none = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(of(0.02, 0.01, 7.5), (f64::NEG_INFINITY, 7.5));
+        for (noise, step) in [(0.02, 0.01), (0.004, 0.01), (0.001, 0.01), (0.0, 0.01), (0.0, 1e-9)] {
+            assert_eq!(of(noise, step, 100.0), none, "{noise} {step}");
+        }
+        assert_eq!(of(0.0, 1e-9, 7.5), none);
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod sampling;
 mod scatter;
 mod spikes;
 
-pub use clipping::{Clipping, clipping};
+pub use clipping::{Clipping, clipping, end_of_range};
 pub use drift::{Drift, drift};
 pub use edge::{Edge, edge, is_two_level};
 pub use hum::{HARMONICS, Line, MAINS, hum};

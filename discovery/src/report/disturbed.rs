@@ -1,10 +1,14 @@
-//! What was taken up beside the machine, and how much is left: noise larger than stated, hum, drift, scatter, spikes, model error.
+//! What was taken up beside the machine, and how much is left: noise larger than stated, hum, drift, lag, a wrong clock, the end of
+//! a range, scatter, spikes, model error.
 
 use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
+use crate::data::{Data, Trace};
 use crate::disturbance::{Added, Level, Spike};
+use crate::magnitude::shown;
 use crate::search::Status;
+use crate::unknowns::Meaning;
 
 /// A channel with a gap below this is noisier by what was stated than it is.
 const OVERSTATED: f64 = 0.6;
@@ -58,6 +62,8 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
         sentences.push(format!("{} scatters from shot to shot by about {:.1} %", own.label, 100.0 * own.sigma));
     }
+    let clipped = clipped(data, &mut sentences);
+    let timing = timing(scene, &mut sentences);
     let close: Vec<String> = scene.findings.ambiguous.iter().map(crate::catalogue::Candidate::label).collect();
     if scene.findings.status != Status::Ambiguous && close.len() > 1 {
         sentences.push(format!("these explain equally well what is left: {}", close.join(", ")));
@@ -74,7 +80,59 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         json!({"shot": shot.number, "channel": name(own.channel), "time": number(shot.times[own.sample])})
     };
     let spikes: Vec<Value> = found.spikes.iter().map(spike).collect();
-    json!({"levels": levels, "added": added, "scatter": scatter, "spikes": spikes, "sentences": sentences})
+    json!({"levels": levels, "added": added, "scatter": scatter, "spikes": spikes, "timing": timing, "clipped": clipped,
+        "sentences": sentences})
+}
+
+/// Channels that lag and a clock that runs fast, by the last fit.
+fn timing(scene: &Scene<'_>, sentences: &mut Vec<String>) -> Value {
+    let Ok(problem) = scene.last.base.problem(scene.setup) else { return Value::Null };
+    let mut all = Vec::new();
+    for (unknown, &xi) in problem.unknowns.iter().zip(&scene.last.fit.xi) {
+        let value = unknown.value(xi);
+        match unknown.meaning {
+            Meaning::Lag { channel, .. } => {
+                let name = &problem.data.channels[channel].name;
+                let word = if value < 0.0 { "early" } else { "late" };
+                sentences.push(format!(
+                    "{name} is {:.2e} s {word} beside the other channels: a lag of its measuring chain",
+                    value.abs()
+                ));
+                all.push(json!({"channel": name, "seconds": number(value)}));
+            }
+            Meaning::Clock { .. } => {
+                let word = if value < 0.0 { "slow" } else { "fast" };
+                sentences.push(format!("the clock of the records runs {word} by {:.2} %", 100.0 * value.abs()));
+                all.push(json!({"clock": number(value)}));
+            }
+            _ => {}
+        }
+    }
+    Value::Array(all)
+}
+
+/// Where the range of a channel ends, and how many samples stand there.
+fn clipped(data: &Data, sentences: &mut Vec<String>) -> Value {
+    let mut all = Vec::new();
+    for (channel, info) in data.channels.iter().enumerate() {
+        for limit in [info.limits.0, info.limits.1].into_iter().filter(|limit| limit.is_finite()) {
+            let values = data.shots.iter().filter_map(|shot| shot.traces[channel].as_ref());
+            let there =
+                |trace: &Trace| trace.values.iter().zip(&trace.used).filter(|&(&v, &used)| used && v == limit).count();
+            let samples: usize = values.map(there).sum();
+            if samples == 0 {
+                continue;
+            }
+            let end = limit * info.scale;
+            all.push(json!({"channel": info.name, "value": number(end), "samples": samples}));
+            let words = format!("{} shows nothing beyond {} {}", info.name, shown(end), info.unit);
+            sentences.push(format!(
+                "{}, where {samples} samples stand: the model is compared up to there",
+                words.trim_end()
+            ));
+        }
+    }
+    Value::Array(all)
 }
 
 fn spikes_in_words(scene: &Scene<'_>, spikes: &[Spike]) -> Option<String> {

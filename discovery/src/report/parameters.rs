@@ -44,6 +44,7 @@ fn kind(unknown: &Unknown) -> &'static str {
         Meaning::Offset { .. } => "offset",
         Meaning::Gain { .. } => "gain",
         Meaning::Course { .. } => "amplitude",
-        Meaning::Late { .. } => "seconds",
+        Meaning::Clock { .. } => "part",
+        Meaning::Late { .. } | Meaning::Lag { .. } => "seconds",
     }
 }

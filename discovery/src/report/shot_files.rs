@@ -125,7 +125,8 @@ fn chain(scene: &Scene<'_>, (extended, problem): (&Extended, &Problem<'_>), (xi,
     let mut text = String::from("# what the report shows of a run, in the units of the table:\n");
     // Writing to a String cannot fail.
     for (k, info) in setup.data.channels.iter().enumerate().filter(|&(k, _)| data.traces[k].is_some()) {
-        let (gain, offset) = problem.chain(xi, k);
+        let chain = problem.chain(xi, shot, k);
+        let (gain, offset) = (chain.gain, chain.offset);
         let mut shown = format!("({})", extended.channels[k]);
         if gain != 1.0 {
             shown = format!("{gain:?}*{shown}");
@@ -136,18 +137,34 @@ fn chain(scene: &Scene<'_>, (extended, problem): (&Extended, &Problem<'_>), (xi,
         if info.scale != 1.0 {
             shown = format!("{:?}*({shown})", info.scale);
         }
+        let (low, high) = (info.limits.0 * info.scale, info.limits.1 * info.scale);
+        let mut ends = [low.min(high), low.max(high)].into_iter().filter(|end| end.is_finite()).peekable();
+        if ends.peek().is_some() {
+            let ends: Vec<String> = ends.map(|end| format!("{end:?}")).collect();
+            shown = format!("{shown}, no farther than {}", ends.join(" and "));
+        }
         let unit = if info.unit.is_empty() { String::new() } else { format!(" {}", info.unit) };
         let _ = writeln!(text, "#   {}", plain(&format!("{} = {shown}{unit}", info.name)));
     }
-    let late = problem.late(xi, shot);
-    if late != 0.0 {
-        let _ = writeln!(text, "# the record is {late:?} s late: its time t is the time t - {late:?} s of the run");
-    }
     for (unknown, &xi) in problem.unknowns.iter().zip(xi).filter(|(own, _)| own.touches(shot)) {
-        if let Meaning::Course { channel, .. } = unknown.meaning {
-            let (value, info) = (unknown.value(xi) * setup.data.channels[channel].scale, &setup.data.channels[channel]);
-            let _ = writeln!(text, "# {}", plain(&format!("beside it {}: {value:?} {}", unknown.name, info.unit)));
-        }
+        let value = unknown.value(xi);
+        let line = match &unknown.meaning {
+            Meaning::Course { channel, .. } => {
+                let info = &setup.data.channels[*channel];
+                format!("beside it {}: {:?} {}", unknown.name, value * info.scale, info.unit)
+            }
+            Meaning::Late { places, .. } if places.is_empty() && value != 0.0 => {
+                format!("the record is {value:?} s late: its time t is the time t - {value:?} s of the run")
+            }
+            Meaning::Lag { channel, .. } => {
+                format!("{} is {value:?} s late beside it", setup.data.channels[*channel].name)
+            }
+            Meaning::Clock { .. } => {
+                format!("the clock of the record runs fast: its time t is the time {:?}*t of the run", 1.0 - value)
+            }
+            _ => continue,
+        };
+        let _ = writeln!(text, "# {}", plain(&line));
     }
     text
 }

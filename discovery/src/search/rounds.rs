@@ -88,7 +88,15 @@ impl Search<'_> {
         if !is_left && !is_known && is_answered {
             return Ok(None);
         }
-        let found = self.left(hypothesis, fit)?;
+        let mut found = self.left(hypothesis, fit)?;
+        // An effect that gets no name may have imitated what disturbs the fit without it.
+        if !is_answered && fit.cost < last.fit.cost {
+            let own = self.left(&last.base, &last.fit)?;
+            let is_more = own.disturbances.fitted() > found.disturbances.fitted();
+            if is_more && self.fit_with(last, &own.disturbances)?.cost < fit.cost + LEAD {
+                found = own;
+            }
+        }
         Ok(is_new(&self.setup.disturbances, &found.disturbances).then_some(found.disturbances))
     }
 
@@ -103,11 +111,10 @@ impl Search<'_> {
         for pass in findings.passes.iter().filter(may_imitate) {
             let found = self.left(&pass.base, &pass.fit)?;
             let known = &self.setup.disturbances;
-            let is_more = found.disturbances.scatter.len() > known.scatter.len()
-                || found.disturbances.added.len() > known.added.len();
+            let is_more = found.disturbances.fitted() > known.fitted();
             let enough = noise(pass.expected).max(last.fit.misfit + LEAD);
             if is_more
-                && (found.misfit * pass.expected < enough || self.misfit_with(pass, &found.disturbances)? < enough)
+                && (found.misfit * pass.expected < enough || self.fit_with(pass, &found.disturbances)?.misfit < enough)
             {
                 return Ok(Some(found.disturbances));
             }
@@ -115,15 +122,14 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// The misfit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
-    fn misfit_with(&self, pass: &Pass, found: &Disturbances) -> Result<f64, Fault> {
+    /// The fit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
+    fn fit_with(&self, pass: &Pass, found: &Disturbances) -> Result<Fit, Fault> {
         let levels = self.setup.disturbances.levels.clone();
         let setup = self.setup.disturbed(Disturbances { levels, ..found.clone() })?;
         let (before, problem) = (pass.base.problem(self.setup)?, pass.base.problem(&setup)?);
         let known = |name: &str| before.unknowns.iter().position(|own| own.name == name);
         let start = problem.unknowns.iter().map(|own| known(&own.name).map_or(0.0, |k| pass.fit.xi[k]));
-        let fit = minimise(&problem, &start.collect::<Vec<_>>(), &self.whole(), Effort::LONG, None)?;
-        Ok(fit.misfit)
+        minimise(&problem, &start.collect::<Vec<_>>(), &self.whole(), Effort::LONG, None)
     }
 
     fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<crate::leftover::Leftover, Fault> {
@@ -154,10 +160,7 @@ fn is_new(known: &Disturbances, found: &Disturbances) -> bool {
         let ratio = found.level(k).factor / known.level(k).factor;
         !(1.0 / SAME..=SAME).contains(&ratio)
     });
-    changed
-        || more(known.spikes.len(), found.spikes.len())
-        || more(known.added.len(), found.added.len())
-        || more(known.scatter.len(), found.scatter.len())
+    changed || more(known.spikes.len(), found.spikes.len()) || more(known.fitted(), found.fitted())
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What disturbs a bench as laboratories disturb it, beside the noise that is stated: hum of the mains, drift, parameters that
-//! scatter from shot to shot, noise larger than stated, samples missing in bursts, heavy tails with spikes.
+//! scatter from shot to shot, noise larger than stated, samples missing in bursts, heavy tails with spikes, a channel whose range is too
+//! small, a recorder whose clock is wrong.
 //!
 //! A disturbance draws its numbers from streams of its own, so that a bench with one is the same bench as without it.
 
@@ -9,7 +10,9 @@ use crate::random::Stream;
 use std::f64::consts::TAU;
 
 /// Kinds, by the word that requests and plans use.
-pub const KINDS: [&str; 6] = ["hum", "drift", "scatter", "loud", "gaps", "tails"];
+pub const KINDS: [&str; 8] = ["hum", "drift", "scatter", "loud", "gaps", "tails", "clipped", "clock"];
+/// Of these, one at random disturbs a trial of a plan that names none.
+pub const DRAWN: [&str; 6] = ["hum", "drift", "scatter", "loud", "gaps", "tails"];
 
 /// Amplitude of the hum, in standard deviations of the stated noise, and its frequency (Hz).
 const HUM: (f64, f64) = (1.0, 50.0);
@@ -26,6 +29,10 @@ const BURSTS: (usize, usize) = (4, 30);
 /// Degrees of freedom of heavy tails; share and size of spikes in standard deviations.
 const TAILS: f64 = 4.0;
 const SPIKES: (f64, f64) = (0.003, 20.0);
+/// Where the range of a channel ends, as a share of what it would show.
+const RANGE: (f64, f64) = (0.6, 0.95);
+/// By which part a clock runs fast or slow.
+const CLOCK: (f64, f64) = (0.002, 0.006);
 
 /// True if this disturbance is asked for.
 fn has(draft: &Draft, kind: &str) -> bool {
@@ -79,6 +86,28 @@ pub fn added(draft: &Draft, place: usize, channel: usize, times: &[f64]) -> Vec<
         }
     }
     values
+}
+
+/// The channel whose range ends before its signals do, and where (true signals of all shots).
+pub fn end_of_range(draft: &Draft, ideal: &[Vec<[f64; 6]>]) -> Option<(usize, f64)> {
+    if !has(draft, "clipped") {
+        return None;
+    }
+    let mut own = stream(draft, "clipped");
+    let channel = *own.pick(&draft.channels);
+    let all = || ideal.iter().flatten().map(|row| row[channel]);
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    Some((channel, low + own.uniform(RANGE.0, RANGE.1) * (high - low)))
+}
+
+/// The times of the machine at the times that the recorder writes (s).
+pub fn machine_times(draft: &Draft, mut times: Vec<f64>) -> Vec<f64> {
+    if has(draft, "clock") {
+        let mut own = stream(draft, "clock");
+        let part = own.uniform(CLOCK.0, CLOCK.1) * if own.chance(0.5) { 1.0 } else { -1.0 };
+        times.iter_mut().for_each(|time| *time *= 1.0 - part);
+    }
+    times
 }
 
 /// Factor on the noise of which the set says nothing.

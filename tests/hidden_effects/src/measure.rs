@@ -28,11 +28,11 @@ pub fn sigma(draft: &Draft, channel: usize) -> f64 {
 /// True signals of a shot.
 pub fn ideal(draft: &Draft, place: usize) -> Result<Vec<[f64; 6]>, Failure> {
     let (machine, conditions) = draft.actual(place);
-    shot::run(&machine, &conditions, &times(), shot::TOLERANCE)
+    shot::run(&machine, &conditions, &disturb::machine_times(draft, times()), shot::TOLERANCE)
 }
 
-/// What the recorders of a shot hold, rounded to their steps.
-pub fn recorded(draft: &Draft, place: usize, ideal: &[[f64; 6]]) -> Vec<[f64; 6]> {
+/// What the recorders of a shot hold, rounded to their steps; `end` is a channel and the largest value that it shows.
+pub fn recorded(draft: &Draft, place: usize, ideal: &[[f64; 6]], end: Option<(usize, f64)>) -> Vec<[f64; 6]> {
     let mut stream = Stream::new(draft.request.seed, &format!("{} noise {place}", draft.request.name));
     let mut rows = vec![[0.0; 6]; ideal.len()];
     let rho = draft.correlation;
@@ -46,7 +46,8 @@ pub fn recorded(draft: &Draft, place: usize, ideal: &[[f64; 6]]) -> Vec<[f64; 6]
                 + draft.extra_offset[channel]
                 + NOISE[channel] * draft.noise * loud * noise
                 + added;
-            row[channel] = (value / STEP[channel]).round() * STEP[channel];
+            let largest = end.filter(|(own, _)| *own == channel).map_or(f64::INFINITY, |(_, end)| end);
+            row[channel] = (value.min(largest) / STEP[channel]).round() * STEP[channel];
             noise = rho * noise + (1.0 - rho * rho).sqrt() * stream.normal();
         }
     }
@@ -81,6 +82,7 @@ pub fn all(draft: &Draft) -> Result<Measured, String> {
             .map(|place| ideal(draft, place))
             .collect::<Result<_, _>>()
             .map_err(|failure| format!("{}: the run fails at {} s", draft.request.name, failure.time))?;
-    let recorded = ideal.iter().enumerate().map(|(place, rows)| recorded(draft, place, rows)).collect();
+    let end = disturb::end_of_range(draft, &ideal);
+    let recorded = ideal.iter().enumerate().map(|(place, rows)| recorded(draft, place, rows, end)).collect();
     Ok((ideal, recorded))
 }

@@ -8,7 +8,7 @@
 //!   {"kind": "outside", "effects": ["valve_drag"], "each": 4}, {"kind": "pair", "count": 40}, {"kind": "triple", "count": 10}]}
 //! ```
 
-use crate::disturb::KINDS;
+use crate::disturb::{DRAWN, KINDS};
 use crate::draft::{Request, draw_together};
 use crate::effects::{CATALOGUE, OUTSIDE};
 use crate::random::Stream;
@@ -37,12 +37,18 @@ pub fn requests(plan: &Value, seed: Option<u64>) -> Result<Vec<Request>, String>
     Ok(ordered.into_iter().map(|(_, request)| request).collect())
 }
 
-/// What disturbs a trial: one kind at random where its group says `"disturbed": true`.
+/// What disturbs a trial: one kind at random where its group says `"disturbed": true`, or one of those that it lists.
 fn disturbances(entry: &Value, seed: u64, name: &str) -> Result<Vec<String>, String> {
     match &entry["disturbed"] {
         Value::Null | Value::Bool(false) => Ok(Vec::new()),
-        Value::Bool(true) => Ok(vec![Stream::new(seed, &format!("{name} disturbance")).pick(&KINDS).to_string()]),
-        _ => Err("`disturbed` takes true or false".to_string()),
+        Value::Bool(true) => Ok(vec![Stream::new(seed, &format!("{name} disturbance")).pick(&DRAWN).to_string()]),
+        Value::Array(own) if !own.is_empty() => {
+            let of = |own: &Value| KINDS.into_iter().find(|kind| own.as_str() == Some(kind));
+            let own = own.iter().map(|own| of(own).ok_or(format!("no disturbance {own}: {}", KINDS.join(", "))));
+            let own = own.collect::<Result<Vec<&str>, String>>()?;
+            Ok(vec![Stream::new(seed, &format!("{name} disturbance")).pick(&own).to_string()])
+        }
+        _ => Err("`disturbed` takes true, false or a list of kinds".to_string()),
     }
 }
 

@@ -223,6 +223,10 @@ fn effects_and_places_of_one_name_are_told() {
         all.iter().any(|own| own["id"] == name && own["effect"] == name)
     };
     assert!(tried("Seep") && tried("Hyd.Effects.ChamberLeakage") && !tried("chamber_leakage"), "{report:#}");
+    study(&folder, "file = ", "without = [\"Hyd.Effects\", \"seep\"]\nfile = ");
+    let outcome = run(&own, &arguments);
+    let warning = "warning: line 3 of the study: `without` names `seep`, which is not an effect or a package of effects; did you mean `Seep`?\n";
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), warning));
     study(&folder, "file = ", "without = [\"Hyd.Effects\"]\nfile = ");
     let drive = folder.read("drv/drive.hyd");
     let second = "  replaceable Hyd.Places.NoLeakage other constrainedby Hyd.Places.PartialLeakage \

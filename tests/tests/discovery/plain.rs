@@ -27,7 +27,11 @@ struct Bench {
     shots: &'static [&'static [f64]],
     /// State that each channel shows, changed by the measuring chain.
     shown: fn(usize, f64) -> f64,
+    /// What the recorder makes of a number with its noise.
+    recorded: fn(usize, f64) -> f64,
     rates: Rates,
+    /// Effects that are left out.
+    without: &'static [&'static str],
     /// Length of a shot (s).
     stop: f64,
 }
@@ -59,7 +63,8 @@ fn integrate(bench: &Bench, shot: &[f64]) -> Vec<Vec<f64>> {
 fn write(folder: &Path, bench: &Bench) {
     let mut draws = Draws(23);
     fs::write(folder.join("plain.mo"), bench.model).expect("written");
-    let mut study = format!("file = \"plain.mo\"\n[models]\ndefault = \"{}\"\n[channels]\n", bench.class);
+    let mut study = format!("file = \"plain.mo\"\nwithout = {:?}\n", bench.without);
+    let _ = write!(study, "[models]\ndefault = \"{}\"\n[channels]\n", bench.class);
     for (column, variable, noise) in bench.channels {
         let _ = writeln!(study, "{column} = {{ variable = \"{variable}\", noise = {noise} }}");
     }
@@ -73,7 +78,11 @@ fn write(folder: &Path, bench: &Bench) {
         for (row, state) in integrate(bench, shot).iter().enumerate() {
             let _ = write!(text, "{:.7}", bench.stop * row as f64 / SAMPLES as f64);
             for (channel, (value, (_, _, noise))) in state.iter().zip(bench.channels).enumerate() {
-                let _ = write!(text, ",{:.9e}", (bench.shown)(channel, *value) + noise * draws.normal());
+                let _ = write!(
+                    text,
+                    ",{:.9e}",
+                    (bench.recorded)(channel, (bench.shown)(channel, *value) + noise * draws.normal())
+                );
             }
             text.push('\n');
         }
@@ -139,6 +148,8 @@ end Swing;
     shots: &[&[0.3, 0.0], &[0.6, 0.0], &[0.9, 0.0], &[0.45, 0.0], &[0.75, 0.0]],
     shown: |_, value| value,
     rates: |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1]) / 2.0],
+    recorded: |_, value| value,
+    without: &[],
     stop: 4.0,
 };
 
@@ -233,6 +244,8 @@ end Tank;
             let opening = shot[1] * (1.0 + (std::f64::consts::TAU * x[1] / 200.0).sin());
             vec![(0.02 * (opening - 0.15).max(0.0) - 0.004 * x[0]) / 0.5, 1.0]
         },
+        recorded: |_, value| value,
+        without: &[],
         stop: 600.0,
     };
     names(&bench, "named", "actuator_dead_zone", "u", &[("g", 0.15)]);
@@ -245,6 +258,79 @@ fn a_channel_that_is_clipped() {
     let report = answer(&bench);
     assert_eq!((&report["status"], &report["effects"][0]["id"]), (&"sensor".into(), &"clipping".into()), "{report:#}");
     assert_eq!(report["effects"][0]["component"], "x_m");
+}
+
+/// What is said of a bench on which nothing of the machine is missing.
+fn said_of_adequate(bench: &Bench) -> (Value, String) {
+    let report = answer(bench);
+    assert_eq!(report["status"], "adequate", "{report:#}");
+    let sentences = report["disturbed"]["sentences"].as_array().expect("a list").iter();
+    let sentences: Vec<&str> = sentences.filter_map(Value::as_str).collect();
+    (report["disturbed"].clone(), sentences.join("\n"))
+}
+
+const PUMPED: Bench = Bench {
+    name: "pumped",
+    model: "model Tank
+  parameter Real A(unit = \"m2\") = 0.5;
+  parameter Real c(unit = \"m2/s\") = 0.004;
+  parameter Real q(unit = \"m3/s\") = 0.02;
+  parameter Real h0(unit = \"m\") = 0.2;
+  parameter Real U(unit = \"1\") = 0.5;
+  Real u(unit = \"1\") \"pump\";
+  Real h(unit = \"m\", start = h0, fixed = true);
+equation
+  u = U*(1 + sin(0.0628318530717958647*time));
+  A*der(h) = q*u - c*h;
+end Tank;
+",
+    class: "Tank",
+    channels: &[("h_m", "h", 2e-3)],
+    conditions: &["h0", "U"],
+    nuisances: &["A", "c"],
+    shots: &[&[0.2, 0.5], &[1.5, 0.2], &[0.8, 0.6], &[0.5, 0.4], &[1.2, 0.3]],
+    shown: |_, value| value,
+    rates: |x, shot| {
+        let opening = shot[1] * (1.0 + (std::f64::consts::TAU * x[1] / 100.0).sin());
+        vec![(0.02 * opening - 0.004 * x[0]) / 0.5, 1.0]
+    },
+    recorded: |_, value| value,
+    without: &[],
+    stop: 600.0,
+};
+
+/// A recorder whose clock is slow by 1 %: its second is 1.01 s.
+#[test]
+fn a_clock_that_is_slow() {
+    let rates: Rates = |x, shot| (PUMPED.rates)(x, shot).into_iter().map(|rate| 1.01 * rate).collect();
+    let (disturbed, said) = said_of_adequate(&Bench { name: "slow-clock", rates, ..PUMPED });
+    let clock = disturbed["timing"][0]["clock"].as_f64().expect("a number");
+    assert!((clock + 0.01).abs() < 5e-4, "{clock}: {said}");
+    assert!(said.contains("the clock of the records runs slow by 1.0"), "{said}");
+}
+
+#[test]
+fn a_channel_that_lags_although_no_effect_does() {
+    // To first order in 5 ms, the exact lag of a swing whose speed is known.
+    let late: Rates = |x, _| {
+        let (x, v) = (x[0] + 0.005 * x[1], x[1]);
+        let rate = (-80.0 * x - 0.6 * v) / 2.0;
+        vec![v - 0.005 * rate, rate]
+    };
+    let (disturbed, said) = said_of_adequate(&Bench {
+        name: "lag",
+        rates: late,
+        without: &["Hyd.Effects.Sensing.Lag", "Hyd.Effects.Sensing.DeadTime"],
+        ..SWING
+    });
+    let seconds = disturbed["timing"][0]["seconds"].as_f64().expect("a number");
+    assert!((seconds - 0.005).abs() < 3e-4 && said.contains("s late beside the other channels"), "{seconds}: {said}");
+}
+
+#[test]
+fn the_range_of_a_sensor_that_ends() {
+    let (disturbed, said) = said_of_adequate(&Bench { name: "range", recorded: |_, value| value.min(2.5), ..PUMPED });
+    assert!(disturbed["clipped"][0]["value"] == 2.5 && said.contains("h_m shows nothing beyond 2.5"), "{said}");
 }
 
 #[test]
@@ -268,6 +354,8 @@ end Tank;
         shots: &[&[0.2, 0.01], &[1.5, 0.004], &[0.8, 0.012], &[0.5, 0.008], &[1.2, 0.006]],
         shown: |_, value| value,
         rates: |x, shot| vec![(shot[1] - 0.004 * x[0] - 0.2 * (x[0] - 1.1).max(0.0)) / 0.5],
+        recorded: |_, value| value,
+        without: &[],
         stop: 300.0,
     };
     names(&bench, "named", "overflow", "h", &[("k", 0.2), ("h_e", 1.1)]);
@@ -296,6 +384,8 @@ end RC;
         shots: &[&[0.0, 10.0], &[5.0, 0.0], &[2.0, 12.0], &[8.0, 3.0], &[0.0, 5.0]],
         shown: |_, value| value,
         rates: |x, shot| vec![((shot[1] - x[0]) / 1000.0 - 2e-4 * x[0]) / 1e-4],
+        recorded: |_, value| value,
+        without: &[],
         stop: 0.5,
     };
     names(&bench, "named", "shunt_resistance", "u", &[("G", 2e-4)]);
@@ -322,6 +412,8 @@ end Block;
         shots: &[&[295.0, 50.0], &[295.0, 150.0], &[295.0, 100.0], &[295.0, 200.0], &[295.0, 80.0]],
         shown: |_, value| value,
         rates: |x, shot| vec![(shot[1] - 2e-9 * (x[0].powi(4) - shot[0].powi(4))) / 200.0],
+        recorded: |_, value| value,
+        without: &[],
         stop: 1500.0,
     };
     names(&bench, "named", "radiation", "body.T", &[("k", 2e-9)]);
