@@ -11,7 +11,7 @@ use hyd_instance::class::{elements, nested_classes};
 use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
 use hyd_instance::{ClassId, ClassTable, InstId, InstanceTree, Sources};
-use hyd_source::{Diagnostic, Files, Severity, Span};
+use hyd_source::{Diagnostic, Files, Span};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
 use crate::pipeline::choose;
@@ -113,7 +113,7 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
             collect_classes(&mut table, class, kind, &mut found);
         }
     }
-    (found, table.files, table.diagnostics)
+    (found, table.files, table.messages.into_given())
 }
 
 /// The class in a file or folder whose name differs in case and underscores only, which is how classes are looked up: what the file was
@@ -128,7 +128,7 @@ fn misspelt(table: &mut ClassTable<'_>, full: &str) -> Option<ClassId> {
     })?;
     let last = full.rsplit('.').next().unwrap_or(full);
     let expected = format!("should define `{last}` and does not");
-    table.diagnostics.retain(|diagnostic| !diagnostic.message.ends_with(&expected));
+    table.messages.withdraw(|diagnostic| diagnostic.message.ends_with(&expected));
     Some(class)
 }
 
@@ -168,20 +168,20 @@ pub fn annotated_components(
         let mut table = ClassTable::new(sources);
         let classes = table.add_main(name, text);
         let Some(class) = choose(&mut table, name, &classes, model) else {
-            return Err((table.files, table.diagnostics));
+            return Err((table.files, table.messages.into_given()));
         };
         let tree = hyd_instance::instantiate_apart(table, class, Vec::new(), apart.clone()).map_err(|table| {
-            let ClassTable { files, diagnostics, .. } = *table;
-            (files, diagnostics)
+            let ClassTable { files, messages, .. } = *table;
+            (files, messages.into_given())
         })?;
-        if !tree.table.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+        if !tree.table.messages.has_errors() {
             let found = tree.instances.indices().filter_map(|id| component_of(&tree, id));
             return Ok(found.filter(|component| component.note.get(kind).is_some()).collect());
         }
         let known = apart.len();
         apart.extend(tree.differing().iter().cloned());
         if apart.len() == known {
-            return Err((tree.table.files, tree.table.diagnostics));
+            return Err((tree.table.files, tree.table.messages.into_given()));
         }
     }
 }

@@ -261,10 +261,10 @@ fn read(
     let mut table = ClassTable::new(sources);
     let classes = table.add_main(name, text);
     let parsed = (options.clock)();
-    let broken = table.diagnostics.iter().any(|d| d.severity == Severity::Error);
+    let broken = table.messages.has_errors();
     let chosen = if broken { None } else { choose(&mut table, name, &classes, options.model.as_deref()) };
     let Some(class) = chosen else {
-        return (Compilation::new(table.files, table.diagnostics), BTreeSet::new());
+        return (Compilation::new(table.files, table.messages.into_given()), BTreeSet::new());
     };
     let overrides = options.set.iter();
     let overrides = overrides.map(|(path, text)| Override { path: path.clone(), text: text.clone(), used: false });
@@ -272,20 +272,20 @@ fn read(
     let model_name: Arc<str> = table.full_name(class).into();
     let mut differing = BTreeSet::new();
     let mut result = match hyd_instance::instantiate_apart(table, class, overrides, apart) {
-        Err(table) => Compilation::new(table.files, table.diagnostics),
+        Err(table) => Compilation::new(table.files, table.messages.into_given()),
         Ok(mut tree) => {
             let instantiated = (options.clock)();
             debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
             let mut flat = hyd_flat::flatten_driven(&mut tree, extras.terms, extras.driven);
             flat.given = given(&flat, &options.set);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
-            if !tree.table.diagnostics.iter().any(|d| d.severity == Severity::Error) {
+            if !tree.table.messages.has_errors() {
                 // What follows a mistake may only seem unused.
                 tree.table.advise(&classes);
             }
             differing.clone_from(tree.differing());
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
-            let mut result = Compilation::new(tree.table.files, tree.table.diagnostics);
+            let mut result = Compilation::new(tree.table.files, tree.table.messages.into_given());
             result.set_at_translation = used;
             result.times.push(StageTime { name: "parse", seconds: parsed - start });
             result.times.push(StageTime { name: "instantiate", seconds: instantiated - parsed });

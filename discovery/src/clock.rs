@@ -78,7 +78,7 @@ impl Clock {
             return Err(format!("line {line}: a time is missing"));
         }
         if !is_plausible(t) {
-            return Err(format!("line {line}: {} s is no time", shown(t)));
+            return Err(format!("line {line}: {} s is not a time", shown(t)));
         }
         if let Some(&last) = self.times.last()
             && t <= last

@@ -224,7 +224,7 @@ fn shot_data(shot: &Shot, channels: &[ChannelInfo], study: &Study, idle: &mut [b
             let (place, name) = (study.place(&["channels", &channel.name]), &channel.name);
             let (raw, scale) = (shown(raw[k]), shown(channel.scale));
             let sentence = format!(
-                "{place}shot {}: channel `{name}`: {raw} by the scale {scale} is no value of a variable",
+                "{place}shot {}: channel `{name}`: {raw} by the scale {scale} is not a value of a variable",
                 shot.number
             );
             return Err(Fault::new(sentence));

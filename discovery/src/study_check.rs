@@ -127,7 +127,7 @@ impl Check<'_> {
 
     fn models(&self) -> Result<(), Fault> {
         match self.study.models.iter().find(|(_, class)| !is_class_name(class)) {
-            Some((key, class)) => Err(self.wrong(&["models", key], format!("`{class}` is no name of a class"))),
+            Some((key, class)) => Err(self.wrong(&["models", key], format!("`{class}` is not the name of a class"))),
             None => Ok(()),
         }
     }
@@ -152,7 +152,7 @@ impl Check<'_> {
                 return Err(self.wrong(&key("scale"), sentence));
             }
             if !(is_plausible(own.scale) && is_plausible(1.0 / own.scale)) {
-                let sentence = format!("channel `{name}`: the scale {} is no ratio of units", shown(own.scale));
+                let sentence = format!("channel `{name}`: the scale {} is not a ratio of units", shown(own.scale));
                 return Err(self.wrong(&key("scale"), sentence));
             }
             if own.variable.trim().is_empty() {
@@ -380,8 +380,14 @@ mod tests {
             ("z = { variable = \"x\", scale = 0 }", "line 6: channel `z`: the scale 0"),
             ("z = { variable = \"x\", nois = 1.0 }", "line 6: unknown field `nois`"),
             ("z = { variable = \"x\", noise = 1e300 }", "line 6: channel `z`: `noise` is 1e300, larger than anything"),
-            ("z = { variable = \"x\", scale = 1e-300 }", "line 6: channel `z`: the scale 1e-300 is no ratio of units"),
-            ("z = { variable = \"x\", scale = -1e300 }", "line 6: channel `z`: the scale -1e300 is no ratio of units"),
+            (
+                "z = { variable = \"x\", scale = 1e-300 }",
+                "line 6: channel `z`: the scale 1e-300 is not a ratio of units",
+            ),
+            (
+                "z = { variable = \"x\", scale = -1e300 }",
+                "line 6: channel `z`: the scale -1e300 is not a ratio of units",
+            ),
             (
                 "[nuisances]\nk = { parameter = \"k\", relative = 1e300 }",
                 "line 7: nuisance `k`: `relative` is 1e300, larger",

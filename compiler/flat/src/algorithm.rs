@@ -56,8 +56,7 @@ impl Flattener<'_, '_> {
             for (v, value) in assigned {
                 let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
                 let left = flat.model.templates.arena.slot(slot);
-                let (block, _) = flat.model.locate(v);
-                let discrete = flat.model.variables[block].variability == Variability::Discrete;
+                let discrete = flat.variable_of(v).variability == Variability::Discrete;
                 let kind = match (section.initial, discrete) {
                     (true, _) => Section::Initial,
                     (false, true) => Section::Discrete,
@@ -90,8 +89,7 @@ impl Flattener<'_, '_> {
                     | Node::Call2(..)
                     | Node::Apply(..)
             );
-            let (block, _) = self.model.locate(*v);
-            let variable = &self.model.variables[block];
+            let variable = self.variable_of(*v);
             let real = (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real);
             if operation && real {
                 let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
@@ -110,8 +108,7 @@ impl Flattener<'_, '_> {
     ) -> bool {
         for statement in statements {
             if let StatementKind::When(branches) = &statement.kind {
-                self.whens += 1;
-                let number = self.whens;
+                let number = self.next_when();
                 for (k, (condition, _)) in branches.iter().enumerate() {
                     match self.conditions(condition, number, k, scope, &Loops::default()) {
                         Some(found) => whens.push((condition.span, found)),

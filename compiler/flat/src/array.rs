@@ -3,18 +3,15 @@
 //! Each says which element of which argument its element at an index is; where that depends on a loop counter in a way
 //! that is not affine, the loops are run through.
 
-use hyd_instance::ScalarType;
+use hyd_instance::{Builtin, ScalarType};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{BinaryOp, Expr, ExprKind};
 
+use crate::call::List;
 use crate::context::{Context, Fail};
-use crate::flatten::{Flattener, sizes_text};
+use crate::flatten::Flattener;
 use crate::index::Affine;
 use crate::lower::Typed;
-
-/// Names of the functions handled here.
-pub(crate) const ARRAY_FUNCTIONS: &[&str] =
-    &["diagonal", "cat", "vector", "matrix", "scalar", "transpose", "symmetric", "outerProduct", "cross", "skew"];
 
 /// The index as numbers from 0.
 fn constants<const N: usize>(index: &[Affine]) -> Result<[usize; N], Fail> {
@@ -31,105 +28,26 @@ fn at(positions: &[usize]) -> Vec<Affine> {
 }
 
 impl Flattener<'_, '_> {
-    /// Sizes of the result; reports arguments that do not fit.
-    pub(crate) fn shape_of_array_function(
-        &mut self,
-        span: Span,
-        name: &str,
-        list: &[Expr],
-        cx: &mut Context,
-    ) -> Result<Vec<usize>, Fail> {
-        let count = if matches!(name, "outerProduct" | "cross") { 2 } else { 1 };
-        if name == "cat" {
-            return self.shape_of_cat(span, list, cx);
-        }
-        self.expect_arguments(span, name, list, count)?;
-        let shape = self.shape(&list[0], cx)?;
-        let wrong = |flat: &mut Self, wanted: &str, expr: &Expr, shape: &[usize]| {
-            let message = format!("`{name}` takes {wanted}, but this has the sizes {}", sizes_text(shape));
-            Err(flat.error(Code::ArrayShape, expr.span, message))
-        };
-        let long = shape.iter().filter(|&&size| size > 1).count();
-        match name {
-            "diagonal" if shape.len() == 1 => Ok(vec![shape[0]; 2]),
-            "diagonal" => wrong(self, "a vector", &list[0], &shape),
-            "vector" if long <= 1 => Ok(vec![shape.iter().product()]),
-            "vector" => wrong(self, "an array with at most one size above 1", &list[0], &shape),
-            "matrix" if shape.iter().skip(2).all(|&size| size == 1) => {
-                Ok(vec![shape.first().copied().unwrap_or(1), shape.get(1).copied().unwrap_or(1)])
-            }
-            "matrix" => wrong(self, "an array whose third and further sizes are 1", &list[0], &shape),
-            "scalar" if shape.iter().all(|&size| size == 1) => Ok(Vec::new()),
-            "scalar" => wrong(self, "an array with one element", &list[0], &shape),
-            "transpose" if shape.len() >= 2 => {
-                let mut turned = shape;
-                turned.swap(0, 1);
-                Ok(turned)
-            }
-            "transpose" => wrong(self, "a matrix", &list[0], &shape),
-            "symmetric" if shape.len() == 2 && shape[0] == shape[1] => Ok(shape),
-            "symmetric" => wrong(self, "a square matrix", &list[0], &shape),
-            "skew" if shape == [3] => Ok(vec![3, 3]),
-            "skew" => wrong(self, "a vector of 3 elements", &list[0], &shape),
-            "cross" | "outerProduct" => {
-                let other = self.shape(&list[1], cx)?;
-                for (expr, shape) in list.iter().zip([&shape, &other]) {
-                    if name == "cross" && shape != &[3] {
-                        return wrong(self, "vectors of 3 elements", expr, shape);
-                    }
-                    if shape.len() != 1 {
-                        return wrong(self, "vectors", expr, shape);
-                    }
-                }
-                Ok(if name == "cross" { shape } else { vec![shape[0], other[0]] })
-            }
-            _ => Ok(shape),
-        }
-    }
-
-    /// `cat(k, a, b, ...)`: all sizes but the k-th agree.
-    fn shape_of_cat(&mut self, span: Span, list: &[Expr], cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        let [along, first, rest @ ..] = list else {
-            return Err(self.error(Code::BadArguments, span, "`cat` takes a dimension and at least one array"));
-        };
-        let k = self.affine(along, cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
-        let mut shape = self.shape(first, cx)?;
-        let Some(k) = usize::try_from(k - 1).ok().filter(|&k| k < shape.len()) else {
-            let message = format!("`cat` along dimension {k} of arrays with {} dimensions", shape.len());
-            return Err(self.error(Code::ArrayShape, along.span, message));
-        };
-        for part in rest {
-            let other = self.shape(part, cx)?;
-            let mut fitting = other.clone();
-            if let Some(size) = fitting.get_mut(k) {
-                *size = shape[k];
-            }
-            self.check_same_sizes("the arrays put together", part.span, &shape, &fitting)?;
-            shape[k] += other[k];
-        }
-        Ok(shape)
-    }
-
     /// The element of the result at `index`.
     pub(crate) fn lower_array_function(
         &mut self,
         span: Span,
-        name: &str,
+        function: Builtin,
         list: &[Expr],
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
-        let shape = self.shape_of_array_function(span, name, list, cx)?;
+        let shape = function.sizes(&mut List { flat: self, function, span, list, cx })?;
         if index.len() < shape.len() {
             return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
         }
-        match name {
-            "diagonal" => {
+        match function {
+            Builtin::Diagonal => {
                 let [i, j] = constants(index)?;
                 if i == j { self.lower(&list[0], cx, &index[..1]) } else { Ok(self.literal(0.0, ScalarType::Integer)) }
             }
-            "cat" => self.lower_cat(list, cx, index),
-            "vector" => {
+            Builtin::Cat => self.lower_cat(list, cx, index),
+            Builtin::Vector => {
                 let inner = self.shape(&list[0], cx)?;
                 let long = inner.iter().position(|&size| size > 1);
                 let mut position = at(&vec![0; inner.len()]);
@@ -138,30 +56,30 @@ impl Flattener<'_, '_> {
                 }
                 self.lower(&list[0], cx, &position)
             }
-            "matrix" => {
+            Builtin::Matrix => {
                 let rank = self.shape(&list[0], cx)?.len();
                 let mut position: Vec<Affine> = index[..rank.min(2)].to_vec();
                 position.resize(rank, Affine::constant(0));
                 self.lower(&list[0], cx, &position)
             }
-            "scalar" => {
+            Builtin::Scalar => {
                 let rank = self.shape(&list[0], cx)?.len();
                 self.lower(&list[0], cx, &at(&vec![0; rank]))
             }
-            "transpose" => {
+            Builtin::Transpose => {
                 let mut turned = index.to_vec();
                 turned.swap(0, 1);
                 self.lower(&list[0], cx, &turned)
             }
-            "symmetric" => {
+            Builtin::Symmetric => {
                 let [i, j] = constants(index)?;
                 self.lower(&list[0], cx, &at(&[i.min(j), i.max(j)]))
             }
-            "outerProduct" => {
+            Builtin::OuterProduct => {
                 let (x, y) = (self.lower(&list[0], cx, &index[..1])?, self.lower(&list[1], cx, &index[1..2])?);
                 self.combine(span, hyd_syntax::tree::BinaryOp::Mul, x, y)
             }
-            "cross" => {
+            Builtin::Cross => {
                 let [i] = constants(index)?;
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let first = self.product_of(span, list, cx, [j, k])?;

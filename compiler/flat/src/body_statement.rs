@@ -88,9 +88,7 @@ impl Flattener<'_, '_> {
         let (condition, text) = (&parts.condition, &parts.text);
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "`assert`", &test)?;
-        let mark = self.tree.table.diagnostics.len();
-        let text = self.text_value(text, cx).unwrap_or_else(|_| hyd_syntax::print_expr(text));
-        self.tree.table.diagnostics.truncate(mark);
+        let text = self.quietly(|flat| flat.text_value(text, cx)).unwrap_or_else(|_| hyd_syntax::print_expr(text));
         self.step(Step::Check(test.node, text.into()));
         Ok(())
     }
@@ -182,21 +180,14 @@ impl Flattener<'_, '_> {
 
     fn build_for(&mut self, iterators: &[Iterator], body: &[Statement], cx: &mut Context) -> Result<(), Fail> {
         let Some((iterator, rest)) = iterators.split_first() else { return self.run(body, cx).map(|_| ()) };
-        let diagnostics = self.tree.table.diagnostics.len();
         let mark = cx.names.len();
-        let counted = self.block(|flat| flat.build_counted(iterator, rest, body, cx));
+        let (counted, draft) = self.attempt(|flat| flat.block(|flat| flat.build_counted(iterator, rest, body, cx)));
         cx.names.truncate(mark);
-        match counted {
-            Ok((steps, ())) => {
-                steps.into_iter().for_each(|step| self.step(step));
-                Ok(())
-            }
-            Err(Fail::Opaque) => {
-                self.tree.table.diagnostics.truncate(diagnostics);
-                self.build_written(iterator, rest, body, cx)
-            }
-            Err(fail) => Err(fail),
+        if matches!(counted, Err(Fail::Opaque)) {
+            return self.build_written(iterator, rest, body, cx);
         }
+        self.keep(draft);
+        counted.map(|(steps, ())| steps.into_iter().for_each(|step| self.step(step)))
     }
 
     /// A loop that counts its turns in a register.

@@ -11,7 +11,7 @@ use hyd_source::Span;
 use hyd_syntax::tree::{Arguments, Name};
 
 use crate::context::{Context, Local};
-use crate::flatten::{Flattener, Mark};
+use crate::flatten::Flattener;
 use crate::function::Outputs;
 use crate::index::{Affine, Slots};
 use crate::model::UnitClaim;
@@ -120,23 +120,24 @@ impl Flattener<'_, '_> {
         for k in 0..self.slots.calls.known[position].place.implicit.len() {
             self.note_subscripts_of(self.slots.calls.known[position].place.implicit[k].0);
         }
-        let known = &mut self.slots.calls.known[position];
-        let all = &mut self.model.claims;
+        let known = &self.slots.calls.known[position];
         let end = known.noted + known.claims.len();
-        let noted = known.claims.first() == all.get(known.noted) && known.claims.last() == all.get(end.wrapping_sub(1));
+        let noted = known.claims.first() == self.claim_at(known.noted)
+            && known.claims.last() == self.claim_at(end.wrapping_sub(1));
         if !known.claims.is_empty() && !noted {
-            known.noted = all.len();
-            all.extend(known.claims.iter().cloned());
+            let (claims, place) = (known.claims.clone(), self.claims());
+            self.slots.calls.known[position].noted = place;
+            self.tables().claims.extend(claims);
         }
-        Some(known.outputs.clone())
+        Some(self.slots.calls.known[position].outputs.clone())
     }
 
-    /// Remembers a call that gave arrays and made nothing else but claims.
+    /// Remembers a call that gave arrays and made nothing else but claims, which are kept next.
     pub(crate) fn remember_call(
         &mut self,
         span: Span,
         arguments: &Arguments,
-        before: &Mark,
+        claims: &[UnitClaim],
         outputs: &Outputs,
         cx: &Context,
     ) {
@@ -144,12 +145,7 @@ impl Flattener<'_, '_> {
         if !self.may_be_known(cx) || !outputs.iter().any(|(_, local)| whole(local)) {
             return;
         }
-        let mut now = self.mark();
-        let claims = self.model.claims.get(before.claims..).unwrap_or_default().to_vec();
-        now.claims = before.claims;
-        if *before != now {
-            return;
-        }
+        let noted = self.claims();
         let all = &mut self.slots.calls.known;
         all.retain(|known| known.place.depth <= cx.depth);
         let mut here = all.iter().enumerate().filter(|(_, known)| known.place.depth == cx.depth);
@@ -159,8 +155,8 @@ impl Flattener<'_, '_> {
         all.push(Known {
             place: Place::new(span, arguments, &self.asked, cx),
             outputs: outputs.clone(),
-            claims,
-            noted: before.claims,
+            claims: claims.to_vec(),
+            noted,
         });
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use hyd_instance::class::elements;
 use hyd_instance::modifier::AstMod;
 use hyd_instance::shape::Shape;
-use hyd_instance::{ClassTable, InstId, LocalClass, Resolved, Scope, Value};
+use hyd_instance::{Builtin, ClassTable, InstId, LocalClass, Resolved, Scope, Value};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::{
     Arguments, ClassBody, ClassDef, Component, ComponentRef, Direction, Element, Expr, Name, Statement, StatementKind,
@@ -109,11 +109,13 @@ impl Flattener<'_, '_> {
         cx: &Context,
     ) -> Result<(LocalClass, Arc<ClassDef>), Fail> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
-        let before = self.tree.table.diagnostics.len();
+        self.tree.table.messages.begin();
         let resolved = self.tree.resolve(cx.scope, function);
+        let mut said = self.tree.table.messages.end();
         if resolved.is_err() && function.parts.len() == 1 {
-            self.suggest_function(before, &function.parts[0].name.name, cx.scope);
+            self.suggest_function(&mut said, &function.parts[0].name.name, cx.scope);
         }
+        self.tree.table.messages.report_all(said);
         match resolved? {
             Resolved::Class(local) => {
                 let def = self.tree.table.class(local.class).def.clone();
@@ -124,15 +126,14 @@ impl Flattener<'_, '_> {
     }
 
     /// The message for an unknown name in place of a function speaks of functions.
-    fn suggest_function(&mut self, before: usize, name: &str, scope: Scope) {
-        if self.tree.table.diagnostics.iter().skip(before).all(|d| d.code != Code::UnknownName) {
+    fn suggest_function(&mut self, said: &mut [Diagnostic], name: &str, scope: Scope) {
+        if said.iter().all(|d| d.code != Code::UnknownName) {
             return;
         }
-        let own = self.tree.visible_classes(scope);
-        let builtin = hyd_symbolic::Function::ALL.iter().map(|f| f.name());
-        let operators = ["der", "pre", "edge", "change", "sum", "product", "size", "fill", "zeros", "ones", "linspace"];
-        let help = did_you_mean(name, own.iter().map(|n| n.as_ref()).chain(builtin).chain(operators));
-        for message in self.tree.table.diagnostics.iter_mut().skip(before).filter(|d| d.code == Code::UnknownName) {
+        let mut names = self.tree.visible_classes(scope);
+        names.extend(Builtin::names().map(Name::from));
+        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
+        for message in said.iter_mut().filter(|d| d.code == Code::UnknownName) {
             message.message = format!("there is no function `{name}` here");
             message.notes = help.iter().cloned().collect();
         }
@@ -294,10 +295,7 @@ impl Flattener<'_, '_> {
         if !complete && self.mentions_counter(expr, cx) {
             return Err(Fail::NeedsExpansion);
         }
-        let said = self.tree.table.diagnostics.len();
-        let value = self.tree.evaluate(expr, cx.scope, &env);
-        self.tree.table.diagnostics.truncate(said);
-        match value {
+        match self.tree.quietly(|tree| tree.evaluate(expr, cx.scope, &env)) {
             Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
             _ => Ok(None),
         }
@@ -317,9 +315,7 @@ impl Flattener<'_, '_> {
             if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
                 continue;
             }
-            let mark = self.tree.table.diagnostics.len();
-            let known = self.affine(dim, cx).ok().and_then(|affine| affine.as_constant());
-            self.tree.table.diagnostics.truncate(mark);
+            let known = self.quietly(|flat| flat.affine(dim, cx)).ok().and_then(|affine| affine.as_constant());
             if let Some(wanted) = known.filter(|&wanted| wanted != size as i64) {
                 let name = &input.name.name;
                 let message = format!("the input `{name}` has the size {wanted} here, but this has {size}");

@@ -3,8 +3,8 @@
 //! A function is read where it is called, up to its first mistake.  Where a call fails, for its arguments or for something
 //! inside, the rest of the text is looked through for unknown names, so that one run tells them all.
 
-use hyd_instance::Scope;
-use hyd_source::Code;
+use hyd_instance::{Builtin, Scope};
+use hyd_source::{Code, Diagnostic};
 use hyd_syntax::tree::{ClassBody, ComponentRef, Iterator, Name};
 use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
@@ -13,14 +13,15 @@ use crate::context::Context;
 use crate::flatten::Flattener;
 
 /// Statements that look like calls.
-const STATEMENTS: [&str; 3] = ["assert", "terminate", "reinit"];
+const STATEMENTS: [&str; 2] = ["assert", "terminate"];
 
 impl Flattener<'_, '_> {
     /// Reports the unknown names of a function, once.
     pub(crate) fn look_at_names(&mut self, callee: &Callee) {
-        if !self.looked_at.insert(callee.inst) {
+        if self.all_notes().any(|notes| notes.looked_at.contains(&callee.inst)) {
             return;
         }
+        self.tables().notes.looked_at.insert(callee.inst);
         let own: Vec<Name> = callee.components.iter().map(|(_, c)| c.name.name.clone()).collect();
         for (frame, part) in callee.shape.frames.iter().enumerate() {
             let owner = self.tree.table.class(part.class).def.clone();
@@ -35,7 +36,16 @@ impl Flattener<'_, '_> {
     }
 
     fn look_at_name(&mut self, reference: &ComponentRef, role: Role, scope: Scope) {
-        let before = self.tree.table.diagnostics.len();
+        let ((), draft) = self.attempt(|flat| flat.ask_for_name(reference, role, scope));
+        // What has been said at this place is not said again.
+        let place = |d: &Diagnostic| d.labels.iter().find(|l| l.primary).map(|l| l.span);
+        let known = |new: &Diagnostic| self.tree.table.messages.iter().any(|old| place(old) == place(new));
+        if !draft.said().iter().any(known) {
+            self.keep(draft);
+        }
+    }
+
+    fn ask_for_name(&mut self, reference: &ComponentRef, role: Role, scope: Scope) {
         match role {
             Role::Called => {
                 let _ = self.called_class(reference, &Context::new(scope));
@@ -48,12 +58,6 @@ impl Flattener<'_, '_> {
             Role::Read | Role::Connected => {
                 let _ = self.tree.resolve(scope, reference);
             }
-        }
-        // What has been said at this place is not said again.
-        let places = |d: &hyd_source::Diagnostic| d.labels.iter().find(|l| l.primary).map(|l| l.span);
-        let (old, new) = self.tree.table.diagnostics.split_at(before);
-        if new.iter().any(|d| old.iter().any(|o| places(o) == places(d))) {
-            self.tree.table.diagnostics.truncate(before);
         }
     }
 }
@@ -81,7 +85,7 @@ impl Visitor for Search<'_> {
         let known = !reference.global && (self.own.contains(first) || self.loops.contains(first));
         let predefined = single
             && role == Role::Called
-            && (crate::call::is_predefined(first) || STATEMENTS.contains(&first.as_ref()));
+            && (Builtin::from_name(first).is_some() || STATEMENTS.contains(&first.as_ref()));
         if !known && !predefined && first.as_ref() != "Boolean" {
             self.found.push((reference.clone(), role));
         }

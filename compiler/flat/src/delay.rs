@@ -90,9 +90,7 @@ impl Flattener<'_, '_> {
         let fixed = |slot: &hyd_symbolic::SlotId| match &self.slots.keys[slot.0 as usize] {
             SlotKey::Number(_) | SlotKey::Quantity(_) => true,
             SlotKey::Variable(Kind::Start, ..) => true,
-            SlotKey::Variable(Kind::Var, v, _) => {
-                self.model.variables[self.model.locate(*v).0].variability <= Variability::Parameter
-            }
+            SlotKey::Variable(Kind::Var, v, _) => self.variable_of(*v).variability <= Variability::Parameter,
             SlotKey::Variable(..) => false,
         };
         !contains_time(arena, node) && !contains_initial(arena, node) && slots(arena, &[node]).iter().all(fixed)
@@ -117,9 +115,10 @@ impl Flattener<'_, '_> {
             self.give_unit(most, "s");
             most
         });
-        let first = self.model.delay_sites();
+        let first = self.delay_sites();
         let count = dims.iter().product::<usize>() as u32;
-        self.model.delays.push(DelayBlock { first, count, source, value, time, most: most.filter(|_| parts.varying) });
+        let most_varying = most.filter(|_| parts.varying);
+        self.tables().delays.push(DelayBlock { first, count, source, value, time, most: most_varying });
 
         let mut slot = |kind: Kind, first: VarId| {
             let slot = self.slots.slot(SlotKey::Variable(kind, first, offset.clone()));
@@ -165,13 +164,12 @@ impl Flattener<'_, '_> {
             holds = arena.and(holds, below);
             text = format!("{text} or above its upper bound");
         }
-        let message = self.model.messages.len() as u32;
-        self.model.messages.push(Message { text: text.into(), parts: Vec::new(), error: true });
+        let message = self.add_message(Message { text: text.into(), parts: Vec::new(), error: true });
         self.emit(Section::Assert(message), holds, zero, dims, origin);
     }
 
     fn give_unit(&mut self, v: VarId, unit: &str) {
-        if let Some(block) = self.model.variables.raw.last_mut().filter(|block| block.first == v) {
+        if let Some(block) = self.newest().filter(|block| block.first == v) {
             block.unit = Some(unit.into());
         }
     }

@@ -16,17 +16,17 @@ use crate::model::{EquationBlock, Operand, Section, Target, VarId};
 impl Flattener<'_, '_> {
     /// The equations made last determine discrete variables: looked at in the end.
     pub(crate) fn note_discrete(&mut self) {
-        if let Some(last) = self.model.equations.len().checked_sub(1)
-            && self.discrete_equations.last() != Some(&last)
-        {
-            self.discrete_equations.push(last);
+        let tables = self.tables();
+        let known = &mut tables.notes.discrete;
+        if let Some(last) = tables.equations.len().checked_sub(1).filter(|last| known.last() != Some(last)) {
+            known.push(last);
         }
     }
 
     /// Reports discrete variables with values that change between events.
     pub(crate) fn check_discrete_time(&mut self) {
         let mut reported = Vec::new();
-        for at in std::mem::take(&mut self.discrete_equations) {
+        for at in std::mem::take(&mut self.notes.discrete) {
             let Some(block) = self.model.equations.get(at) else { continue };
             let template = self.model.templates.get(block.template);
             let operands = block.operands_of(0, template.arity as usize);

@@ -10,6 +10,7 @@ use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, TemplateId, canonical};
 
 use crate::context::Fail;
+use crate::draft::append;
 use crate::flatten::Flattener;
 use crate::index::{SlotKey, advance};
 use crate::model::{ConstId, EquationBlock, Operand, Section, Target, VarId};
@@ -35,16 +36,7 @@ impl Flattener<'_, '_> {
     /// Adds `left = right` for all values of the counters.
     pub(crate) fn emit(&mut self, section: Section, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
         let Some(block) = self.equations_over(section, left, right, counts, origin) else { return };
-        // Loops that had to be run through give neighbours with one template.
-        if let Some(last) = self.model.equations.last_mut()
-            && (last.section, last.template, last.made) == (section, block.template, false)
-            && last.origin == *origin
-        {
-            last.count += block.count;
-            last.operands.extend(block.operands);
-        } else {
-            self.model.equations.push(block);
-        }
+        append(self.tables().equations, block);
     }
 
     /// `left = right` for all values of the counters; none if there are no values.
@@ -79,7 +71,7 @@ impl Flattener<'_, '_> {
     /// When all there may be are made; reported once.
     pub(crate) fn spend_operands(&mut self, counts: &[usize], width: usize, span: Span) -> Result<(), Fail> {
         self.check_operands(counts, width, span)?;
-        self.operands += volume(counts, width);
+        self.tables().notes.operands += volume(counts, width);
         Ok(())
     }
 
@@ -88,13 +80,14 @@ impl Flattener<'_, '_> {
     /// # Errors
     /// When that would be more than there may be; reported once.
     pub(crate) fn check_operands(&mut self, counts: &[usize], width: usize, span: Span) -> Result<(), Fail> {
-        if self.operands > MAX_OPERANDS {
+        if self.too_many_operands {
             return Err(Fail::Reported);
         }
-        if self.operands.saturating_add(volume(counts, width)) <= MAX_OPERANDS {
+        let before: u64 = self.all_notes().map(|notes| notes.operands).sum();
+        if before.saturating_add(volume(counts, width)) <= MAX_OPERANDS {
             return Ok(());
         }
-        self.operands = MAX_OPERANDS + 1;
+        self.too_many_operands = true;
         let message = format!("with this equation the model has more than {MAX_OPERANDS} operands, element by element");
         Err(self.error(Code::Limit, span, message))
     }

@@ -70,7 +70,7 @@ impl Flattener<'_, '_> {
             Node::Slot(slot) => match &self.slots.keys[slot.0 as usize] {
                 SlotKey::Number(_) => OF_32_BITS,
                 SlotKey::Variable(_, v, _) => {
-                    let fixed = self.model.variables[self.model.locate(*v).0].variability <= Variability::Parameter;
+                    let fixed = self.variable_of(*v).variability <= Variability::Parameter;
                     if fixed { OF_32_BITS } else { LARGEST }
                 }
                 SlotKey::Quantity(_) => f64::INFINITY,

@@ -9,16 +9,16 @@ use hyd_instance::{InstId, InstanceTree, Scope};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{BodyId, NodeId};
 use hyd_syntax::tree::ClassKind;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::body::{Builder, KnownBody};
 use crate::connect::Connections;
 use crate::context::{Context, Fail};
+use crate::draft::{Draft, Notes};
 use crate::emit::Canonical;
 use crate::index::{Affine, CounterId, Cut, Slots, Window};
 use crate::inject::{Injection, Pending};
-use crate::jump::JumpKey;
-use crate::model::{BlockId, ConstId, FlatModel, VarId};
+use crate::model::{BlockId, ConstId, FlatModel};
 use crate::unit_claim::FunctionUnits;
 
 /// Work in progress.
@@ -27,28 +27,22 @@ pub struct Flattener<'t, 's> {
     pub(crate) model: FlatModel,
     /// Block of each variable instance.
     pub(crate) blocks: FxHashMap<InstId, BlockId>,
+    /// What the equations so far leave for others to know.
+    pub(crate) notes: Notes,
+    /// Open attempts, one within the other.
+    pub(crate) drafts: Vec<Draft>,
     pub(crate) slots: Slots,
     /// Arrays of components whose subscripts around the text were asked for in the call being made.
     pub(crate) asked: Vec<InstId>,
     /// Statements run symbolically for the equation being lowered.
     pub(crate) statements: u32,
     pub(crate) connections: Connections,
-    pub(crate) whens: u32,
-    /// Folds taken apart so far.
-    pub(crate) folds: u32,
-    /// Variables made for derivatives that are differentiated.
-    pub(crate) rates: FxHashMap<VarId, VarId>,
     /// Expressions being worked on, one within the other, those of called functions within those of the caller.
     pub(crate) lowering: usize,
-    /// Expressions lowered for this equation so far, and operands of all equations.
+    /// Expressions lowered for this equation so far.
     pub(crate) lowered: u64,
-    pub(crate) operands: u64,
-    /// Where a `when` sets a whole variable.
-    pub(crate) set_in_when: FxHashMap<InstId, Span>,
-    /// Samples made so far: the variable that says when they are due.
-    pub(crate) samples: FxHashMap<(InstId, Span, Vec<i64>), VarId>,
-    /// Integers with events at their jumps: the variable of each.
-    pub(crate) jumps: Vec<(JumpKey, VarId)>,
+    /// Equations need more operands than there may be, and that has been said.
+    pub(crate) too_many_operands: bool,
     /// Whether a parameter waits for the start, as far as asked.
     pub(crate) late: FxHashMap<InstId, bool>,
     /// Functions that are being compiled, innermost last, and those that were.
@@ -60,10 +54,6 @@ pub struct Flattener<'t, 's> {
     pub(crate) injections: Vec<Pending>,
     /// Numbers with units made so far.
     pub(crate) quantities: FxHashMap<(Span, u64, Arc<str>), ConstId>,
-    /// Equations whose values must be discrete-time expressions.
-    pub(crate) discrete_equations: Vec<usize>,
-    /// Functions whose names have been looked at because a call failed.
-    pub(crate) looked_at: FxHashSet<InstId>,
     /// Units that functions declare.
     pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
     /// It has physical connectors on its outside, so that it needs a model around it.
@@ -79,18 +69,6 @@ pub struct Flattener<'t, 's> {
     paths: FxHashMap<InstId, Arc<str>>,
 }
 
-/// Lengths of the tables of the model, and of the messages of the tree.
-#[derive(PartialEq)]
-pub(crate) struct Mark {
-    variables: usize,
-    scalars: u32,
-    equations: usize,
-    delays: usize,
-    messages: usize,
-    pub claims: usize,
-    said: usize,
-}
-
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
 pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
     flatten_with(tree, &[])
@@ -104,66 +82,73 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
 /// The same where inputs of the model itself, given by their names, follow recorded samples.  What is not the name of an input of type
 /// Real stays without effect; [`FlatModel::driven`] says which there are.
 pub fn flatten_driven(tree: &mut InstanceTree<'_>, terms: &[Injection], driven: &[String]) -> FlatModel {
-    let root = tree.root;
-    let class = tree.instances[root].class;
-    let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
-    let span = tree.instances[root].span;
-    let mut flattener = Flattener {
-        model: FlatModel { name, description: tree.instances[root].description.clone(), ..FlatModel::default() },
-        tree,
-        blocks: FxHashMap::default(),
-        slots: Slots::default(),
-        asked: Vec::new(),
-        statements: 0,
-        connections: Connections::default(),
-        whens: 0,
-        folds: 0,
-        rates: FxHashMap::default(),
-        lowering: 0,
-        lowered: 0,
-        operands: 0,
-        set_in_when: FxHashMap::default(),
-        samples: FxHashMap::default(),
-        jumps: Vec::new(),
-        late: FxHashMap::default(),
-        builders: Vec::new(),
-        bodies: Vec::new(),
-        opaque_at: span,
-        injections: Vec::new(),
-        quantities: FxHashMap::default(),
-        discrete_equations: Vec::new(),
-        looked_at: FxHashSet::default(),
-        function_units: FxHashMap::default(),
-        is_component: false,
-        range_checks: FxHashMap::default(),
-        numbers: FxHashMap::default(),
-        canonical: FxHashMap::default(),
-        driven: driven.to_vec(),
-        driven_instances: Vec::new(),
-        paths: FxHashMap::default(),
-    };
-    flattener.read_experiment();
-    flattener.prepare_injections(terms);
-    flattener.settle_inputs_of_the_model();
-    flattener.declare(root);
-    flattener.note_ends();
-    flattener.drive_inputs();
-    let variables: Vec<InstId> = flattener.variable_instances();
-    for &inst in &variables {
-        flattener.attributes(inst);
-        flattener.bind(inst);
+    Flattener::new(tree, driven).model_of(terms, |_| {})
+}
+
+impl<'t, 's> Flattener<'t, 's> {
+    fn new(tree: &'t mut InstanceTree<'s>, driven: &[String]) -> Self {
+        let root = tree.root;
+        let class = tree.instances[root].class;
+        let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
+        let span = tree.instances[root].span;
+        Flattener {
+            model: FlatModel { name, description: tree.instances[root].description.clone(), ..FlatModel::default() },
+            tree,
+            blocks: FxHashMap::default(),
+            notes: Notes::default(),
+            drafts: Vec::new(),
+            slots: Slots::default(),
+            asked: Vec::new(),
+            statements: 0,
+            connections: Connections::default(),
+            lowering: 0,
+            lowered: 0,
+            too_many_operands: false,
+            late: FxHashMap::default(),
+            builders: Vec::new(),
+            bodies: Vec::new(),
+            opaque_at: span,
+            injections: Vec::new(),
+            quantities: FxHashMap::default(),
+            function_units: FxHashMap::default(),
+            is_component: false,
+            range_checks: FxHashMap::default(),
+            numbers: FxHashMap::default(),
+            canonical: FxHashMap::default(),
+            driven: driven.to_vec(),
+            driven_instances: Vec::new(),
+            paths: FxHashMap::default(),
+        }
     }
-    let bindings = flattener.model.equations.len();
-    flattener.sections(root);
-    flattener.check_injections();
-    let sections = flattener.model.equations.len();
-    flattener.connect_all();
-    flattener.check_ends();
-    flattener.balance_components(bindings, sections);
-    flattener.check_discrete_time();
-    flattener.take_given_values();
-    flattener.settle();
-    flattener.model
+
+    /// The flat model; `before_sections` is called when variables and bindings are there.
+    fn model_of(mut self, terms: &[Injection], before_sections: impl FnOnce(&mut Self)) -> FlatModel {
+        self.read_experiment();
+        self.prepare_injections(terms);
+        self.settle_inputs_of_the_model();
+        let root = self.tree.root;
+        self.declare(root);
+        self.note_ends();
+        self.drive_inputs();
+        let variables: Vec<InstId> = self.variable_instances();
+        for &inst in &variables {
+            self.attributes(inst);
+            self.bind(inst);
+        }
+        let bindings = self.model.equations.len();
+        before_sections(&mut self);
+        self.sections(root);
+        self.check_injections();
+        let sections = self.model.equations.len();
+        self.connect_all();
+        self.check_ends();
+        self.balance_components(bindings, sections);
+        self.check_discrete_time();
+        self.take_given_values();
+        self.settle();
+        let injectable = self.notes.injectable.iter().map(|&at| at as u32).collect();
+        FlatModel { injectable, ..self.model }
+    }
 }
 
 impl Flattener<'_, '_> {
@@ -207,21 +192,14 @@ impl Flattener<'_, '_> {
     fn with_counters(&mut self, start: Context, body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>) {
         self.begin_slots();
         let mut cx = start.clone();
-        let mark = self.tree.table.diagnostics.len();
-        let made = self.mark();
-        match body(self, &mut cx) {
-            Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
-            Err(Fail::NeedsExpansion) => {
-                self.tree.table.diagnostics.truncate(mark);
-                self.take_back(&made);
-                self.expand(&start, Vec::new(), body);
-            }
-            Err(Fail::Split(counter, cut)) => {
-                self.tree.table.diagnostics.truncate(mark);
-                self.take_back(&made);
+        let said = self.tree.table.messages.count();
+        match self.attempt(|flat| body(flat, &mut cx)) {
+            (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
+            (Err(Fail::NeedsExpansion), _) => self.expand(&start, Vec::new(), body),
+            (Err(Fail::Split(counter, cut)), _) => {
                 for next in parts(&start, &cx, counter, cut) {
                     self.with_counters(next, body);
-                    if self.tree.table.diagnostics.len() > mark {
+                    if self.tree.table.messages.count() > said {
                         return;
                     }
                 }
@@ -236,18 +214,15 @@ impl Flattener<'_, '_> {
         fixed: Vec<i64>,
         body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
     ) {
-        let errors = self.tree.table.diagnostics.len();
+        let said = self.tree.table.messages.count();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         // Calls are made once for all values: their slots stay.
         if self.slots.calls.is_empty() {
             self.begin_slots();
         }
-        let made = self.mark();
-        match body(self, &mut cx) {
-            Ok(()) | Err(Fail::Reported | Fail::Opaque) => {}
-            Err(Fail::NeedsExpansion) => {
-                self.tree.table.diagnostics.truncate(errors);
-                self.take_back(&made);
+        match self.attempt(|flat| body(flat, &mut cx)) {
+            (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
+            (Err(Fail::NeedsExpansion), _) => {
                 if fixed.len() == cx.counts.len() {
                     let span = self.tree.instances[start.scope.inst].span;
                     let _ = self.error(Code::NotStructural, span, "a subscript here cannot be computed before the run");
@@ -258,51 +233,20 @@ impl Flattener<'_, '_> {
                     let mut next = fixed.clone();
                     next.push(window.first + window.stride * k);
                     self.expand(start, next, body);
-                    if self.tree.table.diagnostics.len() > errors {
+                    if self.tree.table.messages.count() > said {
                         return;
                     }
                 }
             }
-            Err(Fail::Split(counter, cut)) => {
-                self.tree.table.diagnostics.truncate(errors);
-                self.take_back(&made);
+            (Err(Fail::Split(counter, cut)), _) => {
                 for next in parts(start, &cx, counter, cut) {
                     self.expand(&next, fixed.clone(), body);
-                    if self.tree.table.diagnostics.len() > errors {
+                    if self.tree.table.messages.count() > said {
                         return;
                     }
                 }
             }
         }
-    }
-
-    /// What there is before an attempt.
-    pub(crate) fn mark(&self) -> Mark {
-        Mark {
-            variables: self.model.variables.len(),
-            scalars: self.model.scalars,
-            equations: self.model.equations.len(),
-            delays: self.model.delays.len(),
-            messages: self.model.messages.len(),
-            claims: self.model.claims.len(),
-            said: self.tree.table.diagnostics.len(),
-        }
-    }
-
-    /// Takes back what an attempt has made beside its own equation (delays, samples).
-    fn take_back(&mut self, made: &Mark) {
-        self.model.variables.raw.truncate(made.variables);
-        self.model.scalars = made.scalars;
-        self.model.equations.truncate(made.equations);
-        self.model.delays.truncate(made.delays);
-        self.model.messages.truncate(made.messages);
-        self.model.claims.truncate(made.claims);
-        self.discrete_equations.retain(|&at| at < made.equations);
-        self.samples.retain(|_, due| due.0 < made.scalars);
-        self.jumps.retain(|(_, whole)| whole.0 < made.scalars);
-        self.rates.retain(|_, rate| rate.0 < made.scalars);
-        self.model.injectable.retain(|&at| (at as usize) < made.equations);
-        self.take_back_injections(made.scalars);
     }
 
     fn read_experiment(&mut self) {
@@ -380,7 +324,64 @@ pub(crate) fn scale(affine: &Affine, size: usize) -> Affine {
     }
 }
 
-/// Sizes for messages: `[3, 4]`, `scalar`.
-pub(crate) fn sizes_text(sizes: &[usize]) -> String {
-    if sizes.is_empty() { "scalar".into() } else { format!("{sizes:?}") }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inject::TermShape;
+    use hyd_instance::{ClassTable, SourceText, Sources};
+
+    struct NoLibraries;
+
+    impl Sources for NoLibraries {
+        fn find(&mut self, _: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+            Ok(None)
+        }
+    }
+
+    const TEXTS: [&str; 4] = [
+        "model M Real x[9](each start = 1, each fixed = true); Real y[3]; Real z[2]; discrete Integer n(start = 0);
+        equation der(x) = -x;
+        for k in 1:3 loop y[k] = delay(x[k*k], 0.1) + floor(3*x[k]); end for;
+        for k in 1:2 loop z[k] = if k > 1 then (if sample(0, k) then 1 else 2) else der(y[k]); end for;
+        when x[1] < 0.5 then n = pre(n) + 1; end when;
+        assert(x[1] > 0, \"below zero\"); end M;",
+        "function f input Real u(unit = \"m\"); output Real y[3]; algorithm for k in 1:3 loop y[k] := k*u; end for; end f;
+        model M Real x(unit = \"m\") = 2*time; Real y[3] = f(x); Real s; Real w[50];
+        equation w = fill(time, 50); s = sum(w[k]^2 for k in 1:50); end M;",
+        "model M Real x(start = 1, fixed = true); Boolean b; discrete Real h;
+        equation der(x) = if b then -x else sin(time); b = x > 0.5;
+        when {b, time > 2} then h = x; reinit(x, 1); end when; end M;",
+        "model M Real x; Real y[2];
+        equation x = unknown + 1; y[3] = f(2); when x > 1 then y[1] = x; end when; when x > 2 then y[1] = x; end when; end M;",
+    ];
+
+    fn shown(text: &str, rehearse: bool) -> String {
+        let mut sources = NoLibraries;
+        let mut table = ClassTable::new(&mut sources);
+        let class = *table.add_main("m.hyd", text).last().expect("a class");
+        let mut tree = hyd_instance::instantiate(table, class, Vec::new()).ok().expect("it can be instantiated");
+        let shape = TermShape::Expression("x[if true then 1 else 2]".into());
+        let term = Injection { path: "".into(), file: None, line: 2, name: "extra".into(), shape };
+        let model = Flattener::new(&mut tree, &[]).model_of(&[term], |flat| {
+            if rehearse {
+                flat.quietly(|flat| flat.sections(flat.tree.root));
+            }
+        });
+        let FlatModel { variables, equations, delays, messages, claims, injectable, scalars, .. } = &model;
+        let made = format!("{variables:#?}{equations:#?}{delays:?}{messages:?}{claims:#?}{injectable:?}{scalars}");
+        format!("{made}{:?}{:#?}", model.constants, tree.table.messages.into_given())
+    }
+
+    /// All sections, lowered as an attempt that is dropped before they are lowered for good, change nothing: no variable, no
+    /// equation, no number, no message.
+    #[test]
+    fn a_dropped_attempt_leaves_no_trace() {
+        for text in TEXTS {
+            let (once, rehearsed) = (shown(text, false), shown(text, true));
+            for (a, b) in once.lines().zip(rehearsed.lines()) {
+                assert_eq!(a, b, "{text}");
+            }
+            assert_eq!(once.len(), rehearsed.len());
+        }
+    }
 }

@@ -17,7 +17,7 @@ use crate::index::{Affine, CounterId, Kind, SlotKey};
 use crate::lower::Typed;
 use crate::made::Made;
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
-use hyd_instance::ScalarType;
+use hyd_instance::{Builtin, ScalarType};
 
 /// Folds over more elements are cut into pieces.
 pub(crate) const LONGEST: usize = 32;
@@ -38,18 +38,18 @@ pub(crate) enum Fold {
 }
 
 impl Fold {
-    /// The operation of that name.
-    pub(crate) fn by_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "sum" => Fold::Sum,
-            "product" => Fold::Product,
-            "min" => Fold::Min,
-            "max" => Fold::Max,
+    /// The operation of a function of the language.
+    pub(crate) fn of(builtin: Builtin) -> Option<Self> {
+        Some(match builtin {
+            Builtin::Sum => Fold::Sum,
+            Builtin::Product => Fold::Product,
+            Builtin::Min => Fold::Min,
+            Builtin::Max => Fold::Max,
             _ => return None,
         })
     }
 
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Fold::Sum => "sum",
             Fold::Product => "product",
@@ -68,17 +68,21 @@ impl Fold {
         }
     }
 
-    /// The fold of some nodes as a balanced tree, the neutral element for none.
-    pub(crate) fn combine(self, arena: &mut Arena, mut nodes: Vec<NodeId>) -> NodeId {
-        let pair = |arena: &mut Arena, a: NodeId, b: NodeId| match self {
+    /// Of two.
+    pub(crate) fn pair(self, arena: &mut Arena, a: NodeId, b: NodeId) -> NodeId {
+        match self {
             Fold::Sum => arena.add(a, b),
             Fold::Product => arena.mul(a, b),
             Fold::Min => arena.call2(Function::Min, a, b),
             Fold::Max => arena.call2(Function::Max, a, b),
-        };
+        }
+    }
+
+    /// The fold of some nodes as a balanced tree, the neutral element for none.
+    pub(crate) fn combine(self, arena: &mut Arena, mut nodes: Vec<NodeId>) -> NodeId {
         while nodes.len() > 1 {
             let pairs = nodes.chunks(2);
-            nodes = pairs.map(|two| if let [a, b] = two { pair(arena, *a, *b) } else { two[0] }).collect();
+            nodes = pairs.map(|two| if let [a, b] = two { self.pair(arena, *a, *b) } else { two[0] }).collect();
         }
         nodes.first().copied().unwrap_or_else(|| arena.constant(self.neutral()))
     }
@@ -101,21 +105,27 @@ impl<'t, 's> Flattener<'t, 's> {
             return Ok(None);
         }
         let outer = std::mem::take(&mut self.slots);
-        let mark = self.tree.table.diagnostics.len();
-        let made = self.fold_pieces(fold, total, span, cx, term);
+        let (made, draft) = self.attempt(|flat| flat.fold_pieces(fold, total, span, cx, term));
         self.slots = outer;
         match made {
             Ok(Some((first, strides))) => {
+                self.keep(draft);
                 let slot = self.slots.slot(SlotKey::Variable(Kind::Var, first, strides));
                 Ok(Some(Typed::real(self.model.templates.arena.slot(slot))))
             }
             // The elements need the counters one after the other: the usual way finds that out and says so.
-            Ok(None) | Err(Fail::NeedsExpansion | Fail::Split(..) | Fail::Opaque) => {
-                self.tree.table.diagnostics.truncate(mark);
-                Ok(None)
+            Ok(None) | Err(Fail::NeedsExpansion | Fail::Split(..) | Fail::Opaque) => Ok(None),
+            Err(Fail::Reported) => {
+                self.keep(draft);
+                Err(Fail::Reported)
             }
-            Err(Fail::Reported) => Err(Fail::Reported),
         }
+    }
+
+    /// The number of a fold that is taken apart.
+    fn next_fold(&mut self) -> u32 {
+        self.tables().notes.folds += 1;
+        self.all_notes().map(|notes| notes.folds).sum()
     }
 
     /// The first of the variables that hold the results, one per value of the counters around, and how they are counted.
@@ -146,8 +156,7 @@ impl<'t, 's> Flattener<'t, 's> {
 
         let pieces = full + usize::from(rest > 0);
         let origin = Origin { path: self.path(cx.scope.inst), span };
-        let number = self.folds + 1;
-        self.folds = number;
+        let number = self.next_fold();
         let sizes: Vec<usize> = around.iter().copied().filter(|&count| count > 1).chain([pieces]).collect();
         let parts = self.auxiliary(fold, format!("${}{number}.part", fold.name()), &sizes, origin.clone());
         let strides = strides(&around);
@@ -229,8 +238,7 @@ impl<'t, 's> Flattener<'t, 's> {
         if terms.len() <= LONGEST {
             return terms;
         }
-        self.folds += 1;
-        let name = format!("$sum{}", self.folds);
+        let name = format!("$sum{}", self.next_fold());
         let zero = Operand::new(Target::Const(self.number(0.0)));
         let mut level = 1;
         while terms.len() > PIECE {
@@ -260,7 +268,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let width = PIECE + 1;
         let ordered = operands.chunks(width).flat_map(|own| order.iter().map(|slot| own[slot.0 as usize])).collect();
         let count = (operands.len() / width) as u32;
-        self.model.equations.push(EquationBlock {
+        self.tables().equations.push(EquationBlock {
             section: Section::Continuous,
             made: true,
             template: id,

@@ -67,12 +67,12 @@ impl Flattener<'_, '_> {
         if let Some(outputs) = self.known_call(span, cx) {
             return Ok(outputs);
         }
-        let before = self.mark();
         let outside = std::mem::take(&mut self.asked);
-        let result = self.make_call(span, function, arguments, cx);
-        if let Ok(outputs) = &result {
-            self.remember_call(span, arguments, &before, outputs, cx);
+        let (result, draft) = self.attempt(|flat| flat.make_call(span, function, arguments, cx));
+        if let (Ok(outputs), Some(claims)) = (&result, draft.only_claims()) {
+            self.remember_call(span, arguments, claims, outputs, cx);
         }
+        self.keep(draft);
         let inside = std::mem::replace(&mut self.asked, outside);
         inside.into_iter().for_each(|array| self.note_subscripts_of(array));
         result
@@ -121,29 +121,23 @@ impl Flattener<'_, '_> {
             self.opaque_at = span;
             return Err(Fail::Opaque);
         }
-        let mark = self.tree.table.diagnostics.len();
-        let claims = self.model.claims.len();
-        match self.call_symbolically(span, callee, &values, cx) {
-            Err(Fail::Opaque) => {
-                self.tree.table.diagnostics.truncate(mark);
-                self.model.claims.truncate(claims);
-                self.call_compiled(span, callee, values, cx)
+        let (result, draft) = self.attempt(|flat| flat.call_symbolically(span, callee, &values, cx));
+        match &result {
+            Err(Fail::Opaque) => return self.call_compiled(span, callee, values, cx),
+            Ok(outputs) if !callee.generates_events() && self.is_large(&values, outputs) => {
+                let (compiled, own) = self.attempt(|flat| flat.call_compiled(span, callee, values, cx));
+                if compiled.is_ok() {
+                    self.keep(own);
+                    return compiled;
+                }
             }
-            Err(Fail::Reported) => {
-                self.look_at_names(callee);
-                Err(Fail::Reported)
-            }
-            Ok(outputs) if !callee.generates_events() && self.is_large(&values, &outputs) => {
-                let said = self.model.claims.split_off(claims);
-                self.call_compiled(span, callee, values, cx).or_else(|_| {
-                    self.tree.table.diagnostics.truncate(mark);
-                    self.model.claims.truncate(claims);
-                    self.model.claims.extend(said);
-                    Ok(outputs)
-                })
-            }
-            done => done,
+            _ => {}
         }
+        self.keep(draft);
+        if matches!(result, Err(Fail::Reported)) {
+            self.look_at_names(callee);
+        }
+        result
     }
 
     fn call_symbolically(

@@ -6,17 +6,16 @@
 //! component, or a piecewise linear function of time whose values at nodes are the parameters.  Terms are added while the
 //! text is lowered, before anything is eliminated or differentiated.  Knows nothing of what terms are good for.
 
-use std::sync::Arc;
-
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{Function, Node, NodeId};
 use hyd_syntax::tree::{ClassBody, EquationKind, Expr};
-use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+use hyd_system::{Settable, ValueKind, Variability};
 
 use crate::context::{Context, Fail};
 use crate::flatten::Flattener;
 use crate::index::{Affine, Kind, SlotKey};
-use crate::model::{PerElement, VarId};
+use crate::made::Made;
+use crate::model::VarId;
 
 /// A term to be added.
 #[derive(Clone, PartialEq, Debug)]
@@ -45,13 +44,10 @@ pub enum TermShape {
     PiecewiseLinear(Vec<f64>),
 }
 
-/// An injection and what has become of it.
+/// A term, and its expression as a tree.
 pub(crate) struct Pending {
     term: Injection,
     expression: Option<Expr>,
-    variable: Option<VarId>,
-    /// Text of the equation it was added to.
-    span: Option<Span>,
 }
 
 impl Flattener<'_, '_> {
@@ -70,7 +66,7 @@ impl Flattener<'_, '_> {
                 }
                 _ => None,
             };
-            self.injections.push(Pending { term: term.clone(), expression, variable: None, span: None });
+            self.injections.push(Pending { term: term.clone(), expression });
         }
     }
 
@@ -109,13 +105,13 @@ impl Flattener<'_, '_> {
             if !self.is_meant(k, origin) {
                 continue;
             }
-            if self.injections[k].span.is_some_and(|span| span != origin.span) {
+            if self.injected_into(k).is_some_and(|span| span != origin.span) {
                 let name = self.injections[k].term.name.clone();
                 let message =
                     format!("the term `{name}` has two equations on its line to go to; give each a line of its own");
                 return Err(self.error(Code::Injection, origin.span, message));
             }
-            self.injections[k].span = Some(origin.span);
+            self.tables().notes.injected.push((k, origin.span));
             let term = self.term(k, origin, cx, index)?;
             sum = self.model.templates.arena.add(sum, term);
         }
@@ -140,8 +136,9 @@ impl Flattener<'_, '_> {
 
     /// `amplitude*shape`
     fn term(&mut self, k: usize, origin: &Origin, cx: &mut Context, index: &[Affine]) -> Result<NodeId, Fail> {
-        let variable = match self.injections[k].variable {
-            Some(variable) => variable,
+        let known = self.all_notes().flat_map(|notes| &notes.amplitudes).find(|(term, _)| *term == k);
+        let variable = match known {
+            Some(&(_, variable)) => variable,
             None => self.amplitude(k, origin),
         };
         if let TermShape::PiecewiseLinear(times) = self.injections[k].term.shape.clone() {
@@ -173,21 +170,15 @@ impl Flattener<'_, '_> {
             TermShape::PiecewiseLinear(times) => (term.name.clone(), vec![times.len()]),
             _ => (term.name.clone(), Vec::new()),
         };
-        let first = self.made_boolean(name.clone(), &sizes, origin.clone());
-        let (block, _) = self.model.locate(first);
-        let variable = &mut self.model.variables[block];
-        variable.name = NamePattern {
-            parts: vec![(Arc::from(name.as_str()), sizes.iter().map(|&size| size as u32).collect())],
-            derivative: false,
-        };
-        variable.kind = ValueKind::Real;
-        variable.variability = Variability::Parameter;
-        variable.settable = Settable::Yes;
-        variable.description = Some("amplitude of an injected term".into());
-        variable.made = None;
-        variable.protected = false;
-        variable.fixed = PerElement::All(true);
-        self.injections[k].variable = Some(first);
+        let shape = (ValueKind::Real, Variability::Parameter);
+        let first = self.make(Made::Event, name, &sizes, shape, origin.clone());
+        if let Some(variable) = self.newest() {
+            variable.settable = Settable::Yes;
+            variable.description = Some("amplitude of an injected term".into());
+            variable.made = None;
+            variable.protected = false;
+        }
+        self.tables().notes.amplitudes.push((k, first));
         first
     }
 
@@ -220,20 +211,16 @@ impl Flattener<'_, '_> {
         sum
     }
 
-    /// Forgets amplitudes that were declared by an attempt whose variables from `first` on are taken back.
-    pub(crate) fn take_back_injections(&mut self, first: u32) {
-        for pending in &mut self.injections {
-            if pending.variable.is_some_and(|variable| variable.0 >= first) {
-                (pending.variable, pending.span) = (None, None);
-            }
-        }
+    /// The text of the equation that a term was added to.
+    fn injected_into(&self, k: usize) -> Option<Span> {
+        self.all_notes().flat_map(|notes| &notes.injected).find(|(term, _)| *term == k).map(|&(_, span)| span)
     }
 
     /// Reports terms that found no equation.
     pub(crate) fn check_injections(&mut self) {
-        for pending in std::mem::take(&mut self.injections) {
+        for (k, pending) in std::mem::take(&mut self.injections).into_iter().enumerate() {
             let term = pending.term;
-            if pending.span.is_some() {
+            if self.injected_into(k).is_some() {
                 continue;
             }
             let place = if term.path.is_empty() { "the model".to_string() } else { format!("`{}`", term.path) };
@@ -249,7 +236,7 @@ impl Flattener<'_, '_> {
 
     fn injectable_lines(&self, path: &str) -> Vec<String> {
         let files = &self.tree.table.files;
-        let blocks = self.model.injectable.iter().map(|&block| &self.model.equations[block as usize].origin);
+        let blocks = self.notes.injectable.iter().map(|&block| &self.model.equations[block].origin);
         let mut lines: Vec<u32> = blocks.filter(|o| *o.path == *path).map(|o| files.location(o.span).line).collect();
         lines.sort_unstable();
         lines.dedup();

@@ -11,12 +11,13 @@
 use hyd_instance::ScalarType;
 use hyd_source::{Origin, Span};
 use hyd_symbolic::{Arena, Function, Node, NodeId, Relation, post_order};
-use hyd_system::ValueKind;
+use hyd_system::{ValueKind, Variability};
 
 use crate::context::{Context, Fail};
 use crate::flatten::{Flattener, scale};
 use crate::index::{Affine, Kind, SlotKey};
 use crate::lower::Typed;
+use crate::made::Made;
 use crate::model::{Section, VarId};
 
 /// What a variable for an integer belongs to: the expression, what its slots read, the loops around.
@@ -102,16 +103,15 @@ impl Flattener<'_, '_> {
         let slots = hyd_symbolic::slots(arena, &[guarded]);
         let keys: Vec<SlotKey> = slots.iter().map(|slot| self.slots.keys[slot.0 as usize].clone()).collect();
         let key = (guarded, keys, counts.clone());
-        let known = self.jumps.iter().find(|(k, _)| *k == key).map(|(_, v)| *v);
+        let known = self.all_notes().find_map(|notes| notes.jumps.iter().find(|(k, _)| *k == key).map(|(_, v)| *v));
         let first = match known {
             Some(first) => first,
             None => {
                 let origin = Origin { path: self.path(cx.scope.inst), span };
-                let name = format!("$whole{}", self.jumps.len() + 1);
-                let first = self.made_boolean(name, &counts, origin.clone());
-                let (block, _) = self.model.locate(first);
-                self.model.variables[block].kind = ValueKind::Integer;
-                self.jumps.push((key, first));
+                let number = self.all_notes().map(|notes| notes.jumps.len()).sum::<usize>() + 1;
+                let shape = (ValueKind::Integer, Variability::Discrete);
+                let first = self.make(Made::Event, format!("$whole{number}"), &counts, shape, origin.clone());
+                self.tables().notes.jumps.push((key, first));
                 self.emit_jump(first, (guard, z), &counts, cx, &origin)?;
                 first
             }

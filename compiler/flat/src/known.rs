@@ -4,7 +4,7 @@ use hyd_instance::{InstId, Resolved, Scope};
 use hyd_syntax::tree::{Expr, Name, Variability};
 
 use crate::flatten::Flattener;
-use crate::walk::{any_ref, calls_any, iterator_names};
+use crate::walk::{any_ref, iterator_names, reads_run};
 
 impl Flattener<'_, '_> {
     /// True if an expression is made of constants and parameters; the start may still have to find one of them.
@@ -31,7 +31,7 @@ impl Flattener<'_, '_> {
         loops: &[Name],
         late: &mut dyn FnMut(&mut Self, InstId) -> bool,
     ) -> bool {
-        if calls_any(expr, &["initial", "terminal", "sample", "edge", "change", "pre", "der"]) {
+        if reads_run(expr) {
             return true;
         }
         let mut iterators = iterator_names(expr);

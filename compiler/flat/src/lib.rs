@@ -23,6 +23,7 @@ mod connector_match;
 mod context;
 mod delay;
 mod discrete_time;
+mod draft;
 mod element_names;
 mod emit;
 mod exact;

@@ -11,11 +11,12 @@ use hyd_symbolic::{NodeId, Relation};
 use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, UnaryOp};
 
 use crate::context::{Context, Fail, Local};
-use crate::flatten::{Flattener, sizes_text};
+use crate::flatten::Flattener;
 use crate::fold::Fold;
 use crate::index::Affine;
 use crate::model::Section;
 use hyd_instance::InstId;
+use hyd_instance::sizes_text;
 
 /// A node with its type.
 #[derive(Clone, Debug)]

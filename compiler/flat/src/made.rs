@@ -99,10 +99,9 @@ impl Flattener<'_, '_> {
     ) -> VarId {
         let sizes: Vec<u32> = dims.iter().map(|&d| d as u32).collect();
         let name = NamePattern { parts: vec![(name.into(), sizes)], derivative: false };
-        let first = VarId(self.model.scalars);
+        let first = VarId(self.scalars());
         let count = name.count() as u32;
-        self.model.scalars += count;
-        self.model.variables.push(VariableBlock {
+        self.add_variables(VariableBlock {
             name,
             first,
             count,
@@ -130,7 +129,7 @@ impl Flattener<'_, '_> {
     /// Adds `left = right`, which says what a made variable is, for all values of the counters.
     pub(crate) fn define(&mut self, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
         if let Some(block) = self.equations_over(Section::Continuous, left, right, counts, origin) {
-            self.model.equations.push(EquationBlock { made: true, ..block });
+            self.tables().equations.push(EquationBlock { made: true, ..block });
         }
     }
 
@@ -155,11 +154,11 @@ impl Flattener<'_, '_> {
         if offset.as_constant().is_some() {
             differentiated.truncate(1);
         }
-        if !differentiated.iter().any(|v| self.rates.contains_key(v)) {
+        if !differentiated.iter().any(|&v| self.rate_of(v).is_some()) {
             let origin = Origin { path: self.path(cx.scope.inst), span };
             self.make_rates(&differentiated, &origin);
         }
-        let rates: Option<Vec<VarId>> = differentiated.iter().map(|v| self.rates.get(v).copied()).collect();
+        let rates: Option<Vec<VarId>> = differentiated.iter().map(|&v| self.rate_of(v)).collect();
         let rates = rates.ok_or(Fail::NeedsExpansion)?;
         let distance = |k: usize| i64::from(rates[k].0) - i64::from(rates[0].0);
         let moved = |k: usize| i64::from(differentiated[k].0) - i64::from(first.0);
@@ -172,10 +171,14 @@ impl Flattener<'_, '_> {
         Err(Fail::NeedsExpansion)
     }
 
+    fn rate_of(&self, v: VarId) -> Option<VarId> {
+        self.all_notes().find_map(|notes| notes.rates.get(&v).copied())
+    }
+
     /// Makes the derivatives of these variables.
     fn make_rates(&mut self, variables: &[VarId], origin: &Origin) {
-        let (block, _) = self.model.locate(variables[0]);
-        let (start, count) = (self.model.variables[block].first, self.model.variables[block].count as usize);
+        let block = self.variable_of(variables[0]);
+        let (start, count) = (block.first, block.count as usize);
         let mut sorted: Vec<u32> = variables.iter().map(|v| v.0).collect();
         sorted.sort_unstable();
         sorted.dedup();
@@ -186,18 +189,17 @@ impl Flattener<'_, '_> {
         };
         let mut operands = Vec::with_capacity(2 * variables.len());
         for (of, count) in pieces {
-            if self.rates.contains_key(&of) {
+            if self.rate_of(of).is_some() {
                 continue;
             }
-            let (block, element) = self.model.locate(of);
-            let first = VarId(self.model.scalars);
-            let made = derivative_block(&self.model.variables[block], (element, count), 1, first);
-            self.model.variables.push(made);
-            self.model.scalars += count as u32;
+            let (block, element) = self.locate(of);
+            let first = VarId(self.scalars());
+            let made = derivative_block(self.variable(block), (element, count), 1, first);
+            self.add_variables(made);
             for k in 0..count as u32 {
                 let (rate, v) = (VarId(first.0 + k), VarId(of.0 + k));
                 operands.push([Operand::new(Target::Var(rate)), Operand::new(Target::Der(v))]);
-                self.rates.insert(v, rate);
+                self.tables().notes.rates.insert(v, rate);
             }
         }
         let arena = &mut self.model.templates.arena;
@@ -206,7 +208,7 @@ impl Flattener<'_, '_> {
         let count = operands.len() as u32;
         let operands = operands.iter().flat_map(|own| order.iter().map(|slot| own[slot.0 as usize])).collect();
         let (section, origin) = (Section::Continuous, origin.clone());
-        self.model.equations.push(EquationBlock { section, made: true, template, count, operands, origin });
+        self.tables().equations.push(EquationBlock { section, made: true, template, count, operands, origin });
     }
 }
 

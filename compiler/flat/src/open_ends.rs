@@ -7,7 +7,7 @@
 
 use hyd_instance::connection_rules::{MUST_BE_CONNECTED, Open};
 use hyd_instance::{ClassId, InstId};
-use hyd_source::{Code, Diagnostic, FileId, Severity, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, FileId, Span, did_you_mean};
 use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef};
 use hyd_syntax::visit::{Role, Visitor};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -66,7 +66,7 @@ impl Flattener<'_, '_> {
     }
 
     fn has_errors(&self) -> bool {
-        self.tree.table.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
+        self.tree.table.messages.has_errors()
     }
 
     /// Open connectors of components declared in the user's text, in the order of the instances.

@@ -1,6 +1,6 @@
 //! Operators with special meaning: `der`, `pre`, `edge`, `change`, `noEvent`, `semiLinear` (Modelica 3.6, sections 3.7.2 to 3.7.5).
 
-use hyd_instance::{Resolved, ScalarType};
+use hyd_instance::{Builtin, Resolved, ScalarType};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Node, Relation};
 use hyd_syntax::tree::{Expr, ExprKind};
@@ -83,8 +83,7 @@ impl Flattener<'_, '_> {
 
     /// True for a continuous variable.
     pub(crate) fn varies(&self, v: VarId) -> bool {
-        let (block, _) = self.model.locate(v);
-        self.model.variables[block].variability == Variability::Continuous
+        self.variable_of(v).variability == Variability::Continuous
     }
 
     pub(crate) fn lower_pre(
@@ -122,16 +121,16 @@ impl Flattener<'_, '_> {
     pub(crate) fn lower_edge(
         &mut self,
         span: Span,
-        name: &str,
+        builtin: Builtin,
         list: &[Expr],
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
-        self.expect_arguments(span, name, list, 1)?;
+        self.expect_arguments(span, builtin.name(), list, 1)?;
         let now = self.lower(&list[0], cx, index)?;
         let before = self.lower_pre(span, list, cx, index)?;
         let arena = &mut self.model.templates.arena;
-        if name == "change" {
+        if builtin == Builtin::Change {
             return Ok(Typed::boolean(arena.compare(Relation::NotEqual, now.node, before.node)));
         }
         let off = arena.not(before.node);

@@ -5,7 +5,8 @@
 //! once for each part.  Conditions that compare anything but affine functions of one counter are left to running
 //! through the loop.
 
-use hyd_symbolic::Relation;
+use hyd_instance::Builtin;
+use hyd_symbolic::{Function, Relation};
 use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, UnaryOp};
 
 use crate::context::{Context, Fail};
@@ -26,13 +27,12 @@ impl Flattener<'_, '_> {
             ExprKind::Binary(BinaryOp::Or, a, b) => Ok(self.truth_over_loops(a, cx)? || self.truth_over_loops(b, cx)?),
             ExprKind::Binary(op, a, b) => {
                 let relation = relation(*op).ok_or(Fail::NeedsExpansion)?;
-                let mark = self.tree.table.diagnostics.len();
-                let sides = self.affine(a, cx).and_then(|a| Ok((a, self.affine(b, cx)?)));
+                let (sides, draft) = self.attempt(|flat| Ok((flat.affine(a, cx)?, flat.affine(b, cx)?)));
                 if sides == Err(Fail::Reported) {
                     // No integers: values are compared one by one.
-                    self.tree.table.diagnostics.truncate(mark);
                     return Err(Fail::NeedsExpansion);
                 }
+                self.keep(draft);
                 let (a, b) = sides?;
                 let difference = a.add_scaled(&b, -1).ok_or(Fail::NeedsExpansion)?;
                 truth(relation, &difference, cx)
@@ -48,7 +48,11 @@ impl Flattener<'_, '_> {
         arguments: &Arguments,
         cx: &mut Context,
     ) -> Result<Option<Affine>, Fail> {
-        let Some(name @ ("div" | "mod" | "rem")) = self.predefined(function, cx) else { return Ok(None) };
+        let Some(Builtin::Elementary(whole @ (Function::Div | Function::Mod | Function::Rem))) =
+            self.predefined(function, cx)
+        else {
+            return Ok(None);
+        };
         let Arguments::List { positional, named } = arguments else { return Ok(None) };
         let ([a, m], true) = (positional.as_slice(), named.is_empty()) else { return Ok(None) };
         if cx.depth > 0 || !self.mentions_counter(a, cx) {
@@ -64,8 +68,10 @@ impl Flattener<'_, '_> {
             let parts = usize::try_from(m / common_divisor(c, m)).map_err(|_| Fail::NeedsExpansion)?;
             return Err(cx.cut(counter, Cut::Modulo(parts)));
         }
-        Ok(Some(match name {
-            "div" => Affine { constant: a.constant / m, terms: a.terms.iter().map(|&(id, c)| (id, c / m)).collect() },
+        Ok(Some(match whole {
+            Function::Div => {
+                Affine { constant: a.constant / m, terms: a.terms.iter().map(|&(id, c)| (id, c / m)).collect() }
+            }
             _ => Affine::constant(a.constant % m),
         }))
     }

@@ -126,10 +126,7 @@ impl Flattener<'_, '_> {
         match &part.kind {
             ExprKind::Real(_) | ExprKind::Boolean(_) => true,
             ExprKind::Ref(reference) if cx.local(&reference.parts[0].name.name).is_none() => {
-                let mark = self.tree.table.diagnostics.len();
-                let found = self.tree.resolve(cx.scope, reference);
-                self.tree.table.diagnostics.truncate(mark);
-                match found {
+                match self.tree.quietly(|tree| tree.resolve(cx.scope, reference)) {
                     Ok(Resolved::Literal(..)) => true,
                     Ok(Resolved::Variable(steps)) => {
                         let last = &self.tree.instances[steps[steps.len() - 1].0];

@@ -1,7 +1,7 @@
 //! Records inside expressions and functions: fields, and what makes a record.
 
 use hyd_instance::class::elements;
-use hyd_instance::{Resolved, Scope};
+use hyd_instance::{Builtin, Resolved, Scope};
 use hyd_source::Code;
 use hyd_syntax::tree::{
     Arguments, ClassKind, ComponentRef, Direction, Element, Expr, ExprKind, Ident, Name, Variability,
@@ -50,7 +50,7 @@ impl Flattener<'_, '_> {
                 _ => Ok(None),
             },
             ExprKind::Call(function, Arguments::List { positional, .. })
-                if self.predefined(function, cx) == Some("fill") =>
+                if self.predefined(function, cx) == Some(Builtin::Fill) =>
             {
                 self.filled_records(expr.span, positional, cx)
             }

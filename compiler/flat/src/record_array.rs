@@ -4,7 +4,7 @@
 //! own.  So subscripts of a path are joined into one list for the field it ends in, and elements, slices, assignments and
 //! subscripts computed in the run are those of plain arrays.
 
-use hyd_instance::Resolved;
+use hyd_instance::{Builtin, Resolved};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Iterator, Name};
 
@@ -141,7 +141,7 @@ impl Flattener<'_, '_> {
                 }
             }
             ExprKind::Call(function, Arguments::List { positional, .. }) => match self.predefined(function, cx) {
-                Some("fill") => positional.first().map_or(Ok(false), |first| self.is_record(first, cx))?,
+                Some(Builtin::Fill) => positional.first().map_or(Ok(false), |first| self.is_record(first, cx))?,
                 Some(_) => false,
                 None => self.makes_record(function, cx)?,
             },

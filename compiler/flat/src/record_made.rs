@@ -12,6 +12,7 @@ use hyd_syntax::tree::{Arguments, ClassKind, Component, Expr, Ident, Name};
 use crate::callee::Callee;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
+use crate::lower::Typed;
 
 /// Fields as nodes.
 struct Nodes<'m, 't, 's> {
@@ -106,17 +107,16 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
             let message = format!("the field `{}` has no value", field.name);
             return Err(self.flat.error(Code::BadArguments, field.declaration.name.span, message));
         }
-        let zero = self.flat.literal(0.0, ScalarType::Real);
+        let Typed { node, scalar } = self.flat.literal(0.0, ScalarType::Real);
         let mut own = self.inside(field.scope, fields);
-        let mark = self.flat.tree.table.diagnostics.len();
-        let sizes = self.flat.local_sizes(&field.declaration, &mut own);
-        own.scope = field.type_scope;
-        if let Ok(form) = sizes.and_then(|sizes| self.flat.declared_form(&field.declaration, sizes, &mut own)) {
-            return Ok(Some(form.local(&mut std::iter::repeat(zero.node))));
-        }
+        let form = self.flat.quietly(|flat| {
+            let sizes = flat.local_sizes(&field.declaration, &mut own)?;
+            own.scope = field.type_scope;
+            flat.declared_form(&field.declaration, sizes, &mut own)
+        });
         // A field whose sizes are not known here gets them when it is assigned.
-        self.flat.tree.table.diagnostics.truncate(mark);
-        Ok(Some(Local::Node(zero)))
+        let sized = form.map(|form| form.local(&mut std::iter::repeat(node)));
+        Ok(Some(sized.unwrap_or(Local::Node(Typed { node, scalar }))))
     }
 
     fn record(&mut self, fields: Vec<(Name, Local)>) -> Local {

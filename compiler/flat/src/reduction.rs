@@ -2,12 +2,10 @@
 //!
 //! Long ones become trees of auxiliary variables (`fold`).
 
-use hyd_instance::ScalarType;
+use hyd_instance::{Builtin, ScalarType};
 use hyd_source::{Code, Span};
-use hyd_symbolic::Function;
 use hyd_syntax::tree::{ComponentRef, Expr, Iterator};
 
-use crate::call::simple_name;
 use crate::context::{Context, Fail, Local};
 use crate::flatten::Flattener;
 use crate::fold::Fold;
@@ -16,13 +14,15 @@ use crate::lower::Typed;
 use crate::range::Range;
 
 impl Flattener<'_, '_> {
-    pub(crate) fn lower_fold(&mut self, name: &str, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
+    pub(crate) fn lower_fold(&mut self, builtin: Builtin, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {
         let shape = self.shape(array, cx)?;
-        if shape.is_empty() && matches!(name, "min" | "max") {
+        if shape.is_empty() && matches!(builtin, Builtin::Min | Builtin::Max) {
+            let name = builtin.name();
             let message = format!("`{name}` of one argument takes an array, but this is a scalar");
             return Err(self.error(Code::BadArguments, array.span, message));
         }
-        if let (Some(fold), &[total]) = (Fold::by_name(name), shape.as_slice()) {
+        let Some(fold) = Fold::of(builtin) else { return Err(Fail::Reported) };
+        if let &[total] = shape.as_slice() {
             let mut term =
                 |flat: &mut Self, cx: &mut Context, at: &Affine| flat.lower(array, cx, std::slice::from_ref(at));
             if let Some(long) = self.long_fold(fold, total, (array.span, cx), &mut term)? {
@@ -30,14 +30,14 @@ impl Flattener<'_, '_> {
             }
         }
         let all = self.elements_of(array, cx)?;
-        self.fold(array.span, name, all)
+        self.fold(array.span, fold, all)
     }
 
-    pub(crate) fn fold(&mut self, span: Span, name: &str, all: Vec<Typed>) -> Result<Typed, Fail> {
+    pub(crate) fn fold(&mut self, span: Span, fold: Fold, all: Vec<Typed>) -> Result<Typed, Fail> {
         for value in &all {
             self.want_number(span, "this reduction", value)?;
         }
-        if name == "sum" {
+        if fold == Fold::Sum {
             return Ok(self.sum(all));
         }
         let integer = all.iter().all(|v| matches!(v.scalar, ScalarType::Integer));
@@ -47,17 +47,15 @@ impl Flattener<'_, '_> {
             let arena = &mut self.model.templates.arena;
             result = Some(match result {
                 None => value.node,
-                Some(before) => match name {
-                    "product" => arena.mul(before, value.node),
-                    "min" => arena.call2(Function::Min, before, value.node),
-                    _ => arena.call2(Function::Max, before, value.node),
-                },
+                Some(before) => fold.pair(arena, before, value.node),
             });
         }
         match result {
             Some(node) => Ok(Typed { node, scalar }),
-            None if name == "product" => Ok(self.literal(1.0, ScalarType::Integer)),
-            None => Err(self.error(Code::ArrayShape, span, format!("`{name}` of an empty array has no value"))),
+            None if fold == Fold::Product => Ok(self.literal(1.0, ScalarType::Integer)),
+            None => {
+                Err(self.error(Code::ArrayShape, span, format!("`{}` of an empty array has no value", fold.name())))
+            }
         }
     }
 
@@ -69,14 +67,14 @@ impl Flattener<'_, '_> {
         iterators: &[Iterator],
         cx: &mut Context,
     ) -> Result<Typed, Fail> {
-        let Some(name @ ("sum" | "product" | "min" | "max")) = simple_name(function) else {
+        let Some(fold) = self.predefined(function, cx).and_then(Fold::of) else {
             return Err(self.error(
                 Code::BadArguments,
                 span,
                 "only sum, product, min and max take `... for ... in ...`",
             ));
         };
-        if let Some(long) = self.long_reduction(span, name, body, iterators, cx)? {
+        if let Some(long) = self.long_reduction(span, fold, body, iterators, cx)? {
             return Ok(long);
         }
         let mark = cx.names.len();
@@ -84,19 +82,19 @@ impl Flattener<'_, '_> {
         let result = self.collect_terms(body, iterators, cx, &mut all);
         cx.names.truncate(mark);
         result?;
-        self.fold(span, name, all)
+        self.fold(span, fold, all)
     }
 
     /// A reduction over one long range of numbers.
     pub(crate) fn long_reduction(
         &mut self,
         span: Span,
-        name: &str,
+        fold: Fold,
         body: &Expr,
         iterators: &[Iterator],
         cx: &mut Context,
     ) -> Result<Option<Typed>, Fail> {
-        let ([iterator], Some(fold)) = (iterators, Fold::by_name(name)) else { return Ok(None) };
+        let [iterator] = iterators else { return Ok(None) };
         let range = self.range(iterator, cx)?;
         let Range::Steps { start, step, .. } = &range else { return Ok(None) };
         let mut term = |flat: &mut Self, cx: &mut Context, at: &Affine| {

@@ -1,5 +1,6 @@
 //! Names of a statement replaced by others, apart from its own loop variables.
 
+use hyd_instance::Builtin;
 use hyd_syntax::tree::{ComponentRef, Expr, ExprKind, Ident, Iterator, Name, RefPart, Statement};
 use hyd_syntax::visit::Role;
 use hyd_syntax::visit_mut::{VisitorMut, walk_expr_mut, walk_reference_mut};
@@ -12,12 +13,14 @@ pub enum Found<'a> {
     Operator(&'a Expr),
 }
 
-/// Operators whose value belongs to the model, not to the statement.
-const OPERATORS: [&str; 9] = ["pre", "edge", "change", "initial", "terminal", "sample", "der", "delay", "homotopy"];
-
 /// Asks `name` for the new name of everything found; `None` leaves it as it is.
 pub fn rename(statement: &mut Statement, name: &mut dyn FnMut(Found<'_>) -> Option<Name>) {
     Renaming { name, hidden: Vec::new() }.statement(statement);
+}
+
+/// True if the value belongs to the model, not to the statement.
+fn belongs_to_model(builtin: Builtin) -> bool {
+    builtin.reads_run() || matches!(builtin, Builtin::Delay | Builtin::Homotopy)
 }
 
 struct Renaming<'f> {
@@ -55,7 +58,7 @@ impl VisitorMut for Renaming<'_> {
     fn expr(&mut self, expr: &mut Expr) {
         if let ExprKind::Call(function, _) = &expr.kind
             && function.parts.len() == 1
-            && OPERATORS.contains(&function.parts[0].name.name.as_ref())
+            && Builtin::from_name(&function.parts[0].name.name).is_some_and(belongs_to_model)
             && let Some(name) = (self.name)(Found::Operator(expr))
         {
             let part = RefPart { name: Ident { name, span: expr.span }, subscripts: Vec::new() };

@@ -5,6 +5,7 @@
 //! same event, so `sample` is true in one pass only (Modelica 3.6, section 3.7.5).  The instant is computed from the
 //! count, because a running sum would wander off.  Inside loops and arrays of components each element has instants of its own.
 
+use hyd_instance::InstId;
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{Function, Node, NodeId, Relation};
 use hyd_syntax::tree::Expr;
@@ -20,6 +21,9 @@ use crate::model::{Message, MessagePart, Section, VarId};
 /// An instant this part of the times it is computed from before the start of the run is at the start.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// What a sample belongs to: the instance, the text, the turn of the loops around.
+pub(crate) type SampleKey = (InstId, Span, Vec<i64>);
+
 impl Flattener<'_, '_> {
     pub(crate) fn lower_sample(&mut self, span: Span, list: &[Expr], cx: &mut Context) -> Result<Typed, Fail> {
         let [start, interval] = list else {
@@ -28,11 +32,12 @@ impl Flattener<'_, '_> {
         let mut turn = cx.fixed.clone().unwrap_or_default();
         turn.extend(cx.windows.iter().flat_map(|window| [window.first, window.stride]));
         let key = (cx.scope.inst, span, turn);
-        let due = match self.samples.get(&key) {
-            Some(&known) => known,
+        let known = self.all_notes().find_map(|notes| notes.samples.get(&key).copied());
+        let due = match known {
+            Some(known) => known,
             None => {
                 let made = self.make_sample(span, start, interval, cx)?;
-                self.samples.insert(key, made);
+                self.tables().notes.samples.insert(key, made);
                 made
             }
         };
@@ -61,13 +66,14 @@ impl Flattener<'_, '_> {
                 return Err(Fail::Reported);
             }
         }
-        let number = self.samples.len() + 1;
+        let number = self.all_notes().map(|notes| notes.samples.len()).sum::<usize>() + 1;
         let shape = (ValueKind::Real, Variability::Discrete);
         let dims = cx.loop_counts();
         let at = crate::delay::offset(cx)?;
         let turn = self.make(Made::Event, format!("$sample{number}.turn"), &dims, shape, origin.clone());
-        let (block, _) = self.model.locate(turn);
-        self.model.variables[block].has_start = true;
+        if let Some(block) = self.newest() {
+            block.has_start = true;
+        }
         let due = self.made_boolean(format!("$sample{number}.due"), &dims, origin.clone());
         let mut slot = |kind: Kind, v: VarId| self.variable_slot(kind, v, &at);
         let (turn_start, turn_pre) = (slot(Kind::Start, turn), slot(Kind::Pre, turn));
@@ -129,13 +135,13 @@ impl Flattener<'_, '_> {
         let proper = arena.and(positive, finite);
         let shown = arena.argument_list(&[step.node]);
         let (before, after) = (format!("the interval of `{call}` is "), ", and must be a positive number".to_string());
-        let message = self.model.messages.len() as u32;
         let parts = vec![
             MessagePart::Text(before.clone().into()),
             MessagePart::Value(TextFormat::default(), ValueKind::Real),
             MessagePart::Text(after.clone().into()),
         ];
-        self.model.messages.push(Message { text: format!("{before}no{after}").into(), parts, error: true });
+        let message = self.add_message(Message { text: format!("{before}no{after}").into(), parts, error: true });
+        let arena = &mut self.model.templates.arena;
         let wanted = match holds {
             Some(holds) => {
                 let idle = arena.not(holds);

@@ -167,10 +167,11 @@ impl Flattener<'_, '_> {
     ) -> Result<(), Fail> {
         let open = section == Section::Continuous;
         let right = if open { self.injected(right, origin, cx, index)? } else { right };
-        let block = self.model.equations.len() as u32;
+        let block = self.tables().equations.len();
         self.emit(section, left, right, &cx.loop_counts(), origin);
-        if open && self.model.equations.len() as u32 > block {
-            self.model.injectable.push(block);
+        let tables = self.tables();
+        if open && tables.equations.len() > block {
+            tables.notes.injectable.push(block);
         }
         Ok(())
     }

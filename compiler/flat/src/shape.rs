@@ -1,8 +1,9 @@
 //! Sizes of expressions (Modelica 3.6, chapter 10).
 
 use crate::context::{Context, Fail, Local};
-use crate::flatten::{Flattener, sizes_text};
+use crate::flatten::Flattener;
 use crate::index::Affine;
+use hyd_instance::sizes_text;
 use hyd_instance::{InstId, Resolved};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{BinaryOp, ComponentRef, Expr, ExprKind};

@@ -52,10 +52,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn is_discrete_ref(&self, typed: &Typed) -> bool {
         let Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
         match &self.slots.keys[slot.0 as usize] {
-            SlotKey::Variable(_, v, _) => {
-                let (block, _) = self.model.locate(*v);
-                self.model.variables[block].variability >= Variability::Discrete
-            }
+            SlotKey::Variable(_, v, _) => self.variable_of(*v).variability >= Variability::Discrete,
             SlotKey::Number(_) | SlotKey::Quantity(_) => false,
         }
     }
@@ -64,9 +61,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn is_discrete(&self, typed: &Typed) -> bool {
         let Node::Slot(slot) = self.model.templates.arena.node(typed.node) else { return false };
         match &self.slots.keys[slot.0 as usize] {
-            SlotKey::Variable(Kind::Var, v, _) => {
-                self.model.variables[self.model.locate(*v).0].variability == Variability::Discrete
-            }
+            SlotKey::Variable(Kind::Var, v, _) => self.variable_of(*v).variability == Variability::Discrete,
             _ => false,
         }
     }
@@ -82,9 +77,7 @@ impl Flattener<'_, '_> {
         let nodes = sides.map(|side| side.node);
         let arena = &self.model.templates.arena;
         let known = |key: &SlotKey| match key {
-            SlotKey::Variable(Kind::Var, v, _) => {
-                self.model.variables[self.model.locate(*v).0].variability <= Variability::Parameter
-            }
+            SlotKey::Variable(Kind::Var, v, _) => self.variable_of(*v).variability <= Variability::Parameter,
             SlotKey::Variable(..) => false,
             SlotKey::Number(_) | SlotKey::Quantity(_) => true,
         };

@@ -56,12 +56,12 @@ impl Flattener<'_, '_> {
             return self.build_statement(statement, cx);
         }
         if cx.in_section() && !matches!(statement.kind, StatementKind::When(_)) && !leaves(statement) {
-            let (start, messages) = (cx.clone(), self.tree.table.diagnostics.len());
-            let result = self.run_plain(statement, cx);
+            let start = cx.clone();
+            let (result, draft) = self.attempt(|flat| flat.run_plain(statement, cx));
             if result != Err(Fail::Opaque) {
+                self.keep(draft);
                 return result;
             }
-            self.tree.table.diagnostics.truncate(messages);
             *cx = start;
             return self.run_compiled(statement, cx).map(|()| Flow::Next);
         }
@@ -318,8 +318,7 @@ impl Flattener<'_, '_> {
     /// Before its first assignment a discrete variable has its value before the event, another its start value.
     fn before_algorithm(&mut self, v: crate::model::VarId) -> Typed {
         use crate::index::{Kind, SlotKey};
-        let (block, _) = self.model.locate(v);
-        let block = &self.model.variables[block];
+        let block = self.variable_of(v);
         let discrete = block.variability == hyd_system::Variability::Discrete;
         let scalar = match &block.kind {
             hyd_system::ValueKind::Integer => ScalarType::Integer,

@@ -32,16 +32,13 @@ impl Flattener<'_, '_> {
                 {
                     return matches!(local, Local::Value(Value::Text(_)));
                 }
-                let mark = self.tree.table.diagnostics.len();
-                let text = match self.tree.resolve(cx.scope, reference) {
+                match self.tree.quietly(|tree| tree.resolve(cx.scope, reference)) {
                     Ok(Resolved::Variable(steps)) => {
                         let last = &self.tree.instances[steps[steps.len() - 1].0];
                         last.primitive.as_ref().is_some_and(|p| matches!(p.scalar, ScalarType::Text))
                     }
                     _ => false,
-                };
-                self.tree.table.diagnostics.truncate(mark);
-                text
+                }
             }
             _ => false,
         }
@@ -87,13 +84,11 @@ impl Flattener<'_, '_> {
         if values.is_empty() {
             parts.clear();
         }
-        let same = |last: &Message| values.is_empty() && last.text.as_ref() == shown && last.error == error;
+        let message = Message { text: shown.into(), parts, error };
         // An assertion in a loop that is run through has one text.
-        if self.model.messages.last().is_some_and(|last| last.parts.is_empty() && same(last)) {
-            return (self.model.messages.len() as u32 - 1, values);
-        }
-        self.model.messages.push(Message { text: shown.into(), parts, error });
-        (self.model.messages.len() as u32 - 1, values)
+        let known = self.newest_message().filter(|(_, last)| values.is_empty() && **last == message);
+        let number = known.map(|(number, _)| number);
+        (number.unwrap_or_else(|| self.add_message(message)), values)
     }
 
     /// The pieces of a text; returns it as it is written.
@@ -144,7 +139,7 @@ impl Flattener<'_, '_> {
             });
             nodes.push(value.node);
         }
-        if let Some(message) = self.model.messages.get_mut(message as usize) {
+        if let Some(message) = self.message_mut(message) {
             let shown = message.parts.iter_mut().filter_map(|part| match part {
                 MessagePart::Value(_, kind) => Some(kind),
                 MessagePart::Text(_) => None,

@@ -92,10 +92,7 @@ impl Flattener<'_, '_> {
     /// The unit a constant declares, unless it is that of a plain number.
     fn unit_of_constant(&mut self, inst: InstId, k: usize) -> Option<Arc<str>> {
         let applied = self.attribute(inst, "unit")?;
-        let mark = self.tree.table.diagnostics.len();
-        let value = self.tree.evaluate_applied(&applied);
-        self.tree.table.diagnostics.truncate(mark);
-        let value = value.ok()?;
+        let value = self.tree.quietly(|tree| tree.evaluate_applied(&applied)).ok()?;
         let all = value.flatten();
         match all.get(k).or(all.first()) {
             Some(Value::Text(text)) if !text.is_empty() && text.as_ref() != "1" => Some(text.clone()),
@@ -220,8 +217,9 @@ impl Flattener<'_, '_> {
                 declared: declared.span,
                 unit: declared.unit.clone(),
             };
-            if !self.model.claims.iter().rev().take(8).any(|known| *known == claim) {
-                self.model.claims.push(claim);
+            let claims = self.tables().claims;
+            if !claims.iter().rev().take(8).any(|known| *known == claim) {
+                claims.push(claim);
             }
         }
     }

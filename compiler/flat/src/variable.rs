@@ -11,7 +11,8 @@ use hyd_syntax::tree::{Direction, Expr, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use std::sync::Arc;
 
-use crate::flatten::{Flattener, scale, sizes_text};
+use crate::flatten::{Flattener, scale};
+use hyd_instance::sizes_text;
 
 /// Most scalar variables of one model.
 const MAX_VARIABLES: usize = Operand::LIMIT;

@@ -1,5 +1,6 @@
 //! Looking through syntax expressions without changing them.
 
+use hyd_instance::Builtin;
 use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Iterator, Name};
 use hyd_syntax::visit::{Role, Visitor, walk_arguments, walk_expr, walk_reference};
 
@@ -31,7 +32,7 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
             match &expr.kind {
                 _ if self.found => {}
                 // Sizes are known whatever the values are.
-                ExprKind::Call(function, Arguments::List { positional, .. }) if asks_for_sizes(function) => {
+                ExprKind::Call(function, Arguments::List { positional, .. }) if Builtin::of_sizes(function) => {
                     positional.iter().skip(1).for_each(|e| self.expr(e));
                 }
                 _ => walk_expr(self, expr),
@@ -48,10 +49,6 @@ pub fn mentions(expr: &Expr, name: &Name) -> bool {
     any_ref(expr, &mut |reference| {
         !reference.global && reference.parts.len() == 1 && reference.parts[0].name.name == *name
     })
-}
-
-fn asks_for_sizes(function: &ComponentRef) -> bool {
-    function.parts.len() == 1 && matches!(function.parts[0].name.name.as_ref(), "size" | "ndims")
 }
 
 /// Names of all loop variables of an expression.
@@ -85,20 +82,20 @@ pub fn first_names(arguments: &Arguments) -> Vec<Name> {
     search.0
 }
 
-/// True if a function of one of these names is called anywhere in the expression.
-pub fn calls_any(expr: &Expr, names: &[&str]) -> bool {
-    struct Search<'a> {
-        names: &'a [&'a str],
-        found: bool,
-    }
-    impl Visitor for Search<'_> {
+/// True if an operator whose value comes from the run is called anywhere in the expression.
+pub fn reads_run(expr: &Expr) -> bool {
+    struct Search(bool);
+    impl Visitor for Search {
         fn reference(&mut self, reference: &ComponentRef, role: Role) {
-            let named = || reference.parts.len() == 1 && self.names.contains(&reference.parts[0].name.name.as_ref());
-            self.found = self.found || role == Role::Called && named();
+            let operator = || {
+                reference.parts.len() == 1
+                    && Builtin::from_name(&reference.parts[0].name.name).is_some_and(Builtin::reads_run)
+            };
+            self.0 = self.0 || role == Role::Called && operator();
             walk_reference(self, reference);
         }
     }
-    let mut search = Search { names, found: false };
+    let mut search = Search(false);
     search.expr(expr);
-    search.found
+    search.0
 }

@@ -32,8 +32,7 @@ impl Flattener<'_, '_> {
         scope: Scope,
         loops: &Loops<'_>,
     ) {
-        self.whens += 1;
-        let number = self.whens;
+        let number = self.next_when();
         let mut conditions: Vec<Vec<WhenCondition>> = Vec::new();
         for (k, (condition, _)) in branches.iter().enumerate() {
             match self.conditions(condition, number, k, scope, loops) {
@@ -85,14 +84,18 @@ impl Flattener<'_, '_> {
         Some(result)
     }
 
+    /// The number of a `when` of the text.
+    pub(crate) fn next_when(&mut self) -> u32 {
+        self.tables().notes.whens += 1;
+        self.all_notes().map(|notes| notes.whens).sum()
+    }
+
     /// The size of a condition that is a vector.
     fn size_of_condition(&mut self, expr: &Expr, scope: Scope, loops: &Loops<'_>) -> Option<usize> {
-        let mark = self.tree.table.diagnostics.len();
         let slots = std::mem::take(&mut self.slots);
         let mut probe = self.context_of(scope);
-        let shape = self.enter_all(&mut probe, loops).and_then(|()| self.shape(expr, &mut probe));
+        let shape = self.quietly(|flat| flat.enter_all(&mut probe, loops).and_then(|()| flat.shape(expr, &mut probe)));
         self.slots = slots;
-        self.tree.table.diagnostics.truncate(mark);
         match shape.as_deref() {
             Ok([size]) => Some(*size),
             _ => None,
@@ -123,7 +126,7 @@ impl Flattener<'_, '_> {
         let name = format!("$when{number}.{}.{}", part.0 + 1, part.1 + 1);
         let first = self.made_boolean(name, &sizes, origin.clone());
         let start = self.context_of(scope);
-        let before = self.tree.table.diagnostics.len();
+        let before = self.tree.table.messages.count();
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
             let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
@@ -133,7 +136,7 @@ impl Flattener<'_, '_> {
             flat.emit(Section::Discrete, left, value.node, &cx.loop_counts(), &origin);
             Ok(())
         });
-        (self.tree.table.diagnostics.len() == before).then_some(first)
+        (self.tree.table.messages.count() == before).then_some(first)
     }
 
     fn condition_slot(&mut self, first: VarId, cx: &Context, kind: Kind) -> Result<NodeId, Fail> {

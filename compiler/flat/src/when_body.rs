@@ -385,7 +385,9 @@ impl Flattener<'_, '_> {
 
     /// Only one `when` may set a variable: reports the second.
     fn set_before(&mut self, inst: InstId, target: &Target<'_>) -> bool {
-        let Some(first) = self.set_in_when.insert(inst, target.span) else { return false };
+        let known = self.all_notes().find_map(|notes| notes.set_in_when.get(&inst).copied());
+        self.tables().notes.set_in_when.insert(inst, target.span);
+        let Some(first) = known else { return false };
         let message = format!("`{}` is set by two `when` equations", print_ref(target.reference));
         self.report(
             Diagnostic::error(Code::Unbalanced, message)

@@ -136,6 +136,14 @@ pub fn instantiate_apart<'s>(
 }
 
 impl InstanceTree<'_> {
+    /// The answer to a question whose messages are not meant for anybody.
+    pub fn quietly<T>(&mut self, question: impl FnOnce(&mut Self) -> T) -> T {
+        self.table.messages.begin();
+        let answer = question(self);
+        self.table.messages.end();
+        answer
+    }
+
     pub(crate) fn new_instance(&mut self, name: Name, parent: Option<InstId>, span: Span) -> InstId {
         self.instances.push(Instance {
             name,

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_index::{IndexVec, typed_index};
-use hyd_source::{Code, Diagnostic, FileId, Files, Reported, Severity, Span};
+use hyd_source::{Code, Diagnostic, FileId, Files, Messages, Reported, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Element, Import, Name, NestedClass, StoredDefinition};
 use rustc_hash::FxHashMap;
 
@@ -72,7 +72,7 @@ pub struct ClassTable<'s> {
     /// All texts read.
     pub files: Files,
     /// Messages so far, of all that works on this table.
-    pub diagnostics: Vec<Diagnostic>,
+    pub messages: Messages,
     /// The text that is translated; all others belong to libraries.
     pub main: Option<FileId>,
     sources: &'s mut dyn Sources,
@@ -90,7 +90,7 @@ impl<'s> ClassTable<'s> {
     pub fn new(sources: &'s mut dyn Sources) -> Self {
         Self {
             files: Files::new(),
-            diagnostics: Vec::new(),
+            messages: Messages::new(),
             main: None,
             sources,
             classes: IndexVec::new(),
@@ -130,10 +130,15 @@ impl<'s> ClassTable<'s> {
 
     /// Adds a message.
     pub fn report(&mut self, diagnostic: Diagnostic) {
-        // One mistake in a class that is instantiated many times is one message.
-        if diagnostic.severity != Severity::Error || !self.diagnostics.contains(&diagnostic) {
-            self.diagnostics.push(diagnostic);
-        }
+        self.messages.report(diagnostic);
+    }
+
+    /// The answer to a question whose messages are not meant for anybody.
+    pub fn quietly<T>(&mut self, question: impl FnOnce(&mut Self) -> T) -> T {
+        self.messages.begin();
+        let answer = question(self);
+        self.messages.end();
+        answer
     }
 
     /// Parses a text and returns its tree with its file.
@@ -303,7 +308,7 @@ impl<'s> ClassTable<'s> {
                 found = Some(id);
             }
         }
-        if found.is_none() && !self.diagnostics.iter().any(|d| d.labels.iter().any(|l| l.span.file == file)) {
+        if found.is_none() && !self.messages.iter().any(|d| d.labels.iter().any(|l| l.span.file == file)) {
             let message = format!("the file `{}` should define `{wanted}` and does not", text.name);
             self.report(Diagnostic::error(Code::UnknownClass, message).at(Span::new(file, 0, 0), ""));
         }

@@ -17,9 +17,7 @@ impl InstanceTree<'_> {
     /// The `unit` of a Real declaration, read in `scope`; `None` if it gives none.  Mistakes on the way are not reported here:
     /// whoever reads the declaration for its value does that.
     pub fn declared_unit(&mut self, scope: Scope, declaration: &Component) -> Option<Arc<str>> {
-        let mark = self.table.diagnostics.len();
-        let unit = self.read_unit(scope, declaration);
-        self.table.diagnostics.truncate(mark);
+        let unit = self.quietly(|tree| tree.read_unit(scope, declaration));
         unit.filter(|text| !text.is_empty())
     }
 

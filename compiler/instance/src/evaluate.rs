@@ -7,7 +7,7 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{Arguments, BinaryOp, ClassKind, ComponentRef, Expr, ExprKind, Iterator, Name, UnaryOp};
 
 use crate::build::InstanceTree;
-use crate::builtin::{builtin, is_known};
+use crate::builtins::Builtin;
 use crate::instance::{InstId, Scope, path};
 use crate::lookup::Resolved;
 use crate::value::{Value, binary, first_if_uniform};
@@ -125,7 +125,7 @@ impl InstanceTree<'_> {
                         row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>()?;
                     values.push(items);
                 }
-                crate::array::matrix(&values).ok_or_else(|| {
+                crate::builtins::matrix(&values).ok_or_else(|| {
                     let message = "the parts of this matrix have sizes that do not go together";
                     self.table.report(Diagnostic::error(Code::ArrayShape, message).at(expr.span, ""));
                     Reported
@@ -403,10 +403,11 @@ impl InstanceTree<'_> {
         env: &Env,
     ) -> Result<Value, Reported> {
         let name = function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
+        let known = self.predefined(scope, function).filter(|builtin| builtin.is_known_before_run());
         let mut values = Vec::new();
         match arguments {
             Arguments::List { positional, named } => {
-                if !is_known(&name) || self.predefined(scope, function).is_none() {
+                let Some(builtin) = known else {
                     return match self.call_function(span, function, positional, named, scope, env)? {
                         Some(outputs) => outputs.into_iter().next().ok_or(Reported),
                         None => {
@@ -414,11 +415,11 @@ impl InstanceTree<'_> {
                             Err(Reported)
                         }
                     };
-                }
-                if name == "String" {
+                };
+                if builtin == Builtin::Text {
                     return self.evaluate_text(span, positional, named, scope, env);
                 }
-                if name == "size" {
+                if builtin == Builtin::Size {
                     return self.evaluate_size(span, positional, scope, env);
                 }
                 for argument in positional {
@@ -434,7 +435,7 @@ impl InstanceTree<'_> {
                 values.push(Value::array(items));
             }
         }
-        match builtin(&name, &values) {
+        match known.and_then(|builtin| crate::builtins::value(builtin, &values)) {
             Some(value) => Ok(value),
             None => {
                 if matches!(name.as_str(), "div" | "mod" | "rem") && values.get(1).and_then(Value::as_real) == Some(0.0)

@@ -10,6 +10,7 @@ use hyd_syntax::tree::{
 use hyd_syntax::visit::{Role, Visitor, walk_expr, walk_reference};
 
 use crate::build::InstanceTree;
+use crate::builtins::{Builtin, SizeFault, SizesOf};
 use crate::evaluate::Env;
 use crate::instance::Scope;
 use crate::lookup::Resolved;
@@ -41,12 +42,48 @@ impl Visitor for Reads {
 
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
-            ExprKind::Call(function, Arguments::List { positional, .. }) if matches!(function.parts.as_slice(), [only] if matches!(&*only.name.name, "size" | "ndims")) =>
-            {
+            ExprKind::Call(function, Arguments::List { positional, .. }) if Builtin::of_sizes(function) => {
                 positional.iter().skip(1).for_each(|e| self.expr(e));
             }
             _ => walk_expr(self, expr),
         }
+    }
+}
+
+/// The arguments of a function of the language.
+struct List<'a, 's> {
+    tree: &'a mut InstanceTree<'s>,
+    function: Builtin,
+    span: Span,
+    list: &'a [Expr],
+    scope: Scope,
+    env: &'a Env,
+}
+
+impl SizesOf for List<'_, '_> {
+    type Fail = Reported;
+
+    fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    fn sizes(&mut self, k: usize) -> Result<Vec<usize>, Reported> {
+        self.tree.shape_of(&self.list[k], self.scope, self.env)
+    }
+
+    fn number(&mut self, k: usize) -> Result<usize, Reported> {
+        let value = self.tree.evaluate(&self.list[k], self.scope, self.env)?;
+        value.as_integer().and_then(|k| usize::try_from(k).ok()).ok_or_else(|| {
+            let message = "a size is an integer from 0";
+            self.tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(self.list[k].span, ""));
+            Reported
+        })
+    }
+
+    fn fault(&mut self, fault: SizeFault) -> Reported {
+        let (code, message) = fault.message(self.function);
+        self.tree.table.report(Diagnostic::error(code, message).at(fault.place(self.list, self.span), ""));
+        Reported
     }
 }
 
@@ -184,92 +221,17 @@ impl InstanceTree<'_> {
         scope: Scope,
         env: &Env,
     ) -> Result<Vec<usize>, Reported> {
-        let Some(name) = self.predefined(scope, function).filter(|name| {
-            crate::builtin::is_known(name)
-                || matches!(*name, "der" | "pre" | "delay" | "edge" | "change" | "semiLinear")
-        }) else {
-            return self.shape_of_result(expr.span, function, (positional, named), scope, env);
-        };
-        let Some(first) = positional.first() else { return Ok(Vec::new()) };
-        match name {
-            "size" | "zeros" | "ones" | "identity" | "linspace" => {
-                // Their sizes are numbers that are known; of `linspace` only the last one is asked for.
-                let sizes = if name == "linspace" { positional.get(2..).unwrap_or(&[]) } else { positional };
-                if name == "size" {
-                    return Ok(if positional.len() == 1 {
-                        vec![self.shape_of(first, scope, env)?.len()]
-                    } else {
-                        vec![]
-                    });
-                }
-                let sizes = self.numbers(sizes, scope, env)?;
-                Ok(if name == "identity" { sizes.iter().flat_map(|&n| [n, n]).collect() } else { sizes })
-            }
-            "fill" => {
-                let mut shape = self.numbers(&positional[1..], scope, env)?;
-                shape.extend(self.shape_of(first, scope, env)?);
-                Ok(shape)
-            }
-            "sum" | "product" | "scalar" | "ndims" | "String" | "Integer" => Ok(Vec::new()),
-            "min" | "max" if positional.len() == 1 => Ok(Vec::new()),
-            "smooth" => positional.get(1).map_or(Ok(Vec::new()), |value| self.shape_of(value, scope, env)),
-            "cat" => {
-                let along = self.numbers(&positional[..1], scope, env)?;
-                let Some(second) = positional.get(1) else { return Ok(Vec::new()) };
-                let mut shape = self.shape_of(second, scope, env)?;
-                for part in &positional[2..] {
-                    let other = self.shape_of(part, scope, env)?;
-                    if let Some(k) = along.first().and_then(|k| k.checked_sub(1))
-                        && let (Some(size), Some(more)) = (shape.get_mut(k), other.get(k))
-                    {
-                        *size += more;
-                    }
-                }
-                Ok(shape)
-            }
-            "vector" => Ok(vec![self.shape_of(first, scope, env)?.iter().product()]),
-            "matrix" => {
-                let shape = self.shape_of(first, scope, env)?;
-                Ok((0..2).map(|k| shape.get(k).copied().unwrap_or(1)).collect())
-            }
-            "diagonal" | "skew" => Ok(self.shape_of(first, scope, env)?.iter().flat_map(|&n| [n, n]).collect()),
-            "transpose" => {
-                let mut shape = self.shape_of(first, scope, env)?;
-                if shape.len() > 1 {
-                    shape.swap(0, 1);
-                }
-                Ok(shape)
-            }
-            "outerProduct" => {
-                let mut shape = self.shape_of(first, scope, env)?;
-                shape.extend(positional.get(1).map_or(Ok(Vec::new()), |other| self.shape_of(other, scope, env))?);
-                Ok(shape)
-            }
-            // The others work element by element.
-            _ => {
-                for argument in positional {
-                    let shape = self.shape_of(argument, scope, env)?;
-                    if !shape.is_empty() {
-                        return Ok(shape);
-                    }
-                }
-                Ok(Vec::new())
-            }
+        match self.predefined(scope, function) {
+            Some(builtin) => builtin.sizes(&mut List {
+                tree: self,
+                function: builtin,
+                span: expr.span,
+                list: positional,
+                scope,
+                env,
+            }),
+            None => self.shape_of_result(expr.span, function, (positional, named), scope, env),
         }
-    }
-
-    fn numbers(&mut self, sizes: &[Expr], scope: Scope, env: &Env) -> Result<Vec<usize>, Reported> {
-        let mut list = Vec::with_capacity(sizes.len());
-        for size in sizes {
-            let Some(known) = self.evaluate(size, scope, env)?.as_integer().and_then(|k| usize::try_from(k).ok())
-            else {
-                let message = "a size is an integer from 0";
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(size.span, ""));
-                return Err(Reported);
-            };
-            list.push(known);
-        }
-        Ok(list)
     }
 
     /// The sizes that a function declares for its first output, its arguments being arrays of their sizes.

@@ -6,10 +6,9 @@
 //! and nothing is expanded: an array of components is one instance.
 
 mod advice;
-mod array;
 mod assign;
 mod build;
-mod builtin;
+mod builtins;
 pub mod class;
 mod class_rules;
 mod component;
@@ -50,6 +49,7 @@ pub mod value;
 mod work;
 
 pub use build::{InstanceTree, Override, instantiate, instantiate_apart};
+pub use builtins::{Builtin, SizeFault, SizesOf, sizes_text};
 pub use class::{ClassId, ClassTable};
 pub use evaluate::Env;
 pub use instance::{InstId, Instance, Instances, Known, LocalClass, Primitive, ScalarType, Scope};

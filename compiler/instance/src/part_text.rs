@@ -50,12 +50,12 @@ impl InstanceTree<'_> {
         if self.apart.is_empty() {
             return None;
         }
-        let said = self.table.diagnostics.len();
         let mut copy = text.clone();
-        let mut naming = Naming { tree: self, scope, hidden: Vec::new(), named: false };
-        walk(&mut naming, &mut copy);
-        let named = naming.named;
-        self.table.diagnostics.truncate(said);
+        let named = self.quietly(|tree| {
+            let mut naming = Naming { tree, scope, hidden: Vec::new(), named: false };
+            walk(&mut naming, &mut copy);
+            naming.named
+        });
         named.then_some(copy)
     }
 
@@ -99,9 +99,7 @@ impl InstanceTree<'_> {
         if self.apart.is_empty() || !self.goes_through_parts(reference, scope) || self.names_parts(reference, scope) {
             return None;
         }
-        let said = self.table.diagnostics.len();
-        let elements = self.elements_of_parts(reference, scope, env, false);
-        self.table.diagnostics.truncate(said);
+        let elements = self.quietly(|tree| tree.elements_of_parts(reference, scope, env, false));
         let Elements { references, shape } = elements?;
         Some(nested(references, &shape, reference.span))
     }

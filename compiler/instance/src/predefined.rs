@@ -8,59 +8,30 @@ use hyd_source::{Code, Diagnostic};
 use hyd_syntax::tree::{ComponentRef, Name};
 
 use crate::build::InstanceTree;
+use crate::builtins::Builtin;
 use crate::instance::Scope;
 
-/// Operators and types that no declaration hides.
-const NEVER_HIDDEN: &[&str] = &[
-    "der",
-    "pre",
-    "edge",
-    "change",
-    "reinit",
-    "initial",
-    "terminal",
-    "sample",
-    "delay",
-    "noEvent",
-    "smooth",
-    "homotopy",
-    "semiLinear",
-    "assert",
-    "terminate",
-    "cardinality",
-    "inStream",
-    "actualStream",
-    "spatialDistribution",
-    "Integer",
-    "String",
-];
-
 impl InstanceTree<'_> {
-    /// The function or operator of the language that a call in this scope would mean; `None` for a name with dots and where a
-    /// declaration hides it.
-    pub fn predefined<'r>(&mut self, scope: Scope, function: &'r ComponentRef) -> Option<&'r str> {
+    /// The function or operator of the language that a call in this scope means; `None` for a name with dots and where a declaration
+    /// hides it.
+    pub fn predefined(&mut self, scope: Scope, function: &ComponentRef) -> Option<Builtin> {
         let [only] = function.parts.as_slice() else { return None };
         let name = &only.name.name;
-        if function.global {
-            return None;
-        }
-        if !self.is_declared(scope, name) {
-            return Some(name);
+        let builtin = Builtin::from_name(name).filter(|_| !function.global)?;
+        if !builtin.can_be_hidden() || !self.is_declared(scope, name) {
+            return Some(builtin);
         }
         // What is only asked for its size is left out wherever an expression is looked through.
-        if matches!(name.as_ref(), "size" | "ndims") {
+        if builtin.asks_for_sizes() {
             let message = format!("a declaration that hides the function `{name}` is outside the language profile");
             self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(function.span, "called here"));
-            return Some(name);
+            return Some(builtin);
         }
         None
     }
 
     /// True if a declaration around the scope has this name.
     fn is_declared(&mut self, scope: Scope, name: &Name) -> bool {
-        if NEVER_HIDDEN.contains(&name.as_ref()) {
-            return false;
-        }
         let Some(shape) = self.instances[scope.inst].shape.clone() else { return false };
         let key = (shape.frames[scope.frame as usize].class, shape.frames[0].class, name.clone());
         if let Some(&known) = self.declared_names.get(&key) {

@@ -8,6 +8,7 @@ use hyd_source::{Code, Diagnostic, Reported};
 use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
 
 use crate::build::InstanceTree;
+use crate::builtins::Builtin;
 use crate::class::ClassId;
 use crate::instance::{LocalClass, Scope};
 use crate::lookup::Resolved;
@@ -55,22 +56,20 @@ impl InstanceTree<'_> {
     }
 
     fn fills(&mut self, scope: Scope, expr: &Expr) -> bool {
-        matches!(&expr.kind, ExprKind::Call(function, _) if self.predefined(scope, function) == Some("fill"))
+        matches!(&expr.kind, ExprKind::Call(function, _) if self.predefined(scope, function) == Some(Builtin::Fill))
     }
 
     /// True if the field of a constructor's record is a String.
     pub fn is_text_field(&mut self, scope: Scope, record: &Expr, name: &Name) -> bool {
         let ExprKind::Call(function, _) = &record.kind else { return false };
-        let mark = self.table.diagnostics.len();
-        let found = self.constructed(scope, function).and_then(|local| match local {
+        let found = self.quietly(|tree| match tree.constructed(scope, function)? {
             Some(local) => {
-                let shape = self.table.shape(local.class)?;
+                let shape = tree.table.shape(local.class)?;
                 let element = shape.by_name.get(name).map(|&k| &shape.elements[k as usize]);
-                Ok(element.and_then(|element| self.declared(&shape, element)))
+                Ok::<_, Reported>(element.and_then(|element| tree.declared(&shape, element)))
             }
             None => Ok(None),
         });
-        self.table.diagnostics.truncate(mark);
         matches!(found, Ok(Some(field)) if field.class.parts.len() == 1 && &*field.class.parts[0].name == "String")
     }
 

@@ -130,7 +130,7 @@ impl InstanceTree<'_> {
     ) -> Result<Value, Reported> {
         let constructor = match &record.kind {
             ExprKind::Call(function, Arguments::List { positional, named })
-                if self.predefined(scope, function).is_none_or(|name| !crate::builtin::is_known(name)) =>
+                if self.predefined(scope, function).is_none_or(|builtin| !builtin.is_known_before_run()) =>
             {
                 self.constructed(scope, function)?.map(|local| (local, positional, named))
             }

@@ -148,10 +148,7 @@ impl InstanceTree<'_> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             return None;
         }
-        let mark = self.table.diagnostics.len();
-        let found = self.find_class(scope, path).ok().map(|local| local.class);
-        self.table.diagnostics.truncate(mark);
-        found
+        self.quietly(|tree| tree.find_class(scope, path)).ok().map(|local| local.class)
     }
 
     /// `redeclare model A = B(m)`: class B with modification m in the scope of the redeclaration, then the modification

@@ -163,9 +163,7 @@ impl ClassTable<'_> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             return Type::Builtin(path.parts[0].name.clone());
         }
-        let mark = self.diagnostics.len();
-        let found = self.find_class_static(level.text, path, false);
-        self.diagnostics.truncate(mark);
+        let found = self.quietly(|table| table.find_class_static(level.text, path, false));
         let Ok(class) = found else { return Type::Unknown };
         match self.shape(class) {
             Ok(shape) => match &shape.builtin {

@@ -159,7 +159,7 @@ impl InstanceTree<'_> {
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
         let said = |d: &Diagnostic| d.severity == Severity::Error && d.code == Code::UnknownClass;
         let failed = around.is_some_and(|from| self.table.import_failed(from, &Name::from(name)));
-        if failed && self.table.diagnostics.iter().any(said) {
+        if failed && self.table.messages.iter().any(said) {
             return;
         }
         let visible = |table: &ClassTable<'_>, class: ClassId| {

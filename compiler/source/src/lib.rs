@@ -6,7 +6,9 @@
 pub mod codes;
 mod diagnostic;
 mod files;
+mod messages;
 
 pub use codes::Code;
 pub use diagnostic::{Diagnostic, Label, Outcome, Reported, Severity, did_you_mean};
 pub use files::{FileId, Files, Location, Origin, Span};
+pub use messages::Messages;

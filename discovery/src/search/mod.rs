@@ -149,7 +149,7 @@ pub struct Pass {
     pub terms: Vec<Tried>,
     /// Runs that the look at the equations took.
     pub located_runs: usize,
-    /// The pass was begun again because its base fell into a lower valley.
+    /// The pass was begun again because its base fell into a lower local minimum.
     pub is_again: bool,
     /// Runs of passes that were given up for this one.
     pub dropped: usize,
@@ -277,7 +277,7 @@ impl Search<'_> {
     }
 
     /// One pass: the fit without, the looks and the fits of candidates.  Begun again where the fit without falls into a
-    /// lower valley on the way.
+    /// lower local minimum on the way.
     fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
         let mut pass = self.begin(found.to_vec(), start)?;
         let begun = pass.fit.cost;
@@ -285,12 +285,12 @@ impl Search<'_> {
         let scale = (pass.fit.misfit / pass.expected).max(1.0);
         let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref());
         let lowest = Lowest::of(fits, pass.expected);
-        // What leaves nothing but noise explains much more than the way to the lower valley did.
+        // What leaves nothing but noise explains much more than the way to the lower local minimum did.
         let is_settled = lowest.is_noise() && begun - pass.fit.cost < VALLEY * (begun - lowest.cost);
         if is_settled || begun - pass.fit.cost <= self.needed * scale {
             return Ok(pass);
         }
-        (self.progress)("once more, from a lower valley");
+        (self.progress)("once more, from a lower local minimum");
         let mut again = self.begin(found.to_vec(), Some(pass.fit.clone()))?;
         (again.is_again, again.dropped) = (true, pass.runs());
         again.record = std::mem::take(&mut pass.record);

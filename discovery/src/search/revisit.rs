@@ -1,4 +1,4 @@
-//! Was the right one named, now that its fit has found a lower valley?
+//! Was the right one named, now that its fit has found a lower local minimum?
 //!
 //! Rivals were fitted in the valley that all shared then, and so was the model without any of them.  Where the fit of
 //! the model with the named effect falls further in the next pass, they are fitted again from there, and the name is
@@ -29,7 +29,7 @@ impl Search<'_> {
         if known.cost - pass.fit.cost < LEAD * scale {
             return Ok(false);
         }
-        (self.progress)("fitting the rivals again from a lower valley");
+        (self.progress)("fitting the rivals again from a lower local minimum");
         let (count, whole) = (before.fit.xi.len(), self.whole());
         let nuisances = &pass.fit.xi[..count];
         let enough = RIVALS.0 * named.fall;

@@ -59,7 +59,7 @@ impl Search<'_> {
         self.without_terms(pass)
     }
 
-    /// Fits the model without a term again from where the best term has ended: the way there may have led into a lower valley that
+    /// Fits the model without a term again from where the best term has ended: the way there may have led into a lower local minimum that
     /// needs no term.
     fn without_terms(&self, pass: &mut Pass) -> Result<(), Fault> {
         let Some(&best) = by_cost(&pass.terms).first() else { return Ok(()) };

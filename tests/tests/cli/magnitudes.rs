@@ -92,7 +92,7 @@ const CASES: [(&str, &str, &str, &str); 21] = [
     ),
     ("a.csv", "0.05,", "0.05,1e300\n0.051,", "`a.csv`: line 3, column `x`: 1e300 is not a measured value"),
     ("a.csv", "0.05,", "1e120,", "`a.csv`: line 3, column `t`: 1e120 is not a measured value"),
-    ("study.toml", "[shots]", "[shots]\ntime_scale = 1e100", "`a.csv`: line 23: 1.05e100 s is no time"),
+    ("study.toml", "[shots]", "[shots]\ntime_scale = 1e100", "`a.csv`: line 23: 1.05e100 s is not a time"),
     (
         "study.toml",
         "hold_out = [2]",
@@ -103,7 +103,7 @@ const CASES: [(&str, &str, &str, &str); 21] = [
         "study.toml",
         "default = \"M\"",
         "default = \"M; end M; model X\"",
-        "`study.toml`: line 3: `M; end M; model X` is no name of a class",
+        "`study.toml`: line 3: `M; end M; model X` is not the name of a class",
     ),
     (
         "study.toml",

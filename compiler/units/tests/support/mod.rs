@@ -63,13 +63,13 @@ pub fn flatten(name: &str, text: &str) -> Front {
     let mut table = ClassTable::new(&mut sources);
     let classes = table.add_main(name, text);
     let Some(class) = classes.iter().rev().find_map(|&class| last_model(&mut table, class)) else {
-        return Front { files: table.files, diagnostics: table.diagnostics, flat: None };
+        return Front { files: table.files, diagnostics: table.messages.into_given(), flat: None };
     };
     match hyd_instance::instantiate(table, class, Vec::new()) {
-        Err(table) => Front { files: table.files, diagnostics: table.diagnostics, flat: None },
+        Err(table) => Front { files: table.files, diagnostics: table.messages.into_given(), flat: None },
         Ok(mut tree) => {
             let flat = hyd_flat::flatten(&mut tree);
-            Front { files: tree.table.files, diagnostics: tree.table.diagnostics, flat: Some(flat) }
+            Front { files: tree.table.files, diagnostics: tree.table.messages.into_given(), flat: Some(flat) }
         }
     }
 }

@@ -2,54 +2,55 @@
 
 use hyd_syntax::tree::BinaryOp;
 
+use super::Builtin;
 use crate::value::{Value, binary};
 use crate::work::volume;
 
-/// `name(values)` for functions that make or change arrays; `None` if it is none or the arguments do not fit.
-pub(crate) fn array_function(name: &str, values: &[Value]) -> Option<Value> {
-    match (name, values) {
-        ("diagonal", [Value::Array(v)]) => {
+/// The value of a function that rearranges arrays; `None` if it is another one or the arguments do not fit.
+pub(super) fn array_function(function: Builtin, values: &[Value]) -> Option<Value> {
+    match (function, values) {
+        (Builtin::Diagonal, [Value::Array(v)]) => {
             volume(&[v.len(), v.len()])?;
             let row = |i: usize| {
                 Value::array((0..v.len()).map(|j| if i == j { v[i].clone() } else { Value::Integer(0) }).collect())
             };
             Some(Value::array((0..v.len()).map(row).collect()))
         }
-        ("cat", [k, rest @ ..]) => {
+        (Builtin::Cat, [k, rest @ ..]) => {
             let k = usize::try_from(k.as_integer()? - 1).ok()?;
             concatenate(k, rest)
         }
-        ("vector", [value]) => {
+        (Builtin::Vector, [value]) => {
             let long = value.shape().iter().filter(|&&size| size > 1).count();
             (long <= 1).then(|| Value::array(value.flatten().into_iter().cloned().collect()))
         }
-        ("matrix", [value]) => promoted(value, 2),
-        ("scalar", [value]) => match value.flatten().as_slice() {
+        (Builtin::Matrix, [value]) => promoted(value, 2),
+        (Builtin::Scalar, [value]) => match value.flatten().as_slice() {
             [only] => Some((*only).clone()),
             _ => None,
         },
-        ("transpose", [Value::Array(rows)]) => {
+        (Builtin::Transpose, [Value::Array(rows)]) => {
             let columns = value_row(rows.first()?)?.len();
             let column = |j: usize| rows.iter().map(|r| value_row(r)?.get(j).cloned()).collect::<Option<_>>();
             (0..columns).map(|j| column(j).map(Value::array)).collect::<Option<_>>().map(Value::array)
         }
-        ("symmetric", [Value::Array(rows)]) => {
+        (Builtin::Symmetric, [Value::Array(rows)]) => {
             let at = |i: usize, j: usize| value_row(rows.get(i.min(j))?)?.get(i.max(j)).cloned();
             let n = rows.len();
             let row = |i: usize| (0..n).map(|j| at(i, j)).collect::<Option<_>>().map(Value::array);
             (0..n).map(row).collect::<Option<_>>().map(Value::array)
         }
-        ("outerProduct", [Value::Array(a), b @ Value::Array(row)]) => {
+        (Builtin::OuterProduct, [Value::Array(a), b @ Value::Array(row)]) => {
             volume(&[a.len(), row.len()])?;
             a.iter().map(|x| binary(BinaryOp::Mul, x, b)).collect::<Option<_>>().map(Value::array)
         }
-        ("cross", [Value::Array(x), Value::Array(y)]) if x.len() == 3 && y.len() == 3 => {
+        (Builtin::Cross, [Value::Array(x), Value::Array(y)]) if x.len() == 3 && y.len() == 3 => {
             let minor = |i: usize, j: usize| {
                 binary(BinaryOp::Sub, &binary(BinaryOp::Mul, &x[i], &y[j])?, &binary(BinaryOp::Mul, &x[j], &y[i])?)
             };
             Some(Value::array(vec![minor(1, 2)?, minor(2, 0)?, minor(0, 1)?]))
         }
-        ("skew", [Value::Array(x)]) if x.len() == 3 => {
+        (Builtin::Skew, [Value::Array(x)]) if x.len() == 3 => {
             let (zero, minus) = (Value::Integer(0), |k: usize| x[k].negate());
             let rows = [
                 vec![zero.clone(), minus(2)?, x[1].clone()],
@@ -130,18 +131,18 @@ mod tests {
     /// Values worked out by hand from the definitions of section 10.3.5.
     #[test]
     fn constructors_follow_their_definitions() {
-        let of = |name: &str, values: &[Value]| array_function(name, values);
-        assert_eq!(of("diagonal", &[row(&[1, 2])]), Some(rows(&[&[1, 0], &[0, 2]])));
-        assert_eq!(of("cross", &[row(&[1, 2, 3]), row(&[4, 5, 6])]), Some(row(&[-3, 6, -3])));
-        assert_eq!(of("skew", &[row(&[1, 2, 3])]), Some(rows(&[&[0, -3, 2], &[3, 0, -1], &[-2, 1, 0]])));
-        assert_eq!(of("symmetric", &[rows(&[&[1, 2], &[9, 3]])]), Some(rows(&[&[1, 2], &[2, 3]])));
-        assert_eq!(of("outerProduct", &[row(&[1, 2]), row(&[3, 4])]), Some(rows(&[&[3, 4], &[6, 8]])));
+        let of = array_function;
+        assert_eq!(of(Builtin::Diagonal, &[row(&[1, 2])]), Some(rows(&[&[1, 0], &[0, 2]])));
+        assert_eq!(of(Builtin::Cross, &[row(&[1, 2, 3]), row(&[4, 5, 6])]), Some(row(&[-3, 6, -3])));
+        assert_eq!(of(Builtin::Skew, &[row(&[1, 2, 3])]), Some(rows(&[&[0, -3, 2], &[3, 0, -1], &[-2, 1, 0]])));
+        assert_eq!(of(Builtin::Symmetric, &[rows(&[&[1, 2], &[9, 3]])]), Some(rows(&[&[1, 2], &[2, 3]])));
+        assert_eq!(of(Builtin::OuterProduct, &[row(&[1, 2]), row(&[3, 4])]), Some(rows(&[&[3, 4], &[6, 8]])));
         let two = Value::Integer(2);
         assert_eq!(
-            of("cat", &[two, rows(&[&[1], &[2]]), rows(&[&[3, 4], &[5, 6]])]),
+            of(Builtin::Cat, &[two, rows(&[&[1], &[2]]), rows(&[&[3, 4], &[5, 6]])]),
             Some(rows(&[&[1, 3, 4], &[2, 5, 6]]))
         );
-        assert_eq!(of("cat", &[Value::Integer(1), row(&[1]), rows(&[&[2]])]), None);
+        assert_eq!(of(Builtin::Cat, &[Value::Integer(1), row(&[1]), rows(&[&[2]])]), None);
         assert_eq!(matrix(&[vec![row(&[1, 2]), row(&[3, 4])]]), Some(rows(&[&[1, 3], &[2, 4]])));
     }
 }
