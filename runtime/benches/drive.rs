@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p hyd-runtime`.  Prints the best of many runs and the solver's counters; the work space is reused, as in a sweep.
 
-#[path = "../tests/systems/mod.rs"]
+#[path = "../src/tests/systems/mod.rs"]
 mod systems;
 
 use std::time::Instant;

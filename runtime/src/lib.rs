@@ -42,6 +42,9 @@ mod statistics;
 mod tiled;
 mod weights;
 
+#[cfg(test)]
+mod tests;
+
 pub use error::{Cause, Place, SolveError, Stage, StepReport};
 pub use function::{EvaluationError, Functional, ModelFunction, Response};
 pub use integrator::{Method, MethodPhase, Reason};

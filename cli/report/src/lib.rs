@@ -17,6 +17,9 @@ mod svg;
 mod ticks;
 mod units;
 
+#[cfg(test)]
+mod tests;
+
 pub use drawing::{Anchor, Drawing, Shape, Stroke};
 pub use figure::{Curve, Figure, Panel};
 pub use png::PngError;

@@ -18,6 +18,9 @@ mod system;
 mod tables;
 mod tangent;
 
+#[cfg(test)]
+mod tests;
+
 pub use hyd_payload::{Backend, memory, program, vm};
 pub use lower::{Jacobians, Options};
 pub use model::{CodeStatistics, CompiledModel, generate};

@@ -52,6 +52,9 @@ mod vanishing;
 mod verify;
 mod verify_system;
 
+#[cfg(test)]
+mod tests;
+
 pub use alias::eliminate_aliases;
 pub use explain::equation_text;
 pub use explain_variable::explain_variable;

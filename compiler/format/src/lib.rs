@@ -12,6 +12,9 @@ mod items;
 mod lines;
 mod spacing;
 
+#[cfg(test)]
+mod tests;
+
 use hyd_source::{Code, Diagnostic, FileId, Outcome, Severity};
 use hyd_syntax::tokens::{Kind, Token, tokens};
 

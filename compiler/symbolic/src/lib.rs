@@ -67,6 +67,9 @@ mod simplify;
 mod solve;
 mod substitute;
 
+#[cfg(test)]
+mod tests;
+
 pub use alias::{alias, constant_value};
 pub use body::{Body, BodyOutput, Derivative, Step};
 pub use derivative::{gradient, partial, partial_time, tangent};

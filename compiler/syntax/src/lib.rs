@@ -23,6 +23,9 @@ pub mod tree;
 pub mod visit;
 pub mod visit_mut;
 
+#[cfg(test)]
+mod tests;
+
 pub use build_file::parse;
 pub use head::{Head, head};
 pub use printer::{print_expr, print_path, print_reference, print_string};

@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p hyd-units --example check_folder -- models/single_acting_drive stdlib/Hyd/Hydraulic/Components`
 
-#[path = "../tests/support/mod.rs"]
+#[path = "../src/tests/support.rs"]
 mod support;
 
 fn main() {

@@ -22,6 +22,12 @@ mod solve;
 mod symbols;
 mod unit;
 
+// What the tests share with an example names the crate as users do.
+#[cfg(test)]
+extern crate self as hyd_units;
+#[cfg(test)]
+mod tests;
+
 pub use check::{Inferred, Undecided, UnitReport, check_units};
 pub use parse::{UnitError, parse_unit};
 pub use print::to_text;

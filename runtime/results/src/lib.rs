@@ -22,6 +22,9 @@ mod table;
 mod trajectory;
 mod whole_file;
 
+#[cfg(test)]
+mod tests;
+
 pub use column::{Column, Keep, columns, described_columns, is_variable};
 pub use csv_stream::{CsvStream, format_number};
 pub use deviation::{Deviation, deviations};

@@ -1,0 +1,3 @@
+//! Whole pictures.
+
+mod pictures;

@@ -1,0 +1,3 @@
+//! Whole texts: those of the repository and those drawn at random.
+
+mod texts;

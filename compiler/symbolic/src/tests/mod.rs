@@ -1,0 +1,3 @@
+//! Properties of expressions drawn at random.
+
+mod properties;

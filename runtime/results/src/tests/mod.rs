@@ -1,0 +1,3 @@
+//! Files of results as their readers meet them.
+
+mod files;
