@@ -6,6 +6,8 @@
 //! ones.  Bad benches must end with a sentence and never with a name.
 
 mod alike;
+mod bench_answers;
+mod bench_columns;
 mod calibrated;
 mod disturbed;
 mod hidden;
@@ -15,6 +17,7 @@ mod recorded;
 mod renamed;
 mod resumed;
 mod rubbing;
+mod schema;
 
 use std::fmt::Write as _;
 use std::fs;

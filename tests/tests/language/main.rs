@@ -1,5 +1,8 @@
 //! The language, construct by construct: small models with the values or the messages that they must give.
 //!
+//! Beside it what the compiler makes of texts: `stdlib` the components of the library, `corpus`, `nesting` and `long_text` texts that nobody
+//! writes, `snapshots`, `explain` and `verify` the stages, `templates`, `scale` and `settable` what does not grow and what stays open.
+//!
 //! A case is a file `tests/language/<topic>/<name>.hyd` (or `.mo`), or a folder of that kind whose main file has the line
 //! `// main file`.  What is expected stands in comments:
 //!
@@ -17,7 +20,25 @@ mod case;
 mod closed_form;
 mod codes;
 mod conformance;
+mod corpus;
+mod explain;
+mod long_text;
+mod nesting;
 mod reference_text;
+mod scale;
+mod settable;
+mod snapshots;
+mod stdlib;
+mod templates;
+mod verify;
+
+// Targets and their properties are the fuzz driver's own.
+#[path = "../../../fuzz/src/targets.rs"]
+#[allow(dead_code)]
+mod targets;
+#[path = "../../../fuzz/src/texts.rs"]
+#[allow(dead_code)]
+mod texts;
 
 use case::{Known, folder, run_topic};
 

@@ -6,7 +6,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::scratch::{Scratch, messages};
+use super::scratch::{Scratch, messages};
 
 /// Many rows, so that writing takes most of the time.
 const WAVES: &str = "model Waves

@@ -4,18 +4,14 @@
 //! `// expect: VARIABLE @ TIME = VALUE`.  A test of its own looks whether each component is used by at least one case, and
 //! whether each public element of a component says what it is.
 
-#[path = "language/case.rs"]
-mod case;
-#[path = "language/closed_form.rs"]
-mod closed_form;
-
 use std::path::{Path, PathBuf};
 
-use case::{check_topics, folder, run_topic};
 use hyd_compiler::Goal;
 use hyd_system::DaeSystem;
 use hyd_tests::models::{compile_file, messages, root};
 use hyd_tests::runs::{instance, on_grid, run, translated};
+
+use crate::case::{check_topics, folder, run_topic};
 
 macro_rules! domains {
     ($($name:ident)*) => {

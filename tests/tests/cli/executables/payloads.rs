@@ -6,7 +6,7 @@ use hyd_compiler::Goal;
 use hyd_payload::format::{self, FormatError};
 use hyd_tests::models::{compile_file, model_files};
 
-use crate::scratch::{Scratch, messages};
+use super::scratch::{Scratch, messages};
 
 fn payload() -> Vec<u8> {
     let compilation = compile_file("models/single_acting_drive/drive.hyd", &[], Goal::Run);

@@ -5,7 +5,7 @@ use std::fs;
 use hyd_frames::{Cells, Frame};
 use hyd_results::Table;
 
-use crate::scratch::{Scratch, messages, printed};
+use super::scratch::{Scratch, messages, printed};
 
 /// Decay with a known solution, sizes that are fixed at translation, limits.
 const DECAY: &str = "model Decay \"Exponential decay\"

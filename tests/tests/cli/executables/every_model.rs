@@ -10,7 +10,7 @@ use hyd_payload::{executable, format};
 use hyd_run::{Facts, RunArguments};
 use hyd_tests::models::{compile_file, model_files, root};
 
-use crate::scratch::{Scratch, messages};
+use super::scratch::{Scratch, messages};
 
 /// The launcher without symbols would do the same; it is read once.
 fn launcher() -> Vec<u8> {

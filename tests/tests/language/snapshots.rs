@@ -78,7 +78,7 @@ fn store(file: &str, files: &[String], stage: Stage) {
             format!("{file}{under}, {stage_name}: where it differs from {base}\n\n{differences}")
         }
     };
-    insta::with_settings!({ snapshot_path => "../snapshots", prepend_module_to_snapshot => false, omit_expression => true }, {
+    insta::with_settings!({ snapshot_path => "../../snapshots", prepend_module_to_snapshot => false, omit_expression => true }, {
         insta::assert_snapshot!(name, content);
     });
 }

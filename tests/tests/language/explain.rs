@@ -22,7 +22,7 @@ fn explanations_of_variables() {
         let explain = |name: &&str| compilation.explain(name).expect("sorted").unwrap_or_else(|error| error);
         let text: Vec<String> = variables.iter().map(explain).collect();
         let name = file.rsplit('/').next().and_then(|name| name.strip_suffix(".hyd")).expect("a model's file");
-        insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../snapshots", omit_expression => true }, {
+        insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../../snapshots", omit_expression => true }, {
             insta::assert_snapshot!(format!("explain__{name}"), text.join("\n"));
         });
     }

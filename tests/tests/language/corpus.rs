@@ -4,17 +4,12 @@
 //! Targets and properties are the driver's own.
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../fuzz/src/targets.rs"]
-#[allow(dead_code)]
-mod targets;
-#[path = "../../fuzz/src/texts.rs"]
-#[allow(dead_code)]
-mod texts;
-
 use std::path::Path;
 
 use hyd_tests::models::root;
-use targets::{TARGETS, Target};
+
+use crate::targets::{self, TARGETS, Target};
+use crate::texts;
 
 /// Goes through the cases of a target on a thread with the stack that the program's main thread has.
 fn replay(name: &str) {

@@ -22,7 +22,7 @@ impl Folder {
     }
 
     fn hyd(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
         command.args(arguments).current_dir(&self.0).env_remove("HYD_LIBRARY").stdin(Stdio::null());
         command
     }

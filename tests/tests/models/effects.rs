@@ -163,7 +163,7 @@ fn run(base: &str, modification: &str) -> Run {
     let text = format!("within SingleActingDrive;\nmodel Variant\n  extends {base}({modification});\nend Variant;\n");
     let mut system = instance(&translated(&text), &[]);
     let mut rows = Trajectory::new();
-    // Waves are looked at closely elsewhere (`tests/tests/wave_lines.rs`).
+    // Waves are looked at closely elsewhere (`tests/tests/models/wave_lines.rs`).
     let tolerance = if modification.contains("SupplyLine") { 1e-6 } else { TOLERANCE };
     let summary = simulate(&mut system, &on_grid(0.05, 1000, tolerance), &mut rows, &|| false);
     let summary = summary.unwrap_or_else(|error| panic!("{text}{error}"));

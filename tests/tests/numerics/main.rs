@@ -1,0 +1,21 @@
+//! What models compute, against closed forms, published values, other ways of computing and differences.
+//!
+//! `reference_problems`, `networks`, `echo` and `constraints` hold values of solutions; `derivatives`, `sensitivities`,
+//! `sensitivity_differences`, `delay_sensitivities`, `linearize` and `model_functions` derivatives; `inputs` and `injection` what comes
+//! from outside; `backends`, `c_text` and `reuse` one model computed in several ways.
+
+mod backends;
+mod c_text;
+mod constraints;
+mod delay_sensitivities;
+mod derivatives;
+mod echo;
+mod injection;
+mod inputs;
+mod linearize;
+mod model_functions;
+mod networks;
+mod reference_problems;
+mod reuse;
+mod sensitivities;
+mod sensitivity_differences;
