@@ -70,16 +70,3 @@ fn solve_normal<const N: usize>(columns: &[Vec<f64>; N], r: &[f64]) -> [f64; N] 
     }
     std::array::from_fn(|k| b[k] / length[k])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::fit;
-
-    #[test]
-    fn an_exponential_is_recovered() {
-        let data: Vec<(f64, f64)> =
-            (0..20).map(|k| (f64::from(k) / 10.0, 3.0 * (-1.7 * f64::from(k) / 10.0).exp())).collect();
-        let [a, b] = fit(|p: &[f64; 2]| data.iter().map(|(t, y)| p[0] * (-p[1] * t).exp() - y).collect(), [1.0, 0.5]);
-        assert!((a - 3.0).abs() < 1e-9 && (b - 1.7).abs() < 1e-9, "{a} {b}");
-    }
-}

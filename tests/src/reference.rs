@@ -118,17 +118,3 @@ pub fn verdict(variable: &str, times: &[f64], actual: &[f64], expected: &[f64], 
     }
     line
 }
-
-#[cfg(test)]
-mod tests {
-    use super::verdict;
-
-    #[test]
-    fn verdicts_find_the_worst_sample() {
-        let times = [0.0, 1.0, 2.0];
-        assert_eq!(verdict("x", &times, &[1.0, 2.0, 3.0], &[1.0, 2.0, 3.1], 0.2), "");
-        let text = verdict("x", &times, &[1.0, 2.0, 3.0], &[1.0, 2.5, 3.1], 0.2);
-        assert!(text.starts_with("x at 1 s: 2e0 instead of 2.5e0"), "{text}");
-        assert!(!verdict("x", &times, &[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0], 0.2).is_empty());
-    }
-}

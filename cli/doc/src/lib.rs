@@ -7,10 +7,10 @@
 //! correct is for the compiler to say.
 
 mod equations;
-mod html;
+pub mod html;
 mod library;
 mod lookup;
-mod mathml;
+pub mod mathml;
 mod members;
 mod page;
 mod sections;

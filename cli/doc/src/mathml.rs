@@ -20,7 +20,7 @@ mod level {
 }
 
 /// The expression as the children of a `math` element.
-pub(crate) fn expression(expr: &Expr) -> String {
+pub fn expression(expr: &Expr) -> String {
     at_least(expr, level::ANY)
 }
 
@@ -276,40 +276,4 @@ fn letters(name: &str) -> &str {
         ("Theta", "Θ"),
     ];
     GREEK.iter().find(|(word, _)| *word == name).map_or(name, |(_, letter)| letter)
-}
-
-#[cfg(test)]
-mod tests {
-    use hyd_source::Files;
-    use hyd_syntax::tree::EquationKind;
-
-    use super::expression;
-    use crate::library::{Library, Source};
-
-    /// MathML of the right side of `x = ...`, without its tags of grouping.
-    fn shown(text: &str) -> String {
-        let text = format!("model M equation x = {text}; end M;");
-        assert!(hyd_syntax::parse(Files::new().add("m", ""), &text).diagnostics.is_empty(), "{text}");
-        let library = Library::new(vec![Source { name: "m".into(), text, shown: true, order: Vec::new() }]);
-        let hyd_syntax::tree::ClassBody::Long { equations, .. } = &library.entries[0].class.body else { panic!() };
-        let EquationKind::Equal(_, right) = &equations[0].equations[0].kind else { panic!() };
-        expression(right).replace("<mrow>", "").replace("</mrow>", "")
-    }
-
-    #[test]
-    fn forms_are_those_of_books() {
-        assert_eq!(shown("a/(b + 1)"), "<mfrac><mi>a</mi><mi>b</mi><mo>+</mo><mn>1</mn></mfrac>");
-        assert_eq!(shown("(a + b)*rho"), "<mo>(</mo><mi>a</mi><mo>+</mo><mi>b</mi><mo>)</mo><mo>⋅</mo><mi>ρ</mi>");
-        assert_eq!(shown("p_R^2"), "<msup><msub><mi>p</mi><mi>R</mi></msub><mn>2</mn></msup>");
-        assert_eq!(shown("der(x)"), "<mfrac><mi>d</mi><mi>x</mi><mi>d</mi><mi>t</mi></mfrac>");
-        assert_eq!(shown("noEvent(sqrt(a))"), "<msqrt><mi>a</mi></msqrt>");
-        assert_eq!(shown("a - (b - c)"), "<mi>a</mi><mo>−</mo><mo>(</mo><mi>b</mi><mo>−</mo><mi>c</mi><mo>)</mo>");
-        assert_eq!(shown("(a/b)^2"), "<msup><mo>(</mo><mfrac><mi>a</mi><mi>b</mi></mfrac><mo>)</mo><mn>2</mn></msup>");
-        assert_eq!(shown("2.5e-7"), "<mn>2.5</mn><mo>⋅</mo><msup><mn>10</mn><mo>−</mo><mn>7</mn></msup>");
-        assert_eq!(shown("q[i, 1]"), "<msub><mi>q</mi><mi>i</mi><mo>,</mo><mn>1</mn></msub>");
-        assert_eq!(
-            shown("sum(k for k in 1:n)"),
-            "<munder><mo>∑</mo><mi>k</mi><mo>=</mo><mn>1</mn><mo>,</mo><mo>…</mo><mo>,</mo><mi>n</mi></munder><mi>k</mi>"
-        );
-    }
 }

@@ -16,6 +16,7 @@ pub struct Run {
     /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` overrides it
     #[arg(long, value_name = "FILE.toml")]
     pub parameters: Option<PathBuf>,
+    /// The run and what becomes of it
     #[command(flatten)]
     pub run: RunArguments,
     /// How messages are written to standard error
@@ -36,19 +37,7 @@ pub struct Sweep {
     /// The folder whose parts `merge` joins
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
+    /// The runs and what becomes of them
     #[command(flatten)]
     pub sweep: SweepArguments,
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_definitions_are_consistent() {
-        Run::command().debug_assert();
-        Sweep::command().debug_assert();
-    }
 }

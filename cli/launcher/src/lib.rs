@@ -4,8 +4,8 @@
 //! compiler and no environment.  Exit codes are those of `hyd`: 0 done, 1 the model or the data is at fault, 2 wrong usage, 3 the
 //! solver gave up or was stopped.
 
-mod arguments;
-mod habits;
+pub mod arguments;
+pub mod habits;
 mod help;
 
 use std::ffi::OsString;

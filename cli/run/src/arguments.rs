@@ -197,23 +197,3 @@ pub fn names(text: &str) -> Result<Names, String> {
     let list: Vec<String> = list.iter().map(|name| name.trim().to_string()).collect();
     if list.iter().any(String::is_empty) { Err("expected names between commas".into()) } else { Ok(Names(list)) }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn assignments_have_two_sides() {
-        assert_eq!(assignment("a[2].b = {1, 2}"), Ok(("a[2].b".into(), "{1, 2}".into())));
-        for wrong in ["a", "=1", "a=", " = "] {
-            assert_eq!(assignment(wrong), Err("expected NAME=VALUE".to_string()));
-        }
-    }
-
-    #[test]
-    fn commas_in_subscripts_separate_nothing() {
-        let list = |text: &str| names(text).map(|names| names.0);
-        assert_eq!(list("g, a[1,2].k"), Ok(vec!["g".to_string(), "a[1,2].k".to_string()]));
-        assert!(list("a,,b").is_err() && list("").is_err());
-    }
-}

@@ -26,7 +26,7 @@ pub use hyd_ensemble::Plan;
 pub use hyd_results::note_read;
 pub use inputs::{InputArguments, InputTable, Recorded};
 pub use recorder::Recorder;
-pub use run_summary::{FinalValues, MethodUse, RunSummary, Status};
+pub use run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 pub use selection::{MOST_CURVES, Selection, Shown};
 pub use simulate::{Facts, Outcome, check_usage, finish, options, simulate, tell};
 pub use sweep::{Prepared, Subject, WholeLoops, join, override_plan, prepare, read_plan};

@@ -106,32 +106,3 @@ pub fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
     }
     Ok(text)
 }
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bytes_that_are_no_text_are_named() {
-        let decoded = |bytes: &[u8]| decode(Path::new("a.hyd"), bytes.to_vec()).map_err(|e| e.to_string());
-        assert_eq!(decoded(b"\xEF\xBB\xBFmodel"), Ok("model".to_string()));
-        assert_eq!(decoded(b"model\nA \xFF"), Err("`a.hyd` is not UTF-8 text: byte 8 (line 2) is 0xFF".to_string()));
-    }
-
-    #[test]
-    fn folders_and_missing_files_are_told_apart() {
-        let folder = std::env::temp_dir();
-        let message = |path: &Path| read_text(path).unwrap_err().to_string();
-        assert_eq!(message(&folder), format!("`{}` is a folder, not a file", folder.display()));
-        let missing = folder.join("hyd-no-such-file.hyd");
-        assert_eq!(message(&missing), format!("there is no file `{}`", missing.display()));
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn endless_files_are_refused() {
-        let message = read_text(Path::new("/dev/zero")).unwrap_err().to_string();
-        assert_eq!(message, "`/dev/zero` is larger than 256 MB");
-    }
-}

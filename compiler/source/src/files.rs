@@ -119,19 +119,3 @@ impl Files {
         self.entries[span.file].text.get(span.start as usize..span.end as usize).unwrap_or("")
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn locations_count_lines_and_characters_from_one() {
-        let mut files = Files::new();
-        let id = files.add("a.hyd", "äb\ncd\n");
-        let at = |k| files.location(Span::new(id, k, k));
-        assert_eq!(at(0), Location { line: 1, column: 1 });
-        assert_eq!(at(2), Location { line: 1, column: 2 });
-        assert_eq!(at(4), Location { line: 2, column: 1 });
-        assert_eq!(at(7), Location { line: 3, column: 1 });
-    }
-}

@@ -28,8 +28,10 @@ mod reference_text;
 mod scale;
 mod settable;
 mod snapshots;
+mod source_texts;
 mod stdlib;
 mod templates;
+mod typed_indices;
 mod verify;
 
 // Targets and their properties are the fuzz driver's own.

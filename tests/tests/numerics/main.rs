@@ -2,7 +2,7 @@
 //!
 //! `reference_problems`, `networks`, `echo` and `constraints` hold values of solutions; `derivatives`, `sensitivities`,
 //! `sensitivity_differences`, `delay_sensitivities`, `linearize` and `model_functions` derivatives; `inputs` and `injection` what comes
-//! from outside; `backends`, `c_text` and `reuse` one model computed in several ways.
+//! from outside; `backends`, `c_text` and `reuse` one model computed in several ways.  `yardsticks` checks what the others compare with.
 
 mod backends;
 mod c_text;
@@ -19,3 +19,4 @@ mod reference_problems;
 mod reuse;
 mod sensitivities;
 mod sensitivity_differences;
+mod yardsticks;

@@ -7,5 +7,6 @@
 mod command_line;
 mod every_model;
 mod kills;
+mod launcher_parts;
 mod payloads;
 mod scratch;
