@@ -6,6 +6,7 @@ use std::sync::Arc;
 use hyd_discovery::Setup;
 use hyd_discovery::report::{ChannelCurves, Report, ShotCurves};
 use hyd_report::{Curve, Figure, Panel};
+use hyd_system::math::square;
 
 /// The picture; none where no channel was measured.
 pub(crate) fn gap_picture(setup: &Setup, report: &Report) -> Option<Figure> {
@@ -44,7 +45,7 @@ pub(crate) fn gap_picture(setup: &Setup, report: &Report) -> Option<Figure> {
 fn largest(setup: &Setup, channel: &ChannelCurves) -> f64 {
     let own = setup.data.channels.iter().find(|own| own.name == channel.name);
     let sigma = own.map_or(f64::INFINITY, |own| own.noise.sigma * own.scale.abs());
-    let square = |k: usize| ((channel.measured[k] - channel.base[k]) / sigma).powi(2);
+    let square = |k: usize| square((channel.measured[k] - channel.base[k]) / sigma);
     (0..channel.used.len()).filter(|&k| channel.used[k]).map(square).sum()
 }
 

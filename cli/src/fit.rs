@@ -12,6 +12,7 @@ use hyd_discovery::proof::{Gap, gap};
 use hyd_discovery::report::parameter_file;
 use hyd_discovery::unknowns::{LIMIT, Meaning, Unknown};
 use hyd_results::{refuse_read, write_whole};
+use hyd_system::math::log10;
 use hyd_system::significant;
 use serde_json::{Value, json};
 
@@ -205,7 +206,7 @@ fn as_known(value: f64, error: f64) -> String {
     if !(error.is_finite() && error > 0.0 && value.is_finite()) {
         return significant(value);
     }
-    let exponent = |x: f64| if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
+    let exponent = |x: f64| if x == 0.0 { 0 } else { log10(x.abs()).floor() as i32 };
     let last = exponent(error) - 1;
     match exponent(value) {
         plain if (-3..6).contains(&plain) => format!("{value:.*}", usize::try_from(-last).unwrap_or(0)),

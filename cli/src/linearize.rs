@@ -10,6 +10,7 @@ use hyd_results::{Matrices, RowKind, Sink, write_whole};
 use hyd_run::parameters::varied;
 use hyd_run::{DONE_AGAIN, WHOLE_LOOPS, check_target};
 use hyd_runtime::{LinearModel, OperatingPoint, Options, SolveError, linearize as linear_model, simulate};
+use hyd_system::math::hypot;
 use hyd_system::{DaeSystem, Source, Tables, significant};
 use serde_json::json;
 
@@ -248,7 +249,7 @@ impl Found {
             if im < 0.0 {
                 continue;
             }
-            let size = re.hypot(im);
+            let size = hypot(re, im);
             let line = match im > 0.0 {
                 true => format!(
                     "  {} +- {}i   {}   {}\n",

@@ -4,6 +4,8 @@
 //! value; the variance is `sigma^2 + (|dy/dt| tau)^2` with the slope of the smoothed measurement, the largest of its neighbours,
 //! and a `tau` that a fit lowers in stages.
 
+use hyd_system::math::square;
+
 use crate::bench::Shot;
 use crate::disturbance::{Disturbances, Level};
 use crate::formula::evaluate;
@@ -119,7 +121,7 @@ impl Data {
                     trace.iter().flat_map(|trace| trace.used.iter().zip(&trace.slope)).filter(|own| *own.0)
                 {
                     count += 1.0;
-                    left += variance / (variance + (slope * tau).powi(2));
+                    left += variance / (variance + square(slope * tau));
                 }
             }
         }

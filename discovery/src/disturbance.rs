@@ -8,6 +8,8 @@
 
 use std::f64::consts::TAU;
 
+use hyd_system::math::{cos, sin};
+
 /// Amplitudes are expected to be this many times those that were found.
 pub(crate) const ROOM: f64 = 1.5;
 
@@ -76,8 +78,8 @@ impl Course {
         match *self {
             Course::Offset => 1.0,
             Course::Drift { from, to } => (2.0 * time - from - to) / (to - from),
-            Course::Sine(frequency) => (TAU * frequency * time).sin(),
-            Course::Cosine(frequency) => (TAU * frequency * time).cos(),
+            Course::Sine(frequency) => sin(TAU * frequency * time),
+            Course::Cosine(frequency) => cos(TAU * frequency * time),
         }
     }
 }

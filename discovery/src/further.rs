@@ -4,6 +4,8 @@
 //! conditions; where they differ most in standard deviations of the noise they are told apart best (discriminating experiments:
 //! Box, Hill 1967).  Nothing is fitted again, so the figure is more than a fit would leave.
 
+use hyd_system::math::square;
+
 use crate::problem::Weighing;
 use crate::search::{Findings, Tried};
 use crate::study::Nuisance;
@@ -105,7 +107,7 @@ fn unmeasured(
     let (a, b) = (series(&a), series(&b));
     let (low, high) = a.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
     let sigma = channel.noise.map_or(NOISE * (high - low), |noise| noise / channel.scale.abs());
-    Ok(a.iter().zip(&b).map(|(a, b)| ((a - b) / sigma).powi(2)).sum())
+    Ok(a.iter().zip(&b).map(|(a, b)| square((a - b) / sigma)).sum())
 }
 
 /// The nearest number of three digits: what an engineer would set.

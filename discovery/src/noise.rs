@@ -7,6 +7,8 @@
 //! then taken from third differences of the whole record, because a quiet record alone is short: differences leave out what is
 //! smooth, and their quartiles what is fast and rare.
 
+use hyd_system::math;
+
 use crate::{Bench, Fault, Study};
 
 /// Fewest quiet samples from which a scatter is estimated.
@@ -63,7 +65,7 @@ impl Noise {
         let noise = bench.noise.get(channel).copied().or(stated.and_then(|stated| stated.noise));
         let step = bench.quantisation.get(channel).copied().or(stated.and_then(|stated| stated.quantisation));
         let (quiet, rho, samples, pairs) = quiet(bench, channel);
-        let known = noise.map(|noise| (noise * noise + step.unwrap_or(0.0).powi(2) / 12.0).sqrt());
+        let known = noise.map(|noise| (noise * noise + math::square(step.unwrap_or(0.0)) / 12.0).sqrt());
         let sigma = known.or(quiet).filter(|sigma| *sigma > 0.0 && sigma.is_finite()).ok_or_else(|| {
             Fault::new(format!(
                 "nothing says how much `{channel}` scatters: the set states no noise and the record before the trigger is too short or constant"
@@ -79,7 +81,8 @@ fn settle_correlations(noises: &mut [Noise]) {
     let pairs: f64 = noises.iter().map(|noise| noise.pairs).sum();
     let mean = noises.iter().map(|noise| noise.pairs * noise.rho).sum::<f64>() / pairs.max(1.0);
     // The variance of an estimate from n pairs is (1 - rho^2)/n.
-    let apart = noises.iter().map(|noise| noise.pairs * (noise.rho - mean).powi(2) / (1.0 - mean * mean)).sum::<f64>();
+    let apart =
+        noises.iter().map(|noise| noise.pairs * math::square(noise.rho - mean) / (1.0 - mean * mean)).sum::<f64>();
     let freedom = noises.iter().filter(|noise| noise.pairs > 0.0).count().saturating_sub(1) as f64;
     let alike = freedom > 0.0 && apart < freedom + ALIKE * (2.0 * freedom).sqrt();
     for noise in noises {
@@ -128,7 +131,7 @@ fn quiet(bench: &Bench, channel: &str) -> (Option<f64>, f64, usize, f64) {
             continue;
         }
         let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
-        square += quiet.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+        square += quiet.iter().map(|v| math::square(v - mean)).sum::<f64>();
         let tame = tamed(&quiet);
         tamed_square += tame.iter().map(|v| v * v).sum::<f64>();
         lagged += tame.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();

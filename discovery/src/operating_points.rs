@@ -3,6 +3,8 @@
 //! Shots differ where a condition that decides a parameter does, where states begin elsewhere, or where a recorded input takes another course.
 //! Conditions are set and compared exactly; beginnings and inputs are measured, and repeats differ by noise.
 
+use hyd_system::math::square;
+
 use crate::bench::Shot;
 use crate::formula::evaluate;
 use crate::initial::Initial;
@@ -45,7 +47,7 @@ fn are_driven_apart(one: &Shot, other: &Shot) -> bool {
         };
         let pairs = (0..LOOKS).map(|k| (at(a, one.times[0], k), at(b, other.times[0], k)));
         let (apart, size) =
-            pairs.fold((0.0, 0.0), |(apart, size), (a, b)| (apart + (a - b).powi(2), size + a * a + b * b));
+            pairs.fold((0.0, 0.0), |(apart, size), (a, b)| (apart + square(a - b), size + a * a + b * b));
         apart > SAME * SAME * size
     };
     one.inputs.keys().any(apart)
@@ -75,7 +77,7 @@ pub(crate) fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usi
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
         if values.len() == count && high > low {
             let mean = values.iter().sum::<f64>() / count as f64;
-            distances.iter_mut().zip(&values).for_each(|(d, v)| *d += ((v - mean) / (high - low)).powi(2));
+            distances.iter_mut().zip(&values).for_each(|(d, v)| *d += square((v - mean) / (high - low)));
         }
     }
     let mut order: Vec<usize> = (0..count).filter(|shot| !except.contains(shot)).collect();

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use hyd_system::math::exp;
 use nalgebra::DVector;
 
 use crate::projection::Projection;
@@ -81,7 +82,7 @@ fn normal_share(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let poly =
         t * (0.319_381_530 + t * (-0.356_563_782 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
-    let tail = (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt() * poly;
+    let tail = exp(-0.5 * x * x) / (2.0 * std::f64::consts::PI).sqrt() * poly;
     if x >= 0.0 { 1.0 - tail } else { tail }
 }
 

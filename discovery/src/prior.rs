@@ -3,6 +3,8 @@
 //! Every unknown of a fit is a number `xi` with the prior N(0, 1); a [`Prior`] says what parameter value it stands for.  A
 //! lognormal prior is `median * exp(s * xi)`, a uniform one is mapped by the logistic function (its ends are never reached).
 
+use hyd_system::math::{exp, ln};
+
 use crate::Fault;
 
 /// A distribution.
@@ -48,8 +50,8 @@ impl Prior {
     pub fn value(&self, xi: f64) -> f64 {
         match *self {
             Prior::Normal(m, s) => m + s * xi,
-            Prior::Lognormal(m, s) => m * (s * xi).exp(),
-            Prior::Uniform(a, b) => a + (b - a) / (1.0 + (-LOGISTIC * xi).exp()),
+            Prior::Lognormal(m, s) => m * exp(s * xi),
+            Prior::Uniform(a, b) => a + (b - a) / (1.0 + exp(-LOGISTIC * xi)),
         }
     }
 
@@ -57,9 +59,9 @@ impl Prior {
     pub fn slope(&self, xi: f64) -> f64 {
         match *self {
             Prior::Normal(_, s) => s,
-            Prior::Lognormal(m, s) => s * m * (s * xi).exp(),
+            Prior::Lognormal(m, s) => s * m * exp(s * xi),
             Prior::Uniform(a, b) => {
-                let share = 1.0 / (1.0 + (-LOGISTIC * xi).exp());
+                let share = 1.0 / (1.0 + exp(-LOGISTIC * xi));
                 LOGISTIC * (b - a) * share * (1.0 - share)
             }
         }
@@ -69,10 +71,10 @@ impl Prior {
     pub fn xi(&self, value: f64, limit: f64) -> f64 {
         let xi = match *self {
             Prior::Normal(m, s) => (value - m) / s,
-            Prior::Lognormal(m, s) => (value / m).max(0.0).ln() / s,
+            Prior::Lognormal(m, s) => ln((value / m).max(0.0)) / s,
             Prior::Uniform(a, b) => {
                 let value = value.clamp(a, b);
-                ((value - a) / (b - value)).ln() / LOGISTIC
+                ln((value - a) / (b - value)) / LOGISTIC
             }
         };
         if xi.is_nan() { 0.0 } else { xi.clamp(-limit, limit) }

@@ -4,6 +4,8 @@
 //! grants the tolerance of the fits.  On shots that were held out everything that holds for all shots stays as it was
 //! fitted; only what belongs to the shot itself is fitted again.
 
+use hyd_system::math;
+
 use crate::Fault;
 use crate::fit::{Effort, Fit, minimise_over};
 use crate::problem::{Problem, Weighing};
@@ -65,8 +67,8 @@ pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> R
             for weight in problem.weights(shot, channel, &plain) {
                 let level = &problem.data.channels[channel].level;
                 if weight > 0.0 {
-                    let square = fit.residuals[row].powi(2);
-                    squares[channel] += square * level.factor.powi(2);
+                    let square = math::square(fit.residuals[row]);
+                    squares[channel] += square * math::square(level.factor);
                     counts[channel] += 1.0;
                     counted += square;
                     expected += 1.0 / level.samples();

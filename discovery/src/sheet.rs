@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use hyd_system::math::hypot;
 use serde_json::{Value, json};
 
 use crate::bench::Shot;
@@ -96,7 +97,7 @@ fn channel(bench: &Bench, study: &Study, name: &str, groups: &[Vec<usize>]) -> V
         .collect();
     let noise = bench.noise.get(name).copied().or(stated.and_then(|own| own.noise));
     let step = bench.quantisation.get(name).copied().or(stated.and_then(|own| own.quantisation)).unwrap_or(0.0);
-    let noise = noise.map(|noise| noise.hypot(step / 12.0_f64.sqrt()));
+    let noise = noise.map(|noise| hypot(noise, step / 12.0_f64.sqrt()));
     let repeated: Vec<Value> = groups
         .iter()
         .filter_map(|group| {

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use hyd_system::math::square;
+
 use crate::bench::Shot;
 use crate::shot_table::FEWEST;
 use crate::study::Study;
@@ -62,7 +64,7 @@ pub(crate) fn beginnings(shot: &Shot, study: &Study) -> BTreeMap<String, f64> {
         let count = samples.len() as f64;
         let sums = samples.iter().fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
         let mean = (sums.0 / count, sums.1 / count);
-        let products = samples.iter().map(|own| ((own.0 - mean.0) * (own.1 - mean.1), (own.0 - mean.0).powi(2)));
+        let products = samples.iter().map(|own| ((own.0 - mean.0) * (own.1 - mean.1), square(own.0 - mean.0)));
         let (along, width) = products.fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
         if width > 0.0 {
             found.insert(format!("slope_{name}"), along / width);

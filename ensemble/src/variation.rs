@@ -9,6 +9,7 @@ use std::fmt;
 use hyd_system::{ValueKind, given};
 
 use crate::random::normal_quantile;
+use hyd_system::math::{exp, ln};
 
 /// Most values that one text may stand for.
 const MOST: usize = 10_000_000;
@@ -60,7 +61,7 @@ impl Variation {
             if !(from > 0.0 && to > 0.0) {
                 return Err(VariationError(format!("`{text}`: equal ratios need positive ends")));
             }
-            let ratio = |power: f64| (from.ln() + (to.ln() - from.ln()) * power).exp();
+            let ratio = |power: f64| exp(ln(from) + (ln(to) - ln(from)) * power);
             let mut values: Vec<f64> = spaced(0.0, 1.0, count).map(ratio).collect();
             // The ends are what was asked for, to the last bit.
             values[0] = from;
@@ -124,9 +125,9 @@ impl Variation {
             Variation::Values(ref values) => values[((p * values.len() as f64) as usize).min(values.len() - 1)],
             Variation::Literals(_) => f64::NAN,
             Variation::Uniform(a, b) => a + (b - a) * p,
-            Variation::LogUniform(a, b) => (a.ln() + (b.ln() - a.ln()) * p).exp(),
+            Variation::LogUniform(a, b) => exp(ln(a) + (ln(b) - ln(a)) * p),
             Variation::Normal(mean, deviation) => mean + deviation * normal_quantile(p),
-            Variation::LogNormal(median, deviation) => median * (deviation * normal_quantile(p)).exp(),
+            Variation::LogNormal(median, deviation) => median * exp(deviation * normal_quantile(p)),
             Variation::Triangular(a, mode, b) => {
                 let split = (mode - a) / (b - a);
                 if p < split {

@@ -8,6 +8,7 @@
 use crate::initial::consistent::Consistency;
 use crate::problem::Problem;
 use crate::weights::Weights;
+use hyd_system::math::fourth_root;
 
 /// Change, relative to values and nominals, of the small step.
 const PROBE: f64 = 1e-4;
@@ -48,7 +49,7 @@ fn fourth_order(speed: f64, curvature: f64, tolerance: f64, most: f64) -> f64 {
         return most;
     }
     let tau = (speed / curvature).max(TURNING * (tolerance * curvature).sqrt().recip());
-    (1e3 * AIM_FOURTH * tau * tau / curvature).powf(0.25).min(most)
+    fourth_root(1e3 * AIM_FOURTH * tau * tau / curvature).min(most)
 }
 
 impl FirstStep {

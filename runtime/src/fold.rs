@@ -9,6 +9,7 @@
 //! chapters 2 and 6.  Finds the first root on the curve, which need not be the nearest in space.
 
 use crate::newton::Target;
+use hyd_system::math::square;
 
 /// First, smallest and largest step along the curve.
 const FIRST: f64 = 1e-3;
@@ -159,7 +160,7 @@ impl Curve<'_> {
         for k in 0..self.back.len() {
             let change = d * self.across[k] - self.back[k];
             point.x[k] += change;
-            sum += (change / self.scale[k]).powi(2);
+            sum += square(change / self.scale[k]);
         }
         point.lambda += d;
         (sum.is_finite() && point.lambda.is_finite()).then_some(sum.sqrt())

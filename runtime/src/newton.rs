@@ -7,6 +7,7 @@
 //! Corrections are measured in the root mean square of `d_i / max(|x_i|, nominal_i)`.  Does not search for further solutions.
 
 use crate::linear::FactorError;
+use hyd_system::math;
 
 /// Smallest damping factor.
 const SMALLEST_FACTOR: f64 = 1e-8;
@@ -180,7 +181,7 @@ impl Newton {
     }
 
     fn norm_of(&self, v: impl Fn(usize) -> f64) -> f64 {
-        let square = |k: usize| (v(k) / self.x[k].abs().max(self.nominals[k])).powi(2);
+        let square = |k: usize| math::square(v(k) / self.x[k].abs().max(self.nominals[k]));
         let sum: f64 = (0..self.x.len()).map(square).sum();
         (sum / self.x.len().max(1) as f64).sqrt()
     }

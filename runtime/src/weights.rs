@@ -3,6 +3,8 @@
 //! `w_i = 1 / (tolerance * (|y_i| + nominal_i))` and the root mean square of `v_i w_i`: a norm of 1 is an error as large
 //! as the tolerance allows.  Source: Brenan, Campbell, Petzold 1996, section 5.2.
 
+use hyd_system::math::square;
+
 use crate::tiled::{LANES, Tile, Tiled, over_tiles, sum, sum_of, sum_of_pairs};
 
 /// Weights of all unknowns, and of those that the error test looks at.
@@ -153,9 +155,8 @@ impl Weights {
     pub(crate) fn tested_norm_of_difference(&self, a: &[Tile], b: &[Tile]) -> f64 {
         let weights = self.tested.tiles();
         let (a, b) = (&a[..weights.len()], &b[..weights.len()]);
-        let sum = sum_of(weights.len(), |k| {
-            std::array::from_fn(|lane| ((a[k][lane] - b[k][lane]) * weights[k][lane]).powi(2))
-        });
+        let sum =
+            sum_of(weights.len(), |k| std::array::from_fn(|lane| square((a[k][lane] - b[k][lane]) * weights[k][lane])));
         (sum / self.tested_count.max(1) as f64).sqrt()
     }
 

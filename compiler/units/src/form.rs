@@ -5,6 +5,8 @@
 //! a product carries, beside its plain factor, those it would have if such numbers were conversions.  Terms as in
 //! Kennedy, "Dimension types" (ESOP 1994): unit variables in the free Abelian group of units, here over the rationals.
 
+use hyd_system::math::pow;
+
 use crate::rational::Rational;
 use crate::unit::{Dimension, Unit, same_factor};
 
@@ -71,11 +73,11 @@ impl Product {
         let power = exponent.value();
         let mut result = self.clone();
         result.dimension = self.dimension.times(&other.dimension, exponent)?;
-        result.factor = self.factor * other.factor.powf(power);
+        result.factor = self.factor * pow(other.factor, power);
         result.readings.clear();
         for a in std::iter::once(self.factor).chain(self.readings.iter().copied()) {
             for b in std::iter::once(other.factor).chain(other.readings.iter().copied()) {
-                result.note_reading(a * b.powf(power));
+                result.note_reading(a * pow(b, power));
             }
         }
         for &(id, e) in &other.unknowns {

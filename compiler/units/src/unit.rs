@@ -4,6 +4,8 @@
 //! System of Units", 9th edition, 2019, section 2.3).  Plane and solid angles count as numbers: rad = sr = 1.  Only
 //! temperatures that are not differences have an offset.
 
+use hyd_system::math::pow;
+
 use crate::rational::Rational;
 
 /// Symbols of the base units, in the order in which a [`Dimension`] counts them.
@@ -62,7 +64,7 @@ impl Unit {
 
     /// `self * other^exponent`, offsets dropped: in products a temperature is a difference.
     pub fn times(&self, other: &Unit, exponent: Rational) -> Option<Unit> {
-        let factor = self.factor * other.factor.powf(exponent.value());
+        let factor = self.factor * pow(other.factor, exponent.value());
         let dimension = self.dimension.times(&other.dimension, exponent)?;
         (factor.is_finite() && factor > 0.0).then_some(Unit { dimension, factor, offset: 0.0 })
     }

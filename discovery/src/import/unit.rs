@@ -3,6 +3,8 @@
 //! A unit is a product and quotient of symbols with prefixes and powers; what it is in SI units is a factor and, for temperatures, an
 //! offset.  Exact by the definitions of the SI (BIPM, "The International System of Units", 9th edition, tables 4, 7 and 8).
 
+use hyd_system::math::powi;
+
 /// Symbols: name, SI unit, factor, whether prefixes may stand before it.
 const SYMBOLS: [(&str, &str, f64, bool); 45] = [
     ("m", "m", 1.0, true),
@@ -140,7 +142,7 @@ fn power(text: &str) -> Option<(String, f64)> {
     let base = text[..text.len() - last.len_utf8()].trim_end_matches('^').trim_end_matches("**");
     let (name, factor) = symbol(base)?;
     let is_simple = name.chars().all(char::is_alphabetic);
-    is_simple.then(|| (format!("{name}{exponent}"), factor.powi(exponent)))
+    is_simple.then(|| (format!("{name}{exponent}"), powi(factor, exponent)))
 }
 
 fn symbol(text: &str) -> Option<(&'static str, f64)> {

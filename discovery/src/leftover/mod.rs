@@ -20,6 +20,7 @@ use crate::search::adequate;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
 use explain::{Columns, Explained, explained};
+use hyd_system::math::square;
 use series::{Series, level};
 
 /// Fall of the misfit that a disturbance needs, and more for each of its numbers.
@@ -155,7 +156,7 @@ impl State<'_> {
         let of = |block: &Block| {
             let sigma = self.problem.data.channels[block.channel].noise.sigma;
             let weights = &self.weights[block.first..block.first + block.rows];
-            weights.iter().map(|weight| (weight * sigma).powi(2)).sum::<f64>()
+            weights.iter().map(|weight| square(weight * sigma)).sum::<f64>()
         };
         own.map(of).sum()
     }
@@ -290,6 +291,6 @@ impl State<'_> {
     /// Fall of the misfit of a block, in what counts as noise afterwards.
     fn fall(&self, block: &Block, left: &DVector<f64>, after: &[Level]) -> f64 {
         let rows = |values: &DVector<f64>| values.rows(block.first, block.rows).norm_squared();
-        (rows(&self.residuals) - rows(left)) / after[block.channel].factor.powi(2)
+        (rows(&self.residuals) - rows(left)) / square(after[block.channel].factor)
     }
 }

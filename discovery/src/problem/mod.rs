@@ -7,6 +7,7 @@
 mod chain;
 mod derivatives;
 
+use hyd_system::math::square;
 use nalgebra::DVector;
 
 use crate::Fault;
@@ -238,9 +239,8 @@ impl Problem<'_> {
         for &shot in &weighing.shots {
             for (channel, info) in self.data.channels.iter().enumerate() {
                 if self.data.shots[shot].traces[channel].is_some() {
-                    sum +=
-                        self.weights(shot, channel, weighing).iter().map(|w| (w * info.sigma()).powi(2)).sum::<f64>()
-                            / info.level.samples();
+                    sum += self.weights(shot, channel, weighing).iter().map(|w| square(w * info.sigma())).sum::<f64>()
+                        / info.level.samples();
                 }
             }
         }
@@ -257,7 +257,7 @@ impl Problem<'_> {
         let samples = data.times.iter().zip(trace.used.iter().zip(&trace.slope));
         let weight = |(&time, (&used, &slope)): (&f64, (&bool, &f64))| {
             if used && time <= end {
-                1.0 / (weighing.inflation * (sigma * sigma + (slope * tau).powi(2)).sqrt())
+                1.0 / (weighing.inflation * (sigma * sigma + square(slope * tau)).sqrt())
             } else {
                 0.0
             }

@@ -4,6 +4,8 @@
 //! first or after the last move) is none, nor is a signal of two levels.  A part of a machine that is stopped at speed looks the same in a
 //! record without noise; where noise is seen elsewhere but not at the limit, the limit is that of the measuring chain ([`end_of_range`]).
 
+use hyd_system::math::{exp, powi};
+
 use super::scatter;
 
 /// Fewest equal samples in a row.
@@ -54,7 +56,7 @@ pub fn end_of_range<'r>(records: impl Iterator<Item = (&'r [f64], &'r [f64])>, (
         let alike = share_within(0.5 * own.step.unwrap_or(0.0) / own.sigma);
         let ends = |value: f64| {
             let run = longest_run(values, value);
-            run >= FEWEST && alike.powi(run as i32 - 1) * values.len() as f64 <= CHANCE
+            run >= FEWEST && powi(alike, run as i32 - 1) * values.len() as f64 <= CHANCE
         };
         if ends(high) {
             top = high;
@@ -81,7 +83,7 @@ fn share_within(deviations: f64) -> f64 {
     let x = deviations / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * x);
     let sum = ((((1.061_405_429 * t - 1.453_152_027) * t + 1.421_413_741) * t - 0.284_496_736) * t + 0.254_829_592) * t;
-    1.0 - sum * (-x * x).exp()
+    1.0 - sum * exp(-x * x)
 }
 
 /// Where a record is clipped; none where it is not.

@@ -6,6 +6,8 @@
 
 use std::f64::consts::TAU;
 
+use hyd_system::math::{cos, sin_cos};
+
 /// Frequencies of the mains (Hz).
 pub const MAINS: [f64; 2] = [50.0, 60.0];
 /// Harmonics that are looked at, the fundamental among them.
@@ -114,7 +116,7 @@ fn line(parts: &[&[(f64, f64)]], frequency: f64, part_length: f64) -> Line {
 fn power(part: &[(f64, f64)], frequency: f64) -> f64 {
     let (first, last) = (part[0].0, part[part.len() - 1].0);
     let length = (last - first).max(f64::MIN_POSITIVE);
-    let weight = |t: f64| 0.5 - 0.5 * (TAU * (t - first) / length).cos();
+    let weight = |t: f64| 0.5 - 0.5 * cos(TAU * (t - first) / length);
     let (mut sum, mut sum_t, mut sum_tt, mut sum_v, mut sum_tv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for &(t, v) in part {
         let (w, t) = (weight(t), (t - first) / length - 0.5);
@@ -130,7 +132,7 @@ fn power(part: &[(f64, f64)], frequency: f64) -> f64 {
     let (mut re, mut im) = (0.0, 0.0);
     for &(t, v) in part {
         let rest = weight(t) * (v - level - slope * ((t - first) / length - 0.5));
-        let (sine, cosine) = (TAU * frequency * (t - first)).sin_cos();
+        let (sine, cosine) = sin_cos(TAU * frequency * (t - first));
         (re, im) = (re + rest * cosine, im + rest * sine);
     }
     4.0 * (re * re + im * im) / (sum * sum)

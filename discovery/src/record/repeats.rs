@@ -4,6 +4,8 @@
 //! about their mean; the root of its mean is the scatter of repeats, of which the noise of single samples is a part.  What is left
 //! when every record has lost its own mean is the scatter of the course, the rest that of the level.
 
+use hyd_system::math::square;
+
 /// Records of the same conditions.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Repeats {
@@ -37,7 +39,7 @@ pub fn repeats(records: &[(&[f64], &[f64])]) -> Option<Repeats> {
             continue;
         }
         let mean = all.iter().sum::<f64>() / count;
-        let variance = all.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let variance = all.iter().map(|value| square(value - mean)).sum::<f64>() / (count - 1.0);
         if variance > largest {
             (largest, time) = (variance, t);
         }
@@ -48,7 +50,7 @@ pub fn repeats(records: &[(&[f64], &[f64])]) -> Option<Repeats> {
     if samples == 0 {
         return None;
     }
-    let level = means.iter().map(|sum| (sum / samples as f64).powi(2)).sum::<f64>() / (count - 1.0);
+    let level = means.iter().map(|sum| square(sum / samples as f64)).sum::<f64>() / (count - 1.0);
     let sigma = (sum / samples as f64).sqrt();
     Some(Repeats {
         records: records.len(),

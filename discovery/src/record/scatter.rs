@@ -7,6 +7,8 @@
 //! method: Anderson, "The Statistical Analysis of Time Series", section 3.4).  Noise that is correlated from sample to sample looks
 //! smaller in differences than before the trigger.
 
+use hyd_system::math::square;
+
 use super::{drift, median};
 
 /// Fewest differences from which noise is taken.
@@ -46,7 +48,7 @@ pub struct Scatter {
 impl Scatter {
     /// Standard deviation without the rounding to steps, whose variance is a twelfth of the square of the step.
     pub fn without_rounding(&self) -> f64 {
-        let rounding = self.step.unwrap_or(0.0).powi(2) / 12.0;
+        let rounding = square(self.step.unwrap_or(0.0)) / 12.0;
         (self.sigma * self.sigma - rounding).max(0.0).sqrt()
     }
 }

@@ -3,6 +3,7 @@
 //! Phases are those of the channel that the study names: before it moves, rising, up, falling, and after it has come back; shots in
 //! which it stays where it is are `before` throughout.  A study that names none has thirds of the record as phases.
 
+use hyd_system::math::square;
 use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
@@ -59,7 +60,7 @@ fn cells(
         for channel in 0..channels {
             for (weight, &phase) in problem.weights(shot, channel, &plain).iter().zip(&phase) {
                 if *weight > 0.0 {
-                    sums[phase][channel] += gap.fit.residuals[row].powi(2);
+                    sums[phase][channel] += square(gap.fit.residuals[row]);
                     counts[phase][channel] += 1.0;
                 }
                 row += 1;

@@ -5,6 +5,8 @@
 //! record; the best are fitted on a growing horizon (Michalik, Hannemann, Marquardt 2009).  On the way derivatives by the
 //! nuisances are those of the model without the candidate, which runs much faster; at the end they are its own.
 
+use hyd_system::math::{exp, ln};
+
 use super::Search;
 use crate::Fault;
 use crate::fit::schedule::{GOOD, lower};
@@ -96,7 +98,7 @@ impl Search<'_> {
 /// Sizes evenly spread on a logarithmic scale.
 fn sizes(typical: f64, count: usize) -> Vec<f64> {
     let share = |k: usize| (k as f64 + 0.5) / count as f64;
-    let size = |share: f64| typical * (RANGE.0.ln() * (1.0 - share) + RANGE.1.ln() * share).exp();
+    let size = |share: f64| typical * exp(ln(RANGE.0) * (1.0 - share) + ln(RANGE.1) * share);
     (0..count).map(|k| size(share(k))).collect()
 }
 

@@ -8,6 +8,7 @@
 //! Nothing is evaluated here but numbers: the entries come from the model's code.
 
 use hyd_system::StateChoice;
+use hyd_system::math::ln;
 
 /// The choice is changed when an exchange would enlarge the determinant by this factor.
 const WORTH_A_CHANGE: f64 = 2.5;
@@ -91,7 +92,7 @@ impl CandidateSet {
             let ratio = open.largest(is_dependent).0;
             if ratio <= WORTH_A_CHANGE {
                 // An infinite room says that there is nothing to choose; a ratio of zero is one of this moment.
-                return StateChoice { changed: false, room: (WORTH_A_CHANGE / ratio.max(f64::MIN_POSITIVE)).ln() };
+                return StateChoice { changed: false, room: ln(WORTH_A_CHANGE / ratio.max(f64::MIN_POSITIVE)) };
             }
             choice.dependent.clone()
         } else {

@@ -11,6 +11,7 @@ use super::MAX_ORDER;
 use super::history::History;
 use crate::tiled::Tiled;
 use crate::weights::Weights;
+use hyd_system::math::{exp, ln};
 
 /// Estimates of one step.
 #[derive(Clone, Copy, Default, Debug)]
@@ -92,7 +93,7 @@ fn allowance(error: f64) -> f64 {
 
 /// `(2 err + 1e-4)^(-1/(k+1))`: the ratio to the step at which the error would be half of what is allowed.
 fn step_ratio(error: f64, order: usize) -> f64 {
-    allowance(error).powf(-1.0 / (order + 1) as f64)
+    exp(-ln(allowance(error)) / (order + 1) as f64)
 }
 
 /// Order and step selection between steps.

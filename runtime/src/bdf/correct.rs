@@ -8,6 +8,7 @@
 
 use std::ops::RangeInclusive;
 
+use hyd_system::math::pow;
 use hyd_system::{Pattern, Structure};
 
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
@@ -193,7 +194,11 @@ impl Corrector {
                 }
             } else {
                 let fall = size / first_size;
-                let rho = if iteration == 1 { fall } else { fall.powf(1.0 / iteration as f64) };
+                let rho = match iteration {
+                    1 => fall,
+                    2 => fall.sqrt(),
+                    _ => pow(fall, 1.0 / iteration as f64),
+                };
                 if rho > SLOWEST {
                     return (Correction::Diverged, iteration);
                 }

@@ -10,6 +10,7 @@ use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
 use crate::problem::Problem;
 use crate::weights::Weights;
+use hyd_system::math;
 
 /// Most halvings of a step.
 const MOST_HALVINGS: usize = 10;
@@ -101,7 +102,7 @@ impl Recorder<'_, '_> {
         let work = &mut *self.problem.system.work;
         let n = work.sites.len();
         let [nodes, rest @ ..] = levels else { return };
-        let limit = (PART_OF_TOLERANCE / ERROR_CONSTANT * work.tolerance).powf(0.8);
+        let limit = math::pow(PART_OF_TOLERANCE / ERROR_CONSTANT * work.tolerance, 0.8);
         for k in 0..NODES {
             work.widen(&nodes[k * n..(k + 1) * n]);
         }

@@ -6,6 +6,7 @@
 //! it is regular for systems of index 1 whose differential equations determine the rates.  Two ways:
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
+use hyd_system::math::square;
 use hyd_system::{DaeSystem, Pattern, StateChoice, Structure};
 
 use crate::fold;
@@ -298,7 +299,7 @@ impl Consistency {
                     core.y[k] -= d;
                     d
                 };
-                sum += (scaled * weights.all[k]).powi(2);
+                sum += square(scaled * weights.all[k]);
             }
             let size = (sum / self.residual.len().max(1) as f64).sqrt();
             // The first ratio flatters an old matrix.

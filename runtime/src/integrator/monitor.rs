@@ -8,6 +8,8 @@
 //! difference in cost; the rival stays if time gained per work is clearly better.  The way back is the same trial after a while;
 //! trials that fail are repeated at growing distance.  Events do not change the mode.
 
+use hyd_system::math::exp;
+
 /// Weight of the newest step in the average of the ratio.
 const NEWEST: f64 = 1.0 / 16.0;
 /// Average ratio from which the order is suspected to limit the step.
@@ -44,7 +46,7 @@ const BACKOFF: u64 = 4;
 pub(crate) struct StepFacts {
     /// Size (s).
     pub(crate) h: f64,
-    /// Cost: iterations, with factorisations counted as several.
+    /// Cost, at least 1: iterations, with factorisations counted as several.
     pub(crate) work: f64,
     /// Ratio of the last two differences of BDF.
     pub(crate) ratio: f64,
@@ -95,11 +97,16 @@ pub(crate) enum Mode {
 struct Meter {
     time: f64,
     work: f64,
+    /// The work of the last step and what it leaves of the past: most steps cost as much as the one before.
+    kept: (f64, f64),
 }
 
 impl Meter {
     fn add(&mut self, facts: &StepFacts) {
-        let keep = (-FORGET * facts.work).exp();
+        if facts.work != self.kept.0 {
+            self.kept = (facts.work, exp(-FORGET * facts.work));
+        }
+        let keep = self.kept.1;
         self.time = keep * self.time + facts.h;
         self.work = keep * self.work + facts.work;
     }

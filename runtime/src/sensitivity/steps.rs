@@ -16,6 +16,7 @@ use crate::esdirk::tableau::{A, C, GAMMA, STAGES, dense, difference, kink};
 use crate::linear::FactorError;
 use crate::problem::Problem;
 use crate::tiled::{LANES, Tile};
+use hyd_system::math::{fourth_root, pow};
 use hyd_system::wide;
 
 /// Accepted error, in tolerances of the solution: at 1e-6 smaller ones change no derivative of a drive by more than the
@@ -107,7 +108,7 @@ impl Steps {
     /// The start of a run: `least` gives the smallest derivative of an unknown by a direction that counts.
     pub(super) fn begin(&mut self, tolerance: f64, least: impl Fn(usize, usize) -> f64) {
         self.spent = 0.0;
-        self.tolerance = FORGIVEN * tolerance * (TIGHT / tolerance).powf(0.2).max(1.0);
+        self.tolerance = FORGIVEN * tolerance * pow(TIGHT / tolerance, 0.2).max(1.0);
         let width = self.tiles * LANES;
         for (at, value) in self.largest.iter_mut().flatten().enumerate() {
             let (k, direction) = (at / width, at % width);
@@ -215,7 +216,7 @@ impl Steps {
             let short = h <= 1.06 * least;
             if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || short)) {
                 let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
-                self.h = h * (SAFETY * error.max(1e-8).powf(-0.25)).clamp(LEAST, growth);
+                self.h = h * (SAFETY / fourth_root(error.max(1e-8))).clamp(LEAST, growth);
                 if self.attempts == 1 && wanted.is_finite() && target == limit {
                     // What was cut short says little about the next one.
                     self.h = self.h.max(wanted);
@@ -234,7 +235,7 @@ impl Steps {
                 // No value at any length: the matrix was solvable, the result is not.
                 return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
             }
-            let shorter = if error.is_finite() { (SAFETY * error.powf(-0.25)).clamp(LEAST, 0.7) } else { RETREAT };
+            let shorter = if error.is_finite() { (SAFETY / fourth_root(error)).clamp(LEAST, 0.7) } else { RETREAT };
             self.h = (h * shorter).max(if error.is_finite() { least } else { 0.0 });
         }
     }
