@@ -7,13 +7,14 @@
 
 use crate::catalogue::Candidate;
 use crate::fit::Fit;
-use crate::fit::schedule::{self, Draws};
+use crate::fit::schedule;
 use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 use crate::search::memory::Forgetful;
 use crate::search::{NEEDED, Search};
 use crate::variant::Workshop;
 use crate::{Bench, Fault, Setup};
+use hyd_system::random::SplitMix;
 
 /// Share of the sets whose fall must lie below the threshold.
 const BELOW: f64 = 0.95;
@@ -51,7 +52,7 @@ pub fn calibrate(
     let mut falls = Vec::with_capacity(sets);
     for set in 0..sets {
         progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
-        let mut draws = Draws(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
+        let mut draws = SplitMix(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
         let bench = like(setup, &problem, &fit, &mut draws)?;
         let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
         made.whole_loops = setup.whole_loops.clone();
@@ -66,7 +67,7 @@ pub fn calibrate(
 }
 
 /// A set like that of the study, of which the fitted model is the truth.
-fn like(setup: &Setup, problem: &Problem<'_>, fit: &Fit, draws: &mut Draws) -> Result<Bench, Fault> {
+fn like(setup: &Setup, problem: &Problem<'_>, fit: &Fit, draws: &mut SplitMix) -> Result<Bench, Fault> {
     let all = Weighing::whole(&problem.all_shots(), 0.0);
     let runs = problem.simulate(&fit.xi, &all)?;
     let mut bench = setup.bench.clone();

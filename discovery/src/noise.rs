@@ -170,7 +170,7 @@ mod tests {
 
     use super::{Noise, settle_correlations, whole_record};
     use crate::bench::{Bench, Shot};
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     fn noises(estimates: &[f64]) -> Vec<Noise> {
         let one = |&rho: &f64| Noise { sigma: 1.0, rho, quiet: Some(1.0), samples: 164, pairs: 160.0, whole: None };
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn bad_samples_hide_no_correlation() {
         for spikes in [false, true] {
-            let mut draws = Draws(12);
+            let mut draws = SplitMix(12);
             let mut shots = Vec::new();
             for _ in 0..20 {
                 let mut noise = draws.normal();
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn differences_of_the_whole_record_show_the_correlation() {
         for rho in [0.0, 0.3, 0.6_f64] {
-            let mut draws = Draws(77);
+            let mut draws = SplitMix(77);
             let mut noise = draws.normal();
             let times: Vec<f64> = (0..8000).map(|k| f64::from(k) * 5e-5).collect();
             let record = times.iter().map(|&t| {

@@ -270,13 +270,13 @@ fn thinned(times: &[f64], values: &[f64]) -> (Vec<Value>, Vec<Value>) {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     /// Six shots of 1.5 s, the first two of equal conditions.
     fn bench(change: impl Fn(usize, usize, f64) -> f64) -> (Bench, Study) {
         let study = study_of_columns(&[vec!["time_s".into(), "p".into()]]).unwrap();
         let shots = (0..6).map(|shot| {
-            let mut draws = Draws(shot as u64);
+            let mut draws = SplitMix(shot as u64);
             let times: Vec<f64> = (0..3000).map(|k| f64::from(k) * 5e-4 - 0.5).collect();
             let value =
                 |(k, t): (usize, &f64)| change(shot, k, 10.0 + if *t > 0.0 { 3.0 } else { 0.0 } + 0.1 * draws.normal());

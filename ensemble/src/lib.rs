@@ -9,8 +9,8 @@ mod failures;
 mod folder;
 mod members;
 mod merge;
+mod normal;
 mod plan;
-mod random;
 mod run;
 mod variation;
 

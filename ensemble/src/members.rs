@@ -3,7 +3,8 @@
 //! Listed values are crossed, the first parameter changing slowest; for each combination there are as many draws as samples, and
 //! the draws are the same for every combination (common random numbers make differences between combinations sharper).
 
-use crate::random::Random;
+use hyd_system::random::Xoshiro;
+
 use crate::{Method, Variation};
 
 /// Largest number of members.
@@ -26,7 +27,7 @@ impl Members {
     pub(crate) fn new(variations: Vec<Variation>, samples: usize, method: Method, seed: u64) -> Option<Self> {
         let count = count(&variations, samples)?;
         let draws = variations.iter().enumerate().map(|(stream, variation)| match variation.is_drawn() {
-            true => draw(variation, samples, method, Random::new(seed, stream as u64)),
+            true => draw(variation, samples, method, Xoshiro::new(seed, stream as u64)),
             false => Vec::new(),
         });
         let draws = draws.collect();
@@ -65,7 +66,7 @@ pub(crate) fn count(variations: &[Variation], samples: usize) -> Option<usize> {
     possible.then_some(count)
 }
 
-fn draw(variation: &Variation, samples: usize, method: Method, mut random: Random) -> Vec<f64> {
+fn draw(variation: &Variation, samples: usize, method: Method, mut random: Xoshiro) -> Vec<f64> {
     match method {
         Method::Random => (0..samples).map(|_| variation.quantile(random.uniform())).collect(),
         Method::Lhs => {

@@ -8,7 +8,7 @@ use std::fmt;
 
 use hyd_system::{ValueKind, given};
 
-use crate::random::normal_quantile;
+use crate::normal::normal_quantile;
 use hyd_system::math::{exp, ln};
 
 /// Most values that one text may stand for.

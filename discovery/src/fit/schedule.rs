@@ -4,6 +4,7 @@
 //! three quarters, and all, with inflated deviations and a wide tolerance of time, keeps the fit in the right valley (Michalik,
 //! Hannemann, Marquardt 2009: incremental single shooting).  What was tried and how far apart the ends lie is kept.
 
+use hyd_system::random::SplitMix;
 use nalgebra::DMatrix;
 
 use crate::Fault;
@@ -82,7 +83,7 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
         record.note("growing horizon from there", &next, expected);
         best = lower(best, next);
     }
-    let mut draws = Draws(seed | 1);
+    let mut draws = SplitMix(seed | 1);
     for k in 0..2 {
         if best.misfit / expected <= GOOD {
             break;
@@ -101,7 +102,7 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
 pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut best = fit;
-    let mut draws = Draws(seed | 1);
+    let mut draws = SplitMix(seed | 1);
     for k in 0..=UNPULLED {
         if !problem.is_pulled(&best.xi) || best.misfit / expected > ALL_BUT_NOISE {
             break;
@@ -200,23 +201,4 @@ fn along(problem: &Problem<'_>, start: &[f64], (shots, tau): (&[usize], f64), ho
 /// what counts in the end.
 pub(crate) fn widened(tau: f64) -> f64 {
     WIDE.1 * tau.max((WIDE.2 * tau).min(0.5))
-}
-
-/// Pseudo-random numbers that are the same everywhere (Steele, Lea, Flood 2014: SplitMix64).
-pub struct Draws(pub u64);
-
-impl Draws {
-    /// Uniform in (0, 1).
-    pub fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 + f64::EPSILON / 4.0
-    }
-
-    /// Standard normal, as the sum of twelve uniform numbers.
-    pub fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
 }

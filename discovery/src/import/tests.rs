@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::{Asked, Content, Outcome, Plan, RawFile, assume, carry_out};
 use crate::Fault;
-use crate::fit::schedule::Draws;
+use hyd_system::random::SplitMix;
 
 /// Rows of the record.
 const ROWS: usize = 400;
@@ -16,7 +16,7 @@ const TRIGGER: f64 = 0.01005;
 
 /// Time (s), pressure (bar), lift (mm) and trigger (V) of a row, to the digits that files have.
 fn record(row: usize) -> [f64; 4] {
-    let mut draws = Draws(row as u64);
+    let mut draws = SplitMix(row as u64);
     let t = row as f64 * PERIOD;
     let after = (t - TRIGGER).max(0.0);
     let exact = [100.0 + 2e3 * after + 0.2 * draws.normal(), 300.0 * after + 0.01 * draws.normal()];

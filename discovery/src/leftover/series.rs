@@ -71,7 +71,7 @@ fn used(series: &Series<'_>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{Series, bursts, length};
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     fn of(values: &[f64], test: impl Fn(&[Series<'_>]) -> f64) -> f64 {
         test(&[Series { values, weights: &vec![1.0; values.len()] }])
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn lengths_of_known_processes() {
         for (rho, expected) in [(0.0_f64, 1.0), (0.6, 4.0), (0.9, 19.0), (0.98, 99.0)] {
-            let mut draws = Draws(5);
+            let mut draws = SplitMix(5);
             let mut last = 0.0;
             let values: Vec<f64> = (0..400_000)
                 .map(|_| {
@@ -100,7 +100,7 @@ mod tests {
         assert!(of(&vec![1.0; 400], length) > 300.0);
         let mut longest: f64 = 0.0;
         for seed in 1..200 {
-            let mut draws = Draws(seed);
+            let mut draws = SplitMix(seed);
             let values: Vec<f64> = (0..400).map(|_| draws.normal()).collect();
             longest = longest.max(of(&values, length));
         }
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn bursts_carry_few_samples() {
-        let mut draws = Draws(3);
+        let mut draws = SplitMix(3);
         let even: Vec<f64> = (0..4000).map(|_| draws.normal()).collect();
         assert!(of(&even, bursts) < 1.15);
         // A tenth of the samples carries all: ten times fewer.

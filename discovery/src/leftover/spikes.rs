@@ -47,11 +47,11 @@ pub(super) fn find(residuals: &[f64], weights: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::find;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn lone_samples_are_spikes_and_what_lasts_is_not() {
-        let mut draws = Draws(9);
+        let mut draws = SplitMix(9);
         let mut values: Vec<f64> = (0..600).map(|_| draws.normal()).collect();
         (values[0], values[1], values[77], values[400]) = (30.0, -25.0, -12.0, 9.0);
         // A smooth misfit of the model is not a spike, however large.

@@ -128,11 +128,11 @@ fn limit(finite: &[(usize, f64)], value: f64, range: f64) -> Option<Limit> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn a_signal_that_leaves_the_range_is_clipped() {
-        let mut draws = Draws(4);
+        let mut draws = SplitMix(4);
         let exact: Vec<f64> = (0..2000).map(|k| 12.0 * (f64::from(k) / 100.0).sin() + 0.05 * draws.normal()).collect();
         let clipped: Vec<f64> = exact.iter().map(|value| value.clamp(-20.0, 10.0)).collect();
         let found = clipping(&clipped).unwrap();
@@ -147,7 +147,7 @@ mod tests {
     /// little but its steps.
     #[test]
     fn the_end_of_a_range_hides_the_noise() {
-        let mut draws = Draws(5);
+        let mut draws = SplitMix(5);
         let times: Vec<f64> = (0..1000).map(f64::from).collect();
         let fall = |k: usize| if k < 200 { 9.0 } else { 9.0 * (-(k as f64 - 200.0) / 300.0).exp() };
         let mut of = |noise: f64, step: f64, end: f64| -> (f64, f64) {

@@ -66,14 +66,14 @@ pub fn drift(times: &[f64], values: &[f64]) -> Option<Drift> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn slopes_are_found_with_their_error() {
         let times: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.01).collect();
         let (mut outside, mut chance) = (0, 0);
         for seed in 0..200 {
-            let mut draws = Draws(seed);
+            let mut draws = SplitMix(seed);
             let values: Vec<f64> = times.iter().map(|&t| 2.0 + 0.3 * t + 0.1 * draws.normal()).collect();
             let found = drift(&times, &values).unwrap();
             assert!(found.stands_out() && (found.change / (0.3 * 4.99) - 1.0).abs() < 0.1, "{found:?}");
@@ -91,7 +91,7 @@ mod tests {
     fn correlated_noise_is_not_a_drift() {
         let times: Vec<f64> = (0..1000).map(f64::from).collect();
         let found = (0..100).filter(|&seed| {
-            let (mut draws, mut noise) = (Draws(seed), 0.0);
+            let (mut draws, mut noise) = (SplitMix(seed), 0.0);
             let values: Vec<f64> = times
                 .iter()
                 .map(|_| {

@@ -84,11 +84,11 @@ pub fn is_two_level(values: &[f64]) -> bool {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn edges_are_found_between_samples() {
-        let mut draws = Draws(2);
+        let mut draws = SplitMix(2);
         let times: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
         for (up, down) in [(0.0, 5.0), (24.0, 0.0)] {
             let pulse = |t: f64| up + (down - up) * ((t - 0.7504) / 0.004 + 0.5).clamp(0.0, 1.0);

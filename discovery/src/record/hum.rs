@@ -142,10 +142,10 @@ fn power(part: &[(f64, f64)], frequency: f64) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     fn record(count: u32, rate: f64, signal: impl Fn(f64) -> f64, sigma: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
-        let mut draws = Draws(seed);
+        let mut draws = SplitMix(seed);
         let times: Vec<f64> = (0..count).map(|k| f64::from(k) / rate).collect();
         let values = times.iter().map(|&t| signal(t) + sigma * draws.normal()).collect();
         (times, values)

@@ -81,11 +81,11 @@ fn median(numbers: &mut [f64]) -> Option<f64> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn a_clean_record_shows_nothing_but_its_noise() {
-        let mut draws = Draws(3);
+        let mut draws = SplitMix(3);
         let times: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3 - 1.0).collect();
         // A valve opens: 5 V for 0.5 s with a lag of 20 ms.
         let signal = |t: f64| if t < 0.0 { 0.0 } else { 5.0 * (1.0 - (-t / 0.02).exp()) };

@@ -80,11 +80,11 @@ fn at(times: &[f64], values: &[f64], t: f64) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn scatter_of_level_and_course_are_told_apart() {
-        let mut draws = Draws(21);
+        let mut draws = SplitMix(21);
         let times: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
         let offsets = [0.0, 0.3, -0.3];
         let records: Vec<Vec<f64>> = offsets

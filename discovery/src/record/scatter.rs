@@ -191,7 +191,7 @@ fn refine(distances: &[f64], first: f64) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     fn times(count: u32) -> Vec<f64> {
         (0..count).map(|k| f64::from(k) * 1e-4).collect()
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn noise_is_found_under_a_signal_with_jumps() {
-        let mut draws = Draws(11);
+        let mut draws = SplitMix(11);
         let times = times(20_000);
         let signal = |t: f64| 30.0 * (200.0 * t).sin() + if t > 0.7 { 100.0 } else { 0.0 };
         let values: Vec<f64> = times.iter().map(|&t| signal(t) + 0.5 * draws.normal()).collect();
@@ -213,11 +213,11 @@ mod tests {
 
     #[test]
     fn few_samples_a_period_do_not_pass_for_noise() {
-        let mut draws = Draws(23);
+        let mut draws = SplitMix(23);
         let times: Vec<f64> = (0..1200).map(|k| f64::from(k) / 610.0).collect();
         // A resonance at 70 Hz has nine samples a period.
         let signal = |t: f64| 0.1 * (std::f64::consts::TAU * 70.0 * t).sin();
-        let noisy = |size: f64, draws: &mut Draws| -> Vec<f64> {
+        let noisy = |size: f64, draws: &mut SplitMix| -> Vec<f64> {
             times.iter().map(|&t| signal(t) + size * draws.normal()).collect()
         };
         let values = noisy(1e-3, &mut draws);
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn what_settles_at_once_keeps_the_third_differences() {
-        let mut draws = Draws(29);
+        let mut draws = SplitMix(29);
         // Correlated noise falls a little with the order; a short record by chance.
         for (count, rho) in [(5000, 0.5), (5000, 0.8), (60, 0.0)] {
             let mut noise = 0.0;
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn steps_of_numbers_are_found_and_taken_out() {
-        let mut draws = Draws(5);
+        let mut draws = SplitMix(5);
         let times = times(5000);
         for (step_of, decimals) in [(0.01, 2), (20.0 / 4096.0, 4), (0.25, 6)] {
             let exact: Vec<f64> = times.iter().map(|&t| 3.0 * (90.0 * t).sin() + 0.2 * draws.normal()).collect();
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn the_part_before_the_trigger_has_its_own_noise() {
-        let mut draws = Draws(7);
+        let mut draws = SplitMix(7);
         let times: Vec<f64> = (0..6000).map(|k| f64::from(k) * 1e-4 - 0.2).collect();
         let values: Vec<f64> =
             times.iter().map(|&t| 4.0 + if t >= 0.0 { 1e3 * t } else { 0.0 } + 0.1 * draws.normal()).collect();

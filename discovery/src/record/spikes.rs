@@ -63,11 +63,11 @@ fn spike(values: &[f64], k: usize, samples: usize, least: f64) -> Option<(usize,
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::fit::schedule::Draws;
+    use hyd_system::random::SplitMix;
 
     #[test]
     fn single_samples_are_spikes_and_peaks_are_not() {
-        let mut draws = Draws(9);
+        let mut draws = SplitMix(9);
         let times: Vec<f64> = (0..5000).map(|k| f64::from(k) * 1e-4).collect();
         // A step, a damped oscillation of 25 samples a period and a narrow bell.
         let signal = |t: f64| {

@@ -10,10 +10,11 @@ use super::decide::noise;
 use super::rule;
 use super::{NEEDED, PROMISING, Pass, Search, Tried, adequate, by_cost};
 use crate::Fault;
-use crate::fit::schedule::{self, Draws, lower};
+use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::{Problem, Weighing};
+use hyd_system::random::SplitMix;
 
 /// Candidates fitted, at a misfit close to the expected one and far above it.
 const SHORTLIST: (usize, usize) = (5, 8);
@@ -185,7 +186,7 @@ impl Search<'_> {
         }
         let problem = hypothesis.problem(self.setup)?;
         let last = hypothesis.last();
-        let mut draws = Draws(self.seed | 1);
+        let mut draws = SplitMix(self.seed | 1);
         for _ in 0..SCATTERED {
             if fit.misfit <= adequate(pass.expected) {
                 break;

@@ -14,6 +14,7 @@ pub mod given;
 mod instant;
 mod lanes;
 pub mod math;
+pub mod random;
 mod series;
 mod tables;
 mod tangents;
