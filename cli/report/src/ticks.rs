@@ -3,6 +3,8 @@
 //! The step is the smallest of these that gives no more than the wanted number of intervals; the labels have as many
 //! decimals as the step needs, and computing with whole multiples keeps them exact.
 
+use crate::decimal::{decade, power_of_ten};
+
 /// Ticks within a range.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ticks {
@@ -20,7 +22,7 @@ pub fn ticks(low: f64, high: f64, intervals: usize) -> Ticks {
         return result;
     }
     let (mantissa, exponent) = nice_step(span / intervals as f64);
-    let step = f64::from(mantissa) * 10f64.powi(exponent);
+    let step = f64::from(mantissa) * power_of_ten(exponent);
     // A range that ends on a tick up to rounding has that tick.
     let slack = 1e-9 * intervals as f64;
     let (first, last) = ((low / step - slack).ceil(), (high / step + slack).floor());
@@ -29,7 +31,7 @@ pub fn ticks(low: f64, high: f64, intervals: usize) -> Ticks {
     }
     for k in first as i64..=last as i64 {
         let whole = (k * i64::from(mantissa)) as f64;
-        let value = if exponent < 0 { whole / 10f64.powi(-exponent) } else { whole * 10f64.powi(exponent) };
+        let value = if exponent < 0 { whole / power_of_ten(-exponent) } else { whole * power_of_ten(exponent) };
         result.values.push(value);
         result.labels.push(label(value, (-exponent).max(0) as usize));
     }
@@ -38,8 +40,8 @@ pub fn ticks(low: f64, high: f64, intervals: usize) -> Ticks {
 
 /// The smallest `m * 10^e >= raw` with m of 1, 2, 5.
 fn nice_step(raw: f64) -> (i32, i32) {
-    let exponent = raw.log10().floor() as i32;
-    let fraction = raw / 10f64.powi(exponent);
+    let exponent = decade(raw);
+    let fraction = raw / power_of_ten(exponent);
     for mantissa in [1, 2, 5] {
         if fraction <= f64::from(mantissa) * (1.0 + 1e-6) {
             return (mantissa, exponent);

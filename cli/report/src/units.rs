@@ -4,6 +4,8 @@
 //! (SI brochure, 9th edition, section 3): `Pa` becomes `MPa`, `m3/s` becomes `cm³/s`.  Units that take none get a power of
 //! ten instead when the numbers would be unreadable.
 
+use crate::decimal::{decade, power_of_ten};
+
 /// How values of a unit are shown.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scale {
@@ -26,13 +28,12 @@ pub fn scale(unit: &str, largest: f64) -> Scale {
         .into_iter()
         .min_by(|a, b| distance(a.factor * largest).total_cmp(&distance(b.factor * largest)))
         .unwrap_or(plain);
-    if (1e-3..1e5).contains(&(best.factor * largest)) { best } else { power_of_ten(&best, largest) }
+    if (1e-3..1e5).contains(&(best.factor * largest)) { best } else { by_power(&best, largest) }
 }
 
-/// How far a number is from the range 1 to 1000, in decades.
+/// The factor between a number and the range 1 to 1000, a little more above it than below; 1 in the range.
 fn distance(number: f64) -> f64 {
-    let decades = number.log10();
-    (-decades).max(decades - 3.0 + 1e-9).max(0.0)
+    number.recip().max(number / 1000.0 * (1.0 + 1e-9)).max(1.0)
 }
 
 /// The unit with each prefix that is customary for it, the plain one first.
@@ -43,7 +44,7 @@ fn candidates(unit: &str) -> Vec<Scale> {
         entries
             .iter()
             .map(|&(name, exponent)| Scale {
-                factor: 10f64.powi(exponent),
+                factor: power_of_ten(exponent),
                 unit: pretty_unit(&format!("{name}{tail}")),
             })
             .collect()
@@ -62,7 +63,7 @@ fn candidates(unit: &str) -> Vec<Scale> {
         _ if PREFIXABLE.contains(&symbol) && follows(rest) => PREFIXES
             .iter()
             .map(|&(prefix, exponent)| Scale {
-                factor: 10f64.powi(-exponent),
+                factor: power_of_ten(-exponent),
                 unit: pretty_unit(&format!("{prefix}{symbol}{rest}")),
             })
             .collect(),
@@ -70,12 +71,12 @@ fn candidates(unit: &str) -> Vec<Scale> {
     }
 }
 
-fn power_of_ten(scale: &Scale, largest: f64) -> Scale {
-    let exponent = ((scale.factor * largest).log10() / 3.0).floor() as i32 * 3;
+fn by_power(scale: &Scale, largest: f64) -> Scale {
+    let exponent = decade(scale.factor * largest).div_euclid(3) * 3;
     if exponent == 0 || exponent < -300 {
         return scale.clone();
     }
-    let factor = scale.factor * 10f64.powi(-exponent);
+    let factor = scale.factor * power_of_ten(-exponent);
     let unit = if scale.unit.is_empty() { String::new() } else { format!(" {}", scale.unit) };
     Scale { factor, unit: format!("10{}{unit}", superscript(&exponent.to_string())) }
 }
