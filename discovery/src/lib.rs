@@ -4,6 +4,9 @@
 //! `fit` takes up what may be off, `catalogue` knows the effects that libraries declare and the places where they fit, and `variant`
 //! writes models with effects in them as text.  Findings are plain data.  The crate knows no command line and opens no file.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod bench;
 pub mod calibration;
 pub mod catalogue;

@@ -18,6 +18,9 @@
 //! # }
 //! ```
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod bdf;
 mod delay;
 mod error;

@@ -6,6 +6,9 @@
 //! Universal Design", 2008), which people with colour-vision deficiency can tell apart.  Nothing is computed about the
 //! results here beyond what a reader's eye needs: ranges, ticks, thinning of points below a pixel.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod decimal;
 mod drawing;
 mod figure;

@@ -6,6 +6,9 @@
 //! what is damaged or foreign; [`executable`] appends the bytes to a launcher and finds them again.  So simulation in the process
 //! of the compiler and executables run the same bytes.  Knows no text of models, no code generator and no solver.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod accumulation;
 mod ahead;
 mod backward_error;

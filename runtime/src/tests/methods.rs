@@ -1,5 +1,5 @@
 //! The one-step method by itself, and the choice between the methods: orders, stiff problems, waves.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use hyd_results::Trajectory;
 

@@ -1,5 +1,5 @@
 //! Accuracy on smooth systems with closed-form solutions: errors follow the tolerance, constraints hold in every row.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use hyd_results::Trajectory;
 

@@ -7,6 +7,9 @@
 //! The notation follows Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in Differential-
 //! Algebraic Equations" (SIAM 1996), chapter 5; events follow the Modelica language specification 3.6, section 8.6.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod angles;
 pub mod by_part;
 mod dae;

@@ -1,5 +1,5 @@
 //! Whole pictures: well-formed, complete, bounded in size, and never a panic.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use std::sync::Arc;
 

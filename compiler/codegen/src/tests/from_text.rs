@@ -2,7 +2,7 @@
 //!
 //! The classical Runge-Kutta method (Kutta 1901) on the states; at each stage rates and algebraic unknowns come from
 //! Newton iterations on the residual with the compiled Jacobian.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use std::sync::Arc;
 

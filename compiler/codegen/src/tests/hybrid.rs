@@ -1,5 +1,5 @@
 //! Events, parameters, initial systems and messages of compiled systems built by hand.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use hyd_equations::{Resolution, Role};
 use hyd_flat::{Operand, Target};

@@ -1,5 +1,5 @@
 //! Residuals and Jacobians of compiled plans against direct evaluation and central differences, in every form of code.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use hyd_equations::Role;
 use hyd_flat::VarId;

@@ -1,4 +1,5 @@
 //! Index reduction: which states remain, and values against analytic solutions.
+#![allow(clippy::disallowed_methods)]
 
 use hyd_flat::{Section, StateSelect, Target};
 

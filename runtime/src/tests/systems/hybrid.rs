@@ -1,4 +1,5 @@
 //! Systems with events, and systems that must fail.
+#![allow(clippy::disallowed_methods)]
 
 use super::Model;
 use hyd_system::{EventChange, EventPhase};

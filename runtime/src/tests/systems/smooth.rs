@@ -1,4 +1,5 @@
 //! Smooth systems with closed-form solutions.
+#![allow(clippy::disallowed_methods)]
 
 use super::{Model, numbered};
 use hyd_system::Pattern;

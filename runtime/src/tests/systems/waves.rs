@@ -1,4 +1,5 @@
 //! Wave systems without damping, with closed-form solutions.
+#![allow(clippy::disallowed_methods)]
 
 use std::f64::consts::PI;
 
