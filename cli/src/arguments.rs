@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use hyd_run::arguments::{assignment, names};
-pub use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
+pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
-pub use authoring::{Doc, Fmt, New};
-pub use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
+pub(crate) use authoring::{Doc, Fmt, New};
+pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 
 /// `hyd VERB ...`
 #[derive(Parser, Debug)]

@@ -10,7 +10,7 @@ use hyd_system::{DaeSystem, Place, Settable, ValueKind, VariableInfo, significan
 const MOST: usize = 400;
 
 /// The line at the head.
-pub fn about(model: &Model) -> String {
+pub(crate) fn about(model: &Model) -> String {
     let description = &model.identity.description;
     match description.is_empty() {
         true => format!("Simulates the model {}", model.tables.model),
@@ -19,13 +19,13 @@ pub fn about(model: &Model) -> String {
 }
 
 /// Model, hash of its texts, compiler.
-pub fn version(model: &Model) -> String {
+pub(crate) fn version(model: &Model) -> String {
     let identity = &model.identity;
     format!("{} (texts {:016x}), built by hyd {}\n", model.tables.model, identity.sources, identity.compiler)
 }
 
 /// All parameters that can be set.
-pub fn parameters(loaded: &Arc<Loaded>) -> String {
+pub(crate) fn parameters(loaded: &Arc<Loaded>) -> String {
     let model = &loaded.model;
     let mut instance = loaded.instantiate();
     let start = model.experiment.start.unwrap_or(0.0);

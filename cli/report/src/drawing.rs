@@ -4,7 +4,7 @@
 //! earlier ones; the background is white.
 
 /// An opaque colour: red, green, blue.
-pub type Colour = [u8; 3];
+pub(crate) type Colour = [u8; 3];
 
 /// How a line is drawn.
 #[derive(Clone, PartialEq, Debug)]

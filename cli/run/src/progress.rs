@@ -10,7 +10,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// The line of progress.
-pub struct Progress {
+pub(crate) struct Progress {
     shown: bool,
     last: Instant,
     active: bool,
@@ -18,13 +18,13 @@ pub struct Progress {
 
 impl Progress {
     /// Nothing is shown yet.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let active = io::stderr().is_terminal();
         Self { shown: false, last: Instant::now() + PATIENCE - PERIOD, active }
     }
 
     /// Shows that the time `t` between `start` and `stop` (s) has been reached.
-    pub fn at(&mut self, t: f64, start: f64, stop: f64) {
+    pub(crate) fn at(&mut self, t: f64, start: f64, stop: f64) {
         let now = Instant::now();
         if !self.active || now < self.last + PERIOD {
             return;

@@ -15,13 +15,13 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_system::{Settable, ValueKind};
 
 use hyd_payload::Given;
-pub use hyd_payload::Place;
+pub(crate) use hyd_payload::Place;
 
 use crate::program::{Area, HOMOTOPY};
 
 /// The data area.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub(crate) struct Layout {
     /// Length of the data area.
     pub data: u32,
     /// Position of the constants pool.
@@ -67,14 +67,14 @@ struct Positions {
 
 /// Places of variables and derivatives in one plan.
 #[derive(Clone, Debug)]
-pub struct PlanPlaces {
+pub(crate) struct PlanPlaces {
     variables: IndexVec<VarId, Option<Place>>,
     rates: IndexVec<VarId, Option<Place>>,
 }
 
 impl Layout {
     /// Lays out the data area of a system.
-    pub fn new(sorted: &SortedSystem) -> Self {
+    pub(crate) fn new(sorted: &SortedSystem) -> Self {
         let count = sorted.system.flat.scalars as usize;
         let constants = HOMOTOPY + 1;
         let mut layout = Self {
@@ -193,27 +193,27 @@ impl Layout {
     }
 
     /// Position of a start value.
-    pub fn start(&self, v: VarId) -> Option<u32> {
+    pub(crate) fn start(&self, v: VarId) -> Option<u32> {
         self.of.starts[v]
     }
 
     /// All start values with their positions.
-    pub fn starts(&self) -> impl Iterator<Item = (VarId, u32)> + '_ {
+    pub(crate) fn starts(&self) -> impl Iterator<Item = (VarId, u32)> + '_ {
         self.of.starts.iter_enumerated().filter_map(|(v, index)| index.map(|index| (v, index)))
     }
 
     /// Place of a parameter or discrete variable.
-    pub fn value(&self, v: VarId) -> Option<Place> {
+    pub(crate) fn value(&self, v: VarId) -> Option<Place> {
         self.of.values[v]
     }
 
     /// Places while parameters and start values are computed: nothing but the data area.
-    pub fn bound(&self) -> PlanPlaces {
+    pub(crate) fn bound(&self) -> PlanPlaces {
         PlanPlaces { variables: self.of.values.clone(), rates: IndexVec::filled(None, self.of.values.len()) }
     }
 
     /// Places in a plan; with `rates` the derivatives of its unknowns are the solver's.
-    pub fn plan(&self, plan: &Plan, rates: bool) -> PlanPlaces {
+    pub(crate) fn plan(&self, plan: &Plan, rates: bool) -> PlanPlaces {
         let mut places = self.bound();
         for (k, assignment) in plan.assignments.iter().enumerate() {
             places.set(assignment.target, Place { area: Area::Work, index: k as u32 });
@@ -232,7 +232,7 @@ impl Layout {
     ///
     /// # Errors
     /// A sentence, when the target has no place (a fault of an earlier stage).
-    pub fn locate(
+    pub(crate) fn locate(
         &self,
         sorted: &SortedSystem,
         places: &PlanPlaces,
@@ -266,7 +266,7 @@ impl PlanPlaces {
     }
 
     /// Place of a variable or derivative.
-    pub fn get(&self, target: Target) -> Option<Place> {
+    pub(crate) fn get(&self, target: Target) -> Option<Place> {
         match target {
             Target::Var(v) => self.variables[v],
             Target::Der(v) => self.rates[v],
@@ -276,7 +276,7 @@ impl PlanPlaces {
 }
 
 /// Follows what alias elimination made of a variable.
-pub fn resolve(sorted: &SortedSystem, operand: Operand) -> (Target, bool) {
+pub(crate) fn resolve(sorted: &SortedSystem, operand: Operand) -> (Target, bool) {
     let (target, negated) = (operand.target(), operand.negated());
     let follow = |v: VarId, wrap: fn(VarId) -> Target| match sorted.system.resolution[v] {
         Resolution::Own => (target, negated),

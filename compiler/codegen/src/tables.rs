@@ -22,7 +22,7 @@ use crate::lower::Lowered;
 use crate::program::Area;
 
 /// The row of outputs of a system.
-pub fn output_row(sorted: &SortedSystem, layout: &Layout) -> OutputRow {
+pub(crate) fn output_row(sorted: &SortedSystem, layout: &Layout) -> OutputRow {
     let plan = &sorted.simulation;
     OutputRow {
         assigned: plan.assignments.len() as u32,
@@ -49,7 +49,7 @@ fn position(row: &OutputRow, layout: &Layout, place: Place) -> Option<u32> {
 }
 
 /// What tables are made from.
-pub struct Describe<'a> {
+pub(crate) struct Describe<'a> {
     /// The system.
     pub sorted: &'a SortedSystem,
     /// Its places.
@@ -65,7 +65,7 @@ impl Describe<'_> {
     ///
     /// # Errors
     /// A sentence, when a variable has no value anywhere (a fault of an earlier stage).
-    pub fn tables(&self) -> Result<(Tables, Vec<Limit>), String> {
+    pub(crate) fn tables(&self) -> Result<(Tables, Vec<Limit>), String> {
         let flat = self.flat();
         let unknown_blocks = self.unknown_blocks();
         let mut variables = Vec::new();
@@ -348,18 +348,18 @@ impl Describe<'_> {
 }
 
 /// The text a variable comes from.
-pub fn span_of_variable(sorted: &SortedSystem, v: VarId) -> Span {
+pub(crate) fn span_of_variable(sorted: &SortedSystem, v: VarId) -> Span {
     let flat = &sorted.system.flat;
     flat.variables[flat.locate(v).0].origin.span
 }
 
 /// The text an equation stands in.
-pub fn span_of(sorted: &SortedSystem, equation: hyd_equations::EqId) -> Span {
+pub(crate) fn span_of(sorted: &SortedSystem, equation: hyd_equations::EqId) -> Span {
     sorted.system.flat.equations[sorted.system.equations[equation].block as usize].origin.span
 }
 
 /// Equation (index into `Tables::equations`) of each assignment, then of each residual.
-pub fn row_equations(sorted: &SortedSystem, plan: &Plan) -> Vec<u32> {
+pub(crate) fn row_equations(sorted: &SortedSystem, plan: &Plan) -> Vec<u32> {
     let assignments = plan.assignments.iter().map(|a: &Assignment| a.equation);
     let all = assignments.chain(plan.residuals.iter().map(|r| r.equation));
     all.map(|equation| sorted.system.equations[equation].block).collect()

@@ -55,7 +55,7 @@ pub(crate) enum Solvability {
 
 impl Solvability {
     /// Good enough for an explicit assignment.
-    pub fn is_safe(self) -> bool {
+    pub(crate) fn is_safe(self) -> bool {
         self <= Solvability::ByParameters
     }
 }
@@ -68,13 +68,13 @@ pub(crate) struct Known {
 
 impl Known {
     /// All parameters and constants.
-    pub fn parameters(system: &EquationSystem) -> Self {
+    pub(crate) fn parameters(system: &EquationSystem) -> Self {
         let is_parameter = |role: &Role| matches!(role, Role::Parameter | Role::Constant);
         Self { bound: IndexVec::from_vec(system.roles.iter().map(is_parameter).collect()) }
     }
 
     /// True if the operand has its value before the run.
-    pub fn is_known(&self, operand: Operand) -> bool {
+    pub(crate) fn is_known(&self, operand: Operand) -> bool {
         match operand.target() {
             Target::Const(_) => true,
             Target::Var(v) => self.bound[v],
@@ -94,7 +94,7 @@ pub(crate) struct Algebra {
 
 impl Algebra {
     /// What occurs in an equation's template.
-    pub fn facts(&mut self, templates: &mut Templates, id: TemplateId) -> &Facts {
+    pub(crate) fn facts(&mut self, templates: &mut Templates, id: TemplateId) -> &Facts {
         if self.facts.len() <= id.index() {
             self.facts.resize(templates.len(), None);
         }
@@ -108,7 +108,7 @@ impl Algebra {
     }
 
     /// A slot's value, if the template is linear in it.
-    pub fn solve(&mut self, templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<&Solved> {
+    pub(crate) fn solve(&mut self, templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<&Solved> {
         if self.solved.len() <= id.index() {
             self.solved.resize(templates.len(), Vec::new());
         }
@@ -120,7 +120,13 @@ impl Algebra {
     }
 
     /// How well an equation can be solved for the unknown in a slot.
-    pub fn solvability(&mut self, system: &mut EquationSystem, known: &Known, eq: EqId, slot: SlotId) -> Solvability {
+    pub(crate) fn solvability(
+        &mut self,
+        system: &mut EquationSystem,
+        known: &Known,
+        eq: EqId,
+        slot: SlotId,
+    ) -> Solvability {
         let equation = system.equations[eq];
         let template = system.flat.templates.get(equation.template);
         if template.arity as usize > WIDE {
@@ -142,7 +148,7 @@ impl Algebra {
     }
 
     /// The value to assign to the target of the operand in a slot, its sign taken into account.
-    pub fn value(&mut self, system: &mut EquationSystem, eq: EqId, slot: SlotId) -> Option<NodeId> {
+    pub(crate) fn value(&mut self, system: &mut EquationSystem, eq: EqId, slot: SlotId) -> Option<NodeId> {
         let equation = system.equations[eq];
         let negated = system.operands_of(equation.operands)[slot.index()].negated();
         let solved = self.solve(&mut system.flat.templates, equation.template, slot)?;

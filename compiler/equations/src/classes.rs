@@ -19,7 +19,7 @@ pub(crate) struct Classes {
 
 impl Classes {
     /// Every variable alone.
-    pub fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self {
             parent: IndexVec::from_vec((0..count).map(|k| (VarId::new(k), false)).collect()),
             size: IndexVec::filled(1, count),
@@ -29,7 +29,7 @@ impl Classes {
     }
 
     /// The root of a variable's class, and whether the variable is the root's negative.
-    pub fn find(&mut self, v: VarId) -> (VarId, bool) {
+    pub(crate) fn find(&mut self, v: VarId) -> (VarId, bool) {
         self.path.clear();
         let mut at = v;
         while self.parent[at].0 != at {
@@ -45,12 +45,12 @@ impl Classes {
     }
 
     /// The fixed value of a class.
-    pub fn value_of_root(&self, root: VarId) -> Option<f64> {
+    pub(crate) fn value_of_root(&self, root: VarId) -> Option<f64> {
         self.value[root]
     }
 
     /// Notes `v = w` or `v = -w`; false if that follows already or contradicts.
-    pub fn equate(&mut self, v: VarId, w: VarId, opposite: bool) -> bool {
+    pub(crate) fn equate(&mut self, v: VarId, w: VarId, opposite: bool) -> bool {
         let ((a, flip_v), (b, flip_w)) = (self.find(v), self.find(w));
         if a == b || (self.value[a].is_some() && self.value[b].is_some()) {
             return false;
@@ -65,7 +65,7 @@ impl Classes {
     }
 
     /// Notes `v = value`; false if the class has a value already.
-    pub fn fix(&mut self, v: VarId, value: f64) -> bool {
+    pub(crate) fn fix(&mut self, v: VarId, value: f64) -> bool {
         let (root, negated) = self.find(v);
         if self.value[root].is_some() {
             return false;

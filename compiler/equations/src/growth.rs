@@ -51,7 +51,7 @@ struct Slope {
 
 impl Growth {
     /// Slopes of the rows for which `in_loop` holds; `slots` says where in its equation the unknown of an entry stands.
-    pub fn new(
+    pub(crate) fn new(
         system: &mut EquationSystem,
         algebra: &mut Algebra,
         (known, values): (&Known, &StartPoint),
@@ -75,7 +75,7 @@ impl Growth {
     }
 
     /// Enters the assignment of a column by a row; false if errors would grow too far.
-    pub fn assign(&mut self, incidence: &Incidence, row: Row, own: Entry) -> bool {
+    pub(crate) fn assign(&mut self, incidence: &Incidence, row: Row, own: Entry) -> bool {
         let (mut sum, mut beside_cut, mut first) = (0.0, false, true);
         for (entry, column) in incidence.entries(row).filter(|&(entry, _)| entry != own) {
             sum += self.size[entry] * self.factor[column];
@@ -95,7 +95,7 @@ impl Growth {
     }
 
     /// The column is an unknown of the solver after all.
-    pub fn release(&mut self, column: Column) {
+    pub(crate) fn release(&mut self, column: Column) {
         self.factor[column] = 1.0;
     }
 }

@@ -26,7 +26,7 @@ pub(crate) struct Derivatives {
 impl Derivatives {
     /// Makes the variables that the choice `(variable, highest, dummies)` needs, and sets the roles.  `open` are derivatives
     /// (variable, order) that may be states.
-    pub fn make(system: &mut EquationSystem, variables: &[(VarId, u32, u32)], open: &[(VarId, u32)]) -> Self {
+    pub(crate) fn make(system: &mut EquationSystem, variables: &[(VarId, u32, u32)], open: &[(VarId, u32)]) -> Self {
         let mut states = IndexVec::filled(0, system.roles.len());
         for v in system.roles.indices() {
             states[v] = u32::from(system.roles[v] == Role::State);
@@ -74,7 +74,7 @@ impl Derivatives {
     }
 
     /// What a slot reads for the derivative of a variable of the given order.
-    pub fn target(&self, v: VarId, order: u32) -> Target {
+    pub(crate) fn target(&self, v: VarId, order: u32) -> Target {
         match self.states.get(v) {
             Some(&states) if order > 0 && order == states && !self.open.contains_key(&v) => {
                 Target::Der(self.variable(v, order - 1))
@@ -84,7 +84,7 @@ impl Derivatives {
     }
 
     /// The variable of a derivative that is not a rate.
-    pub fn variable(&self, v: VarId, order: u32) -> VarId {
+    pub(crate) fn variable(&self, v: VarId, order: u32) -> VarId {
         match order {
             0 => v,
             _ => *self.made.get(&(v, order)).expect("invariant: made for every order that is not a rate"),

@@ -23,19 +23,19 @@ pub(crate) struct Unknowns {
 
 impl Unknowns {
     /// No unknowns among `count` variables.
-    pub fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self { targets: IndexVec::new(), value: IndexVec::filled(None, count), rate: IndexVec::filled(None, count) }
     }
 
     /// Adds the value or the derivative of a variable; other targets are never unknown.
-    pub fn add(&mut self, target: Target) -> Column {
+    pub(crate) fn add(&mut self, target: Target) -> Column {
         let column = self.targets.push(target);
         self.point(target, column);
         column
     }
 
     /// Lets another target stand for a column too.
-    pub fn point(&mut self, target: Target, column: Column) {
+    pub(crate) fn point(&mut self, target: Target, column: Column) {
         match target {
             Target::Var(v) => self.value[v] = Some(column),
             Target::Der(v) => self.rate[v] = Some(column),
@@ -44,7 +44,7 @@ impl Unknowns {
     }
 
     /// The column of a target.
-    pub fn column(&self, target: Target) -> Option<Column> {
+    pub(crate) fn column(&self, target: Target) -> Option<Column> {
         match target {
             Target::Var(v) => self.value[v],
             Target::Der(v) => self.rate[v],

@@ -52,7 +52,7 @@ pub(crate) fn take_redundant(
 
 impl Conditions {
     /// Takes some conditions out, to be checked at the start.
-    pub fn give_up(&mut self, system: &EquationSystem, equations: &[EqId]) -> Vec<Redundant> {
+    pub(crate) fn give_up(&mut self, system: &EquationSystem, equations: &[EqId]) -> Vec<Redundant> {
         let equations: FxHashSet<EqId> = equations.iter().copied().collect();
         let of_start = self.fixed.iter().filter(|(_, eq)| equations.contains(eq)).map(|&(v, eq)| (eq, Some(v)));
         let of_text = self.initial.iter().filter(|eq| equations.contains(eq)).map(|&eq| (eq, None));
@@ -63,7 +63,7 @@ impl Conditions {
     }
 
     /// The conditions beside the equations of the model, those that a model states most directly first.
-    pub fn ordered(&self, system: &EquationSystem) -> Vec<EqId> {
+    pub(crate) fn ordered(&self, system: &EquationSystem) -> Vec<EqId> {
         let former = former_states(system);
         let (late, early): (Vec<_>, Vec<_>) = self.fixed.iter().partition(|(v, _)| former[*v]);
         let equations = |fixed: Vec<(VarId, EqId)>| fixed.into_iter().map(|fixed| fixed.1).collect();
@@ -71,7 +71,7 @@ impl Conditions {
     }
 
     /// All equations.
-    pub fn rows(&self) -> Vec<EqId> {
+    pub(crate) fn rows(&self) -> Vec<EqId> {
         let fixed = self.fixed.iter().map(|fixed| fixed.1);
         self.model.iter().copied().chain(self.initial.iter().copied()).chain(fixed).collect()
     }

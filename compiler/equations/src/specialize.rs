@@ -34,7 +34,7 @@ pub(crate) struct Specializer {
 
 impl Specializer {
     /// The template after the changes (one per slot).
-    pub fn adapt(&mut self, templates: &mut Templates, template: TemplateId, changes: &[Change]) -> &Adapted {
+    pub(crate) fn adapt(&mut self, templates: &mut Templates, template: TemplateId, changes: &[Change]) -> &Adapted {
         let known = self.known.entry(template).or_default();
         if !known.contains_key(changes) {
             known.insert(changes.into(), rewrite(templates, template, changes));

@@ -30,7 +30,7 @@ pub(crate) struct StartPoint {
 
 impl StartPoint {
     /// The start point of a system; a circle among its parameters is an error.
-    pub fn new(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Self, Diagnostic> {
+    pub(crate) fn new(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Self, Diagnostic> {
         let bindings = sort_bindings(system, algebra)?;
         let mut point = Self::of_parameters(system, &bindings.assignments);
         for eq in system.equations_in(Section::Start) {
@@ -45,7 +45,7 @@ impl StartPoint {
     }
 
     /// Only what is known before the start, from its assignments in order.
-    pub fn of_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
+    pub(crate) fn of_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
         let count = system.roles.len();
         let time = system.flat.experiment.start.unwrap_or(0.0);
         let mut point = Self {
@@ -63,7 +63,7 @@ impl StartPoint {
 
     /// Parameters as declared, all that is not known before the start somewhere near its start value, other numbers for each seed:
     /// what holds at several such points holds not by accident.
-    pub fn scattered(system: &mut EquationSystem, bindings: &[Assignment], seed: u32) -> Self {
+    pub(crate) fn scattered(system: &mut EquationSystem, bindings: &[Assignment], seed: u32) -> Self {
         let mut point = Self::of_parameters(system, bindings);
         point.seed = seed.wrapping_mul(0x9e37_79b9);
         for eq in system.equations_in(Section::Start) {
@@ -79,12 +79,12 @@ impl StartPoint {
     }
 
     /// A made-up number, another for each seed.
-    pub fn made_up(&self, key: u32) -> f64 {
+    pub(crate) fn made_up(&self, key: u32) -> f64 {
         typical(key ^ self.seed)
     }
 
     /// The same with a made-up number for each real parameter that can be set.
-    pub fn of_made_up_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
+    pub(crate) fn of_made_up_parameters(system: &EquationSystem, bindings: &[Assignment]) -> Self {
         let mut point = Self::of_parameters(system, &[]);
         for a in bindings {
             point.execute(system, a);
@@ -111,12 +111,12 @@ impl StartPoint {
     }
 
     /// The start attribute of a variable, if it is known.
-    pub fn start(&self, v: VarId) -> Option<f64> {
+    pub(crate) fn start(&self, v: VarId) -> Option<f64> {
         self.start[v]
     }
 
     /// The value of an expression.
-    pub fn evaluate(&self, system: &EquationSystem, root: NodeId, operands: OperandRange) -> f64 {
+    pub(crate) fn evaluate(&self, system: &EquationSystem, root: NodeId, operands: OperandRange) -> f64 {
         let operands = system.operands_of(operands);
         let read = |slot: SlotId| self.read(system, operands[slot.index()]);
         let mut prepared = self.prepared.borrow_mut();

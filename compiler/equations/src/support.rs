@@ -24,7 +24,7 @@ pub(crate) struct Supports {
 
 impl Supports {
     /// No assignments yet among `count` columns.
-    pub fn new(flat: &FlatModel, count: usize) -> Self {
+    pub(crate) fn new(flat: &FlatModel, count: usize) -> Self {
         let mut parts = IndexVec::filled(false, flat.scalars as usize);
         for block in flat.variables.iter().filter(|block| matches!(block.made, Some(Made::Fold(_)))) {
             for k in 0..block.count {
@@ -35,7 +35,7 @@ impl Supports {
     }
 
     /// Enters an assignment that reads the given targets; false if its support is too wide.
-    pub fn assign(
+    pub(crate) fn assign(
         &mut self,
         system: &EquationSystem,
         unknowns: &Unknowns,
@@ -69,13 +69,13 @@ impl Supports {
     /// True for an equation between several parts of a long fold.  Were the levels of its tree assigned one after the other, the
     /// loops of code would grow with the number of levels; as unknowns they are one loop, and the tree factorises
     /// without fill.
-    pub fn is_upper_level(&self, operands: &[Operand]) -> bool {
+    pub(crate) fn is_upper_level(&self, operands: &[Operand]) -> bool {
         let is_part = |operand: &&Operand| matches!(operand.target(), Target::Var(v) if self.parts[v]);
         operands.iter().filter(is_part).take(3).count() > 2
     }
 
     /// Takes an assignment back: the column is an unknown.
-    pub fn release(&mut self, column: Column) {
+    pub(crate) fn release(&mut self, column: Column) {
         if let Some((first, _)) = self.range[column].take() {
             self.members.truncate(first as usize);
         }

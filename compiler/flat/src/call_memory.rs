@@ -86,7 +86,7 @@ impl Place {
 }
 
 impl CallMemory {
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
 }

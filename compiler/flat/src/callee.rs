@@ -34,12 +34,12 @@ pub(crate) struct Callee {
 
 impl Callee {
     /// The inputs in their order.
-    pub fn inputs(&self) -> Vec<Component> {
+    pub(crate) fn inputs(&self) -> Vec<Component> {
         self.with_direction(Direction::Input)
     }
 
     /// The outputs in their order.
-    pub fn outputs(&self) -> Vec<Component> {
+    pub(crate) fn outputs(&self) -> Vec<Component> {
         self.with_direction(Direction::Output)
     }
 
@@ -53,7 +53,7 @@ impl Callee {
     }
 
     /// The derivatives that its annotation names (Modelica 3.6, section 12.7.1).
-    pub fn derivatives(&self) -> Vec<Arc<AstMod>> {
+    pub(crate) fn derivatives(&self) -> Vec<Arc<AstMod>> {
         let Some(annotation) = &self.def.annotation else { return Vec::new() };
         let tree = AstMod::from_syntax(annotation);
         tree.children.into_iter().filter(|(name, _)| name.as_ref() == "derivative").map(|(_, tree)| tree).collect()
@@ -70,7 +70,7 @@ impl Callee {
     }
 
     /// What the first assignment to a variable as a whole gives it.
-    pub fn first_value(&self, table: &ClassTable<'_>, name: &Name) -> Option<Expr> {
+    pub(crate) fn first_value(&self, table: &ClassTable<'_>, name: &Name) -> Option<Expr> {
         self.shape.frames.iter().find_map(|part| {
             let ClassBody::Long { algorithms, .. } = &table.class(part.class).def.body else { return None };
             algorithms.iter().find_map(|section| first_assignment(&section.statements, name))
@@ -78,7 +78,7 @@ impl Callee {
     }
 
     /// The surroundings of its text when it is called from `cx`, without names.
-    pub fn context(&self, cx: &Context) -> Context {
+    pub(crate) fn context(&self, cx: &Context) -> Context {
         let mut inner = Context {
             no_event: cx.no_event || !self.generates_events(),
             depth: cx.depth + 1,

@@ -15,7 +15,7 @@ use crate::when::WhenCondition;
 
 /// Why an expression could not be lowered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fail {
+pub(crate) enum Fail {
     /// A message has been given.
     Reported,
     /// A subscript is not affine in the counters: lower again with fixed counters.
@@ -34,7 +34,7 @@ impl From<Reported> for Fail {
 
 /// What a local name stands for.
 #[derive(Clone, Debug)]
-pub enum Local {
+pub(crate) enum Local {
     /// A loop variable with values affine in the counters.
     Index(Affine),
     /// A loop variable with a fixed value of another type.
@@ -51,14 +51,14 @@ pub enum Local {
 
 impl Local {
     /// An array with its sizes.
-    pub fn array(items: Vec<Typed>, shape: Vec<usize>) -> Self {
+    pub(crate) fn array(items: Vec<Typed>, shape: Vec<usize>) -> Self {
         Local::Array(Rc::new(items), shape)
     }
 }
 
 /// The surroundings of an expression.
 #[derive(Clone, Debug)]
-pub struct Context {
+pub(crate) struct Context {
     /// Where names are looked up.
     pub scope: Scope,
     /// Number of values of each counter.
@@ -102,7 +102,7 @@ pub struct Context {
 
 impl Context {
     /// Surroundings without loops.
-    pub fn new(scope: Scope) -> Self {
+    pub(crate) fn new(scope: Scope) -> Self {
         Self {
             scope,
             counts: Vec::new(),
@@ -127,7 +127,7 @@ impl Context {
     }
 
     /// Adds a counter with `count` values and returns it as a subscript from 0.
-    pub fn counter(&mut self, count: usize) -> Affine {
+    pub(crate) fn counter(&mut self, count: usize) -> Affine {
         let id = CounterId(self.counts.len() as u32);
         let fixed = self.fixed.as_ref().and_then(|values| values.get(id.0 as usize));
         match (fixed, self.windows.iter().find(|window| window.counter == id)) {
@@ -147,13 +147,13 @@ impl Context {
     }
 
     /// The values that a counter runs through here.
-    pub fn window(&self, counter: CounterId) -> Window {
+    pub(crate) fn window(&self, counter: CounterId) -> Window {
         let known = self.windows.iter().find(|window| window.counter == counter).copied();
         known.unwrap_or(Window { counter, first: 0, stride: 1, count: self.counts[counter.0 as usize] })
     }
 
     /// The failure that has a counter cut into parts, where that is possible.
-    pub fn cut(&self, counter: CounterId, cut: Cut) -> Fail {
+    pub(crate) fn cut(&self, counter: CounterId, cut: Cut) -> Fail {
         let fixed = self.fixed.as_ref().map_or(0, Vec::len);
         let whole = self.counts.get(counter.0 as usize).copied().unwrap_or(0);
         if self.cuts_left > 0 && counter.0 as usize >= fixed && cut.divides(whole) {
@@ -164,28 +164,28 @@ impl Context {
     }
 
     /// Counts of the counters for [`emit`](crate::flatten::Flattener): fixed ones stand for one value.
-    pub fn loop_counts(&self) -> Vec<usize> {
+    pub(crate) fn loop_counts(&self) -> Vec<usize> {
         let fixed = self.fixed.as_ref().map_or(0, Vec::len);
         self.counts.iter().enumerate().map(|(k, &count)| if k < fixed { 1 } else { count }).collect()
     }
 
     /// What follows happens only under a condition that is known in the run.
-    pub fn depends_on_run(&mut self) {
+    pub(crate) fn depends_on_run(&mut self) {
         self.called.iter_mut().for_each(|(_, uncertain)| *uncertain = true);
     }
 
     /// True in an algorithm section of a model, outside functions.
-    pub fn in_section(&self) -> bool {
+    pub(crate) fn in_section(&self) -> bool {
         self.depth == 0 && self.assigned.is_some()
     }
 
     /// A local name.
-    pub fn local(&self, name: &str) -> Option<&Local> {
+    pub(crate) fn local(&self, name: &str) -> Option<&Local> {
         self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
     }
 
     /// The loop variables with fixed values, for evaluation at translation; `Err` if some are symbolic.
-    pub fn env(&self) -> (hyd_instance::Env, bool) {
+    pub(crate) fn env(&self) -> (hyd_instance::Env, bool) {
         let mut env = hyd_instance::Env { ends: self.ends.clone(), ..hyd_instance::Env::default() };
         let mut complete = true;
         for (name, local) in &self.names {

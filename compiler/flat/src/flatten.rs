@@ -22,7 +22,7 @@ use crate::model::{BlockId, ConstId, FlatModel};
 use crate::unit_claim::FunctionUnits;
 
 /// Work in progress.
-pub struct Flattener<'t, 's> {
+pub(crate) struct Flattener<'t, 's> {
     pub(crate) tree: &'t mut InstanceTree<'s>,
     pub(crate) model: FlatModel,
     /// Block of each variable instance.

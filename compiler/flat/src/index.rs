@@ -19,7 +19,7 @@ typed_index!(
 
 /// `constant + sum of coefficient * counter`
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub struct Affine {
+pub(crate) struct Affine {
     /// Value where all counters are 0.
     pub constant: i64,
     /// Counters with coefficients, by ascending counter, coefficients not 0.
@@ -28,22 +28,22 @@ pub struct Affine {
 
 impl Affine {
     /// A fixed number.
-    pub fn constant(value: i64) -> Self {
+    pub(crate) fn constant(value: i64) -> Self {
         Self { constant: value, terms: Vec::new() }
     }
 
     /// One counter.
-    pub fn counter(id: CounterId) -> Self {
+    pub(crate) fn counter(id: CounterId) -> Self {
         Self { constant: 0, terms: vec![(id, 1)] }
     }
 
     /// The number, if no counter occurs.
-    pub fn as_constant(&self) -> Option<i64> {
+    pub(crate) fn as_constant(&self) -> Option<i64> {
         self.terms.is_empty().then_some(self.constant)
     }
 
     /// `self + factor * other`; `None` on overflow.
-    pub fn add_scaled(&self, other: &Affine, factor: i64) -> Option<Affine> {
+    pub(crate) fn add_scaled(&self, other: &Affine, factor: i64) -> Option<Affine> {
         let mut result = self.clone();
         result.constant = result.constant.checked_add(other.constant.checked_mul(factor)?)?;
         for &(id, c) in &other.terms {
@@ -59,12 +59,12 @@ impl Affine {
     }
 
     /// The value where the counters have these values.
-    pub fn at(&self, counters: &[i64]) -> i64 {
+    pub(crate) fn at(&self, counters: &[i64]) -> i64 {
         self.constant + self.terms.iter().map(|(id, c)| c * counters[id.index()]).sum::<i64>()
     }
 
     /// Smallest and largest value over all counters, given their counts (each at least 1).
-    pub fn bounds(&self, counts: &[usize]) -> (i64, i64) {
+    pub(crate) fn bounds(&self, counts: &[usize]) -> (i64, i64) {
         let (mut low, mut high) = (self.constant, self.constant);
         for &(id, c) in &self.terms {
             let reach = c.saturating_mul(counts[id.index()].saturating_sub(1) as i64);
@@ -76,7 +76,7 @@ impl Affine {
 }
 
 /// The next turn of loops with so many turns each, the last one fastest; after the last the first.
-pub fn advance(counters: &mut [i64], counts: &[usize]) {
+pub(crate) fn advance(counters: &mut [i64], counts: &[usize]) {
     for (counter, &count) in counters.iter_mut().zip(counts).rev() {
         *counter += 1;
         if (*counter as usize) < count {
@@ -88,7 +88,7 @@ pub fn advance(counters: &mut [i64], counts: &[usize]) {
 
 /// How the values of a counter are taken apart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Cut {
+pub(crate) enum Cut {
     /// Those below this position and the others.
     At(usize),
     /// Every so manieth, from each of the first.
@@ -97,7 +97,7 @@ pub enum Cut {
 
 impl Cut {
     /// True if each part of `count` values holds fewer of them, and not so few that running through them were as good.
-    pub fn divides(self, count: usize) -> bool {
+    pub(crate) fn divides(self, count: usize) -> bool {
         match self {
             Cut::At(position) => 0 < position && position < count,
             Cut::Modulo(parts) => 1 < parts && parts <= 16 && 2 * parts <= count,
@@ -107,7 +107,7 @@ impl Cut {
 
 /// Part of the values of a counter: `first + stride*k` for `k` below `count`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Window {
+pub(crate) struct Window {
     /// The counter.
     pub counter: CounterId,
     /// First value.
@@ -120,7 +120,7 @@ pub struct Window {
 
 impl Window {
     /// The values, affine in the counter that now counts them.
-    pub fn values(self) -> Affine {
+    pub(crate) fn values(self) -> Affine {
         match self.count {
             1 => Affine::constant(self.first),
             _ => Affine { constant: self.first, terms: vec![(self.counter, self.stride)] },
@@ -128,7 +128,7 @@ impl Window {
     }
 
     /// The parts, in the order of their first values; none is empty.
-    pub fn parts(self, cut: Cut) -> Vec<Window> {
+    pub(crate) fn parts(self, cut: Cut) -> Vec<Window> {
         match cut {
             Cut::At(position) => {
                 let rest =
@@ -150,7 +150,7 @@ impl Window {
 
 /// What a slot of the equation being lowered reads.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub enum SlotKey {
+pub(crate) enum SlotKey {
     /// A target of the kind given, at variable `first + offset`.
     Variable(Kind, VarId, Affine),
     /// The number itself: a loop variable used as a value.
@@ -161,7 +161,7 @@ pub enum SlotKey {
 
 /// Kinds of targets that point at variables.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// `Target::Var`
     Var,
     /// `Target::Der`
@@ -180,7 +180,7 @@ pub enum Kind {
 
 impl Kind {
     /// The target of this kind.
-    pub fn of(self, v: VarId) -> Target {
+    pub(crate) fn of(self, v: VarId) -> Target {
         match self {
             Kind::Var => Target::Var(v),
             Kind::Der => Target::Der(v),
@@ -195,7 +195,7 @@ impl Kind {
 
 /// The slots of the equation being lowered.
 #[derive(Default)]
-pub struct Slots {
+pub(crate) struct Slots {
     /// What each slot reads.
     pub keys: Vec<SlotKey>,
     known: FxHashMap<SlotKey, SlotId>,
@@ -205,7 +205,7 @@ pub struct Slots {
 
 impl Slots {
     /// The slot that reads `key`.
-    pub fn slot(&mut self, key: SlotKey) -> SlotId {
+    pub(crate) fn slot(&mut self, key: SlotKey) -> SlotId {
         if let Some(&known) = self.known.get(&key) {
             return known;
         }

@@ -20,7 +20,7 @@ use hyd_instance::sizes_text;
 
 /// A node with its type.
 #[derive(Clone, Debug)]
-pub struct Typed {
+pub(crate) struct Typed {
     /// The value.
     pub node: NodeId,
     /// Its type.

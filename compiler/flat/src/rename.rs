@@ -6,7 +6,7 @@ use hyd_syntax::visit::Role;
 use hyd_syntax::visit_mut::{VisitorMut, walk_expr_mut, walk_reference_mut};
 
 /// What can get another name.
-pub enum Found<'a> {
+pub(crate) enum Found<'a> {
     /// A reference, read or set; its last subscripts stay.  The names are loop variables of the statement.
     Reference(&'a ComponentRef, bool, &'a [Name]),
     /// A call of an operator that speaks of events or derivatives.
@@ -14,7 +14,7 @@ pub enum Found<'a> {
 }
 
 /// Asks `name` for the new name of everything found; `None` leaves it as it is.
-pub fn rename(statement: &mut Statement, name: &mut dyn FnMut(Found<'_>) -> Option<Name>) {
+pub(crate) fn rename(statement: &mut Statement, name: &mut dyn FnMut(Found<'_>) -> Option<Name>) {
     Renaming { name, hidden: Vec::new() }.statement(statement);
 }
 

@@ -6,7 +6,7 @@ use hyd_syntax::visit::{Role, Visitor, walk_arguments, walk_expr, walk_reference
 
 /// True if `test` holds for a reference anywhere in the expression, apart from the names of called functions and from the loop
 /// variables that the expression itself declares.
-pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool {
+pub(crate) fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool {
     struct Search<'f> {
         test: &'f mut dyn FnMut(&ComponentRef) -> bool,
         own: Vec<Name>,
@@ -45,14 +45,14 @@ pub fn any_ref(expr: &Expr, test: &mut dyn FnMut(&ComponentRef) -> bool) -> bool
 }
 
 /// True if the name stands in the expression, not hidden.
-pub fn mentions(expr: &Expr, name: &Name) -> bool {
+pub(crate) fn mentions(expr: &Expr, name: &Name) -> bool {
     any_ref(expr, &mut |reference| {
         !reference.global && reference.parts.len() == 1 && reference.parts[0].name.name == *name
     })
 }
 
 /// Names of all loop variables of an expression.
-pub fn iterator_names(expr: &Expr) -> Vec<Name> {
+pub(crate) fn iterator_names(expr: &Expr) -> Vec<Name> {
     struct Search(Vec<Name>);
     impl Visitor for Search {
         fn enter(&mut self, iterators: &[Iterator]) {
@@ -66,7 +66,7 @@ pub fn iterator_names(expr: &Expr) -> Vec<Name> {
 }
 
 /// The first names of all references in the arguments of a call, called functions among them.
-pub fn first_names(arguments: &Arguments) -> Vec<Name> {
+pub(crate) fn first_names(arguments: &Arguments) -> Vec<Name> {
     struct Search(Vec<Name>);
     impl Visitor for Search {
         fn reference(&mut self, reference: &ComponentRef, _: Role) {
@@ -83,7 +83,7 @@ pub fn first_names(arguments: &Arguments) -> Vec<Name> {
 }
 
 /// True if an operator whose value comes from the run is called anywhere in the expression.
-pub fn reads_run(expr: &Expr) -> bool {
+pub(crate) fn reads_run(expr: &Expr) -> bool {
     struct Search(bool);
     impl Visitor for Search {
         fn reference(&mut self, reference: &ComponentRef, role: Role) {

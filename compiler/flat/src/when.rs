@@ -17,7 +17,7 @@ use crate::section::Loops;
 
 /// One condition of a branch.
 #[derive(Clone, Debug)]
-pub enum WhenCondition {
+pub(crate) enum WhenCondition {
     /// `initial()`
     Initial,
     /// A discrete Boolean, one per element of the loops.

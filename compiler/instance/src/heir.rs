@@ -21,7 +21,7 @@ use crate::shape::{Shape, ShapeElement};
 /// One level of name lookup: the class whose elements are seen, and the class whose text is read.  They differ where the
 /// text was inherited.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Level {
+pub(crate) struct Level {
     /// Its elements are seen.
     pub members: ClassId,
     /// Its imports count, and what is around it comes next.

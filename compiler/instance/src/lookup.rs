@@ -32,7 +32,7 @@ pub enum Resolved<'e> {
 }
 
 /// The literals of a predefined enumeration.
-pub fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
+pub(crate) fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
     let literals: &[&str] = match name {
         "StateSelect" => &["never", "avoid", "default", "prefer", "always"],
         "AssertionLevel" => &["warning", "error"],

@@ -59,7 +59,7 @@ pub(crate) enum Verdict {
 
 impl Level<'_> {
     /// The connected parts, in the order of their first rows.
-    pub fn parts(&self) -> Vec<Level<'_>> {
+    pub(crate) fn parts(&self) -> Vec<Level<'_>> {
         let groups = connected(self.rows.iter().map(|(_, entries)| entries));
         let mut parts: Vec<Level<'_>> = Vec::new();
         for (group, row) in groups.into_iter().zip(&self.rows) {
@@ -72,7 +72,7 @@ impl Level<'_> {
     }
 
     /// Judges a connected part.
-    pub fn judge(&self) -> Verdict {
+    pub(crate) fn judge(&self) -> Verdict {
         let varies = self.rows.iter().flat_map(|(_, entries)| entries.values()).any(|entry| !entry.constant);
         let mut occurring: Vec<Column> = self.rows.iter().flat_map(|(_, entries)| entries.keys().copied()).collect();
         occurring.sort_unstable();

@@ -19,7 +19,7 @@ pub(crate) struct EntryFilter<'a> {
 
 impl EntryFilter<'_> {
     #[inline]
-    pub fn admits(&self, entry: Entry) -> bool {
+    pub(crate) fn admits(&self, entry: Entry) -> bool {
         self.classes.is_none_or(|classes| classes[entry] <= self.limit)
     }
 }

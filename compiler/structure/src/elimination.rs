@@ -62,7 +62,7 @@ pub(crate) struct LocalBlock {
 
 impl LocalBlock {
     /// The entries of `rows` whose column has a `position` in the block.
-    pub fn new(
+    pub(crate) fn new(
         incidence: &Incidence,
         solvable: &IndexVec<Entry, bool>,
         position: &IndexVec<Column, u32>,
@@ -84,12 +84,12 @@ impl LocalBlock {
     }
 
     /// Number of columns in the block.
-    pub fn column_count(&self) -> usize {
+    pub(crate) fn column_count(&self) -> usize {
         self.by_column.count()
     }
 
     /// The columns of a row.
-    pub fn columns(&self, row: u32) -> &[u32] {
+    pub(crate) fn columns(&self, row: u32) -> &[u32] {
         let rows = &self.by_row;
         &rows.targets[rows.starts[row as usize] as usize..rows.starts[row as usize + 1] as usize]
     }
@@ -192,7 +192,7 @@ pub(crate) struct Elimination<'a, W> {
 
 impl<'a, W: Fn(u32) -> i8> Elimination<'a, W> {
     /// Everything open; `wish` as in [`crate::tearing::TearingOptions`].
-    pub fn new(block: &'a LocalBlock, wish: W) -> Self {
+    pub(crate) fn new(block: &'a LocalBlock, wish: W) -> Self {
         let columns = Side::new(&block.by_column);
         let row_side = Side::new(&block.by_row);
         let score: Vec<u64> = (0..block.column_count() as u32)
@@ -218,7 +218,7 @@ impl<'a, W: Fn(u32) -> i8> Elimination<'a, W> {
     }
 
     /// The assignments (row, column) in order of evaluation; columns not assigned are torn.
-    pub fn run(mut self) -> Vec<(u32, u32)> {
+    pub(crate) fn run(mut self) -> Vec<(u32, u32)> {
         loop {
             if let Some(row) = self.rows.next_ready() {
                 self.settle_row(row);

@@ -24,17 +24,17 @@ pub(crate) fn any_signature(size: usize, highest: u32) -> impl Strategy<Value = 
 }
 
 impl Signature {
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.orders.len()
     }
 
     /// The order of unknown `column` in equation `row`.
-    pub fn order(&self, row: usize, column: usize) -> Option<u32> {
+    pub(crate) fn order(&self, row: usize, column: usize) -> Option<u32> {
         self.orders[row][column]
     }
 
     /// The system with a column for every order that is needed, its table of derivatives, and the column of each unknown.
-    pub fn first_order(&self) -> (Incidence, IndexVec<Column, Option<Column>>, Vec<Column>) {
+    pub(crate) fn first_order(&self) -> (Incidence, IndexVec<Column, Option<Column>>, Vec<Column>) {
         let highest = |j: usize| self.orders.iter().filter_map(|row| row[j]).max().unwrap_or(0);
         let mut first = Vec::new();
         let mut derivative = IndexVec::new();
@@ -54,7 +54,7 @@ impl Signature {
     }
 
     /// The smallest offsets of equations and unknowns; none if there is no transversal.
-    pub fn offsets(&self) -> Option<(Vec<u32>, Vec<u32>)> {
+    pub(crate) fn offsets(&self) -> Option<(Vec<u32>, Vec<u32>)> {
         let best = self.best_transversal()?;
         let n = self.size();
         let mut rows = vec![0; n];

@@ -13,7 +13,7 @@ pub fn post_order(arena: &Arena, roots: &[NodeId]) -> Vec<NodeId> {
 }
 
 /// The same without what is only below nodes that `ends` holds for.
-pub fn post_order_down_to(arena: &Arena, roots: &[NodeId], ends: impl Fn(NodeId) -> bool) -> Vec<NodeId> {
+pub(crate) fn post_order_down_to(arena: &Arena, roots: &[NodeId], ends: impl Fn(NodeId) -> bool) -> Vec<NodeId> {
     enum Step {
         Enter(NodeId),
         Leave(NodeId),

@@ -75,7 +75,7 @@ pub fn check_units(flat: &FlatModel, files: &Files) -> UnitReport {
 }
 
 /// Does a row hold with the units found?  `None` if it does or says nothing.
-pub fn fault(row: &Row, solution: &Solution) -> Option<Fit> {
+pub(crate) fn fault(row: &Row, solution: &Solution) -> Option<Fit> {
     let (left, right) = (solution.substitute(&row.left)?, solution.substitute(&row.right)?);
     if left.unknowns != right.unknowns || !(left.declared || right.declared) {
         return None;
@@ -95,7 +95,7 @@ struct Traits {
 }
 
 /// Equation block `k`, claims counted behind the equations.
-pub fn block_of(flat: &FlatModel, k: usize) -> &EquationBlock {
+pub(crate) fn block_of(flat: &FlatModel, k: usize) -> &EquationBlock {
     let claim = |k: usize| &flat.claims[k - flat.equations.len()].equations;
     flat.equations.get(k).unwrap_or_else(|| claim(k))
 }

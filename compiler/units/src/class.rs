@@ -19,7 +19,7 @@ use crate::print::UnitNames;
 use crate::unit::{Unit, same_factor};
 
 /// The declared units of a model.
-pub struct Declared {
+pub(crate) struct Declared {
     /// Unit of each variable block, if readable; by element where they differ.
     pub of_block: Vec<PerElement<Option<Unit>>>,
     /// Units of the numbers that have one.
@@ -35,7 +35,7 @@ pub struct Declared {
 }
 
 /// Reads the unit strings of all variables, each string once.
-pub fn read_declared(flat: &FlatModel) -> Declared {
+pub(crate) fn read_declared(flat: &FlatModel) -> Declared {
     let mut known: FxHashMap<Arc<str>, Option<Unit>> = FxHashMap::default();
     let mut reported: FxHashSet<(Span, Arc<str>)> = FxHashSet::default();
     let mut result = Declared {
@@ -132,7 +132,7 @@ const UNKNOWN: u32 = 1;
 const COUNT: u32 = 2;
 
 /// A slot as far as units go; equal codes mean equal forms.
-pub type SlotClass = u64;
+pub(crate) type SlotClass = u64;
 
 const DER: u64 = 1 << 32;
 /// Nothing is known or asked of the unit.
@@ -141,7 +141,7 @@ const NEGATED: u64 = 1 << 33;
 const NUMBER: u64 = 1 << 34;
 
 /// The class of every scalar.
-pub struct Classes {
+pub(crate) struct Classes {
     of_scalar: Vec<u32>,
     /// What each delay site delays.
     sources: Vec<VarId>,
@@ -158,7 +158,7 @@ pub struct Classes {
 
 impl Classes {
     /// Numbers the units; with `split`, each element of an array without unit has its own.
-    pub fn new(flat: &FlatModel, declared: &Declared, split: bool) -> Self {
+    pub(crate) fn new(flat: &FlatModel, declared: &Declared, split: bool) -> Self {
         let mut known: FxHashMap<(crate::unit::Dimension, u64, u64), u32> = FxHashMap::default();
         let mut result = Self {
             of_scalar: Vec::with_capacity(flat.scalars as usize),
@@ -237,7 +237,7 @@ impl Classes {
     }
 
     /// The class of an operand; numbers keep their identity with `exact`.
-    pub fn of(&self, operand: Operand, exact: bool) -> SlotClass {
+    pub(crate) fn of(&self, operand: Operand, exact: bool) -> SlotClass {
         let sign = if self.offsets && operand.negated() { NEGATED } else { 0 };
         match operand.target() {
             Target::Var(v) | Target::Pre(v) | Target::Start(v) => u64::from(self.of_scalar[v.index()]) | sign,
@@ -256,7 +256,7 @@ impl Classes {
     }
 
     /// What a class means.
-    pub fn form(&self, class: SlotClass) -> Form {
+    pub(crate) fn form(&self, class: SlotClass) -> Form {
         let code = class as u32;
         if class & NUMBER != 0 {
             return Form::COUNT;
@@ -281,18 +281,18 @@ impl Classes {
     }
 
     /// The unknown unit a class stands for.
-    pub fn unknown(&self, class: SlotClass) -> Option<UnknownId> {
+    pub(crate) fn unknown(&self, class: SlotClass) -> Option<UnknownId> {
         let code = class as u32;
         (class & (NUMBER | FREE) == 0 && code >> TAG_SHIFT == UNKNOWN).then_some(code & INDEX)
     }
 
     /// The unknown unit of a scalar.
-    pub fn unknown_of(&self, v: VarId) -> Option<UnknownId> {
+    pub(crate) fn unknown_of(&self, v: VarId) -> Option<UnknownId> {
         self.unknown(u64::from(self.of_scalar[v.index()]))
     }
 
     /// True if an array without unit exists whose elements share one.
-    pub fn could_split(&self, flat: &FlatModel) -> bool {
+    pub(crate) fn could_split(&self, flat: &FlatModel) -> bool {
         let shared = |v: &VarId| flat.variables[flat.locate(*v).0].count > 1;
         !self.split && self.unknowns.iter().any(shared)
     }

@@ -16,11 +16,11 @@ const MOST_READINGS: usize = 12;
 const MOST_UNKNOWNS: usize = 64;
 
 /// Number of an unknown unit.
-pub type UnknownId = u32;
+pub(crate) type UnknownId = u32;
 
 /// A product of a known unit and powers of unknown ones.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Product {
+pub(crate) struct Product {
     /// Dimension of the known part.
     pub dimension: Dimension,
     /// Factor of the known part, numbers of the text taken as physics.
@@ -37,12 +37,12 @@ pub struct Product {
 
 impl Product {
     /// A unit of a variable.
-    pub fn known(unit: &Unit) -> Self {
+    pub(crate) fn known(unit: &Unit) -> Self {
         Self { declared: true, ..Self::rule(unit) }
     }
 
     /// A unit that follows from a rule of the language.
-    pub fn rule(unit: &Unit) -> Self {
+    pub(crate) fn rule(unit: &Unit) -> Self {
         Self {
             dimension: unit.dimension,
             factor: unit.factor,
@@ -54,22 +54,22 @@ impl Product {
     }
 
     /// The unit of a variable without one.
-    pub fn unknown(id: UnknownId) -> Self {
+    pub(crate) fn unknown(id: UnknownId) -> Self {
         Self { unknowns: vec![(id, Rational::ONE)], ..Self::rule(&Unit::ONE) }
     }
 
     /// True without unknown units.
-    pub fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         self.unknowns.is_empty()
     }
 
     /// The known part as a unit.
-    pub fn unit(&self) -> Unit {
+    pub(crate) fn unit(&self) -> Unit {
         Unit { dimension: self.dimension, factor: self.factor, offset: self.offset.unwrap_or(0.0) }
     }
 
     /// `self * other^exponent`; `None` if a number outgrows its type.
-    pub fn times(&self, other: &Product, exponent: Rational) -> Option<Product> {
+    pub(crate) fn times(&self, other: &Product, exponent: Rational) -> Option<Product> {
         let power = exponent.value();
         let mut result = self.clone();
         result.dimension = self.dimension.times(&other.dimension, exponent)?;
@@ -97,7 +97,7 @@ impl Product {
     }
 
     /// Multiplied by a number of the text; with `conversions`, the number may also change the unit.
-    pub fn scaled(mut self, value: Option<f64>, conversions: bool) -> Self {
+    pub(crate) fn scaled(mut self, value: Option<f64>, conversions: bool) -> Self {
         self.offset = match (self.offset, value) {
             (Some(0.0), _) => Some(0.0),
             (Some(offset), Some(value)) => Some(offset * value),
@@ -127,7 +127,7 @@ impl Product {
     }
 
     /// How two sides without unknown units in their quotient go together.
-    pub fn compare(&self, other: &Product) -> Fit {
+    pub(crate) fn compare(&self, other: &Product) -> Fit {
         if self.dimension != other.dimension {
             return Fit::Dimension;
         }
@@ -141,7 +141,7 @@ impl Product {
     }
 
     /// The unit of a sum of two terms that should agree: what both can be, the better known one first.
-    pub fn join(&self, other: &Product, offset: Option<f64>) -> Product {
+    pub(crate) fn join(&self, other: &Product, offset: Option<f64>) -> Product {
         let (better, worse) = if self.unknowns.len() <= other.unknowns.len() { (self, other) } else { (other, self) };
         let mut result = better.clone();
         if self.unknowns == other.unknowns && self.dimension == other.dimension {
@@ -159,7 +159,7 @@ impl Product {
 
 /// How two units go together.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Fit {
+pub(crate) enum Fit {
     /// They agree.
     Same,
     /// Same dimension; values of the first become values of the second when multiplied by this.
@@ -172,7 +172,7 @@ pub enum Fit {
 
 /// What is known of an expression.
 #[derive(Clone, PartialEq, Debug)]
-pub enum Form {
+pub(crate) enum Form {
     /// Nothing: a number of the text that may have any unit takes part.
     Free,
     /// A bare number: adopts any unit in a sum, has none as a factor if it is plain.
@@ -188,10 +188,10 @@ pub enum Form {
 
 impl Form {
     /// A truth, a position, an integer.
-    pub const COUNT: Self = Form::Number { plain: true, value: None };
+    pub(crate) const COUNT: Self = Form::Number { plain: true, value: None };
 
     /// `a*b` or, with exponent -1, `a/b`.
-    pub fn product(&self, other: &Form, exponent: Rational, conversions: bool) -> Form {
+    pub(crate) fn product(&self, other: &Form, exponent: Rational, conversions: bool) -> Form {
         let inverse = exponent == Rational::whole(-1);
         match (self, other) {
             (Form::Free, _) | (_, Form::Free) => Form::Free,
@@ -213,7 +213,7 @@ impl Form {
     }
 
     /// To a constant power.
-    pub fn power(&self, exponent: Rational) -> Form {
+    pub(crate) fn power(&self, exponent: Rational) -> Form {
         match self {
             Form::Free => Form::Free,
             Form::Number { plain, .. } => Form::Number { plain: *plain, value: None },
@@ -224,7 +224,7 @@ impl Form {
 
 /// True for numbers that have no unit as a factor: integers, fractions with powers of 2 and 3 below, these with a
 /// power of pi, and square roots of the former.  Decimals such as 0.1 are widths and measured values as often as numbers.
-pub fn is_plain(value: f64) -> bool {
+pub(crate) fn is_plain(value: f64) -> bool {
     use std::f64::consts::PI;
     let near = |x: f64| x.round() != 0.0 && (x - x.round()).abs() <= 4.0 * f64::EPSILON * x.abs();
     let simple =

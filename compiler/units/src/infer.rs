@@ -13,13 +13,13 @@ use crate::rational::Rational;
 use crate::unit::Unit;
 
 /// Integers up to this are plain factors wherever they stand.
-pub const SMALL: f64 = 12.0;
+pub(crate) const SMALL: f64 = 12.0;
 /// Largest denominator of a constant exponent.
 const LARGEST_DENOMINATOR: i64 = 1000;
 
 /// Why two units must agree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Rule {
+pub(crate) enum Rule {
     /// Both sides of an equation.
     Equation,
     /// Terms of a sum.
@@ -42,7 +42,7 @@ pub enum Rule {
 
 /// Two units that must agree.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub(crate) struct Row {
     /// Number of the template and its classes.
     pub case: u32,
     /// What the sides are; no second node where a number is asked for.
@@ -56,7 +56,7 @@ pub struct Row {
 }
 
 /// What is needed to go through a template.
-pub struct Case<'a> {
+pub(crate) struct Case<'a> {
     /// The nodes.
     pub arena: &'a Arena,
     /// Form of each slot.
@@ -74,7 +74,7 @@ pub struct Case<'a> {
 }
 
 /// Goes through `left = right` (only `left` if `alone`) and adds the rows that do not hold already.
-pub fn infer(case: &Case<'_>, template: &Template, (alone, rule): (bool, Rule), rows: &mut Vec<Row>) {
+pub(crate) fn infer(case: &Case<'_>, template: &Template, (alone, rule): (bool, Rule), rows: &mut Vec<Row>) {
     let roots = [template.left, template.right];
     let roots = if alone { &roots[..1] } else { &roots[..] };
     let mut pass = Pass { case, forms: FxHashMap::default(), rows };

@@ -8,11 +8,11 @@ use hyd_source::Span;
 use rustc_hash::FxHashSet;
 
 /// The integers of a text that are written in digits: `100000` counts something, `1e5` measures it.
-pub struct WholeNumbers(FxHashSet<u64>);
+pub(crate) struct WholeNumbers(FxHashSet<u64>);
 
 impl WholeNumbers {
     /// Those of a text, looked for once.
-    pub fn of(text: &str) -> Self {
+    pub(crate) fn of(text: &str) -> Self {
         let bytes = text.as_bytes();
         let mut found = FxHashSet::default();
         let mut at = 0;
@@ -33,7 +33,7 @@ impl WholeNumbers {
     }
 
     /// True if a positive number is among them.
-    pub fn has(&self, value: f64) -> bool {
+    pub(crate) fn has(&self, value: f64) -> bool {
         self.0.contains(&value.to_bits())
     }
 }
@@ -120,7 +120,7 @@ fn closing(bytes: &[u8], open: usize) -> Option<usize> {
 }
 
 /// The name without subscripts.
-pub fn without_subscripts(name: &str) -> String {
+pub(crate) fn without_subscripts(name: &str) -> String {
     let mut depth = 0;
     name.chars()
         .filter(|c| {
@@ -153,7 +153,7 @@ fn place_of(text: &str, name: &str) -> Option<(usize, usize)> {
 }
 
 /// The place of an operand with the names `mine`, apart from another with the names `others`.
-pub fn operand(text: &str, span: Span, mine: &[String], others: &[String]) -> Option<Span> {
+pub(crate) fn operand(text: &str, span: Span, mine: &[String], others: &[String]) -> Option<Span> {
     let places: Vec<(usize, usize)> = mine.iter().map(|name| place_of(text, name)).collect::<Option<_>>()?;
     let mut start = places.iter().map(|p| p.0).min()?;
     let mut end = places.iter().map(|p| p.1).max()?;

@@ -18,13 +18,13 @@ const FAMILIAR: &[&str] = &[
 
 /// Finds texts for units; prefers those of the model.
 #[derive(Default)]
-pub struct UnitNames {
+pub(crate) struct UnitNames {
     declared: FxHashMap<Dimension, Vec<(Unit, Arc<str>)>>,
 }
 
 impl UnitNames {
     /// Notes that the model writes a unit so; the first text of a unit stays.
-    pub fn declare(&mut self, unit: Unit, text: &Arc<str>) {
+    pub(crate) fn declare(&mut self, unit: Unit, text: &Arc<str>) {
         let list = self.declared.entry(unit.dimension).or_default();
         if !list.iter().any(|(known, _)| same_unit(known, &unit)) {
             list.push((unit, text.clone()));
@@ -32,7 +32,7 @@ impl UnitNames {
     }
 
     /// The unit as text.
-    pub fn text(&self, unit: &Unit) -> String {
+    pub(crate) fn text(&self, unit: &Unit) -> String {
         let declared = self.declared.get(&unit.dimension).and_then(|l| l.iter().find(|(u, _)| same_unit(u, unit)));
         match declared {
             // A number is `1`, whether or not the model calls it an angle.
@@ -55,7 +55,7 @@ pub fn to_text(unit: &Unit) -> String {
 }
 
 /// A factor with as many digits as it needs, at most 10.
-pub fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
     if (1e-4..1e7).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
 }

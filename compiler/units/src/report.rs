@@ -21,7 +21,7 @@ const LONGEST: usize = 60;
 const MOST_DECLARATIONS: usize = 4;
 
 /// What messages are made from.
-pub struct Reporter<'a> {
+pub(crate) struct Reporter<'a> {
     /// The model.
     pub flat: &'a FlatModel,
     /// Its texts.
@@ -48,7 +48,7 @@ struct Side {
 
 impl Reporter<'_> {
     /// The units of both sides as text.
-    pub fn texts(&self, row: &Row) -> (String, String) {
+    pub(crate) fn texts(&self, row: &Row) -> (String, String) {
         (self.unit_text(&row.left), self.unit_text(&row.right))
     }
 
@@ -71,7 +71,7 @@ impl Reporter<'_> {
     }
 
     /// The message for a row at fault, in equation `k` of a block.
-    pub fn diagnostic(&self, equation: usize, k: usize, row: &Row, fit: Fit) -> Diagnostic {
+    pub(crate) fn diagnostic(&self, equation: usize, k: usize, row: &Row, fit: Fit) -> Diagnostic {
         let block = block_of(self.flat, equation);
         let arity = self.flat.templates.get(block.template).arity as usize;
         let operands = block.operands_of(k, arity);

@@ -16,7 +16,7 @@ const LONGEST_ROW: usize = 32;
 const MOST_STEPS: usize = 2_000_000;
 
 /// The units found.
-pub struct Solution {
+pub(crate) struct Solution {
     /// Unit of each unknown, if it follows.
     pub units: Vec<Option<Product>>,
     /// The row each unit came from.
@@ -27,7 +27,7 @@ pub struct Solution {
 
 impl Solution {
     /// The product with all units found put in; `None` if a number outgrows its type.
-    pub fn substitute(&self, product: &Product) -> Option<Product> {
+    pub(crate) fn substitute(&self, product: &Product) -> Option<Product> {
         if product.unknowns.iter().all(|(id, _)| self.units[*id as usize].is_none()) {
             return Some(product.clone());
         }
@@ -60,7 +60,7 @@ impl Solution {
 }
 
 /// Solves the rows for `count` unknown units.
-pub fn solve(rows: &[Row], count: usize) -> Solution {
+pub(crate) fn solve(rows: &[Row], count: usize) -> Solution {
     let mut solution = Solution { units: vec![None; count], source: vec![None; count], coupled: Vec::new() };
     let uses = uses(rows, count);
     let mut queue: std::collections::VecDeque<u32> = (0..rows.len() as u32).collect();

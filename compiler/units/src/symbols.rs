@@ -7,7 +7,7 @@
 use crate::unit::{Dimension, Unit};
 
 /// A named unit.
-pub struct Symbol {
+pub(crate) struct Symbol {
     /// As written.
     pub text: &'static str,
     /// Exponents of kg, m, s, A, K, mol, cd.
@@ -22,7 +22,7 @@ pub struct Symbol {
 
 impl Symbol {
     /// The unit it names.
-    pub fn unit(&self) -> Unit {
+    pub(crate) fn unit(&self) -> Unit {
         Unit { dimension: Dimension::whole(self.exponents), factor: self.factor, offset: self.offset }
     }
 }
@@ -45,7 +45,7 @@ const TEMPERATURE: [i32; 7] = [0, 0, 0, 0, 1, 0, 0];
 const TURN: f64 = std::f64::consts::TAU;
 
 /// All symbols.
-pub const SYMBOLS: &[Symbol] = &[
+pub(crate) const SYMBOLS: &[Symbol] = &[
     si("m", [0, 1, 0, 0, 0, 0, 0]),
     scaled("g", MASS, 1e-3, true),
     si("s", TIME),
@@ -99,7 +99,7 @@ pub const SYMBOLS: &[Symbol] = &[
 ];
 
 /// Prefixes with their powers of ten.
-pub const PREFIXES: &[(&str, i32)] = &[
+pub(crate) const PREFIXES: &[(&str, i32)] = &[
     ("Q", 30),
     ("R", 27),
     ("Y", 24),
@@ -127,7 +127,7 @@ pub const PREFIXES: &[(&str, i32)] = &[
 ];
 
 /// Names in words and units outside the SI, in lower case, with what to say instead.
-pub const NAMES: &[(&str, &str)] = &[
+pub(crate) const NAMES: &[(&str, &str)] = &[
     ("pascal", "did you mean `Pa`?"),
     ("newton", "did you mean `N`?"),
     ("meter", "did you mean `m`?"),

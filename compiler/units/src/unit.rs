@@ -71,6 +71,6 @@ impl Unit {
 }
 
 /// True when two factors are the same up to rounding.
-pub fn same_factor(a: f64, b: f64) -> bool {
+pub(crate) fn same_factor(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }

@@ -19,7 +19,7 @@ const FEWEST: usize = 20;
 
 /// A column of a table.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Column {
+pub(super) struct Column {
     /// Heading in the file.
     pub heading: String,
     /// Name in the table.
@@ -32,7 +32,7 @@ pub struct Column {
 
 /// The table of a shot.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Table {
+pub(super) struct Table {
     /// Times (s), ascending, 0 at the trigger where there is one.
     pub times: Vec<f64>,
     /// Columns in the order of the file.
@@ -214,7 +214,7 @@ fn joined(main: &Clock, others: &[(String, Clock)], columns: Vec<(Column, Option
 
 impl Table {
     /// The table as CSV.
-    pub fn csv(&self) -> String {
+    pub(super) fn csv(&self) -> String {
         let mut text = String::from("time_s");
         for column in &self.columns {
             text.push(',');

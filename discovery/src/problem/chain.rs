@@ -22,17 +22,17 @@ pub(crate) struct Chain {
 
 impl Chain {
     /// The time of the run that is shown at a time of the record (s).
-    pub fn machine_time(&self, time: f64) -> f64 {
+    pub(crate) fn machine_time(&self, time: f64) -> f64 {
         time - self.late - self.clock * time
     }
 
     /// What is shown of a value of the model at a time of the record.
-    pub fn shown(&self, model: f64, time: f64) -> f64 {
+    pub(crate) fn shown(&self, model: f64, time: f64) -> f64 {
         self.whole(model, time).clamp(self.limits.0, self.limits.1)
     }
 
     /// True if the value is beyond what the chain shows, so that a small change of it changes nothing.
-    pub fn is_clipped(&self, model: f64, time: f64) -> bool {
+    pub(crate) fn is_clipped(&self, model: f64, time: f64) -> bool {
         let whole = self.whole(model, time);
         whole < self.limits.0 || whole > self.limits.1
     }

@@ -25,12 +25,12 @@ pub(super) struct Standing {
 
 impl Standing {
     /// True if the size is known well enough for a name.
-    pub fn has_size(&self) -> bool {
+    pub(super) fn has_size(&self) -> bool {
         has_size(self.errors)
     }
 
     /// True if it is the model without.
-    pub fn is_nothing(&self) -> bool {
+    pub(super) fn is_nothing(&self) -> bool {
         is_nothing(self.errors)
     }
 

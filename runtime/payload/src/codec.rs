@@ -20,11 +20,11 @@ impl fmt::Display for Damage {
 }
 
 /// Bytes that are still to be read.
-pub struct Input<'a>(pub &'a [u8]);
+pub(crate) struct Input<'a>(pub &'a [u8]);
 
 impl<'a> Input<'a> {
     /// The next `count` bytes.
-    pub fn take(&mut self, count: usize) -> Result<&'a [u8], Damage> {
+    pub(crate) fn take(&mut self, count: usize) -> Result<&'a [u8], Damage> {
         let (taken, rest) = self.0.split_at_checked(count).ok_or(Damage)?;
         self.0 = rest;
         Ok(taken)
@@ -38,7 +38,7 @@ impl<'a> Input<'a> {
 }
 
 /// What can be written and read.
-pub trait Stored: Sized {
+pub(crate) trait Stored: Sized {
     /// Appends the value.
     fn put(&self, out: &mut Vec<u8>);
     /// Reads a value.

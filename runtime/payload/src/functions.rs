@@ -30,12 +30,12 @@ macro_rules! addresses {
 pub const SINES_AND_COSINES: usize = 24;
 
 /// Number of entries.
-pub const COUNT: usize = SINES_AND_COSINES + 1;
+pub(crate) const COUNT: usize = SINES_AND_COSINES + 1;
 
 const _: () = assert!(Function::ALL.len() == SINES_AND_COSINES, "the table has one entry per function");
 
 /// Addresses of the functions.
-pub fn table(sines_and_cosines: usize) -> [usize; COUNT] {
+pub(crate) fn table(sines_and_cosines: usize) -> [usize; COUNT] {
     let single = addresses!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23);
     std::array::from_fn(|k| single.get(k).copied().unwrap_or(sines_and_cosines))
 }

@@ -13,7 +13,7 @@ const HIGHEST_POWER: f64 = 64.0;
 
 /// All numbers from `low` to `high`.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Interval {
+pub(crate) struct Interval {
     /// Lower end.
     pub low: f64,
     /// Upper end.
@@ -22,12 +22,12 @@ pub struct Interval {
 
 impl Interval {
     /// All numbers.
-    pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
+    pub(crate) const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
     const ZERO: Self = Self { low: 0.0, high: 0.0 };
     const UNIT: Self = Self { low: -1.0, high: 1.0 };
 
     /// One number; all numbers if it is none.
-    pub fn point(value: f64) -> Self {
+    pub(crate) fn point(value: f64) -> Self {
         Self::exact(value, value)
     }
 
@@ -147,7 +147,7 @@ impl Interval {
 
 /// Values and slopes over an interval of time.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Enclosure {
+pub(crate) struct Enclosure {
     /// All values.
     pub value: Interval,
     /// All slopes.
@@ -156,15 +156,15 @@ pub struct Enclosure {
 
 impl Enclosure {
     /// Nothing is known.
-    pub const ALL: Self = Self { value: Interval::ALL, slope: Interval::ALL };
+    pub(crate) const ALL: Self = Self { value: Interval::ALL, slope: Interval::ALL };
 
     /// A number that does not change.
-    pub fn constant(value: f64) -> Self {
+    pub(crate) fn constant(value: f64) -> Self {
         Self { value: Interval::point(value), slope: Interval::ZERO }
     }
 
     /// The time itself.
-    pub fn time(low: f64, high: f64) -> Self {
+    pub(crate) fn time(low: f64, high: f64) -> Self {
         Self { value: Interval { low, high }, slope: Interval::point(1.0) }
     }
 
@@ -189,7 +189,7 @@ impl Enclosure {
     }
 
     /// The negative.
-    pub fn neg(self) -> Self {
+    pub(crate) fn neg(self) -> Self {
         Self { value: self.value.neg(), slope: self.slope.neg() }
     }
 
@@ -364,7 +364,7 @@ impl Enclosure {
     }
 
     /// What an operation makes of its operands; nothing is known of leaves and of compiled functions.
-    pub fn operate(node: Node, value: impl Fn(NodeId) -> Self) -> Self {
+    pub(crate) fn operate(node: Node, value: impl Fn(NodeId) -> Self) -> Self {
         match node {
             Node::Const(number) => Self::constant(number.value()),
             Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy | Node::Pair(..) | Node::Apply(..) => Self::ALL,

@@ -19,7 +19,7 @@ use crate::program::{AREAS, RoutineId};
 /// What generated code receives.
 #[repr(C)]
 #[derive(Debug)]
-pub struct Context {
+pub(crate) struct Context {
     /// Start of each area, in the order of `Area`.
     pub areas: [*mut f64; AREAS],
     /// Slot tables.

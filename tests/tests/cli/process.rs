@@ -11,7 +11,7 @@ const LONGEST: Duration = Duration::from_secs(120);
 
 /// What a command left behind.
 #[derive(Debug)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Exit code; `None` if a signal ended it.
     pub code: Option<i32>,
     pub stdout: String,
@@ -19,10 +19,10 @@ pub struct Outcome {
 }
 
 /// A folder of its own for one test, removed at the end.
-pub struct Scratch(PathBuf);
+pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("hyd-cli-{}-{number}", std::process::id()));
@@ -30,20 +30,20 @@ impl Scratch {
         Scratch(path)
     }
 
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.0
     }
 
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
         fs::write(self.0.join(name), content).unwrap();
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         fs::read_to_string(self.0.join(name)).unwrap()
     }
 
     /// Names of the files in it, sorted, hidden ones too.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         names(&self.0)
     }
 }
@@ -55,7 +55,7 @@ impl Drop for Scratch {
 }
 
 /// Names of the files in a folder, sorted.
-pub fn names(folder: &Path) -> Vec<String> {
+pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
     let mut names: Vec<String> = entries.map(|name| name.into_string().unwrap()).collect();
     names.sort();
@@ -63,14 +63,14 @@ pub fn names(folder: &Path) -> Vec<String> {
 }
 
 /// The program with nothing of this machine's settings.
-pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
     command.args(arguments).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1").stdin(Stdio::null());
     command
 }
 
 /// Runs a command to its end.
-pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
+pub(crate) fn run(folder: &Path, arguments: &[&str]) -> Outcome {
     let output = Scratch::new();
     let (out, err) = (output.path().join("stdout"), output.path().join("stderr"));
     let mut child = command(folder, arguments)
@@ -84,7 +84,7 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Outcome {
 }
 
 /// Waits for a command that must end soon.
-pub fn wait(child: &mut Child, arguments: &[&str]) -> ExitStatus {
+pub(crate) fn wait(child: &mut Child, arguments: &[&str]) -> ExitStatus {
     let begin = Instant::now();
     loop {
         if let Some(status) = child.try_wait().unwrap() {
@@ -101,6 +101,6 @@ pub fn wait(child: &mut Child, arguments: &[&str]) -> ExitStatus {
 
 /// The one thing no input may ever cause.
 #[track_caller]
-pub fn assert_no_panic(outcome: &Outcome) {
+pub(crate) fn assert_no_panic(outcome: &Outcome) {
     assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
 }

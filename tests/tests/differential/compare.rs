@@ -15,7 +15,7 @@ const INSTANTS: usize = 24;
 
 /// A check of a model: a form of its text, and what is asked of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Check {
+pub(crate) enum Check {
     /// The three ways for the plain text.
     Ways,
     /// Loops and components written out.
@@ -27,11 +27,11 @@ pub enum Check {
 }
 
 /// All checks.
-pub const CHECKS: [Check; 4] = [Check::Ways, Check::WrittenOut, Check::Constants, Check::Set];
+pub(crate) const CHECKS: [Check; 4] = [Check::Ways, Check::WrittenOut, Check::Constants, Check::Set];
 
 /// A difference.
 #[derive(Clone, Debug)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// What kind it is: only the same kind counts while a case is made smaller.
     pub kind: String,
     /// What a reader needs to know.
@@ -41,7 +41,7 @@ pub struct Difference {
 }
 
 /// What came out of a check.
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// All ways agree.
     Same,
     /// The model says too little: none of the product's business.
@@ -126,12 +126,12 @@ fn failed(message: &str, text: &str) -> Verdict {
 }
 
 /// What a model computes by direct evaluation.
-pub fn reference(model: &Model) -> Result<Solution, Trouble> {
+pub(crate) fn reference(model: &Model) -> Result<Solution, Trouble> {
     evaluate(model, &instants(model))
 }
 
 /// Makes one check of a model; `known`: its direct evaluation, where the caller has it.
-pub fn check(model: &Model, check: Check, known: Option<&Solution>) -> Verdict {
+pub(crate) fn check(model: &Model, check: Check, known: Option<&Solution>) -> Verdict {
     let (set, meant) = match check {
         Check::Set => changed(model),
         _ => (Vec::new(), model.clone()),

@@ -13,7 +13,7 @@ const MOST: usize = 8;
 
 /// What a hunt found.
 #[derive(Default)]
-pub struct Bag {
+pub(crate) struct Bag {
     /// Models that were compared.
     pub compared: usize,
     /// Models that were not clear, with the reasons.
@@ -55,7 +55,7 @@ fn report(seed: u64, way: Check, found: &Difference) -> String {
 }
 
 /// Compares the models of so many seeds from the first one.
-pub fn hunt(first: u64, count: u64) -> Bag {
+pub(crate) fn hunt(first: u64, count: u64) -> Bag {
     let (next, bag) = (AtomicU64::new(first), Mutex::new(Bag::default()));
     let kinds = Mutex::new(Vec::<String>::new());
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);

@@ -57,7 +57,7 @@ fn clear_models(first: u64, count: usize, wanted: &dyn Fn(&Model) -> bool) -> Ve
 }
 
 /// Every executable gives the bytes of the command.
-pub fn executables(first: u64, count: usize) {
+pub(crate) fn executables(first: u64, count: usize) {
     for (seed, model) in clear_models(first, count, &|_| true) {
         let scratch = Scratch::new();
         std::fs::write(scratch.0.join("m.hyd"), text(&model, Form::default())).unwrap();
@@ -87,7 +87,7 @@ fn last_row(csv: &str) -> Vec<(String, f64)> {
 }
 
 /// Every member of a sweep is what a single run gives, and both are what direct evaluation says.
-pub fn sweeps(first: u64, count: usize) {
+pub(crate) fn sweeps(first: u64, count: usize) {
     for (seed, model) in clear_models(first, count, &|m| parameter(m).is_some()) {
         let Some((id, value)) = parameter(&model) else { continue };
         let values = [value, value + 0.125, value * 1.5];

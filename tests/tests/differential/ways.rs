@@ -13,39 +13,39 @@ use hyd_tests::models::messages;
 const TOLERANCE: f64 = 1e-9;
 
 /// Settings by name, as `--set` takes them.
-pub type Settings = [(String, String)];
+pub(crate) type Settings = [(String, String)];
 
 /// What a way gives, or the message that comes instead, its kind first.
-pub type Answer = Result<Rows, String>;
+pub(crate) type Answer = Result<Rows, String>;
 
 /// A run at the instants asked for.
-pub struct Rows {
+pub(crate) struct Rows {
     trajectory: Trajectory,
     times: Vec<f64>,
 }
 
 impl Rows {
     /// A variable at all instants.
-    pub fn values(&self, name: &str) -> Option<Vec<f64>> {
+    pub(crate) fn values(&self, name: &str) -> Option<Vec<f64>> {
         let series = self.trajectory.series(name)?;
         Some(self.times.iter().map(|t| series.value(*t, Side::After)).collect())
     }
 
     /// All numbers, bit by bit.
-    pub fn bits(&self) -> Vec<u64> {
+    pub(crate) fn bits(&self) -> Vec<u64> {
         (0..self.trajectory.len()).flat_map(|k| self.trajectory.row(k).to_vec()).map(f64::to_bits).collect()
     }
 }
 
 /// A translated text.
-pub struct Translated {
+pub(crate) struct Translated {
     compilation: Compilation,
     set: Vec<(String, String)>,
 }
 
 /// Where the model runs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Way {
+pub(crate) enum Way {
     /// Machine code in this process.
     Native,
     /// The interpreter.
@@ -55,7 +55,7 @@ pub enum Way {
 }
 
 /// Translates a text; settings that decide sizes act here.
-pub fn translate(text: &str, set: &Settings) -> Result<Translated, String> {
+pub(crate) fn translate(text: &str, set: &Settings) -> Result<Translated, String> {
     let options = Options { model: None, set: set.to_vec(), goal: Goal::Run, clock: || 0.0 };
     let compilation = compile(&mut hyd::LibraryPath::new(), "m.hyd", text, &options);
     if compilation.model.is_none() || compilation.has_errors() {
@@ -68,7 +68,7 @@ pub fn translate(text: &str, set: &Settings) -> Result<Translated, String> {
 
 impl Translated {
     /// Runs it up to the last of these instants.
-    pub fn run(&self, way: Way, times: &[f64]) -> Answer {
+    pub(crate) fn run(&self, way: Way, times: &[f64]) -> Answer {
         let model = self.compilation.model.as_ref().ok_or("refused: no code")?;
         let fault = |error: String| format!("fails to load\n{error}");
         let mut system: Box<dyn DaeSystem> = match way {

@@ -16,7 +16,7 @@ use hyd_tests::runs::{instance, on_grid};
 use crate::closed_form;
 
 /// A case that is not reached yet: `topic/name` and why.
-pub type Known = (&'static str, &'static str);
+pub(crate) type Known = (&'static str, &'static str);
 
 /// A message: severity, line (0: none), code and text, as `error E0201: ...`.
 type Said = (String, u32, String);
@@ -31,7 +31,7 @@ struct Value {
 
 /// What the comments of a case say.
 #[derive(Default)]
-pub struct Expected {
+pub(crate) struct Expected {
     pub said: Vec<Said>,
     notes: bool,
     values: Vec<Value>,
@@ -45,12 +45,12 @@ pub struct Expected {
 }
 
 /// The folder of the cases of this name (`language`, `stdlib`).
-pub fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     root().join("tests").join(name)
 }
 
 /// Every folder of cases is a known topic, and every case known to be open exists.
-pub fn check_topics(folder: &Path, known: &[String], open: &[Known]) {
+pub(crate) fn check_topics(folder: &Path, known: &[String], open: &[Known]) {
     let unknown: Vec<String> = entries(folder).iter().map(|p| name_of(p)).filter(|n| !known.contains(n)).collect();
     assert!(unknown.is_empty(), "no test for {unknown:?}");
     for (name, reason) in open {
@@ -61,7 +61,7 @@ pub fn check_topics(folder: &Path, known: &[String], open: &[Known]) {
 }
 
 /// Runs all cases of a topic and panics with all differences.
-pub fn run_topic(folder: &Path, topic: &str, open: &[Known]) {
+pub(crate) fn run_topic(folder: &Path, topic: &str, open: &[Known]) {
     let mut report = String::new();
     let cases = entries(&folder.join(topic));
     assert!(!cases.is_empty(), "no cases of {topic}");
@@ -99,7 +99,7 @@ fn read(path: &Path) -> String {
 }
 
 /// All texts of a case, the main one first.
-pub fn texts(path: &Path) -> Vec<(PathBuf, String)> {
+pub(crate) fn texts(path: &Path) -> Vec<(PathBuf, String)> {
     if path.is_file() {
         return vec![(path.to_path_buf(), read(path))];
     }
@@ -122,7 +122,7 @@ fn differences(path: &Path) -> Vec<String> {
 }
 
 /// Compiles a text as the main file `path` and compares with what is expected.
-pub fn check(path: &Path, text: &str, expected: &Expected) -> Vec<String> {
+pub(crate) fn check(path: &Path, text: &str, expected: &Expected) -> Vec<String> {
     let asks = expected.ok || expected.run_error.is_some() || expected.stopped_at.is_some();
     if !asks && expected.said.is_empty() && expected.values.is_empty() && expected.absent.is_empty() {
         return vec!["expects nothing".to_string()];
@@ -166,7 +166,7 @@ fn shown((file, line, text): &Said) -> String {
 
 impl Expected {
     /// Adds what the comments of a text say.
-    pub fn read(&mut self, file: &str, text: &str) {
+    pub(crate) fn read(&mut self, file: &str, text: &str) {
         let mut waiting: Vec<String> = Vec::new();
         for (number, line) in text.lines().enumerate() {
             let number = number as u32 + 1;

@@ -4,7 +4,7 @@
 //! Written for the tests alone, so that what a model must give is not computed by the code under test.
 
 /// The value of a text; panics with the text if it is none.
-pub fn value(text: &str) -> f64 {
+pub(crate) fn value(text: &str) -> f64 {
     let mut reader = Reader { rest: text.trim(), whole: text };
     let value = reader.sum();
     assert!(reader.rest.is_empty(), "`{text}`: cannot read `{}`", reader.rest);

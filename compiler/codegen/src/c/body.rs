@@ -9,7 +9,7 @@ use hyd_symbolic::{Arena, Body, BodyId, NodeId, Step, post_order};
 use super::expression::Writer;
 
 /// Writes the functions, declared first because they may call each other.
-pub fn write(out: &mut String, arena: &Arena, bodies: &[BodyId], prefix: &str) -> std::fmt::Result {
+pub(super) fn write(out: &mut String, arena: &Arena, bodies: &[BodyId], prefix: &str) -> std::fmt::Result {
     if bodies.is_empty() {
         return Ok(());
     }

@@ -44,7 +44,7 @@ struct Text {
 }
 
 /// Writes the expressions of one block.
-pub struct Writer<'a> {
+pub(super) struct Writer<'a> {
     arena: &'a Arena,
     order: &'a [NodeId],
     roots: &'a [NodeId],
@@ -61,7 +61,13 @@ pub struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     /// For the expressions `roots` with all their parts in `order`.
-    pub fn new(arena: &'a Arena, order: &'a [NodeId], roots: &'a [NodeId], prefix: &'a str, indent: String) -> Self {
+    pub(super) fn new(
+        arena: &'a Arena,
+        order: &'a [NodeId],
+        roots: &'a [NodeId],
+        prefix: &'a str,
+        indent: String,
+    ) -> Self {
         let mut uses: FxHashMap<NodeId, u32> = FxHashMap::default();
         for &id in order {
             for operand in arena.node(id).operands() {
@@ -86,13 +92,13 @@ impl<'a> Writer<'a> {
     }
 
     /// Calls of functions take from the account of the function around.
-    pub fn within(mut self, account: &'static str) -> Self {
+    pub(super) fn within(mut self, account: &'static str) -> Self {
         self.account = Some(account);
         self
     }
 
     /// A name that nothing else has.
-    pub fn local(&mut self, wanted: &str) -> String {
+    pub(super) fn local(&mut self, wanted: &str) -> String {
         let mut name = wanted.to_string();
         let mut count = 1;
         while !self.taken.insert(name.clone()) {
@@ -103,13 +109,13 @@ impl<'a> Writer<'a> {
     }
 
     /// Gives a leaf its text.
-    pub fn define(&mut self, id: NodeId, text: String, number: bool) {
+    pub(super) fn define(&mut self, id: NodeId, text: String, number: bool) {
         let bond = if number && text.starts_with('-') { Bond::Sign } else { Bond::Tight };
         self.known.insert(id, Text { text, bond, truth: false, depth: 0 });
     }
 
     /// Writes local variables and returns the texts of the roots, as numbers.
-    pub fn write(mut self, out: &mut String) -> Result<Vec<String>, std::fmt::Error> {
+    pub(super) fn write(mut self, out: &mut String) -> Result<Vec<String>, std::fmt::Error> {
         for &id in self.order {
             if self.known.contains_key(&id) || matches!(self.arena.node(id), Node::Pair(..)) {
                 continue;
@@ -261,7 +267,7 @@ fn leaf(text: &str) -> Text {
 }
 
 /// A number that C reads to the same bits.
-pub fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     match value {
         _ if value.is_nan() => "NAN".into(),
         f64::INFINITY => "INFINITY".into(),

@@ -9,7 +9,7 @@ use crate::program::{Area, HOMOTOPY, INITIAL, TIME};
 
 /// Whose unknowns and assigned variables a routine sees.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Plan {
+pub(super) enum Plan {
     /// Nobody's.
     None,
     /// Those of the simulation.
@@ -19,7 +19,7 @@ pub enum Plan {
 }
 
 /// Names of all places.
-pub struct Labels<'a> {
+pub(super) struct Labels<'a> {
     shared: &'a Shared,
     /// First variable of each pattern.
     firsts: Vec<u32>,
@@ -28,7 +28,7 @@ pub struct Labels<'a> {
 
 impl<'a> Labels<'a> {
     /// The names of a model.
-    pub fn new(shared: &'a Shared) -> Self {
+    pub(super) fn new(shared: &'a Shared) -> Self {
         let mut next = 0;
         let first = |pattern: &NamePattern| {
             let first = next;
@@ -87,14 +87,14 @@ impl<'a> Labels<'a> {
     }
 
     /// The number at a place of the data area that never changes.
-    pub fn constant(&self, index: u32) -> Option<f64> {
+    pub(super) fn constant(&self, index: u32) -> Option<f64> {
         let (layout, area) = (&self.shared.lowered.layout, &self.shared.loaded.model.area);
         let is_constant = (layout.constants..layout.parameters.start).contains(&index);
         is_constant.then(|| area.preset.iter().find(|(place, _)| *place == index).map_or(0.0, |(_, value)| *value))
     }
 
     /// The name of what stands at a place.
-    pub fn text(&self, area: Area, index: u32, plan: Plan) -> String {
+    pub(super) fn text(&self, area: Area, index: u32, plan: Plan) -> String {
         let model = &self.shared.loaded.model;
         let rows = if plan == Plan::Initial { &model.rows[1] } else { &model.rows[0] };
         let initial = |k: u32| model.tables.initial_unknowns.get(k as usize).map(|name| name.to_string());
@@ -113,7 +113,7 @@ impl<'a> Labels<'a> {
 }
 
 /// Letters, digits and underscores that remind of a name.
-pub fn identifier(name: &str) -> String {
+pub(super) fn identifier(name: &str) -> String {
     let mut text = String::new();
     for c in name.chars() {
         match c {

@@ -20,7 +20,7 @@ use crate::layout::{Place, PlanPlaces};
 use crate::program::Area;
 
 /// Plans the composition: items that compute the partials (into `Area::Out`) go into the batch; the list.
-pub fn plan(
+pub(crate) fn plan(
     sorted: &SortedSystem,
     places: &PlanPlaces,
     rows: &Rows<'_>,

@@ -15,7 +15,7 @@ use crate::program::{Address, Area, Kernel, Store, TABLE_SIGN};
 
 /// Expressions over the same operands, computed together, and where each value goes.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Item<'a> {
+pub(crate) struct Item<'a> {
     /// Position in the order of dependence.
     pub level: u32,
     /// The expressions.
@@ -29,10 +29,10 @@ pub struct Item<'a> {
 }
 
 /// What slots read: place and sign.
-pub type Locate<'a> = dyn Fn(Operand) -> Result<(Place, bool), String> + 'a;
+pub(super) type Locate<'a> = dyn Fn(Operand) -> Result<(Place, bool), String> + 'a;
 
 /// Items on the way to kernels.  Nothing is allocated per item: systems have millions of them.
-pub struct Batch<'l> {
+pub(crate) struct Batch<'l> {
     locate: &'l Locate<'l>,
     forms: Vec<Form>,
     known: FxHashMap<Box<[NodeId]>, usize>,
@@ -64,7 +64,7 @@ struct Group {
 
 impl<'l> Batch<'l> {
     /// No items yet.
-    pub fn new(locate: &'l Locate<'l>) -> Self {
+    pub(crate) fn new(locate: &'l Locate<'l>) -> Self {
         Self {
             locate,
             forms: Vec::new(),
@@ -80,7 +80,7 @@ impl<'l> Batch<'l> {
     ///
     /// # Errors
     /// What `locate` says of an operand without a place.
-    pub fn add(&mut self, arena: &Arena, item: Item<'_>) -> Result<(), String> {
+    pub(crate) fn add(&mut self, arena: &Arena, item: Item<'_>) -> Result<(), String> {
         let form = self.form(arena, item.values);
         self.areas.clear();
         self.reads.clear();
@@ -115,7 +115,7 @@ impl<'l> Batch<'l> {
     }
 
     /// The kernels of all items; slot tables are appended to `tables`.
-    pub fn kernels(self, tables: &mut Vec<u32>) -> Vec<Kernel> {
+    pub(crate) fn kernels(self, tables: &mut Vec<u32>) -> Vec<Kernel> {
         let mut levels: Vec<(u32, usize)> = self.groups.iter().map(|group| group.level).zip(0..).collect();
         levels.sort_unstable();
         levels.into_iter().map(|(_, group)| self.groups[group].kernel(&self.forms, tables)).collect()

@@ -5,11 +5,11 @@
 //! relations, instants of time events, discrete equations, reinitialised states, conditions of assertions.  A parameter that
 //! can be set is `if given then value else binding`, so that one translated model serves all settings.
 
-pub mod accumulate;
+pub(crate) mod accumulate;
 mod batch;
 mod by_time;
-pub mod plan;
-pub mod rows;
+pub(crate) mod plan;
+pub(crate) mod rows;
 mod straight;
 
 use std::sync::Arc;
@@ -52,7 +52,7 @@ pub struct Jacobians<'a> {
 
 /// A program with the meaning of its routines and memory.
 #[derive(Clone, Debug)]
-pub struct Lowered {
+pub(crate) struct Lowered {
     /// The program.
     pub program: Arc<Program>,
     /// The data area.
@@ -70,7 +70,7 @@ pub struct Lowered {
 }
 
 /// The values that the message of each assertion or termination shows; they follow the conditions in `checks`.
-pub fn message_values(sorted: &SortedSystem) -> Vec<Vec<(NodeId, OperandRange)>> {
+pub(crate) fn message_values(sorted: &SortedSystem) -> Vec<Vec<(NodeId, OperandRange)>> {
     let flat = &sorted.system.flat;
     let values = |check: &hyd_equations::Check| {
         if flat.messages.get(check.message as usize).is_none_or(|message| message.parts.is_empty()) {
@@ -86,7 +86,7 @@ pub fn message_values(sorted: &SortedSystem) -> Vec<Vec<(NodeId, OperandRange)>>
 ///
 /// # Errors
 /// A sentence, when the system is inconsistent (a fault of an earlier stage).
-pub fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options) -> Result<Lowered, String> {
+pub(crate) fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &Options) -> Result<Lowered, String> {
     let layout = Layout::new(sorted);
     let mut program = Program { arena: sorted.system.flat.templates.arena.clone(), ..Program::default() };
     let places = layout.plan(&sorted.simulation, true);

@@ -21,7 +21,7 @@ use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
 
 /// The kernels of a plan one row at a time, not composed: what its tangents are made from.
 #[derive(Clone, Debug, Default)]
-pub struct PlainPlan {
+pub(crate) struct PlainPlan {
     /// Assigned variables to the work area.
     pub assign: Vec<Kernel>,
     /// Residuals to `Out`.
@@ -31,10 +31,10 @@ pub struct PlainPlan {
 }
 
 /// Names of the routines of one plan, for listings: assign, residual, jacobian, extra, closing.
-pub type Names = [&'static str; 5];
+pub(crate) type Names = [&'static str; 5];
 
 /// What a plan is made into code with.
-pub struct PlanLowering<'a> {
+pub(crate) struct PlanLowering<'a> {
     /// The system.
     pub sorted: &'a SortedSystem,
     /// The data area.
@@ -56,7 +56,7 @@ impl PlanLowering<'_> {
     ///
     /// # Errors
     /// A sentence, when an operand has no place or a pattern does not fit.
-    pub fn lower(&self, program: &mut Program, names: Names) -> Result<(PlanRoutines, PlainPlan), String> {
+    pub(crate) fn lower(&self, program: &mut Program, names: Names) -> Result<(PlanRoutines, PlainPlan), String> {
         let rows = Rows { plan: self.plan };
         let n = self.plan.unknowns.len();
         let state_pattern = Pattern::from_pairs(n, n, &self.jacobian.state_pattern);
@@ -220,6 +220,6 @@ impl PlanLowering<'_> {
 const JACOBIAN_GROWTH: usize = 8;
 
 /// Appends a routine.
-pub fn push(program: &mut Program, name: &'static str, kernels: Vec<Kernel>) -> RoutineId {
+pub(crate) fn push(program: &mut Program, name: &'static str, kernels: Vec<Kernel>) -> RoutineId {
     program.routines.push(Routine { name, kernels })
 }

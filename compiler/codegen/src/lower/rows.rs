@@ -9,14 +9,14 @@ use crate::program::Area;
 
 /// A plan seen as rows: assignments in order, then residuals.
 #[derive(Clone, Copy, Debug)]
-pub struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     /// The plan.
     pub plan: &'a Plan,
 }
 
 /// What a slot means for derivatives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Column {
+pub(crate) enum Column {
     /// Unknown `k` is column `k`, the rate of unknown `k` is column `n + k`.
     Direct(u32),
     /// The value of an assignment.
@@ -27,12 +27,12 @@ pub enum Column {
 
 impl Rows<'_> {
     /// Number of rows.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.plan.assignments.len() + self.plan.residuals.len()
     }
 
     /// Expression and operands of a row.
-    pub fn expression<'s>(&self, sorted: &'s SortedSystem, row: usize) -> (NodeId, &'s [Operand]) {
+    pub(crate) fn expression<'s>(&self, sorted: &'s SortedSystem, row: usize) -> (NodeId, &'s [Operand]) {
         let (value, operands) = match self.plan.assignments.get(row) {
             Some(assignment) => (assignment.value, assignment.operands),
             None => {
@@ -44,7 +44,7 @@ impl Rows<'_> {
     }
 
     /// What an operand means for derivatives, and its sign.
-    pub fn column(&self, sorted: &SortedSystem, places: &PlanPlaces, operand: Operand) -> (Column, bool) {
+    pub(crate) fn column(&self, sorted: &SortedSystem, places: &PlanPlaces, operand: Operand) -> (Column, bool) {
         let (target, negated) = resolve(sorted, operand);
         let column = match places.get(target) {
             Some(place) => match place.area {

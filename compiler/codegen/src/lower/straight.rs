@@ -16,7 +16,7 @@ use crate::layout::{Layout, Place, PlanPlaces, resolve};
 use crate::program::{Address, Area, Kernel, Store};
 
 /// Composes the expressions of a plan.
-pub struct Composer<'a> {
+pub(super) struct Composer<'a> {
     arena: &'a mut Arena,
     sorted: &'a SortedSystem,
     layout: &'a Layout,
@@ -34,7 +34,7 @@ impl<'a> Composer<'a> {
     ///
     /// # Errors
     /// A sentence, when an operand has no place.
-    pub fn new(
+    pub(super) fn new(
         arena: &'a mut Arena,
         sorted: &'a SortedSystem,
         layout: &'a Layout,
@@ -52,7 +52,7 @@ impl<'a> Composer<'a> {
     }
 
     /// The composed assignments.
-    pub fn assigned(&self) -> &[NodeId] {
+    pub(super) fn assigned(&self) -> &[NodeId] {
         &self.assigned
     }
 
@@ -60,7 +60,7 @@ impl<'a> Composer<'a> {
     ///
     /// # Errors
     /// A sentence, when an operand has no place.
-    pub fn expression(&mut self, value: NodeId, operands: &[Operand]) -> Result<NodeId, String> {
+    pub(super) fn expression(&mut self, value: NodeId, operands: &[Operand]) -> Result<NodeId, String> {
         let mut nodes: FxHashMap<SlotId, NodeId> = FxHashMap::default();
         for slot in slots(self.arena, &[value]) {
             let operand = *operands.get(slot.index()).ok_or("a slot has no operand")?;
@@ -95,7 +95,7 @@ impl<'a> Composer<'a> {
     }
 
     /// A kernel that stores values one after the other from position 0 of an area.
-    pub fn kernel(&self, values: &[NodeId], area: Area) -> Kernel {
+    pub(super) fn kernel(&self, values: &[NodeId], area: Area) -> Kernel {
         let to = |k: usize| Address::Fixed { area, index: k as u32, negated: false };
         let stores = values.iter().enumerate().map(|(k, &value)| Store { value, to: to(k) }).collect();
         Kernel { count: 1, slots: self.slots.clone(), stores }
@@ -105,7 +105,7 @@ impl<'a> Composer<'a> {
     ///
     /// # Errors
     /// A sentence, when an operand has no place.
-    pub fn jacobian(&mut self, rows: &Rows<'_>, jacobian: &PlanJacobian) -> Result<Vec<Gradient>, String> {
+    pub(super) fn jacobian(&mut self, rows: &Rows<'_>, jacobian: &PlanJacobian) -> Result<Vec<Gradient>, String> {
         let assignments = rows.plan.assignments.len();
         let mut gradients: Vec<Gradient> = Vec::new();
         for row in 0..rows.count() {
@@ -146,7 +146,7 @@ impl<'a> Composer<'a> {
     }
 
     /// The arena, for constants.
-    pub fn arena(&mut self) -> &mut Arena {
+    pub(super) fn arena(&mut self) -> &mut Arena {
         self.arena
     }
 }

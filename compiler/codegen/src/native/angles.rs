@@ -29,7 +29,7 @@ struct Rank {
 
 /// The angles of a kernel that are computed in groups.
 #[derive(Default)]
-pub struct Groups {
+pub(super) struct Groups {
     ranks: Vec<Rank>,
     /// Rank and position of each angle.
     places: FxHashMap<NodeId, (u32, u32)>,
@@ -38,7 +38,7 @@ pub struct Groups {
 impl Groups {
     /// Finds the groups among nodes that are computed in this order, operands first, and changes the order where there are
     /// any.
-    pub fn find(arena: &Arena, order: &mut [NodeId]) -> Self {
+    pub(super) fn find(arena: &Arena, order: &mut [NodeId]) -> Self {
         let mut groups = Self::default();
         if order.iter().filter(|&&id| angle(arena.node(id)).is_some()).count() < FEWEST as usize {
             return groups;
@@ -78,18 +78,18 @@ impl Groups {
     }
 
     /// Rank and position of an angle whose sine and cosine are computed with others.
-    pub fn place(&self, angle: NodeId) -> Option<(u32, u32)> {
+    pub(super) fn place(&self, angle: NodeId) -> Option<(u32, u32)> {
         self.places.get(&angle).copied()
     }
 
     /// The angles of a rank that is not computed yet.
-    pub fn pending(&self, rank: u32) -> Option<Vec<NodeId>> {
+    pub(super) fn pending(&self, rank: u32) -> Option<Vec<NodeId>> {
         let rank = &self.ranks[rank as usize];
         rank.slot.is_none().then(|| rank.angles.clone())
     }
 
     /// Computes a rank from the values of its angles.
-    pub fn call(
+    pub(super) fn call(
         &mut self,
         fb: &mut FunctionBuilder<'_>,
         rank: u32,
@@ -110,7 +110,7 @@ impl Groups {
     }
 
     /// The sine or cosine at a place that is computed.
-    pub fn read(&self, fb: &mut FunctionBuilder<'_>, function: Function, (rank, position): (u32, u32)) -> Value {
+    pub(super) fn read(&self, fb: &mut FunctionBuilder<'_>, function: Function, (rank, position): (u32, u32)) -> Value {
         let slot = self.ranks[rank as usize].slot.expect("invariant: the rank was computed when it was asked for");
         let part = if function == Function::Sin { 1 } else { 2 };
         fb.ins().stack_load(types::I64, types::F64, slot, offset(position as usize, part))

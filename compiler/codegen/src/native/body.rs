@@ -40,7 +40,7 @@ struct Emitter<'a> {
 }
 
 /// Emits the whole function, `entry` being its first block.
-pub fn emit(fb: &mut FunctionBuilder<'_>, arena: &Arena, id: BodyId, calls: Calls, entry: Block) {
+pub(super) fn emit(fb: &mut FunctionBuilder<'_>, arena: &Arena, id: BodyId, calls: Calls, entry: Block) {
     let body = arena.body(id);
     let (arguments, outputs, account) = {
         let parameters = fb.block_params(entry);

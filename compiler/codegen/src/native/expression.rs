@@ -24,7 +24,7 @@ struct Computed {
 
 /// What all expressions of a function share.
 #[derive(Clone, Copy)]
-pub struct Calls {
+pub(super) struct Calls {
     /// Start of the function table.
     pub table: Value,
     /// Signature of functions of one argument.
@@ -49,7 +49,7 @@ pub struct Calls {
 
 impl Calls {
     /// Calls a body; its outputs stand in the slot returned.  A call in a kernel gets a fresh account.
-    pub fn call_body(
+    pub(super) fn call_body(
         &self,
         fb: &mut FunctionBuilder<'_>,
         body: BodyId,
@@ -80,13 +80,13 @@ impl Calls {
 }
 
 /// Room for numbers on the stack.
-pub fn space(fb: &mut FunctionBuilder<'_>, count: usize) -> StackSlot {
+pub(super) fn space(fb: &mut FunctionBuilder<'_>, count: usize) -> StackSlot {
     let size = (count.max(1) * 8) as u32;
     fb.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, size, 3))
 }
 
 /// The values of a kernel's instances, of as many as the width says.
-pub struct Values<'a> {
+pub(super) struct Values<'a> {
     arena: &'a Arena,
     calls: Calls,
     width: Width,
@@ -98,14 +98,14 @@ pub struct Values<'a> {
 
 impl<'a> Values<'a> {
     /// No values yet.
-    pub fn new(arena: &'a Arena, calls: Calls, width: Width) -> Self {
+    pub(super) fn new(arena: &'a Arena, calls: Calls, width: Width) -> Self {
         let (known, results) = Default::default();
         Self { arena, calls, width, known, results, groups: Groups::default() }
     }
 
     /// Computes all nodes of an order, operands first, sines and cosines together where there are several; leaves must
     /// have been defined.
-    pub fn compute_all(&mut self, fb: &mut FunctionBuilder<'_>, order: &[NodeId]) {
+    pub(super) fn compute_all(&mut self, fb: &mut FunctionBuilder<'_>, order: &[NodeId]) {
         let mut order = order.to_vec();
         self.groups = Groups::find(self.arena, &mut order);
         for id in order {
@@ -114,12 +114,12 @@ impl<'a> Values<'a> {
     }
 
     /// Gives a leaf its value.
-    pub fn define(&mut self, id: NodeId, real: Value) {
+    pub(super) fn define(&mut self, id: NodeId, real: Value) {
         self.known.insert(id, Computed { real: Some(real), truth: None });
     }
 
     /// Computes a node whose operands are known; leaves must have been defined.
-    pub fn compute(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) {
+    pub(super) fn compute(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) {
         if self.known.contains_key(&id) {
             return;
         }
@@ -140,7 +140,7 @@ impl<'a> Values<'a> {
     }
 
     /// The number a node stands for.
-    pub fn real(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
+    pub(super) fn real(&mut self, fb: &mut FunctionBuilder<'_>, id: NodeId) -> Value {
         let width = self.width;
         let known = self.known.entry(id).or_default();
         if let Some(value) = known.real {
@@ -299,7 +299,7 @@ impl<'a> Values<'a> {
 }
 
 /// True if the node is computed without a call, as it is for two instances at once.
-pub fn is_inline(node: Node, rounds_inline: bool) -> bool {
+pub(super) fn is_inline(node: Node, rounds_inline: bool) -> bool {
     match node {
         Node::Call1(Function::Sqrt | Function::Abs | Function::Sign, _) => true,
         Node::Call2(Function::Min | Function::Max, ..) => true,

@@ -9,7 +9,7 @@ use cranelift_codegen::settings::{self, Configurable};
 use hyd_payload::target;
 
 /// A target with the decisions derived from it.
-pub struct Target {
+pub(super) struct Target {
     /// The instruction set with its features.
     pub isa: Arc<dyn TargetIsa>,
     /// The same with registers allocated in one pass, for functions that are too long for anything else.
@@ -26,7 +26,7 @@ pub struct Target {
 ///
 /// # Errors
 /// A sentence, when the architecture is not supported.
-pub fn host() -> Result<Target, String> {
+pub(super) fn host() -> Result<Target, String> {
     let target = target::Target::host().ok_or("there is no code generator for this machine")?;
     // The operating system matters for the calling convention alone, which is given with every function.
     let (name, extensions, convention): (_, &[&str], _) = match target {

@@ -20,7 +20,7 @@ use crate::program::{AREAS, Address, Area, HOMOTOPY, INITIAL, Kernel, TABLE_SIGN
 const BYTES: i64 = 8;
 
 /// What all kernels of a function share.
-pub struct Frame<'a> {
+pub(super) struct Frame<'a> {
     /// The nodes.
     pub arena: &'a Arena,
     /// Start of each area.
@@ -65,7 +65,7 @@ pub(super) enum Instance {
 
 impl Frame<'_> {
     /// Emits a kernel at the current place; afterwards the current block is where the next kernel goes.
-    pub fn emit(&self, fb: &mut FunctionBuilder<'_>, kernel: &Kernel) {
+    pub(super) fn emit(&self, fb: &mut FunctionBuilder<'_>, kernel: &Kernel) {
         let roots: Vec<NodeId> = kernel.stores.iter().map(|store| store.value).collect();
         let order = post_order(self.arena, &roots);
         match kernel.count {

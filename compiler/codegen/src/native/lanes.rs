@@ -19,7 +19,7 @@ use crate::program::{Address, Kernel};
 const FEWEST: u32 = 4;
 
 /// True if instances can be run in pairs.
-pub fn fits(arena: &Arena, kernel: &Kernel, order: &[NodeId], rounds_inline: bool) -> bool {
+pub(super) fn fits(arena: &Arena, kernel: &Kernel, order: &[NodeId], rounds_inline: bool) -> bool {
     kernel.count >= FEWEST
         && order.iter().all(|&id| is_inline(arena.node(id), rounds_inline))
         && is_apart(arena, kernel, order)
@@ -56,7 +56,7 @@ fn range(address: &Address, count: u32) -> Option<(i64, i64)> {
 
 /// Emits the pairs of a kernel; `fixed` are scalars that are the same for all instances.  Returns the number of
 /// instances that were run.
-pub fn pairs(
+pub(super) fn pairs(
     frame: &Frame<'_>,
     fb: &mut FunctionBuilder<'_>,
     kernel: &Kernel,

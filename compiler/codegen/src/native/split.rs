@@ -12,7 +12,7 @@ use crate::program::{AREAS, Address, Area, Kernel, Routine};
 const NODE_LIMIT: usize = 5000;
 
 /// The functions of a routine, as lists of kernels.
-pub fn functions(arena: &Arena, routine: &Routine) -> Vec<Vec<Kernel>> {
+pub(super) fn functions(arena: &Arena, routine: &Routine) -> Vec<Vec<Kernel>> {
     let mut list: Vec<Vec<Kernel>> = Vec::new();
     let mut size = usize::MAX;
     for kernel in routine.kernels.iter().filter(|kernel| kernel.count > 0 && !kernel.stores.is_empty()) {
@@ -33,7 +33,7 @@ pub fn functions(arena: &Arena, routine: &Routine) -> Vec<Vec<Kernel>> {
 }
 
 /// The areas that some kernel writes.
-pub fn written(kernels: &[Kernel]) -> [bool; AREAS] {
+pub(super) fn written(kernels: &[Kernel]) -> [bool; AREAS] {
     let mut written = [false; AREAS];
     for store in kernels.iter().flat_map(|kernel| &kernel.stores) {
         written[area(&store.to) as usize] = true;

@@ -8,7 +8,7 @@ use cranelift_frontend::FunctionBuilder;
 
 /// How many instances a value holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Width {
+pub(super) enum Width {
     /// One number.
     One,
     /// Two numbers.
@@ -17,13 +17,13 @@ pub enum Width {
 
 impl Width {
     /// The same number for all instances.
-    pub fn number(self, fb: &mut FunctionBuilder<'_>, number: f64) -> Value {
+    pub(super) fn number(self, fb: &mut FunctionBuilder<'_>, number: f64) -> Value {
         let value = fb.ins().f64const(number);
         self.spread(fb, value)
     }
 
     /// A scalar for all instances.
-    pub fn spread(self, fb: &mut FunctionBuilder<'_>, value: Value) -> Value {
+    pub(super) fn spread(self, fb: &mut FunctionBuilder<'_>, value: Value) -> Value {
         match self {
             Self::One => value,
             Self::Two => fb.ins().splat(types::F64X2, value),
@@ -31,7 +31,7 @@ impl Width {
     }
 
     /// The number `a` where the truth holds, else `b`.
-    pub fn select(self, fb: &mut FunctionBuilder<'_>, truth: Value, a: Value, b: Value) -> Value {
+    pub(super) fn select(self, fb: &mut FunctionBuilder<'_>, truth: Value, a: Value, b: Value) -> Value {
         match self {
             Self::One => fb.ins().select(truth, a, b),
             Self::Two => {
@@ -42,7 +42,7 @@ impl Width {
     }
 
     /// The truth `a` where the first one holds, else `b`.
-    pub fn select_truth(self, fb: &mut FunctionBuilder<'_>, truth: Value, a: Value, b: Value) -> Value {
+    pub(super) fn select_truth(self, fb: &mut FunctionBuilder<'_>, truth: Value, a: Value, b: Value) -> Value {
         match self {
             Self::One => fb.ins().select(truth, a, b),
             Self::Two => fb.ins().bitselect(truth, a, b),
@@ -50,7 +50,7 @@ impl Width {
     }
 
     /// The opposite of a truth.
-    pub fn not(self, fb: &mut FunctionBuilder<'_>, truth: Value) -> Value {
+    pub(super) fn not(self, fb: &mut FunctionBuilder<'_>, truth: Value) -> Value {
         match self {
             Self::One => fb.ins().bxor_imm_u(truth, 1),
             Self::Two => fb.ins().bnot(truth),

@@ -18,70 +18,70 @@ use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 
 use crate::{CompiledSystem, Jacobians, Options, generate};
 
-pub struct Maker {
+pub(crate) struct Maker {
     pub sorted: SortedSystem,
     pub files: Files,
     text: String,
 }
 
 /// Grows one expression; each target it reads gets a slot.
-pub struct Expression<'a> {
+pub(crate) struct Expression<'a> {
     pub arena: &'a mut Arena,
     constants: &'a mut IndexVec<ConstId, f64>,
     operands: Vec<Operand>,
 }
 
 impl Expression<'_> {
-    pub fn read(&mut self, operand: Operand) -> NodeId {
+    pub(crate) fn read(&mut self, operand: Operand) -> NodeId {
         let slot = SlotId::new(self.operands.len());
         self.operands.push(operand);
         self.arena.slot(slot)
     }
-    pub fn var(&mut self, v: VarId) -> NodeId {
+    pub(crate) fn var(&mut self, v: VarId) -> NodeId {
         self.read(Operand::new(Target::Var(v)))
     }
-    pub fn minus(&mut self, v: VarId) -> NodeId {
+    pub(crate) fn minus(&mut self, v: VarId) -> NodeId {
         self.read(Operand::new(Target::Var(v)).negate())
     }
-    pub fn der(&mut self, v: VarId) -> NodeId {
+    pub(crate) fn der(&mut self, v: VarId) -> NodeId {
         self.read(Operand::new(Target::Der(v)))
     }
-    pub fn pre(&mut self, v: VarId) -> NodeId {
+    pub(crate) fn pre(&mut self, v: VarId) -> NodeId {
         self.read(Operand::new(Target::Pre(v)))
     }
-    pub fn start(&mut self, v: VarId) -> NodeId {
+    pub(crate) fn start(&mut self, v: VarId) -> NodeId {
         self.read(Operand::new(Target::Start(v)))
     }
-    pub fn held(&mut self, r: u32) -> NodeId {
+    pub(crate) fn held(&mut self, r: u32) -> NodeId {
         self.read(Operand::new(Target::Held(r)))
     }
     /// A number in a slot.
-    pub fn number(&mut self, value: f64) -> NodeId {
+    pub(crate) fn number(&mut self, value: f64) -> NodeId {
         let c = self.constants.push(value);
         self.read(Operand::new(Target::Const(c)))
     }
-    pub fn c(&mut self, value: f64) -> NodeId {
+    pub(crate) fn c(&mut self, value: f64) -> NodeId {
         self.arena.constant(value)
     }
-    pub fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
         self.arena.add(a, b)
     }
-    pub fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
         self.arena.sub(a, b)
     }
-    pub fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
         self.arena.mul(a, b)
     }
-    pub fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
         self.arena.div(a, b)
     }
-    pub fn call(&mut self, function: Function, a: NodeId) -> NodeId {
+    pub(crate) fn call(&mut self, function: Function, a: NodeId) -> NodeId {
         self.arena.call1(function, a)
     }
-    pub fn compare(&mut self, relation: Relation, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn compare(&mut self, relation: Relation, a: NodeId, b: NodeId) -> NodeId {
         self.arena.compare(relation, a, b)
     }
-    pub fn time(&mut self) -> NodeId {
+    pub(crate) fn time(&mut self) -> NodeId {
         self.arena.intern(hyd_symbolic::Node::Time)
     }
 }
@@ -89,7 +89,7 @@ impl Expression<'_> {
 type Made = (NodeId, OperandRange, EqId);
 
 impl Maker {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let flat = FlatModel { name: "Test".into(), ..FlatModel::default() };
         let system = EquationSystem {
             flat,
@@ -118,7 +118,7 @@ impl Maker {
     }
 
     /// An array of variables.
-    pub fn array(&mut self, name: &str, count: u32, role: Role) -> Vec<VarId> {
+    pub(crate) fn array(&mut self, name: &str, count: u32, role: Role) -> Vec<VarId> {
         let flat = &mut self.sorted.system.flat;
         let first = VarId(flat.scalars);
         flat.scalars += count;
@@ -159,11 +159,11 @@ impl Maker {
         (0..count).map(|k| VarId(first.0 + k)).collect()
     }
 
-    pub fn scalar(&mut self, name: &str, role: Role) -> VarId {
+    pub(crate) fn scalar(&mut self, name: &str, role: Role) -> VarId {
         self.array(name, 1, role)[0]
     }
 
-    pub fn expression(&mut self, text: &str, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) -> Made {
+    pub(crate) fn expression(&mut self, text: &str, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) -> Made {
         let system = &mut self.sorted.system;
         let flat = &mut system.flat;
         let mut expression =
@@ -191,7 +191,7 @@ impl Maker {
         (value, range, equation)
     }
 
-    pub fn assignment(
+    pub(crate) fn assignment(
         &mut self,
         target: Target,
         level: u32,
@@ -202,33 +202,39 @@ impl Maker {
         Assignment { target, value, operands, equation, level }
     }
 
-    pub fn bind(&mut self, v: VarId, level: u32, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn bind(&mut self, v: VarId, level: u32, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let assignment = self.assignment(Target::Var(v), level, "binding", grow);
         self.sorted.bindings.push(assignment);
     }
 
-    pub fn start(&mut self, v: VarId, value: f64) {
+    pub(crate) fn start(&mut self, v: VarId, value: f64) {
         let assignment = self.assignment(Target::Start(v), 0, "start", |e| e.number(value));
         self.sorted.starts.push(assignment);
     }
 
-    pub fn assign(&mut self, v: VarId, level: u32, text: &str, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn assign(
+        &mut self,
+        v: VarId,
+        level: u32,
+        text: &str,
+        grow: impl FnOnce(&mut Expression<'_>) -> NodeId,
+    ) {
         let assignment = self.assignment(Target::Var(v), level, text, grow);
         self.sorted.simulation.assignments.push(assignment);
     }
 
-    pub fn discrete(&mut self, v: VarId, level: u32, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn discrete(&mut self, v: VarId, level: u32, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let assignment = self.assignment(Target::Var(v), level, "discrete", grow);
         self.sorted.discrete.push(assignment);
     }
 
-    pub fn reinit(&mut self, v: VarId, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn reinit(&mut self, v: VarId, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let assignment = self.assignment(Target::Var(v), 0, "reinit", grow);
         self.sorted.reinits.push(assignment);
     }
 
     /// An unknown with its residual; they form a block.
-    pub fn solve(
+    pub(crate) fn solve(
         &mut self,
         v: VarId,
         differential: bool,
@@ -243,20 +249,25 @@ impl Maker {
         plan.blocks.push([0..0, k..k + 1, k..k + 1]);
     }
 
-    pub fn solve_initially(&mut self, target: Target, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn solve_initially(&mut self, target: Target, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let (value, operands, equation) = self.expression("initial", grow);
         let plan = &mut self.sorted.initial;
         plan.unknowns.push(Unknown { target, differential: false });
         plan.residuals.push(Residual { value, operands, equation });
     }
 
-    pub fn assign_initially(&mut self, target: Target, level: u32, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn assign_initially(
+        &mut self,
+        target: Target,
+        level: u32,
+        grow: impl FnOnce(&mut Expression<'_>) -> NodeId,
+    ) {
         let assignment = self.assignment(target, level, "initial assignment", grow);
         self.sorted.initial.assignments.push(assignment);
     }
 
     /// `left - right > 0` (or `>=`) as a relation; `instant` for one in time.
-    pub fn relation(
+    pub(crate) fn relation(
         &mut self,
         relation: Relation,
         grow: impl FnOnce(&mut Expression<'_>) -> (NodeId, NodeId, Option<NodeId>),
@@ -275,7 +286,7 @@ impl Maker {
         self.sorted.relations.len() as u32 - 1
     }
 
-    pub fn check(&mut self, text: &str, terminate: bool, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn check(&mut self, text: &str, terminate: bool, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let (value, operands, equation) = self.expression("check", grow);
         let message = self.sorted.system.flat.messages.len() as u32;
         self.sorted.system.flat.messages.push(Message { text: text.into(), parts: Vec::new(), error: true });
@@ -284,12 +295,12 @@ impl Maker {
     }
 
     /// Compiles what was made.
-    pub fn compile(&mut self, options: &Options) -> CompiledSystem {
+    pub(crate) fn compile(&mut self, options: &Options) -> CompiledSystem {
         self.try_compile(options).unwrap()
     }
 
     /// Compiles what was made, or says why that cannot be.
-    pub fn try_compile(&mut self, options: &Options) -> Result<CompiledSystem, hyd_source::Diagnostic> {
+    pub(crate) fn try_compile(&mut self, options: &Options) -> Result<CompiledSystem, hyd_source::Diagnostic> {
         let files = self.files();
         let simulation = derivatives(&mut self.sorted, false);
         let initial = derivatives(&mut self.sorted, true);
@@ -305,7 +316,7 @@ impl Maker {
 }
 
 /// Partials and supports of a plan, by the definition.
-pub fn derivatives(sorted: &mut SortedSystem, initial: bool) -> PlanJacobian {
+pub(crate) fn derivatives(sorted: &mut SortedSystem, initial: bool) -> PlanJacobian {
     let plan = if initial { sorted.initial.clone() } else { sorted.simulation.clone() };
     let n = plan.unknowns.len() as u32;
     let mut forms: Vec<NodeId> = Vec::new();

@@ -14,7 +14,7 @@ use crate::{
     Assignment, EquationSystem, OperandRange, Places, Plan, PlanJacobian, PlanPlace, Resolution, SortedSystem,
 };
 
-pub struct Run<'a> {
+pub(crate) struct Run<'a> {
     pub system: &'a EquationSystem,
     pub values: HashMap<Target, f64>,
     pub time: f64,
@@ -22,10 +22,10 @@ pub struct Run<'a> {
 }
 
 /// A reproducible sequence of numbers in (0.5, 2) (Lehmer's generator).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         0.5 + 1.5 * (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -33,14 +33,14 @@ impl Random {
 
 impl<'a> Run<'a> {
     /// Everything that the bindings and starts make known.
-    pub fn new(sorted: &'a SortedSystem) -> Self {
+    pub(crate) fn new(sorted: &'a SortedSystem) -> Self {
         let mut run = Self { system: &sorted.system, values: HashMap::new(), time: 0.3, initial: false };
         run.execute(&sorted.bindings);
         run.execute(&sorted.starts);
         run
     }
 
-    pub fn read(&self, operand: Operand) -> f64 {
+    pub(crate) fn read(&self, operand: Operand) -> f64 {
         let value = match operand.target() {
             Target::Const(c) => self.system.flat.constants[c],
             target => self.values.get(&target).copied().unwrap_or(0.0),
@@ -48,13 +48,13 @@ impl<'a> Run<'a> {
         if operand.negated() { -value } else { value }
     }
 
-    pub fn value(&self, node: NodeId, operands: OperandRange) -> f64 {
+    pub(crate) fn value(&self, node: NodeId, operands: OperandRange) -> f64 {
         let operands = self.system.operands_of(operands);
         let slot = |slot: hyd_symbolic::SlotId| self.read(operands[slot.0 as usize]);
         eval(&self.system.flat.templates.arena, node, slot, self.time, self.initial)
     }
 
-    pub fn execute(&mut self, assignments: &[Assignment]) {
+    pub(crate) fn execute(&mut self, assignments: &[Assignment]) {
         for a in assignments {
             let value = self.value(a.value, a.operands);
             self.values.insert(a.target, value);
@@ -62,7 +62,7 @@ impl<'a> Run<'a> {
     }
 
     /// Random values for the unknowns and what is given from outside; then the assignments.
-    pub fn randomize(&mut self, sorted: &SortedSystem, plan: &Plan, random: &mut Random) {
+    pub(crate) fn randomize(&mut self, sorted: &SortedSystem, plan: &Plan, random: &mut Random) {
         for k in 0..sorted.relations.len() {
             self.values.insert(Target::Held(k as u32), f64::from(random.next() > 1.0));
         }
@@ -79,7 +79,7 @@ impl<'a> Run<'a> {
         self.execute(&plan.assignments);
     }
 
-    pub fn residuals(&self, plan: &Plan) -> Vec<f64> {
+    pub(crate) fn residuals(&self, plan: &Plan) -> Vec<f64> {
         plan.residuals.iter().map(|r| self.value(r.value, r.operands)).collect()
     }
 
@@ -104,7 +104,7 @@ impl<'a> Run<'a> {
     }
 
     /// `left - right` of every equation of a section in the flat model (without event relations).
-    pub fn violations(&self, flat: &FlatModel, section: Section) -> Vec<f64> {
+    pub(crate) fn violations(&self, flat: &FlatModel, section: Section) -> Vec<f64> {
         let mut found = Vec::new();
         for block in flat.equations.iter().filter(|block| block.section == section) {
             let template = flat.templates.get(block.template);
@@ -120,7 +120,7 @@ impl<'a> Run<'a> {
 }
 
 /// Makes the residuals zero by damped Newton steps on differences; returns false if that fails.
-pub fn solve(run: &mut Run<'_>, plan: &Plan) -> bool {
+pub(crate) fn solve(run: &mut Run<'_>, plan: &Plan) -> bool {
     let columns: Vec<Target> = plan
         .unknowns
         .iter()
@@ -179,7 +179,7 @@ fn gauss(mut m: Vec<Vec<f64>>) -> Option<Vec<f64>> {
 }
 
 /// The composed derivatives of the residuals by all columns, as the documentation of `PlanJacobian` defines them.
-pub fn composed(run: &Run<'_>, plan: &Plan, jacobian: &PlanJacobian) -> Vec<HashMap<u32, f64>> {
+pub(crate) fn composed(run: &Run<'_>, plan: &Plan, jacobian: &PlanJacobian) -> Vec<HashMap<u32, f64>> {
     let places = Places::new(run.system.roles.len(), plan);
     let mut rows: Vec<HashMap<u32, f64>> = Vec::new();
     let ranges = plan.assignments.iter().map(|a| a.operands).chain(plan.residuals.iter().map(|r| r.operands));

@@ -11,14 +11,14 @@ use hyd_source::{FileId, Origin, Span};
 use hyd_symbolic::{Function, Node, NodeId, Relation, SlotId, canonical};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 
-pub struct Model {
+pub(crate) struct Model {
     pub flat: FlatModel,
     next_byte: usize,
 }
 
 impl Model {
     /// A model of the given declarations and continuous equations.
-    pub fn new(declarations: &[&str], equations: &[&str]) -> Self {
+    pub(crate) fn new(declarations: &[&str], equations: &[&str]) -> Self {
         let mut model = Self { flat: FlatModel::default(), next_byte: 0 };
         for declaration in declarations {
             model.declare(declaration);
@@ -32,14 +32,14 @@ impl Model {
         model
     }
 
-    pub fn with(mut self, section: Section, equations: &[&str]) -> Self {
+    pub(crate) fn with(mut self, section: Section, equations: &[&str]) -> Self {
         for equation in equations {
             self.equation(section, equation);
         }
         self
     }
 
-    pub fn origin(&mut self) -> Origin {
+    pub(crate) fn origin(&mut self) -> Origin {
         self.next_byte += 10;
         let span = Span { file: FileId(0), start: self.next_byte as u32 - 10, end: self.next_byte as u32 - 1 };
         Origin { path: "".into(), span }
@@ -62,7 +62,7 @@ impl Model {
         }
     }
 
-    pub fn block(&mut self, kind: &str, name: &str, count: u32, has_start: bool) -> VariableBlock {
+    pub(crate) fn block(&mut self, kind: &str, name: &str, count: u32, has_start: bool) -> VariableBlock {
         let variability = match kind {
             "param" | "free" => Variability::Parameter,
             "const" => Variability::Constant,
@@ -94,7 +94,7 @@ impl Model {
         }
     }
 
-    pub fn equation(&mut self, section: Section, text: &str) {
+    pub(crate) fn equation(&mut self, section: Section, text: &str) {
         let (left, right) = split_equation(text);
         let mut parser = Parser { model: self, operands: Vec::new(), rest: "" };
         let left = parser.whole(left);
@@ -107,7 +107,7 @@ impl Model {
         self.flat.equations.push(EquationBlock { section, made: false, template, count: 1, operands, origin });
     }
 
-    pub fn var(&self, name: &str) -> VarId {
+    pub(crate) fn var(&self, name: &str) -> VarId {
         let found = (0..self.flat.scalars).map(VarId).find(|&v| self.flat.var_name(v) == name);
         found.unwrap_or_else(|| panic!("no variable {name}"))
     }

@@ -6,13 +6,13 @@ use super::execute::{Random, Run, composed, solve};
 use super::model::Model;
 use crate::{EquationSystem, Plan, Resolution, Role, SortedSystem, differentiate, sort};
 
-pub fn sorted(model: &Model) -> SortedSystem {
+pub(crate) fn sorted(model: &Model) -> SortedSystem {
     let outcome = sort(model.flat.clone());
     outcome.value.unwrap_or_else(|| panic!("{:?}", outcome.diagnostics))
 }
 
 /// Solves the simulation plan for rates and algebraic unknowns at a random point and checks all continuous equations.
-pub fn check_simulation(flat: &FlatModel, sorted: &SortedSystem, seed: u64) {
+pub(crate) fn check_simulation(flat: &FlatModel, sorted: &SortedSystem, seed: u64) {
     let mut run = Run::new(sorted);
     run.randomize(sorted, &sorted.simulation, &mut Random(seed));
     assert!(solve(&mut run, &sorted.simulation), "no solution");
@@ -27,7 +27,7 @@ pub fn check_simulation(flat: &FlatModel, sorted: &SortedSystem, seed: u64) {
 const DIFFERENCES: [f64; 5] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
 /// Composed derivatives against central differences, and the pattern against the non-zeros.
-pub fn check_jacobian(sorted: &SortedSystem, initial: bool, seed: u64) {
+pub(crate) fn check_jacobian(sorted: &SortedSystem, initial: bool, seed: u64) {
     let mut system: EquationSystem = sorted.system.clone();
     let plan: &Plan = if initial { &sorted.initial } else { &sorted.simulation };
     let jacobian = differentiate(&mut system, plan);
@@ -76,7 +76,7 @@ fn check(model: &Model) -> SortedSystem {
 }
 
 /// A resistor and a capacitor at a voltage source, as connections make it.
-pub fn rc_circuit() -> Model {
+pub(crate) fn rc_circuit() -> Model {
     Model::new(
         &[
             "param R = 2",

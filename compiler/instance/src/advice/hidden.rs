@@ -16,7 +16,7 @@ use crate::class::{elements, nested_classes};
 type Outer = FxHashMap<Name, (&'static str, Span)>;
 
 /// The warnings about the classes of a text.
-pub fn hidden(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {
+pub(super) fn hidden(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {
     let mut search = Search::default();
     for def in classes {
         search.class(def, &Outer::default());

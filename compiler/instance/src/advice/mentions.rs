@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 
 /// How often a name is read, and how often it is only the target of `name := value`.
 #[derive(Clone, Copy, Default, Debug)]
-pub struct Uses {
+pub(super) struct Uses {
     /// Mentions that need the value or the meaning of the name.
     pub read: u32,
     /// Assignments to it.
@@ -20,23 +20,23 @@ pub struct Uses {
 
 /// The names that a text mentions.
 #[derive(Default, Debug)]
-pub struct Mentions {
+pub(super) struct Mentions {
     uses: FxHashMap<Name, Uses>,
 }
 
 impl Mentions {
     /// How a name is used.
-    pub fn of(&self, name: &Name) -> Uses {
+    pub(super) fn of(&self, name: &Name) -> Uses {
         self.uses.get(name).copied().unwrap_or_default()
     }
 
     /// True if the name occurs.
-    pub fn has(&self, name: &Name) -> bool {
+    pub(super) fn has(&self, name: &Name) -> bool {
         self.uses.contains_key(name)
     }
 
     /// Takes over what a nested class mentions.
-    pub fn merge(&mut self, inner: &Mentions) {
+    pub(super) fn merge(&mut self, inner: &Mentions) {
         for (name, uses) in &inner.uses {
             let mine = self.uses.entry(name.clone()).or_default();
             mine.read += uses.read;
@@ -45,7 +45,7 @@ impl Mentions {
     }
 
     /// What a class mentions outside its nested classes, apart from import clauses.
-    pub fn add_class(&mut self, def: &ClassDef) {
+    pub(super) fn add_class(&mut self, def: &ClassDef) {
         self.maybe_modification(def.annotation.as_ref());
         match &def.body {
             ClassBody::Long { elements, equations, algorithms, extends_from, .. } => {

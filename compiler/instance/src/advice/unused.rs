@@ -13,7 +13,7 @@ use super::mentions::Mentions;
 use crate::class::{elements, nested_classes};
 
 /// The warnings about the classes of a text.
-pub fn unused(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {
+pub(super) fn unused(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {
     let mut search = Search { found: Vec::new(), protected: Vec::new(), heirs: Mentions::default() };
     for def in classes {
         search.class(def);

@@ -16,7 +16,7 @@ fn render(files: &Files, diagnostic: &Diagnostic) -> String {
     text
 }
 
-pub fn messages(text: &str) -> String {
+pub(crate) fn messages(text: &str) -> String {
     let mut files = Files::new();
     let id = files.add("case.hyd", text);
     let outcome = crate::parse(id, text);
@@ -24,6 +24,6 @@ pub fn messages(text: &str) -> String {
 }
 
 #[track_caller]
-pub fn check(text: &str, expected: &str) {
+pub(crate) fn check(text: &str, expected: &str) {
     assert_eq!(messages(text), expected, "\n--- text ---\n{text}");
 }

@@ -12,11 +12,11 @@ use hyd_syntax::tree::ClassKind;
 use hyd_units::{UnitReport, check_units};
 
 /// Folders of libraries.
-pub struct Folders(pub Vec<PathBuf>);
+pub(crate) struct Folders(pub Vec<PathBuf>);
 
 impl Folders {
     /// `stdlib` and `models` of this workspace.
-    pub fn workspace() -> Self {
+    pub(crate) fn workspace() -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         Self(vec![root.join("stdlib"), root.join("models")])
     }
@@ -48,7 +48,7 @@ impl Sources for Folders {
 }
 
 /// What the front end gives.
-pub struct Front {
+pub(crate) struct Front {
     /// The texts.
     pub files: Files,
     /// Messages.
@@ -58,7 +58,7 @@ pub struct Front {
 }
 
 /// Text to flat model.
-pub fn flatten(name: &str, text: &str) -> Front {
+pub(crate) fn flatten(name: &str, text: &str) -> Front {
     let mut sources = Folders::workspace();
     let mut table = ClassTable::new(&mut sources);
     let classes = table.add_main(name, text);
@@ -91,7 +91,7 @@ fn last_model(table: &mut ClassTable<'_>, class: ClassId) -> Option<ClassId> {
 }
 
 /// A checked model.
-pub struct Checked {
+pub(crate) struct Checked {
     /// The texts.
     pub files: Files,
     /// The model.
@@ -101,12 +101,12 @@ pub struct Checked {
 }
 
 /// Compiles and checks `model M` with this body.
-pub fn check(body: &str) -> Checked {
+pub(crate) fn check(body: &str) -> Checked {
     check_text(&format!("model M\n{body}\nend M;\n"))
 }
 
 /// Compiles and checks a text.
-pub fn check_text(text: &str) -> Checked {
+pub(crate) fn check_text(text: &str) -> Checked {
     let front = flatten("m.hyd", text);
     let errors: Vec<&Diagnostic> = front.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
     assert!(errors.is_empty(), "{text}\n{errors:?}");
@@ -117,17 +117,17 @@ pub fn check_text(text: &str) -> Checked {
 
 impl Checked {
     /// All messages.
-    pub fn messages(&self) -> Vec<&str> {
+    pub(crate) fn messages(&self) -> Vec<&str> {
         self.report.diagnostics.iter().map(|d| d.message.as_str()).collect()
     }
 
     /// The unit found for a variable.
-    pub fn inferred(&self, name: &str) -> Option<&str> {
+    pub(crate) fn inferred(&self, name: &str) -> Option<&str> {
         self.report.inferred.iter().find(|i| i.name == name).map(|i| i.unit.as_str())
     }
 
     /// Texts of the labels of the first message.
-    pub fn labels(&self) -> Vec<(&str, &str)> {
+    pub(crate) fn labels(&self) -> Vec<(&str, &str)> {
         let labels = &self.report.diagnostics[0].labels;
         labels.iter().map(|l| (self.files.snippet(l.span), l.message.as_str())).collect()
     }

@@ -77,14 +77,14 @@ impl Mul<Dual> for f64 {
 }
 
 /// The drive; voltage is on between `on` and `off` (s).
-pub struct Drive {
+pub(crate) struct Drive {
     pub on: f64,
     pub off: f64,
     powered: bool,
 }
 
 impl Drive {
-    pub fn new(on: f64, off: f64) -> Self {
+    pub(crate) fn new(on: f64, off: f64) -> Self {
         Self { on, off, powered: false }
     }
 

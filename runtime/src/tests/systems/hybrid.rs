@@ -5,7 +5,7 @@ use super::Model;
 use hyd_system::{EventChange, EventPhase};
 
 /// A ball of height h and velocity v, bouncing with restitution `e`; `count` bounces.
-pub struct Ball {
+pub(crate) struct Ball {
     pub restitution: f64,
     below: bool,
     count: f64,
@@ -14,9 +14,9 @@ pub struct Ball {
 }
 
 impl Ball {
-    pub const GRAVITY: f64 = 9.81;
+    pub(crate) const GRAVITY: f64 = 9.81;
 
-    pub fn new(restitution: f64, last: f64) -> Self {
+    pub(crate) fn new(restitution: f64, last: f64) -> Self {
         Self { restitution, below: false, count: 0.0, last }
     }
 }
@@ -69,14 +69,14 @@ impl Model for Ball {
 }
 
 /// x' = 1, and the relation `(x - 0.5)^2 < width^2`, true for `2 width` seconds; `count` counts how often it became true.
-pub struct Touch {
+pub(crate) struct Touch {
     pub width: f64,
     near: bool,
     count: f64,
 }
 
 impl Touch {
-    pub fn new(width: f64) -> Self {
+    pub(crate) fn new(width: f64) -> Self {
         Self { width, near: false, count: 0.0 }
     }
 }
@@ -119,19 +119,19 @@ impl Model for Touch {
 }
 
 /// tau u' = s - u with s switching between 1 and 0 every `half` seconds.
-pub struct SwitchedRc {
+pub(crate) struct SwitchedRc {
     pub tau: f64,
     pub half: f64,
     on: bool,
 }
 
 impl SwitchedRc {
-    pub fn new(tau: f64, half: f64) -> Self {
+    pub(crate) fn new(tau: f64, half: f64) -> Self {
         Self { tau, half, on: true }
     }
 
     /// u(t) from u(0) = 0, piece by piece.
-    pub fn exact(&self, t: f64) -> f64 {
+    pub(crate) fn exact(&self, t: f64) -> f64 {
         let (mut u, mut from, mut source) = (0.0, 0.0, 1.0);
         while from + self.half < t {
             u = source + (u - source) * (-self.half / self.tau).exp();
@@ -170,7 +170,7 @@ impl Model for SwitchedRc {
 }
 
 /// x' = 1, w = x - 0.5 (algebraic); at w > 0 the algebraic equation becomes w = 2 (x - 0.5) + 1 and the clock `jumped` is set.
-pub struct AlgebraicSwitch {
+pub(crate) struct AlgebraicSwitch {
     pub above: bool,
 }
 
@@ -214,12 +214,12 @@ impl Model for AlgebraicSwitch {
 }
 
 /// x' = -sign(x), the relation `x > 0` switching back and forth at zero.
-pub struct Chatterer {
+pub(crate) struct Chatterer {
     positive: bool,
 }
 
 impl Chatterer {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { positive: true }
     }
 }
@@ -258,7 +258,7 @@ impl Model for Chatterer {
 }
 
 /// Two relations that switch each other at t > 1: the event iteration never settles.
-pub struct Loop {
+pub(crate) struct Loop {
     pub flip: bool,
     pub late: bool,
 }
@@ -294,7 +294,7 @@ impl Model for Loop {
 }
 
 /// x' = f(x) for one unknown, by value and slope.
-pub struct Scalar {
+pub(crate) struct Scalar {
     pub start: f64,
     pub value: fn(f64) -> f64,
     pub slope: fn(f64) -> f64,
@@ -320,14 +320,14 @@ impl Model for Scalar {
 }
 
 /// x' = 1, and `weight * w = 1`, where the weight is 1 until x > 0.5 and `late` after it.
-pub struct Vanishing {
+pub(crate) struct Vanishing {
     pub weight: f64,
     pub late: f64,
     above: bool,
 }
 
 impl Vanishing {
-    pub fn new(weight: f64, late: f64) -> Self {
+    pub(crate) fn new(weight: f64, late: f64) -> Self {
         Self { weight, late, above: false }
     }
 }
@@ -372,14 +372,14 @@ impl Model for Vanishing {
 
 /// A tank of level x > 0 with inflow `inflow` and outflow sqrt(x), twice that when the level is above 1 (overflow).
 /// The start is the steady state: der(x) = 0, solved for z = (x, der(x)).
-pub struct Tank {
+pub(crate) struct Tank {
     pub inflow: f64,
     pub guess: f64,
     above: bool,
 }
 
 impl Tank {
-    pub fn new(inflow: f64, guess: f64) -> Self {
+    pub(crate) fn new(inflow: f64, guess: f64) -> Self {
         Self { inflow, guess, above: false }
     }
 
@@ -441,7 +441,7 @@ impl Model for Tank {
 }
 
 /// Nothing but a discrete count of the seconds.
-pub struct Clock(pub f64);
+pub(crate) struct Clock(pub f64);
 
 impl Model for Clock {
     fn names(&self) -> Vec<String> {

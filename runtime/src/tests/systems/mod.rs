@@ -4,18 +4,18 @@
 //! values.  Recorded variables are the unknowns by name, then their rates as `der(...)`, then discrete variables.
 #![allow(dead_code)]
 
-pub mod drive;
-pub mod hybrid;
-pub mod smooth;
-pub mod stiff;
-pub mod waves;
+pub(crate) mod drive;
+pub(crate) mod hybrid;
+pub(crate) mod smooth;
+pub(crate) mod stiff;
+pub(crate) mod waves;
 
 use std::sync::Arc;
 
 use hyd_system::*;
 
 /// A system by its formulas; discrete state lives in the model itself.
-pub trait Model: Send {
+pub(crate) trait Model: Send {
     fn names(&self) -> Vec<String>;
     fn start(&self) -> Vec<f64>;
     fn differential(&self) -> Vec<bool> {
@@ -64,14 +64,14 @@ pub trait Model: Send {
 }
 
 /// A model as the solver sees it.
-pub struct Hand<M> {
+pub(crate) struct Hand<M> {
     pub model: M,
     structure: Structure,
     tables: Arc<Tables>,
 }
 
 impl<M: Model> Hand<M> {
-    pub fn new(model: M) -> Self {
+    pub(crate) fn new(model: M) -> Self {
         let n = model.names().len();
         let (state_pattern, rate_pattern) = model.patterns();
         let discrete = model.discrete();
@@ -221,6 +221,6 @@ impl<M: Model> DaeSystem for Hand<M> {
 }
 
 /// Names `prefix1`, `prefix2`, ...
-pub fn numbered(prefix: &str, n: usize) -> Vec<String> {
+pub(crate) fn numbered(prefix: &str, n: usize) -> Vec<String> {
     (1..=n).map(|k| format!("{prefix}{k}")).collect()
 }

@@ -5,7 +5,7 @@ use super::{Model, numbered};
 use hyd_system::Pattern;
 
 /// x' = -x, x(0) = 1: x = exp(-t).
-pub struct Decay;
+pub(crate) struct Decay;
 
 impl Model for Decay {
     fn names(&self) -> Vec<String> {
@@ -24,7 +24,7 @@ impl Model for Decay {
 }
 
 /// x' = v, v' = -x from (1, 0): x = cos t.
-pub struct Oscillator;
+pub(crate) struct Oscillator;
 
 impl Model for Oscillator {
     fn names(&self) -> Vec<String> {
@@ -45,10 +45,10 @@ impl Model for Oscillator {
 
 /// Linear index-1 DAE: x' = -2x + z, 0 = x + z - sin t, so x' = -3x + sin t with x(0) = 1.
 /// x = (3 sin t - cos t)/10 + 1.1 exp(-3t), z = sin t - x.
-pub struct LinearDae;
+pub(crate) struct LinearDae;
 
 impl LinearDae {
-    pub fn exact(t: f64) -> [f64; 2] {
+    pub(crate) fn exact(t: f64) -> [f64; 2] {
         let x = (3.0 * t.sin() - t.cos()) / 10.0 + 1.1 * (-3.0 * t).exp();
         [x, t.sin() - x]
     }
@@ -76,10 +76,10 @@ impl Model for LinearDae {
 
 /// Heat conduction on n inner points of (0, 1), ends at 0, start sin(pi x).  The semi-discrete solution is
 /// exp(-lambda t) sin(pi x_k) with lambda = 4 (n+1)^2 sin^2(pi / (2(n+1))).
-pub struct Heat(pub usize);
+pub(crate) struct Heat(pub usize);
 
 impl Heat {
-    pub fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         let m = (self.0 + 1) as f64;
         4.0 * m * m * (std::f64::consts::FRAC_PI_2 / m).sin().powi(2)
     }
@@ -123,7 +123,7 @@ impl Model for Heat {
 /// A pressure line in n cells: p_i' = n (q_i - q_{i+1}), q_i' = n (p_{i-1} - p_i) - r q_i, closed at the right end (q_{n+1} = 0),
 /// inlet pressure p_0 = 1 - exp(-t / tau).  Unknowns p_1, q_1, p_2, q_2, ...  For t much larger than tau and 1/r the line is at
 /// rest with p = 1, q = 0; the undamped cell frequency is 2 n.
-pub struct Line {
+pub(crate) struct Line {
     pub cells: usize,
     pub friction: f64,
     pub tau: f64,

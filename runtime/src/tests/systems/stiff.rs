@@ -6,7 +6,7 @@
 use super::{Model, numbered};
 
 /// Three reactions; the third equation is the conservation of mass, so the third unknown is algebraic.
-pub struct Robertson {
+pub(crate) struct Robertson {
     pub nominals: [f64; 3],
 }
 
@@ -46,7 +46,7 @@ impl Model for Robertson {
 }
 
 /// Van der Pol's oscillator with eps = 1e-6.
-pub struct VanDerPol;
+pub(crate) struct VanDerPol;
 
 impl Model for VanDerPol {
     fn names(&self) -> Vec<String> {
@@ -66,7 +66,7 @@ impl Model for VanDerPol {
 }
 
 /// High irradiance responses of photomorphogenesis: eight reactions.
-pub struct Hires;
+pub(crate) struct Hires;
 
 impl Model for Hires {
     fn names(&self) -> Vec<String> {

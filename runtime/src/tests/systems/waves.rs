@@ -9,10 +9,10 @@ use hyd_system::Pattern;
 /// A string of n points between fixed ends: y_k' = v_k, v_k' = m^2 (y_{k-1} - 2 y_k + y_{k+1}) with m = n + 1, started in its first
 /// mode: y_k = sin(pi k / m) cos(omega t) with omega = 2 m sin(pi / (2 m)).  The highest frequency is nearly 2 m.
 /// Unknowns y_1, v_1, y_2, v_2, ...
-pub struct Cord(pub usize);
+pub(crate) struct Cord(pub usize);
 
 impl Cord {
-    pub fn frequency(&self) -> f64 {
+    pub(crate) fn frequency(&self) -> f64 {
         let m = (self.0 + 1) as f64;
         2.0 * m * (PI / (2.0 * m)).sin()
     }

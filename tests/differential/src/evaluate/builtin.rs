@@ -26,12 +26,12 @@ fn elementary(name: &str, x: Dual) -> Option<Dual> {
 }
 
 /// Whether this is a function of one number that causes no events.
-pub fn is_elementary(name: &str) -> bool {
+pub(super) fn is_elementary(name: &str) -> bool {
     elementary(name, Dual::default()).is_some()
 }
 
 /// A function of one number, applied to each.
-pub fn one(name: &str, value: &Value) -> Done<Value> {
+pub(super) fn one(name: &str, value: &Value) -> Done<Value> {
     if !is_elementary(name) {
         return Err(format!("no function {name}"));
     }
@@ -55,7 +55,7 @@ fn extreme(list: &[Dual], larger: bool) -> Done<Dual> {
 }
 
 /// Sum, product or extreme of a list.
-pub fn reduce(name: &str, list: &[Dual]) -> Done<Dual> {
+pub(super) fn reduce(name: &str, list: &[Dual]) -> Done<Dual> {
     match name {
         "sum" => Ok(list.iter().fold(Dual::default(), |a, b| Dual { v: a.v + b.v, d: a.d + b.d })),
         "product" => Ok(list.iter().fold(Dual::fixed(1.0), |a, b| Dual { v: a.v * b.v, d: a.d * b.v + a.v * b.d })),
@@ -73,7 +73,7 @@ fn filled(value: &Value, sizes: &[usize]) -> Value {
 }
 
 /// Applies a function of the language that causes no events.
-pub fn apply(name: &str, arguments: &[Value]) -> Done<Value> {
+pub(super) fn apply(name: &str, arguments: &[Value]) -> Done<Value> {
     let first = arguments.first().ok_or("no argument")?;
     match (name, arguments) {
         ("sum" | "product" | "min" | "max", [one]) => Ok(Value::Scalar(reduce(name, &numbers(one))?)),

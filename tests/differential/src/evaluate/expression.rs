@@ -6,7 +6,7 @@ use super::value::{Done, Dual, Value};
 use crate::model::{Expr, Id, Operator, Range, Role, Subscript};
 
 /// Picks what subscripts name out of an array.
-pub fn select(value: &Value, subscripts: &[Vec<usize>], scalar: &[bool]) -> Done<Value> {
+pub(super) fn select(value: &Value, subscripts: &[Vec<usize>], scalar: &[bool]) -> Done<Value> {
     let Some((numbers, rest)) = subscripts.split_first() else { return Ok(value.clone()) };
     let elements = value.elements()?;
     let pick = |k: &usize| {
@@ -21,7 +21,7 @@ pub fn select(value: &Value, subscripts: &[Vec<usize>], scalar: &[bool]) -> Done
 
 impl Machine<'_> {
     /// The numbers of subscripts of an array of these sizes, and which of them name one element.
-    pub fn subscripts(&mut self, list: &[Subscript], sizes: &[usize]) -> Done<(Vec<Vec<usize>>, Vec<bool>)> {
+    pub(super) fn subscripts(&mut self, list: &[Subscript], sizes: &[usize]) -> Done<(Vec<Vec<usize>>, Vec<bool>)> {
         let (mut numbers, mut scalar) = (Vec::new(), Vec::new());
         for (k, subscript) in list.iter().enumerate() {
             let (some, one) = match subscript {
@@ -36,7 +36,7 @@ impl Machine<'_> {
     }
 
     /// Position of the element with these subscripts.
-    pub fn element(&mut self, id: Id, list: &[Subscript]) -> Done<usize> {
+    pub(super) fn element(&mut self, id: Id, list: &[Subscript]) -> Done<usize> {
         let model = self.model;
         let sizes = &model.variables[id].sizes;
         if list.len() != sizes.len() {
@@ -67,7 +67,7 @@ impl Machine<'_> {
     }
 
     /// The values of a range (3.3.3 of 10.4.3).
-    pub fn range(&mut self, range: &Range) -> Done<Vec<i64>> {
+    pub(super) fn range(&mut self, range: &Range) -> Done<Vec<i64>> {
         let (from, to) = (self.number(&range.from)?.v, self.number(&range.to)?.v);
         let step = range.step.unwrap_or(1) as f64;
         let count = ((to - from) / step).floor() + 1.0;
@@ -75,12 +75,12 @@ impl Machine<'_> {
     }
 
     /// A number.
-    pub fn number(&mut self, e: &Expr) -> Done<Dual> {
+    pub(super) fn number(&mut self, e: &Expr) -> Done<Dual> {
         self.eval(e)?.scalar()
     }
 
     /// A truth.
-    pub fn truth(&mut self, e: &Expr) -> Done<bool> {
+    pub(super) fn truth(&mut self, e: &Expr) -> Done<bool> {
         Ok(self.number(e)?.v != 0.0)
     }
 
@@ -230,7 +230,7 @@ impl Machine<'_> {
     }
 
     /// The value of an expression.
-    pub fn eval(&mut self, e: &Expr) -> Done<Value> {
+    pub(super) fn eval(&mut self, e: &Expr) -> Done<Value> {
         match e {
             Expr::Number(v) => Ok(Value::number(*v)),
             Expr::Truth(b) => Ok(Value::number(f64::from(*b))),
@@ -345,7 +345,7 @@ impl Machine<'_> {
 }
 
 /// Whether `sample(start, interval)` acts at a time; all three are exact in binary.
-pub fn due(time: f64, start: f64, interval: f64) -> bool {
+pub(super) fn due(time: f64, start: f64, interval: f64) -> bool {
     let turns = (time - start) / interval;
     turns >= 0.0 && turns.fract() == 0.0
 }

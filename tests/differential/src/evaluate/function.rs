@@ -6,7 +6,7 @@ use crate::model::{Local, Step, Subscript, Type};
 
 /// How a list of steps ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Flow {
+pub(super) enum Flow {
     /// At its end.
     On,
     /// By `break`.
@@ -20,7 +20,7 @@ const MOST_TURNS: usize = 100_000;
 
 impl Machine<'_> {
     /// Calls a function; all of its outputs.
-    pub fn call(&mut self, name: &str, arguments: Vec<Value>) -> Done<Vec<Value>> {
+    pub(super) fn call(&mut self, name: &str, arguments: Vec<Value>) -> Done<Vec<Value>> {
         let model = self.model;
         let function = model.functions.iter().find(|f| f.name == name).ok_or_else(|| format!("no function {name}"))?;
         self.depth += 1;
@@ -73,7 +73,7 @@ impl Machine<'_> {
     }
 
     /// Runs steps.
-    pub fn steps(&mut self, list: &[Step]) -> Done<Flow> {
+    pub(super) fn steps(&mut self, list: &[Step]) -> Done<Flow> {
         for step in list {
             let flow = self.step(step)?;
             if flow != Flow::On {
@@ -138,7 +138,7 @@ impl Machine<'_> {
     }
 
     /// Gives a variable of a function, or an element of it, a value.
-    pub fn assign_local(&mut self, name: &str, list: &[Subscript], value: Value) -> Done<()> {
+    pub(super) fn assign_local(&mut self, name: &str, list: &[Subscript], value: Value) -> Done<()> {
         let mut places = Vec::new();
         for subscript in list {
             let Subscript::At(e) = subscript else { return Err("assignment to a slice".into()) };
@@ -154,7 +154,7 @@ impl Machine<'_> {
     }
 
     /// Gives a field of a record a value.
-    pub fn assign_field(&mut self, name: &str, field: &str, value: Value) -> Done<()> {
+    pub(super) fn assign_field(&mut self, name: &str, field: &str, value: Value) -> Done<()> {
         let Value::Record(fields) = self.local(name)? else { return Err("a field of no record".into()) };
         let place = fields.iter_mut().find(|(n, _)| n == field).ok_or("no field")?;
         place.1 = value;

@@ -8,7 +8,7 @@ use crate::model::{Equation, Id};
 const MOST: usize = 50;
 
 /// Solves `A x = b` by elimination with row pivots.
-pub fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Done<Vec<f64>> {
+pub(super) fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Done<Vec<f64>> {
     let n = b.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).unwrap_or(k);
@@ -39,7 +39,7 @@ fn largest(list: &[f64]) -> f64 {
 }
 
 /// Finds `u` with `f(u) = 0`; `f` is called at the solution last.
-pub fn newton(u: &mut [f64], f: &mut dyn FnMut(&[f64]) -> Done<Vec<f64>>) -> Done<()> {
+pub(super) fn newton(u: &mut [f64], f: &mut dyn FnMut(&[f64]) -> Done<Vec<f64>>) -> Done<()> {
     let mut last = f64::INFINITY;
     let mut a: Vec<Vec<f64>> = Vec::new();
     for _ in 0..MOST {
@@ -106,7 +106,7 @@ impl Machine<'_> {
     }
 
     /// Solves equations for variables, and then for their derivatives in time.
-    pub fn implicit(&mut self, unknowns: &[Id], equations: &[Equation]) -> Done<()> {
+    pub(super) fn implicit(&mut self, unknowns: &[Id], equations: &[Equation]) -> Done<()> {
         let mut u: Vec<f64> = unknowns.iter().flat_map(|id| self.memory[*id].iter().map(|x| x.v)).collect();
         let (trace, site) = (self.trace.position, self.site);
         let zero = vec![0.0; u.len()];

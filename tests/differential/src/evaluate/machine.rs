@@ -6,7 +6,7 @@ use super::value::{Done, Dual, Value};
 use crate::model::{Expr, Id, Kind, Model, Range, Role, SELF, Statement, Subscript, Target};
 
 /// A model with the values of its variables.
-pub struct Machine<'a> {
+pub(super) struct Machine<'a> {
     pub model: &'a Model,
     /// Values of all variables; the derivative of a state is the second part of its number.
     pub memory: Vec<Vec<Dual>>,
@@ -45,7 +45,7 @@ pub struct Machine<'a> {
 }
 
 impl<'a> Machine<'a> {
-    pub fn new(model: &'a Model) -> Self {
+    pub(super) fn new(model: &'a Model) -> Self {
         let memory: Vec<Vec<Dual>> =
             model.variables.iter().map(|v| vec![Dual::fixed(v.start); v.count().max(1)]).collect();
         let mut timed: Vec<bool> = model
@@ -85,7 +85,7 @@ impl<'a> Machine<'a> {
     }
 
     /// Computes everything from the states, the time and what is held.
-    pub fn evaluate(&mut self) -> Done<()> {
+    pub(super) fn evaluate(&mut self) -> Done<()> {
         self.once()?;
         if self.derives {
             // Now the derivatives of the states are known to whatever was computed before them.
@@ -115,7 +115,12 @@ impl<'a> Machine<'a> {
     }
 
     /// Goes over the values of an iterator.
-    pub fn each(&mut self, name: &str, range: &Range, body: &mut dyn FnMut(&mut Self) -> Done<bool>) -> Done<()> {
+    pub(super) fn each(
+        &mut self,
+        name: &str,
+        range: &Range,
+        body: &mut dyn FnMut(&mut Self) -> Done<bool>,
+    ) -> Done<()> {
         for k in self.range(range)? {
             self.locals.push((name.to_string(), Value::number(k as f64)));
             let more = body(self);
@@ -230,7 +235,7 @@ impl<'a> Machine<'a> {
     }
 
     /// Gives a variable or a whole array its value.
-    pub fn store(&mut self, id: Id, value: &Value) -> Done<()> {
+    pub(super) fn store(&mut self, id: Id, value: &Value) -> Done<()> {
         let mut numbers = Vec::new();
         value.flat(&mut numbers);
         if numbers.len() != self.memory[id].len() {
@@ -257,7 +262,7 @@ impl<'a> Machine<'a> {
     }
 
     /// Gives a variable of the model, a part of it, or one of a function its value.
-    pub fn assign(&mut self, target: &Target, value: Value) -> Done<()> {
+    pub(super) fn assign(&mut self, target: &Target, value: Value) -> Done<()> {
         match target {
             Target::Name(id, list) if list.is_empty() => self.store(*id, &value),
             Target::Name(id, list) => {

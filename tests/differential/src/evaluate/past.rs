@@ -9,7 +9,7 @@ struct Piece {
 
 /// The past of one `delay`.
 #[derive(Default)]
-pub struct Past {
+pub(super) struct Past {
     first: f64,
     pieces: Vec<Piece>,
 }
@@ -19,14 +19,14 @@ const SAME: f64 = 1e-12;
 
 impl Past {
     /// What was before the start.
-    pub fn begin(&mut self, value: f64) {
+    pub(super) fn begin(&mut self, value: f64) {
         self.first = value;
         self.pieces.clear();
     }
 
     /// The values at the start, in the middle and at the end of a step.  Before the start the value was that which the run begins
     /// with, after the events at the start: `expr(time.start)` of 3.7.4.1 is what the variable shows from then on.
-    pub fn add(&mut self, start: f64, end: f64, values: [f64; 3]) {
+    pub(super) fn add(&mut self, start: f64, end: f64, values: [f64; 3]) {
         if self.pieces.is_empty() {
             self.first = values[0];
         }
@@ -34,7 +34,7 @@ impl Past {
     }
 
     /// The value at a time; at a jump the one that comes after it, or the one before.
-    pub fn value(&self, time: f64, after: bool) -> f64 {
+    pub(super) fn value(&self, time: f64, after: bool) -> f64 {
         let piece = match after {
             true => self.pieces.iter().rev().find(|piece| piece.start <= time + SAME),
             false => {

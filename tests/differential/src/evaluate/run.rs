@@ -78,7 +78,7 @@ impl Machine<'_> {
     }
 
     /// Runs from 0 with so many steps in a second and gives the values at these instants.
-    pub fn run(mut self, times: &[f64], steps: usize) -> Done<Solution> {
+    pub(super) fn run(mut self, times: &[f64], steps: usize) -> Done<Solution> {
         self.start()?;
         let mut solution = Solution { times: times.to_vec(), rows: Vec::new(), events: Vec::new() };
         let mut calendar = self.calendar();

@@ -10,7 +10,7 @@ const TIE: f64 = 1e-6;
 
 impl Machine<'_> {
     /// Values of parameters and start values, in the order of declarations; free ones keep theirs.
-    pub fn parameters(&mut self) -> Done<()> {
+    pub(super) fn parameters(&mut self) -> Done<()> {
         let model = self.model;
         for (id, variable) in model.variables.iter().enumerate().filter(|(_, v)| !v.dropped) {
             if matches!(variable.role, Role::Constant | Role::Parameter | Role::Structural) {
@@ -50,7 +50,7 @@ impl Machine<'_> {
     }
 
     /// Solves for the start and leaves everything computed at it.
-    pub fn start(&mut self) -> Done<()> {
+    pub(super) fn start(&mut self) -> Done<()> {
         let open = self.open();
         let mut u: Vec<f64> = open.iter().map(|(id, k)| self.memory[*id][*k].v).collect();
         (self.starting, self.event, self.time, self.after) = (true, true, 0.0, true);

@@ -4,7 +4,7 @@
 
 /// One answer.
 #[derive(Clone, Copy, Debug)]
-pub struct Answer {
+pub(super) struct Answer {
     /// What holds until the next event.
     pub held: f64,
     /// What would be answered now.
@@ -17,7 +17,7 @@ pub struct Answer {
 
 /// The answers of one evaluation.
 #[derive(Clone, Default)]
-pub struct Trace {
+pub(super) struct Trace {
     /// The answers.
     pub answers: Vec<Answer>,
     /// Recorded answers are given again.
@@ -28,7 +28,7 @@ pub struct Trace {
 
 impl Trace {
     /// A new evaluation.
-    pub fn rewind(&mut self, position: usize) {
+    pub(super) fn rewind(&mut self, position: usize) {
         self.position = position;
         if !self.frozen {
             self.answers.truncate(position);
@@ -36,7 +36,7 @@ impl Trace {
     }
 
     /// The answer that counts.
-    pub fn answer(&mut self, now: f64, gap: f64, timed: bool) -> Result<f64, String> {
+    pub(super) fn answer(&mut self, now: f64, gap: f64, timed: bool) -> Result<f64, String> {
         let position = self.position;
         self.position += 1;
         if !self.frozen {
@@ -49,7 +49,7 @@ impl Trace {
     }
 
     /// Whether an answer is another one now.
-    pub fn changed(&self) -> bool {
+    pub(super) fn changed(&self) -> bool {
         self.answers.iter().any(|answer| answer.held != answer.now)
     }
 }

@@ -3,11 +3,11 @@
 use crate::model::Operator;
 
 /// What an evaluation gives, or why it cannot.
-pub type Done<T> = Result<T, String>;
+pub(super) type Done<T> = Result<T, String>;
 
 /// A number and its derivative in time.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Dual {
+pub(super) struct Dual {
     /// The number.
     pub v: f64,
     /// Its derivative.
@@ -16,7 +16,7 @@ pub struct Dual {
 
 /// A number, an array or a record.
 #[derive(Clone, PartialEq, Debug)]
-pub enum Value {
+pub(super) enum Value {
     /// A number; Booleans are 0 and 1.
     Scalar(Dual),
     /// An array.
@@ -27,18 +27,18 @@ pub enum Value {
 
 impl Dual {
     /// A number that does not change.
-    pub fn fixed(v: f64) -> Self {
+    pub(super) fn fixed(v: f64) -> Self {
         Self { v, d: 0.0 }
     }
 
     /// A function of this number, given with its slope here.
     #[must_use]
-    pub fn map(self, value: f64, slope: f64) -> Self {
+    pub(super) fn map(self, value: f64, slope: f64) -> Self {
         Self { v: value, d: if self.d == 0.0 { 0.0 } else { slope * self.d } }
     }
 
     /// `a op b` of numbers.
-    pub fn operate(operator: Operator, a: Dual, b: Dual) -> Done<Dual> {
+    pub(super) fn operate(operator: Operator, a: Dual, b: Dual) -> Done<Dual> {
         Ok(match operator {
             Operator::Add => Dual { v: a.v + b.v, d: a.d + b.d },
             Operator::Subtract => Dual { v: a.v - b.v, d: a.d - b.d },
@@ -52,12 +52,12 @@ impl Dual {
 
 impl Value {
     /// A number that does not change.
-    pub fn number(v: f64) -> Self {
+    pub(super) fn number(v: f64) -> Self {
         Value::Scalar(Dual::fixed(v))
     }
 
     /// The number.
-    pub fn scalar(&self) -> Done<Dual> {
+    pub(super) fn scalar(&self) -> Done<Dual> {
         match self {
             Value::Scalar(dual) => Ok(*dual),
             _ => Err("an array where a number is needed".to_string()),
@@ -65,7 +65,7 @@ impl Value {
     }
 
     /// The elements.
-    pub fn elements(&self) -> Done<&[Value]> {
+    pub(super) fn elements(&self) -> Done<&[Value]> {
         match self {
             Value::Array(list) => Ok(list),
             _ => Err("a number where an array is needed".to_string()),
@@ -73,7 +73,7 @@ impl Value {
     }
 
     /// All numbers in their order.
-    pub fn flat(&self, into: &mut Vec<Dual>) {
+    pub(super) fn flat(&self, into: &mut Vec<Dual>) {
         match self {
             Value::Scalar(dual) => into.push(*dual),
             Value::Array(list) => list.iter().for_each(|value| value.flat(into)),
@@ -82,7 +82,7 @@ impl Value {
     }
 
     /// An array of these sizes from its numbers.
-    pub fn shaped(numbers: &[Dual], sizes: &[usize]) -> Self {
+    pub(super) fn shaped(numbers: &[Dual], sizes: &[usize]) -> Self {
         match sizes {
             [] => Value::Scalar(numbers[0]),
             [n, rest @ ..] => {
@@ -93,7 +93,7 @@ impl Value {
     }
 
     /// The same for every number.
-    pub fn each(&self, f: &dyn Fn(Dual) -> Dual) -> Value {
+    pub(super) fn each(&self, f: &dyn Fn(Dual) -> Dual) -> Value {
         match self {
             Value::Scalar(dual) => Value::Scalar(f(*dual)),
             Value::Array(list) => Value::Array(list.iter().map(|value| value.each(f)).collect()),
@@ -102,7 +102,7 @@ impl Value {
     }
 
     /// Number by number.
-    pub fn pairs(&self, other: &Value, f: &dyn Fn(Dual, Dual) -> Done<Dual>) -> Done<Value> {
+    pub(super) fn pairs(&self, other: &Value, f: &dyn Fn(Dual, Dual) -> Done<Dual>) -> Done<Value> {
         match (self, other) {
             (Value::Scalar(a), Value::Scalar(b)) => Ok(Value::Scalar(f(*a, *b)?)),
             (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
@@ -117,7 +117,7 @@ impl Value {
     }
 
     /// `a op b` with the products of linear algebra (10.6).
-    pub fn operate(operator: Operator, a: &Value, b: &Value) -> Done<Value> {
+    pub(super) fn operate(operator: Operator, a: &Value, b: &Value) -> Done<Value> {
         match (operator, a, b) {
             (_, Value::Scalar(a), Value::Scalar(b)) => Ok(Value::Scalar(Dual::operate(operator, *a, *b)?)),
             (

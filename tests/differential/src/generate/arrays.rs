@@ -4,13 +4,13 @@ use super::Builder;
 use crate::model::{Expr, Form, Id, Kind, Range, Role, Statement, Subscript, Target, Variable};
 
 /// Subscripts of an element.
-pub fn at(list: Vec<Expr>) -> Vec<Subscript> {
+pub(super) fn at(list: Vec<Expr>) -> Vec<Subscript> {
     list.into_iter().map(Subscript::At).collect()
 }
 
 impl Builder {
     /// A size and how a range ends there.
-    pub fn length(&mut self) -> (usize, Option<Id>, Expr) {
+    pub(super) fn length(&mut self) -> (usize, Option<Id>, Expr) {
         match self.size.filter(|_| self.random.once_in(2)) {
             Some((id, n)) => (n, Some(id), Expr::name(id)),
             None => {
@@ -21,21 +21,21 @@ impl Builder {
     }
 
     /// A new array of Reals.
-    pub fn array(&mut self, role: Role, n: usize, by: Option<Id>) -> Id {
+    pub(super) fn array(&mut self, role: Role, n: usize, by: Option<Id>) -> Id {
         let name = self.fresh("a");
         let variable = Variable { size_by: by, ..Variable::new(name, role).sized(&[n]) };
         self.model.add(variable)
     }
 
     /// One of its elements.
-    pub fn element(&mut self, id: Id, n: usize) -> Expr {
+    pub(super) fn element(&mut self, id: Id, n: usize) -> Expr {
         let k = self.random.between(1, n as i64) as f64;
         Expr::at(id, vec![Expr::Number(k)])
     }
 }
 
 /// An array by a loop, each element from the one before.
-pub fn looped(b: &mut Builder) {
+pub(super) fn looped(b: &mut Builder) {
     let (n, by, end) = b.length();
     let id = b.array(Role::Algebraic, n, by);
     let first = b.bounded(1);
@@ -58,7 +58,7 @@ pub fn looped(b: &mut Builder) {
 }
 
 /// An array by two loops with steps.
-pub fn strided(b: &mut Builder) {
+pub(super) fn strided(b: &mut Builder) {
     let n = b.random.between(4, 9) as usize;
     let id = b.array(Role::Algebraic, n, None);
     let i = Expr::local("i");
@@ -81,7 +81,7 @@ pub fn strided(b: &mut Builder) {
 }
 
 /// A matrix by nested loops, with conditions on the iterators.
-pub fn matrix(b: &mut Builder) {
+pub(super) fn matrix(b: &mut Builder) {
     let (rows, columns) = (b.random.between(2, 4) as usize, b.random.between(2, 4) as usize);
     let name = b.fresh("m");
     let id = b.model.add(Variable::new(name, Role::Algebraic).sized(&[rows, columns]));
@@ -109,7 +109,7 @@ pub fn matrix(b: &mut Builder) {
 }
 
 /// Arrays by comprehensions.
-pub fn comprehension(b: &mut Builder) {
+pub(super) fn comprehension(b: &mut Builder) {
     let (n, by, end) = b.length();
     let i = Expr::local("i");
     let term = b.bounded_with(2, std::slice::from_ref(&i));
@@ -136,7 +136,7 @@ pub fn comprehension(b: &mut Builder) {
 }
 
 /// Sums and products over iterators.
-pub fn reduction(b: &mut Builder) {
+pub(super) fn reduction(b: &mut Builder) {
     let (_, _, end) = b.length();
     let i = Expr::local("i");
     let range = match b.random.below(3) {
@@ -169,7 +169,7 @@ pub fn reduction(b: &mut Builder) {
 }
 
 /// Products of matrices and vectors.
-pub fn algebra(b: &mut Builder) {
+pub(super) fn algebra(b: &mut Builder) {
     let (rows, columns) = (b.random.between(2, 3) as usize, b.random.between(2, 3) as usize);
     let row = |b: &mut Builder| Expr::Array((0..columns).map(|_| Expr::Number(b.random.number(-1.0, 1.0))).collect());
     let values = Expr::Array((0..rows).map(|_| row(b)).collect());
@@ -196,7 +196,7 @@ pub fn algebra(b: &mut Builder) {
 }
 
 /// Parts of arrays.
-pub fn slices(b: &mut Builder) {
+pub(super) fn slices(b: &mut Builder) {
     let n = b.random.between(4, 7) as usize;
     let id = b.array(Role::Algebraic, n, None);
     let i = Expr::local("i");
@@ -219,7 +219,7 @@ pub fn slices(b: &mut Builder) {
 }
 
 /// An array of states, coupled to its neighbours.
-pub fn states(b: &mut Builder) {
+pub(super) fn states(b: &mut Builder) {
     let (n, by, end) = b.length();
     let start = b.random.number(-1.0, 1.0);
     let id = b.array(Role::State, n, by);

@@ -92,12 +92,12 @@ impl Builder {
 }
 
 /// An array of components.
-pub fn array(b: &mut Builder) {
+pub(super) fn array(b: &mut Builder) {
     let n = b.random.between(2, 4) as usize;
     b.parts(Some(n));
 }
 
 /// One component.
-pub fn single(b: &mut Builder) {
+pub(super) fn single(b: &mut Builder) {
     b.parts(None);
 }

@@ -4,7 +4,7 @@ use super::Builder;
 use crate::model::{Expr, Form, Operator, Range, Role, Start, Statement, Step, Target, Variable};
 
 /// Some scalars one after the other.
-pub fn scalars(b: &mut Builder) {
+pub(super) fn scalars(b: &mut Builder) {
     for _ in 0..b.random.between(1, 4) {
         let e = match b.random.below(5) {
             0 => {
@@ -22,7 +22,7 @@ pub fn scalars(b: &mut Builder) {
 }
 
 /// A state, and another variable that follows from it; the text differentiates the one or the other.
-pub fn constraint(b: &mut Builder) {
+pub(super) fn constraint(b: &mut Builder) {
     let (name, other) = (b.fresh("z"), b.fresh("w"));
     let mut state = Variable::new(name, Role::State).starting(b.random.number(-1.0, 1.0));
     if b.random.once_in(2) {
@@ -53,7 +53,7 @@ pub fn constraint(b: &mut Builder) {
 }
 
 /// The derivative of an expression.
-pub fn derivative(b: &mut Builder) {
+pub(super) fn derivative(b: &mut Builder) {
     let state = Expr::name(*b.random.pick(&b.states.clone()));
     let inner = match b.random.below(4) {
         0 => Expr::binary(Operator::Power, state, Expr::Number(2.0)),
@@ -67,7 +67,7 @@ pub fn derivative(b: &mut Builder) {
 }
 
 /// Two states of second order.
-pub fn oscillator(b: &mut Builder) {
+pub(super) fn oscillator(b: &mut Builder) {
     let (name, speed) = (b.fresh("s"), b.fresh("v"));
     let s = b.model.add(Variable::new(name, Role::State).starting(b.random.number(-1.0, 1.0)));
     let v = b.model.add(Variable::new(speed, Role::State).starting(b.random.number(-1.0, 1.0)));
@@ -83,7 +83,7 @@ pub fn oscillator(b: &mut Builder) {
 }
 
 /// Delayed values, also one in the derivative of its own state.
-pub fn past(b: &mut Builder) {
+pub(super) fn past(b: &mut Builder) {
     let delay = b.random.between(1, 12) as f64 / 16.0;
     match b.random.below(3) {
         0 => {
@@ -113,7 +113,7 @@ pub fn past(b: &mut Builder) {
 }
 
 /// An `if` of equations.
-pub fn branches(b: &mut Builder) {
+pub(super) fn branches(b: &mut Builder) {
     let (y, z) = (b.algebraic(), b.algebraic());
     let defines = |b: &mut Builder| {
         let (first, second, form) = (b.bounded(2), b.bounded(1), b.form());
@@ -133,7 +133,7 @@ pub fn branches(b: &mut Builder) {
 }
 
 /// An algorithm section.
-pub fn section(b: &mut Builder) {
+pub(super) fn section(b: &mut Builder) {
     let (y, z) = (b.algebraic(), b.algebraic());
     let target = |id| Target::Name(id, Vec::new());
     let (first, second) = (b.bounded(1), b.bounded(1));
@@ -165,7 +165,7 @@ pub fn section(b: &mut Builder) {
 }
 
 /// Values that nothing reads: they have kinks without events.
-pub fn observers(b: &mut Builder) {
+pub(super) fn observers(b: &mut Builder) {
     for _ in 0..b.random.between(1, 3) {
         let (x, y) = (b.term(2), b.term(1));
         let id = b.algebraic();

@@ -49,13 +49,13 @@ fn whole_call(b: &mut Builder, name: String) {
 }
 
 /// Both.
-pub fn whole_numbers(b: &mut Builder) {
+pub(super) fn whole_numbers(b: &mut Builder) {
     let name = whole_function(b);
     whole_call(b, name);
 }
 
 /// Parameters that functions and comprehensions give.
-pub fn before(b: &mut Builder) {
+pub(super) fn before(b: &mut Builder) {
     let i = Expr::local("i");
     let term = b.inside(1, &["u", "i"]);
     let turn = set("y", Expr::Number(0.8) * Expr::local("y") + term);
@@ -79,7 +79,7 @@ pub fn before(b: &mut Builder) {
 }
 
 /// A `when` of an algorithm section.
-pub fn acts(b: &mut Builder) {
+pub(super) fn acts(b: &mut Builder) {
     let n = b.discrete("k", Kind::Integer, 0.0);
     let held = b.discrete("h", Kind::Real, 0.25);
     let trigger = b.trigger();

@@ -4,31 +4,31 @@ use super::Builder;
 use crate::model::{Expr, Form, Id, Kind, Operator, Range, Role, Statement, Subscript, Target, Variable};
 
 /// An equation of a `when`.
-pub fn assign(id: Id, e: Expr) -> Statement {
+pub(super) fn assign(id: Id, e: Expr) -> Statement {
     Statement::Define(Target::Name(id, Vec::new()), e, Form::Plain)
 }
 
 /// `pre` of a scalar.
-pub fn pre(id: Id) -> Expr {
+pub(super) fn pre(id: Id) -> Expr {
     Expr::Pre(id, Vec::new())
 }
 
 impl Builder {
     /// A new discrete variable.
-    pub fn discrete(&mut self, letter: &str, kind: Kind, start: f64) -> Id {
+    pub(super) fn discrete(&mut self, letter: &str, kind: Kind, start: f64) -> Id {
         let name = self.fresh(letter);
         self.model.add(Variable::new(name, Role::Discrete).of(kind).starting(start))
     }
 
     /// `sample` at random.
-    pub fn sample(&mut self) -> Expr {
+    pub(super) fn sample(&mut self) -> Expr {
         let interval = self.random.between(3, 12) as f64 / 32.0;
         let start = self.random.between(0, 12) as f64 / 32.0;
         Expr::Sample(start, interval)
     }
 
     /// What a `when` waits for.
-    pub fn trigger(&mut self) -> Vec<Expr> {
+    pub(super) fn trigger(&mut self) -> Vec<Expr> {
         let one = |b: &mut Self| match b.random.below(4) {
             0 => b.relation(),
             1 if !b.truths.is_empty() => b.random.pick(&b.truths).clone(),
@@ -45,7 +45,7 @@ impl Builder {
     }
 
     /// A Boolean.
-    pub fn truth(&mut self) -> Expr {
+    pub(super) fn truth(&mut self) -> Expr {
         match self.truths.is_empty() || self.random.once_in(2) {
             true => self.relation(),
             false => self.random.pick(&self.truths).clone(),
@@ -54,7 +54,7 @@ impl Builder {
 }
 
 /// Counters and samples of what changes.
-pub fn counter(b: &mut Builder) {
+pub(super) fn counter(b: &mut Builder) {
     let n = b.discrete("k", Kind::Integer, 0.0);
     let held = b.discrete("h", Kind::Real, 0.5);
     let trigger = b.trigger();
@@ -78,7 +78,7 @@ pub fn counter(b: &mut Builder) {
 }
 
 /// Booleans by relations, and what they switch.
-pub fn switch(b: &mut Builder) {
+pub(super) fn switch(b: &mut Builder) {
     let name = b.fresh("b");
     let id = b.model.add(Variable::new(name, Role::Algebraic).of(Kind::Boolean));
     let (first, second) = (b.truth(), b.truth());
@@ -103,7 +103,7 @@ pub fn switch(b: &mut Builder) {
 }
 
 /// A state that is set back.
-pub fn bounce(b: &mut Builder) {
+pub(super) fn bounce(b: &mut Builder) {
     let name = b.fresh("w");
     let x = b.model.add(Variable::new(name, Role::State).starting(b.random.number(-0.5, 0.2)));
     let slope = Expr::Number(b.random.number(0.8, 2.5)) + Expr::Number(0.3) * b.bounded(1);
@@ -134,7 +134,7 @@ pub fn bounce(b: &mut Builder) {
 }
 
 /// An enumeration that steps from literal to literal, or follows from relations.
-pub fn modes(b: &mut Builder) {
+pub(super) fn modes(b: &mut Builder) {
     let literal = |k: usize| Expr::Literal(k);
     let is = |id: Id, k: usize| Expr::binary(Operator::Equal, Expr::name(id), Expr::Literal(k));
     let id = if b.random.once_in(2) {
@@ -158,7 +158,7 @@ pub fn modes(b: &mut Builder) {
 }
 
 /// Rounding of what changes with time or state, quotients of integers.
-pub fn rounding(b: &mut Builder) {
+pub(super) fn rounding(b: &mut Builder) {
     let name = b.fresh("k");
     let id = b.model.add(Variable::new(name, Role::Algebraic).of(Kind::Integer));
     let factor = Expr::Number(*b.random.pick(&[2.0, 4.0, 8.0]));
@@ -194,7 +194,7 @@ pub fn rounding(b: &mut Builder) {
 }
 
 /// A discrete array that shifts.
-pub fn memories(b: &mut Builder) {
+pub(super) fn memories(b: &mut Builder) {
     let n = b.random.between(2, 4) as usize;
     let name = b.fresh("d");
     let id = b.model.add(Variable::new(name, Role::Discrete).sized(&[n]).starting(0.25));
@@ -216,7 +216,7 @@ pub fn memories(b: &mut Builder) {
 }
 
 /// `elsewhen`, and `if` inside of `when`.
-pub fn alternatives(b: &mut Builder) {
+pub(super) fn alternatives(b: &mut Builder) {
     let (n, t) = (b.discrete("k", Kind::Integer, 1.0), b.discrete("h", Kind::Real, 0.0));
     let (first, second) = (b.trigger(), b.trigger());
     let one = vec![assign(n, pre(n) + Expr::Number(1.0)), assign(t, Expr::Time)];

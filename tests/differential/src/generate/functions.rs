@@ -6,17 +6,17 @@ use crate::model::{
 };
 
 /// A Real variable of a function.
-pub fn real(name: &str) -> Local {
+pub(super) fn real(name: &str) -> Local {
     Local { name: name.into(), kind: Type::Of(Kind::Real), sizes: Vec::new(), value: None }
 }
 
 /// An Integer variable of a function.
-pub fn whole(name: &str) -> Local {
+pub(super) fn whole(name: &str) -> Local {
     Local { kind: Type::Of(Kind::Integer), ..real(name) }
 }
 
 /// An assignment.
-pub fn set(name: &str, e: Expr) -> Step {
+pub(super) fn set(name: &str, e: Expr) -> Step {
     Step::Assign(Target::Local(name.into(), Vec::new()), e)
 }
 
@@ -26,7 +26,7 @@ fn less(a: Expr, b: Expr) -> Expr {
 
 impl Builder {
     /// A term over the variables of a function alone.
-    pub fn inside(&mut self, depth: usize, names: &[&str]) -> Expr {
+    pub(super) fn inside(&mut self, depth: usize, names: &[&str]) -> Expr {
         let outside = std::mem::replace(&mut self.readable, names.iter().map(|n| Expr::local(n)).collect());
         let term = self.bounded(depth);
         self.readable = outside;
@@ -34,7 +34,13 @@ impl Builder {
     }
 
     /// Adds a function.
-    pub fn function(&mut self, inputs: Vec<Local>, outputs: Vec<Local>, locals: Vec<Local>, body: Vec<Step>) -> String {
+    pub(super) fn function(
+        &mut self,
+        inputs: Vec<Local>,
+        outputs: Vec<Local>,
+        locals: Vec<Local>,
+        body: Vec<Step>,
+    ) -> String {
         let name = self.fresh("f");
         self.model.functions.push(Function { name: name.clone(), inputs, outputs, locals, body });
         name
@@ -58,7 +64,7 @@ impl Builder {
 }
 
 /// Assignments one after the other, with a branch that joins smoothly.
-pub fn formula(b: &mut Builder) {
+pub(super) fn formula(b: &mut Builder) {
     let first = b.inside(2, &["u", "v"]);
     let second = b.inside(1, &["u", "t"]);
     let mut body = vec![set("t", first), set("y", Expr::local("t") * second)];
@@ -80,7 +86,7 @@ pub fn formula(b: &mut Builder) {
 }
 
 /// Loops with known ends, nested, with `break` and `return` that the arguments decide.
-pub fn accumulation(b: &mut Builder) {
+pub(super) fn accumulation(b: &mut Builder) {
     let i = Expr::local("i");
     let term = b.inside(2, &["u", "i"]);
     let add = set("y", Expr::local("y") + term / (i.clone() + Expr::Number(1.0)));
@@ -112,7 +118,7 @@ pub fn accumulation(b: &mut Builder) {
 }
 
 /// A loop until it has converged: its turns depend on the run, its result is smooth.
-pub fn iteration(b: &mut Builder) {
+pub(super) fn iteration(b: &mut Builder) {
     let (x, a) = (Expr::local("x"), Expr::local("a"));
     let square = x.clone() * x.clone() - a.clone();
     let near = Expr::binary(Operator::Greater, Expr::call("abs", vec![square]), Expr::Number(1e-12) * a.clone());
@@ -137,7 +143,7 @@ pub fn iteration(b: &mut Builder) {
 }
 
 /// A function that calls itself.
-pub fn recursion(b: &mut Builder) {
+pub(super) fn recursion(b: &mut Builder) {
     let n = Expr::local("n");
     let name = format!("f{}", b.serial + 1);
     let again = Expr::Call(name, vec![Expr::call("sin", vec![Expr::local("u")]), n.clone() - Expr::Number(1.0)]);
@@ -153,7 +159,7 @@ pub fn recursion(b: &mut Builder) {
 }
 
 /// Two outputs, called as a tuple, also from another function.
-pub fn several(b: &mut Builder) {
+pub(super) fn several(b: &mut Builder) {
     let (first, second) = (b.inside(2, &["u", "v"]), b.inside(1, &["v", "y"]));
     let body = vec![set("y", first), set("z", second + Expr::local("u"))];
     let mut name = b.function(vec![real("u"), real("v")], vec![real("y"), real("z")], Vec::new(), body);
@@ -171,7 +177,7 @@ pub fn several(b: &mut Builder) {
 }
 
 /// Arrays in and out, subscripts that a loop computes.
-pub fn vectors(b: &mut Builder) {
+pub(super) fn vectors(b: &mut Builder) {
     let n = b.random.between(2, 5) as usize;
     let i = Expr::local("i");
     let element = |name: &str, k: Expr| Expr::Local(name.into(), vec![Subscript::At(k)]);

@@ -9,7 +9,7 @@ fn define(id: usize, list: Vec<Expr>, e: Expr) -> Statement {
 }
 
 /// Operators and functions that go element by element.
-pub fn elementwise(b: &mut Builder) {
+pub(super) fn elementwise(b: &mut Builder) {
     let n = b.random.between(2, 4) as usize;
     let v = b.array(Role::Algebraic, n, None);
     let w = b.array(Role::Algebraic, n, None);
@@ -38,7 +38,7 @@ pub fn elementwise(b: &mut Builder) {
 }
 
 /// A vector by parts.
-pub fn parts(b: &mut Builder) {
+pub(super) fn parts(b: &mut Builder) {
     let n = b.random.between(4, 6) as usize;
     let id = b.array(Role::Algebraic, n, None);
     let split = b.random.between(2, n as i64 - 1);
@@ -60,7 +60,7 @@ pub fn parts(b: &mut Builder) {
 }
 
 /// A plate of states, each coupled to its neighbours, with other equations at the border.
-pub fn plate(b: &mut Builder) {
+pub(super) fn plate(b: &mut Builder) {
     let (rows, columns) = (b.random.between(2, 4), b.random.between(2, 4));
     let name = b.fresh("T");
     let start = b.random.number(-0.5, 0.5);
@@ -84,7 +84,7 @@ pub fn plate(b: &mut Builder) {
 }
 
 /// Branches in a loop, decided by the iterator and by the run.
-pub fn branches(b: &mut Builder) {
+pub(super) fn branches(b: &mut Builder) {
     let n = b.random.between(3, 6);
     let id = b.array(Role::Algebraic, n as usize, None);
     let i = Expr::local("i");
@@ -105,7 +105,7 @@ pub fn branches(b: &mut Builder) {
 }
 
 /// An array of Booleans, and how many are true.
-pub fn truths(b: &mut Builder) {
+pub(super) fn truths(b: &mut Builder) {
     let n = b.random.between(2, 4);
     let name = b.fresh("b");
     let id = b.model.add(Variable::new(name, Role::Algebraic).of(Kind::Boolean).sized(&[n as usize]));
@@ -127,7 +127,7 @@ pub fn truths(b: &mut Builder) {
 }
 
 /// States of an array that are set back one by one, and counters of it.
-pub fn jumps(b: &mut Builder) {
+pub(super) fn jumps(b: &mut Builder) {
     let n = b.random.between(2, 3);
     let name = b.fresh("w");
     let x = b.model.add(Variable::new(name, Role::State).sized(&[n as usize]).starting(0.0));

@@ -4,7 +4,7 @@ use super::Builder;
 use crate::model::{Equation, Expr, Operator, Range, Role, Statement, Variable};
 
 /// Two or three scalars that need each other.
-pub fn pair(b: &mut Builder) {
+pub(super) fn pair(b: &mut Builder) {
     let n = b.random.between(2, 3) as usize;
     let unknowns: Vec<usize> = (0..n).map(|_| b.algebraic()).collect();
     let mut equations = Vec::new();
@@ -31,7 +31,7 @@ pub fn pair(b: &mut Builder) {
 }
 
 /// An array whose elements need their neighbours.
-pub fn chain(b: &mut Builder) {
+pub(super) fn chain(b: &mut Builder) {
     let n = b.random.between(3, 6);
     let name = b.fresh("c");
     let id = b.model.add(Variable::new(name, Role::Algebraic).sized(&[n as usize]));
@@ -53,7 +53,7 @@ pub fn chain(b: &mut Builder) {
 }
 
 /// A loop through the derivative of a state: the equations give it together with a scalar.
-pub fn mixed(b: &mut Builder) {
+pub(super) fn mixed(b: &mut Builder) {
     let (y, z) = (b.algebraic(), b.algebraic());
     let state = Expr::name(*b.random.pick(&b.states.clone()));
     let term = b.bounded(2);

@@ -43,7 +43,7 @@ enum End {
 }
 
 /// A network: masses in an array, links in an array, one joint of links only, one source.
-pub fn network(b: &mut Builder) {
+pub(super) fn network(b: &mut Builder) {
     if b.model.statements.iter().any(|s| matches!(s, Statement::Network(_))) {
         return;
     }

@@ -52,7 +52,7 @@ impl Builder {
 }
 
 /// Records of parameters, modified or constructed.
-pub fn parameters(b: &mut Builder) {
+pub(super) fn parameters(b: &mut Builder) {
     let class = b.record_class();
     if b.random.once_in(2) {
         let value = b.construct(&class, &mut |b| Expr::Number(b.random.number(0.2, 1.5)));
@@ -68,7 +68,7 @@ pub fn parameters(b: &mut Builder) {
 }
 
 /// Records of parameters whose class has defaults, perhaps modified ones of a base class; not all fields are given.
-pub fn defaults(b: &mut Builder) {
+pub(super) fn defaults(b: &mut Builder) {
     let name = b.fresh("R");
     let fields = ["a", "b", "c"].map(|f| (f.to_string(), b.random.number(0.2, 1.5))).to_vec();
     let derived = b.random.once_in(2).then(|| b.random.number(0.2, 1.5));
@@ -93,7 +93,7 @@ pub fn defaults(b: &mut Builder) {
 }
 
 /// Records that functions take and give.
-pub fn results(b: &mut Builder) {
+pub(super) fn results(b: &mut Builder) {
     let class = b.record_class();
     let fields = b.fields(&class);
     let local =

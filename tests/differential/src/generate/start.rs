@@ -5,7 +5,7 @@ use crate::model::{Expr, Form, Kind, Operator, Role, Start, Statement, Target, V
 
 impl Builder {
     /// Makes some starts unknown, with as many initial equations.
-    pub fn starts(&mut self) {
+    pub(super) fn starts(&mut self) {
         if self.random.once_in(4) {
             self.at_rest();
         }

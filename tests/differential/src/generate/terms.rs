@@ -15,7 +15,7 @@ impl Builder {
     }
 
     /// A smooth expression of any size, which reads what is readable and what is given.
-    pub fn term_with(&mut self, depth: usize, more: &[Expr]) -> Expr {
+    pub(super) fn term_with(&mut self, depth: usize, more: &[Expr]) -> Expr {
         if depth == 0 {
             return self.leaf(more);
         }
@@ -55,24 +55,24 @@ impl Builder {
     }
 
     /// A smooth expression.
-    pub fn term(&mut self, depth: usize) -> Expr {
+    pub(super) fn term(&mut self, depth: usize) -> Expr {
         self.term_with(depth, &[])
     }
 
     /// A smooth expression between -1 and 1.
-    pub fn bounded_with(&mut self, depth: usize, more: &[Expr]) -> Expr {
+    pub(super) fn bounded_with(&mut self, depth: usize, more: &[Expr]) -> Expr {
         let name = *self.random.pick(&["sin", "cos", "tanh"]);
         let term = self.term_with(depth, more);
         Expr::call(name, vec![term])
     }
 
     /// The same without more to read.
-    pub fn bounded(&mut self, depth: usize) -> Expr {
+    pub(super) fn bounded(&mut self, depth: usize) -> Expr {
         self.bounded_with(depth, &[])
     }
 
     /// A relation that changes during the run, or may.
-    pub fn relation(&mut self) -> Expr {
+    pub(super) fn relation(&mut self) -> Expr {
         let operator = *self.random.pick(&Operator::ORDERS);
         if self.random.once_in(4) {
             return Expr::binary(Operator::Greater, Expr::Time, Expr::Number(0.0));

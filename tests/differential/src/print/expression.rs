@@ -5,14 +5,14 @@ use crate::model::{Expr, Operator, Range, Subscript};
 
 /// How tightly operators bind, from `or` to primaries.
 mod level {
-    pub const OR: u8 = 1;
-    pub const AND: u8 = 2;
-    pub const NOT: u8 = 3;
-    pub const RELATION: u8 = 4;
-    pub const SUM: u8 = 5;
-    pub const PRODUCT: u8 = 6;
-    pub const POWER: u8 = 7;
-    pub const PRIMARY: u8 = 8;
+    pub(super) const OR: u8 = 1;
+    pub(super) const AND: u8 = 2;
+    pub(super) const NOT: u8 = 3;
+    pub(super) const RELATION: u8 = 4;
+    pub(super) const SUM: u8 = 5;
+    pub(super) const PRODUCT: u8 = 6;
+    pub(super) const POWER: u8 = 7;
+    pub(super) const PRIMARY: u8 = 8;
 }
 
 fn binding(operator: Operator) -> u8 {

@@ -9,10 +9,10 @@ use std::thread;
 use std::time::Duration;
 
 /// A folder of its own, removed at the end.
-pub struct Scratch(PathBuf);
+pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("hyd-exe-{}-{number}", std::process::id()));
@@ -20,12 +20,12 @@ impl Scratch {
         Scratch(path)
     }
 
-    pub fn file(&self, name: &str) -> PathBuf {
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
 
     /// `hyd` with its launcher.
-    pub fn hyd(&self, arguments: &[&str]) -> Output {
+    pub(crate) fn hyd(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
         command.env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
         command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
@@ -33,7 +33,7 @@ impl Scratch {
     }
 
     /// A program of this folder, without any environment.
-    pub fn bare(&self, program: &str, arguments: &[&str]) -> Output {
+    pub(crate) fn bare(&self, program: &str, arguments: &[&str]) -> Output {
         self.output(Command::new(self.file(program)).env_clear().env("PATH", "").args(arguments))
     }
 
@@ -56,11 +56,11 @@ impl Drop for Scratch {
 }
 
 /// Standard error as text.
-pub fn messages(output: &Output) -> String {
+pub(crate) fn messages(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// Standard output as text.
-pub fn printed(output: &Output) -> String {
+pub(crate) fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
