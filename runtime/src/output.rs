@@ -150,17 +150,19 @@ impl Output {
         past.interpolate(t, &mut y, &mut yp);
         let holds = consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
         self.points += 1;
-        if holds && self.points.is_power_of_two() {
-            judge(problem, (Stage::Step, t), (&y, &yp))?;
-        }
-        let result = match sensitivity {
+        let judged = match holds && self.points.is_power_of_two() {
+            true => judge(problem, (Stage::Step, t), (&y, &yp)),
+            false => Ok(()),
+        };
+        let written = judged.and_then(|()| match sensitivity {
             Some(sensitivity) => {
                 sensitivity.wait(t, (&y, &yp));
                 Ok(())
             }
             None => self.row(problem, sink, t, (&y, &yp), RowKind::Normal, None),
-        };
-        let result = result.and_then(|()| self.assertions(problem, t, (&y, &yp)));
+        });
+        let result = written.and_then(|()| self.assertions(problem, t, (&y, &yp)));
+        // Whatever the result, the next run finds its room.
         (self.y, self.yp) = (y, yp);
         result
     }

@@ -9,7 +9,7 @@ use hyd_run::{MessageFormat, RunArguments, SweepArguments};
 /// `EXE ...`
 #[derive(Parser, Debug)]
 #[command(disable_version_flag = true)]
-pub(crate) struct Run {
+pub struct Run {
     /// Sets a parameter by its full name (repeatable)
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
@@ -30,7 +30,7 @@ pub(crate) struct Run {
 /// `EXE sweep ...`
 #[derive(Parser, Debug)]
 #[command(disable_version_flag = true)]
-pub(crate) struct Sweep {
+pub struct Sweep {
     /// A plan, or `merge`
     #[arg(value_name = "PLAN.toml|merge")]
     pub plan: Option<PathBuf>,

@@ -28,7 +28,7 @@ const REFUSED: [(&str, &str); 4] = [
 ///
 /// # Errors
 /// A sentence, for an option that has no counterpart or lacks its value.
-pub(crate) fn rewrite(arguments: &[OsString]) -> Result<Vec<OsString>, String> {
+pub fn rewrite(arguments: &[OsString]) -> Result<Vec<OsString>, String> {
     let mut out = Vec::with_capacity(arguments.len());
     let mut rest = arguments.iter();
     out.extend(rest.next().cloned());
@@ -102,7 +102,7 @@ fn overrides(text: &str, out: &mut Vec<OsString>) -> Result<(), String> {
 }
 
 /// The backend that the arguments ask for; it is needed before the others can be read.
-pub(crate) fn backend(arguments: &[OsString]) -> Backend {
+pub fn backend(arguments: &[OsString]) -> Backend {
     let interpreted = arguments.windows(2).any(|pair| pair[0] == "--backend" && pair[1] == "vm")
         || arguments.iter().any(|argument| argument == "--backend=vm");
     if interpreted { Backend::Vm } else { Backend::Native }

@@ -4,11 +4,12 @@
 use std::cell::Cell;
 
 use hyd_results::{Discard, RowKind, Sink, Trajectory};
+use hyd_system::{DaeSystem, LoopError};
 
 use super::systems::hybrid::{Chatterer, Loop, Scalar, Vanishing};
 use super::systems::smooth::Decay;
 use super::systems::{Hand, Model};
-use crate::{Cause, OptionError, Options, SolveError, Stage, simulate};
+use crate::{Cause, OptionError, Options, Simulator, SolveError, Stage, simulate};
 
 fn fails(model: impl Model, stop: f64) -> SolveError {
     let options = Options::new(0.0, stop);
@@ -123,6 +124,44 @@ fn an_interrupt_leaves_whole_rows() {
     let error = simulate(&mut Hand::new(Decay), &Options::new(0.0, 50.0), &mut run, &stop).unwrap_err();
     let SolveError::Interrupted { time } = error else { panic!("{error}") };
     assert!(!run.is_empty() && *run.times().last().unwrap() <= time);
+}
+
+/// Exponential decay whose values are doubted after the start.
+struct Doubted(bool);
+
+impl Model for Doubted {
+    fn names(&self) -> Vec<String> {
+        Decay.names()
+    }
+    fn start(&self) -> Vec<f64> {
+        Decay.start()
+    }
+    fn residual(&self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        Decay.residual(t, y, yp, out);
+    }
+    fn jacobian(&self, t: f64, y: &[f64], yp: &[f64], state: &mut [f64], rate: &mut [f64]) {
+        Decay.jacobian(t, y, yp, state, rate);
+    }
+    fn loop_error(&self, t: f64) -> Option<LoopError> {
+        (self.0 && t > 0.0).then_some(LoopError { row: 0, residual: 1.0, rounding: 1.0 })
+    }
+}
+
+#[test]
+fn a_run_that_is_refused_leaves_room_for_the_next() {
+    let mut system = Hand::new(Doubted(true));
+    let mut simulation = Simulator::new(system.structure());
+    let options = Options::new(0.0, 1.0);
+    let error = simulation.run(&mut system, &options, &mut Discard, &|| false).unwrap_err();
+    assert!(matches!(error, SolveError::Rounding { .. }), "{error}");
+    system.model.0 = false;
+    let mut run = Trajectory::new();
+    simulation.run(&mut system, &options, &mut run, &|| false).unwrap();
+    let mut fresh = Trajectory::new();
+    simulate(&mut system, &options, &mut fresh, &|| false).unwrap();
+    let rows = |run: &Trajectory| -> Vec<Vec<f64>> { (0..run.len()).map(|k| run.row(k).to_vec()).collect() };
+    assert!(run.len() > 2);
+    assert_eq!(rows(&run), rows(&fresh));
 }
 
 #[test]

@@ -12,7 +12,10 @@ use crate::case::{Expected, folder, texts};
 /// Codes without a case, and why.
 const WITHOUT_A_CASE: &[(&str, &str)] = &[
     ("E0215", "names are given on the command line, not in texts; tests/cases/bad_input/set_unknown.hyd brings it out"),
-    ("E0406", "terms are added by studies and by programs, not by texts; tests/tests/numerics/injection.rs brings it out"),
+    (
+        "E0406",
+        "terms are added by studies and by programs, not by texts; tests/tests/numerics/injection.rs brings it out",
+    ),
     ("E0501", "a machine without code generator or a fault of this compiler; no text leads to it"),
 ];
 

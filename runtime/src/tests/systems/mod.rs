@@ -61,6 +61,9 @@ pub(crate) trait Model: Send {
     fn assertion(&self, _t: f64, _y: &[f64]) -> Option<(&'static str, bool)> {
         None
     }
+    fn loop_error(&self, _t: f64) -> Option<LoopError> {
+        None
+    }
 }
 
 /// A model as the solver sees it.
@@ -136,6 +139,10 @@ fn tables<M: Model>(model: &M) -> Tables {
 }
 
 impl<M: Model> DaeSystem for Hand<M> {
+    fn loop_error(&mut self, t: f64, _y: &[f64], _yp: &[f64]) -> Option<LoopError> {
+        self.model.loop_error(t)
+    }
+
     fn structure(&self) -> &Structure {
         &self.structure
     }
