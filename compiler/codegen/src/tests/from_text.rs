@@ -24,9 +24,9 @@ fn compile(text: &str, options: &Options) -> CompiledSystem {
     let mut sources = NoLibrary;
     let mut table = ClassTable::new(&mut sources);
     let class = table.add_main("test.hyd", text)[0];
-    let mut tree = instantiate(table, class, Vec::new()).map_err(|table| table.diagnostics).unwrap();
+    let mut tree = instantiate(table, class, Vec::new()).map_err(|table| table.messages).unwrap();
     let flat = hyd_flat::flatten(&mut tree);
-    assert!(tree.table.diagnostics.is_empty(), "{:?}", tree.table.diagnostics);
+    assert!(tree.table.messages.iter().next().is_none(), "{:?}", tree.table.messages);
     let outcome = hyd_equations::sort(flat);
     let mut sorted = outcome.value.unwrap_or_else(|| panic!("{:?}", outcome.diagnostics));
     let (simulation, initial) = (sorted.simulation.clone(), sorted.initial.clone());
