@@ -8,7 +8,7 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, post_order, slots, solve_for};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::reverse::WIDE;
+use crate::jacobian::reverse::WIDE;
 use crate::sorted::EqId;
 use crate::system::{EquationSystem, Role};
 

@@ -10,7 +10,7 @@ use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
 
 use crate::algebra::Algebra;
-use crate::explain::{
+use crate::explain::faults::{
     counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };

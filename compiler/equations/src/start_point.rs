@@ -13,7 +13,7 @@ use hyd_system::{Settable, ValueKind};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::Algebra;
-use crate::bindings::{assignment, sort_bindings};
+use crate::plan::bindings::{assignment, sort_bindings};
 use crate::sorted::{Assignment, OperandRange};
 use crate::system::{EquationSystem, Role};
 

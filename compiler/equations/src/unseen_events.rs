@@ -13,7 +13,7 @@ use hyd_symbolic::{Arena, Node, NodeId, SlotId, post_order, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::Known;
-use crate::explain::equation_span;
+use crate::explain::faults::equation_span;
 use crate::relations::is_fixed_between_events;
 use crate::sorted::{EventRelation, OperandRange, Plan, Trigger};
 use crate::system::EquationSystem;

@@ -6,7 +6,7 @@
 
 use hyd_flat::{Section, Target, VarId};
 
-use crate::explain::equation_text;
+use crate::explain::faults::equation_text;
 use crate::system::{EquationSystem, Resolution, Role};
 
 /// What is wrong, if anything is.

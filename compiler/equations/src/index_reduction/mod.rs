@@ -7,6 +7,13 @@
 //! vary, the choice is left to the run (`selection`), because it may have to change (a pendulum that turns over).
 //! Should the variables left open turn out to be equal or further constrained, all is chosen once, at the start values.
 
+mod higher;
+pub(crate) mod selection;
+mod state_select;
+mod structure;
+mod time_derivative;
+mod vanishing;
+
 use hyd_flat::{EquationBlock, Operand, Section, Target, VarId};
 use hyd_source::{Code, Diagnostic, Outcome};
 use hyd_symbolic::{SlotId, Template};
@@ -14,15 +21,15 @@ use hyd_symbolic::{SlotId, Template};
 use crate::algebra::Algebra;
 use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
-use crate::explain::{counted, list_names, mark_equations, mark_variables};
-use crate::higher::Derivatives;
-use crate::selection::{append_selections, candidates_are_distinct};
+use crate::explain::faults::{counted, list_names, mark_equations, mark_variables};
+use crate::index_reduction::higher::Derivatives;
+use crate::index_reduction::selection::{append_selections, candidates_are_distinct};
+use crate::index_reduction::state_select::{check_always, with_wished_states};
+use crate::index_reduction::structure::{ReductionPlan, plan_reduction};
+use crate::index_reduction::time_derivative::{append_derivatives, replace_rates};
+use crate::index_reduction::vanishing::{fix_at_zero, vanishing_parameters};
 use crate::sorted::EqId;
-use crate::state_select::{check_always, with_wished_states};
-use crate::structure::{ReductionPlan, plan_reduction};
 use crate::system::{Equation, EquationSystem};
-use crate::time_derivative::{append_derivatives, replace_rates};
-use crate::vanishing::{fix_at_zero, vanishing_parameters};
 
 /// Alias elimination between rounds may uncover further constraints; more rounds than this mean a fault.
 const MOST_ROUNDS: usize = 8;

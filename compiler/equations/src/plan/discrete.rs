@@ -11,9 +11,9 @@ use hyd_symbolic::SlotId;
 use rustc_hash::FxHashSet;
 
 use crate::algebra::{Algebra, Known, Solvability};
-use crate::bindings::assignment;
-use crate::explain::{counted, explain_parts, list_names, mark_equations};
+use crate::explain::faults::{counted, explain_parts, list_names, mark_equations};
 use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::plan::bindings::assignment;
 use crate::plan::order_by_level;
 use crate::relations::append;
 use crate::sorted::{Assignment, Check, EqId, Residual};
@@ -86,18 +86,21 @@ fn match_discrete(system: &mut EquationSystem, algebra: &mut Algebra, known: &Kn
 
 fn unbalanced(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     // Conditions of `when` count on both sides.
-    let hidden = unknowns.targets.iter().filter(|&&target| crate::explain::is_hidden(system, target)).count();
+    let hidden = unknowns.targets.iter().filter(|&&target| crate::explain::faults::is_hidden(system, target)).count();
     let rows = counted(pattern.rows.len() - hidden, "discrete equation");
     let message = format!("{rows} for {}", counted(unknowns.targets.len() - hidden, "discrete variable"));
     explain_parts(Diagnostic::error(Code::Unbalanced, message), system, pattern, unknowns, matching)
 }
 
 fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> Diagnostic {
-    let named: Vec<Target> = targets.iter().copied().filter(|&t| !crate::explain::is_hidden(system, t)).collect();
+    let named: Vec<Target> =
+        targets.iter().copied().filter(|&t| !crate::explain::faults::is_hidden(system, t)).collect();
     let targets = if named.is_empty() { targets } else { named };
     let names = list_names(targets.iter().map(|&t| system.flat.operand_name(hyd_flat::Operand::new(t))));
     let message = match targets.len() {
-        1 if crate::explain::is_hidden(system, targets[0]) => "the condition of a `when` depends on itself".to_string(),
+        1 if crate::explain::faults::is_hidden(system, targets[0]) => {
+            "the condition of a `when` depends on itself".to_string()
+        }
         1 => format!("the discrete variable {names} depends on itself"),
         _ => format!("the discrete variables {names} depend on each other in a circle"),
     };

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use hyd_flat::{Section, VarId};
 use hyd_symbolic::NodeId;
 
-use crate::explain::equation_text;
+use crate::explain::faults::equation_text;
 use crate::sorted::{EqId, OperandRange};
 use crate::system::{EquationSystem, Resolution, Role};
 
@@ -110,7 +110,7 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
         ("algebraic variables", Role::Algebraic),
         ("discrete variables", Role::Discrete),
     ];
-    let block = crate::representative::block_of_variable(&system.flat);
+    let block = crate::alias::representative::block_of_variable(&system.flat);
     let name = |v: &VarId| system.flat.var_name(*v);
     for (title, role) in roles {
         let own = |&v: &VarId| system.is_own(v) && system.roles[v] == role;
@@ -135,7 +135,7 @@ fn list_variables(system: &EquationSystem, text: &mut String) {
 
 /// What index reduction made of former states.
 fn list_reduction(system: &EquationSystem, text: &mut String) {
-    let block = crate::representative::block_of_variable(&system.flat);
+    let block = crate::alias::representative::block_of_variable(&system.flat);
     let name = |v: &VarId| system.flat.var_name(*v);
     names(text, "no longer states", &system.never_states(), |v| block[*v], name);
     names(text, "dummy derivatives", &system.dummies(), |v| block[*v], name);

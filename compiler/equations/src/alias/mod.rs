@@ -6,15 +6,19 @@
 //! nothing new about its class stays, so that the structural analysis reports it.  Variables equal to a parameter stay
 //! too: parameters are run-time data.
 
+mod classes;
+pub(crate) mod representative;
+mod specialize;
+
 use hyd_flat::{ConstId, Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_symbolic::{SlotId, TemplateId, alias, constant_value};
 use rustc_hash::FxHashMap;
 
-use crate::classes::Classes;
-use crate::representative::choose_representatives;
+use crate::alias::classes::Classes;
+use crate::alias::representative::choose_representatives;
+use crate::alias::specialize::{Change, Specializer};
 use crate::sorted::{EqId, OperandRange};
-use crate::specialize::{Change, Specializer};
 use crate::system::{Equation, EquationSystem, Resolution, Role};
 
 /// More rounds than this are not made; each needs a new zero behind a chain of equations.

@@ -7,6 +7,13 @@
 //! out form a matroid (Edmonds and Fulkerson 1965, transversals).  Discrete variables and held relations are known here.  Where
 //! numbers show that conditions depend on each other (`dependent_start`), one is given up and the rest is matched anew.
 
+mod contradiction;
+mod dependent_start;
+mod discrete_start;
+mod fixed_numbers;
+pub(crate) mod homotopy;
+mod redundant;
+
 use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
@@ -15,17 +22,17 @@ use hyd_symbolic::{SlotId, Template};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
-use crate::bindings::Bindings;
-use crate::dependent_start::dependent_conditions;
-use crate::discrete::discrete_start_slot;
-use crate::discrete_start::open_discrete;
-use crate::explain::{counted, explain_over, explain_under, list_names, mark_variables};
-use crate::fixed_numbers::fixed_numbers;
+use crate::alias::representative::block_of_variable;
+use crate::explain::faults::{counted, explain_over, explain_under, list_names, mark_variables};
 use crate::incidence::{self, Pattern, Unknowns, pattern};
+use crate::index_reduction::selection::dependent_at_start;
+use crate::initial::dependent_start::dependent_conditions;
+use crate::initial::discrete_start::open_discrete;
+use crate::initial::fixed_numbers::fixed_numbers;
+use crate::initial::redundant::{Conditions, note_redundant, take_redundant};
+use crate::plan::bindings::Bindings;
+use crate::plan::discrete::discrete_start_slot;
 use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
-use crate::redundant::{Conditions, note_redundant, take_redundant};
-use crate::representative::block_of_variable;
-use crate::selection::dependent_at_start;
 use crate::sort::wishes;
 use crate::sorted::{EqId, Plan, Redundant};
 use crate::start_point::StartPoint;

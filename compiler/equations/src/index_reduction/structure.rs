@@ -12,13 +12,13 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known, is_clocked};
+use crate::alias::representative::block_of_variable;
 use crate::balance::simulation_unknowns;
 use crate::incidence::{Unknowns, pattern};
-use crate::representative::block_of_variable;
+use crate::index_reduction::time_derivative::NotDifferentiable;
 use crate::sorted::EqId;
 use crate::start_point::{StartPoint, typical};
 use crate::system::{EquationSystem, Role};
-use crate::time_derivative::NotDifferentiable;
 
 /// An equation is differentiated at most as often as this; no model of a real thing comes near.
 const MOST_ORDER: u32 = 100;

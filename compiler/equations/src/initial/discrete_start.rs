@@ -8,9 +8,9 @@ use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_system::ValueKind;
 
+use crate::alias::representative::block_of_variable;
 use crate::incidence::Unknowns;
-use crate::redundant::Conditions;
-use crate::representative::block_of_variable;
+use crate::initial::redundant::Conditions;
 use crate::sorted::EqId;
 use crate::system::{EquationSystem, Role};
 

@@ -12,9 +12,9 @@ use hyd_source::{Files, Origin, did_you_mean};
 use hyd_symbolic::alias;
 use rustc_hash::FxHashMap;
 
-use crate::explain::{counted, equation_text, first_of, variable_of};
-use crate::linearity::{block_targets, is_linear};
-use crate::print::equation;
+use crate::explain::faults::{counted, equation_text, first_of, variable_of};
+use crate::explain::print::equation;
+use crate::plan::linearity::{block_targets, is_linear};
 use crate::sorted::{Assignment, Block, EqId, Plan, SortedSystem};
 use crate::system::{EquationSystem, Resolution, Role, Selection};
 

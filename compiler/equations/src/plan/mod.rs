@@ -6,6 +6,13 @@
 //! A variable also stays an unknown when rounding errors would grow along the assignments before it (`growth`), or its assignment
 //! would widen the Jacobian beyond bounds or, in large systems, lengthen a chain.  Derivatives of states in the simulation are read from `y'`, so nothing waits for them.
 
+pub(crate) mod bindings;
+pub(crate) mod dependent;
+pub(crate) mod discrete;
+mod growth;
+pub(crate) mod linearity;
+mod support;
+
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_structure::{
@@ -14,11 +21,11 @@ use hyd_structure::{
 use hyd_symbolic::{SlotId, partial, slots};
 
 use crate::algebra::{Algebra, Known, Solvability};
-use crate::growth::Growth;
 use crate::incidence::{Pattern, Unknowns};
+use crate::plan::growth::Growth;
+use crate::plan::support::Supports;
 use crate::sorted::{Assignment, EqId, Plan, Residual, Unknown};
 use crate::start_point::StartPoint;
-use crate::support::Supports;
 use crate::system::EquationSystem;
 
 /// A system with more equations is large.

@@ -5,8 +5,8 @@ use hyd_source::{Code, Diagnostic};
 use hyd_symbolic::{Node, NodeId};
 use hyd_system::{Variability, told_apart};
 
-use crate::contradiction::TOLERANCE;
-use crate::explain::mark_variables;
+use crate::explain::faults::mark_variables;
+use crate::initial::contradiction::TOLERANCE;
 use crate::sorted::EqId;
 use crate::system::{Equation, EquationSystem, Resolution};
 

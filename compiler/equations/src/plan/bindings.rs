@@ -13,12 +13,12 @@ use hyd_structure::{Row, Transpose};
 use hyd_symbolic::SlotId;
 
 use crate::algebra::{Algebra, Known};
+use crate::alias::representative::block_of_variable;
 use crate::balance::simulation_unknowns;
-use crate::explain::{list_names, mark_equations};
+use crate::explain::faults::{list_names, mark_equations};
 use crate::incidence::{Pattern, pattern};
 use crate::plan::order_by_level;
 use crate::relations::append;
-use crate::representative::block_of_variable;
 use crate::sorted::{Assignment, EqId};
 use crate::system::{EquationSystem, Role};
 

@@ -12,9 +12,9 @@ use hyd_structure::independent;
 use hyd_symbolic::{SlotId, Template, TemplateId, canonical};
 
 use crate::algebra::Algebra;
-use crate::higher::Derivatives;
+use crate::index_reduction::higher::Derivatives;
+use crate::index_reduction::structure::{OpenSet, Slope};
 use crate::start_point::StartPoint;
-use crate::structure::{OpenSet, Slope};
 use crate::system::{Candidate, Equation, EquationSystem, Resolution, Role, Selection};
 
 /// Appends the equations of the sets and notes the sets themselves.

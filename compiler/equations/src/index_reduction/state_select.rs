@@ -9,8 +9,8 @@ use hyd_flat::{EquationBlock, Operand, PerElement, Section, StateSelect, Target,
 use hyd_source::{Code, Diagnostic};
 use hyd_symbolic::{SlotId, Template};
 
-use crate::explain::{list_names, mark_variables};
-use crate::representative::block_of_variable;
+use crate::alias::representative::block_of_variable;
+use crate::explain::faults::{list_names, mark_variables};
 use crate::system::{EquationSystem, Role};
 
 /// The system with derivatives of the variables that want to be states and are not differentiated; none if there are no such

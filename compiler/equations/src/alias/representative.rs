@@ -8,7 +8,7 @@
 use hyd_flat::{FlatModel, PerElement, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 
-use crate::classes::Classes;
+use crate::alias::classes::Classes;
 use crate::sorted::EqId;
 use crate::system::{EquationSystem, Resolution};
 

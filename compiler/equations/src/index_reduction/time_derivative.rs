@@ -12,8 +12,8 @@ use hyd_source::{Code, Diagnostic};
 use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, post_order, tangent};
 use rustc_hash::FxHashMap;
 
-use crate::explain::mark_equations;
-use crate::higher::Derivatives;
+use crate::explain::faults::mark_equations;
+use crate::index_reduction::higher::Derivatives;
 use crate::sorted::EqId;
 use crate::system::{Equation, EquationSystem};
 

@@ -14,9 +14,9 @@ use hyd_system::told_apart;
 use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
-use crate::contradiction::{Contradiction, find_contradiction, start_numbers};
-use crate::explain::{explain_part, list_names, part_names, written_text};
+use crate::explain::faults::{explain_part, list_names, part_names, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::initial::contradiction::{Contradiction, find_contradiction, start_numbers};
 use crate::initial::first_matching;
 use crate::sorted::{EqId, Redundant, Residual};
 use crate::system::{EquationSystem, Resolution};

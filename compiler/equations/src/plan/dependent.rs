@@ -13,9 +13,9 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known, is_clocked};
-use crate::bindings::Bindings;
-use crate::explain::{equation_text, list_names, mark_equations, mark_variables, variable_of};
-use crate::linearity::block_targets;
+use crate::explain::faults::{equation_text, list_names, mark_equations, mark_variables, variable_of};
+use crate::plan::bindings::Bindings;
+use crate::plan::linearity::block_targets;
 use crate::sorted::{Block, EqId, Plan};
 use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};

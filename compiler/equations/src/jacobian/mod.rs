@@ -5,12 +5,14 @@
 //! Along chains of assignments the partials are composed numerically; which unknowns an expression depends on through
 //! such chains, its *support*, is computed here once.  No values are computed here.
 
+pub(crate) mod reverse;
+
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
 use hyd_symbolic::{NodeId, SlotId};
 use rustc_hash::FxHashMap;
 
-use crate::reverse::partials;
+use crate::jacobian::reverse::partials;
 use crate::sorted::{OperandRange, Plan};
 use crate::system::EquationSystem;
 

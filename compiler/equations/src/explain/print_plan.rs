@@ -10,11 +10,11 @@ use hyd_flat::{BlockId, Operand, Target};
 use hyd_index::TypedIndex;
 use rustc_hash::FxHashMap;
 
-use crate::explain::variable_of;
+use crate::alias::representative::block_of_variable;
+use crate::explain::faults::variable_of;
+use crate::explain::print::{LONGEST_RUN, expression, section};
 use crate::jacobian::PlanJacobian;
-use crate::linearity::is_linear;
-use crate::print::{LONGEST_RUN, expression, section};
-use crate::representative::block_of_variable;
+use crate::plan::linearity::is_linear;
 use crate::sorted::{Assignment, Block, Plan, SortedSystem, Trigger};
 use crate::system::{EquationSystem, Role};
 

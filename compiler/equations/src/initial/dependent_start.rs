@@ -15,9 +15,9 @@ use hyd_symbolic::{Arena, Function, Node, NodeId, SlotId, TemplateId, partial, p
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
-use crate::bindings::Bindings;
-use crate::dependent::dependent_rows;
-use crate::linearity::block_targets;
+use crate::plan::bindings::Bindings;
+use crate::plan::dependent::dependent_rows;
+use crate::plan::linearity::block_targets;
 use crate::sorted::{Block, EqId, Plan};
 use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Role};

@@ -11,10 +11,10 @@ use hyd_symbolic::{Node, NodeId, SlotId, partial, slots};
 use hyd_system::Settable;
 
 use crate::algebra::{Algebra, Known, is_clocked};
+use crate::alias::representative::block_of_variable;
 use crate::balance::{simulation_equations, simulation_unknowns};
-use crate::bindings::sort_bindings;
 use crate::incidence::{Pattern, pattern};
-use crate::representative::block_of_variable;
+use crate::plan::bindings::sort_bindings;
 use crate::sorted::EqId;
 use crate::start_point::StartPoint;
 use crate::system::{EquationSystem, Resolution, Role};

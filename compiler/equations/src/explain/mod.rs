@@ -1,0 +1,7 @@
+//! What a user sees of the systems: faults in the user's words, the history of one variable, printed stages, the matrix.
+
+pub(crate) mod faults;
+pub(crate) mod matrix;
+pub(crate) mod print;
+pub(crate) mod print_plan;
+pub(crate) mod variable;
