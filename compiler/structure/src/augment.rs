@@ -5,9 +5,9 @@
 //! differential-algebraic systems*).  If there is none, the equations and unknowns reached are returned: more
 //! equations than unknowns, the smallest such set around the equation.  The incidence may grow between calls.
 
-use crate::decomposition::Part;
 use crate::graph::{Column, Incidence, Row};
 use crate::matching::Matching;
+use crate::parts::Part;
 use hyd_index::IndexVec;
 
 /// Outcome of one attempt.

@@ -1,4 +1,4 @@
-//! Cheap assignment: a large (not yet maximum) matching in linear time, the start of [`crate::matching`].
+//! Cheap assignment: a large (not yet maximum) matching in linear time, the start of [`crate::maximum_matching()`].
 //!
 //! An equation with one free unknown must take it, and an unknown that occurs in one free equation must be taken by
 //! it; such forced pairs are matched first and lose nothing (Karp & Sipser 1981, *Maximum matchings in sparse random

@@ -194,7 +194,7 @@ mod tests {
     use super::*;
     use crate::Block;
     use crate::brute_force::{any_incidence_square, transitive_closure};
-    use crate::matching::maximum_matching;
+    use crate::maximum_matching::maximum_matching;
     use proptest::prelude::*;
 
     fn graph_of(edges: &[Vec<bool>]) -> Digraph {

@@ -9,62 +9,9 @@
 
 use crate::graph::{Column, Incidence, Row, Transpose};
 use crate::matching::Matching;
+use crate::parts::{Decomposition, Part};
 use hyd_index::{IndexVec, TypedIndex};
 use std::fmt;
-
-/// A set of equations and a set of unknowns.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Part {
-    /// The equations, ascending.
-    pub rows: Vec<Row>,
-    /// The unknowns, ascending.
-    pub columns: Vec<Column>,
-}
-
-impl Part {
-    /// The part of the given members, each listed once in any order.
-    pub fn sorted(mut rows: Vec<Row>, mut columns: Vec<Column>) -> Self {
-        rows.sort_unstable();
-        columns.sort_unstable();
-        Self { rows, columns }
-    }
-}
-
-/// `eq0 eq3 | v1`.
-impl fmt::Display for Part {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for row in &self.rows {
-            write!(f, "{row} ")?;
-        }
-        write!(f, "|")?;
-        for column in &self.columns {
-            write!(f, " {column}")?;
-        }
-        Ok(())
-    }
-}
-
-/// The coarse decomposition; every equation and every unknown is in exactly one part.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Decomposition {
-    /// Equations that some maximum matching leaves unmatched, with all unknowns in them: more rows than columns,
-    /// or empty.
-    pub over: Part,
-    /// As many equations as unknowns, perfectly matched among themselves.
-    pub square: Part,
-    /// Unknowns that some maximum matching leaves unmatched, with all equations they occur in: more columns than
-    /// rows, or empty.
-    pub under: Part,
-}
-
-/// Three lines `over: ...`, `square: ...`, `under: ...`.
-impl fmt::Display for Decomposition {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "over: {}", self.over)?;
-        writeln!(f, "square: {}", self.square)?;
-        writeln!(f, "under: {}", self.under)
-    }
-}
 
 /// The matching is not maximum: an alternating path leads from this free vertex to a free vertex of the other side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,7 +127,7 @@ fn reach_from_columns(transpose: &Transpose, matching: &Matching, roots: &[Colum
 mod tests {
     use super::*;
     use crate::brute_force::{any_incidence, maximum_size, restrict};
-    use crate::matching::maximum_matching;
+    use crate::maximum_matching::maximum_matching;
     use proptest::prelude::*;
 
     /// The size of a maximum matching without the equation.

@@ -7,10 +7,12 @@
 //! when nothing is ready.
 
 use crate::graph::{Column, Entry, Incidence, Row};
-use crate::tearing::OUTSIDE;
 use hyd_index::IndexVec;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
+
+/// The position of a column that is not in the block.
+pub(crate) const OUTSIDE: u32 = u32::MAX;
 
 /// One side of the block's pattern: neighbours of each vertex with the solvability of the entry.
 struct Neighbours {

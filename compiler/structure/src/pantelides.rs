@@ -8,45 +8,13 @@
 //! structural analysis method for DAEs*, BIT 41(2).  Nothing is differentiated here: rows and columns are only numbered.
 
 use crate::augment::{Augmentation, Augmenter};
-use crate::decomposition::Part;
+use crate::decomposition::minimal_overdetermined;
+use crate::differentiation::DifferentiationPlan;
 use crate::graph::{Column, Incidence, Row};
-use crate::matching::{Matching, maximum_matching};
+use crate::matching::Matching;
+use crate::maximum_matching::maximum_matching;
+use crate::parts::Part;
 use hyd_index::{IndexVec, TypedIndex};
-
-/// The pattern with all differentiated equations and unknowns.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DifferentiationPlan {
-    /// The given rows and columns, then the differentiated ones; a differentiated row lists only the derivatives in it.
-    pub incidence: Incidence,
-    /// The derivative of each equation, if it is differentiated.
-    pub row_derivative: IndexVec<Row, Option<Row>>,
-    /// The derivative of each unknown, if there is one.
-    pub column_derivative: IndexVec<Column, Option<Column>>,
-    /// Matches every equation that is not differentiated further to an unknown that is not.
-    pub matching: Matching,
-}
-
-impl DifferentiationPlan {
-    /// How often each of the first `count` rows is differentiated.
-    pub fn row_orders(&self, count: usize) -> IndexVec<Row, u32> {
-        IndexVec::from_vec((0..count).map(|row| chain_length(&self.row_derivative, Row::new(row))).collect())
-    }
-
-    /// The highest derivative of a column, counted from that column.
-    pub fn order_above(&self, column: Column) -> u32 {
-        chain_length(&self.column_derivative, column)
-    }
-}
-
-fn chain_length<I: TypedIndex>(next: &IndexVec<I, Option<I>>, start: I) -> u32 {
-    let mut length = 0;
-    let mut at = start;
-    while let Some(derivative) = next[at] {
-        at = derivative;
-        length += 1;
-    }
-    length
-}
 
 /// Why there is no plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,7 +92,7 @@ fn check_regular(incidence: &Incidence, first: &IndexVec<Column, Column>) -> Res
     let matching = maximum_matching(&merged, None);
     match matching.unmatched_rows().next() {
         None => Ok(()),
-        Some(row) => match crate::decomposition::minimal_overdetermined(&merged, &matching, row) {
+        Some(row) => match minimal_overdetermined(&merged, &matching, row) {
             Ok(part) => Err(NotReducible::Singular(part)),
             Err(_) => Err(NotReducible::Malformed),
         },

@@ -9,9 +9,10 @@
 //! equations the rest can be matched in any case.
 
 use crate::augment::{Augmentation, Augmenter};
-use crate::decomposition::{Part, decompose};
+use crate::decomposition::decompose;
 use crate::graph::{Column, Incidence, Row};
 use crate::matching::Matching;
+use crate::parts::Part;
 use hyd_index::IndexVec;
 
 /// Equations that branch and bound looks at, each time that it does.
@@ -205,7 +206,7 @@ impl<'a> Search<'a> {
 mod tests {
     use super::*;
     use crate::brute_force::{any_incidence, maximum_size, restrict};
-    use crate::matching::maximum_matching;
+    use crate::maximum_matching::maximum_matching;
     use hyd_index::TypedIndex;
     use proptest::prelude::*;
 

@@ -8,41 +8,10 @@
 //! Torn is the unknown with the highest score: each equation it occurs in counts the more the fewer unknowns it has
 //! left.  Finding the smallest number of torn unknowns is NP-hard; this is a heuristic, in O(m log m) for m entries.
 
-use crate::elimination::{Elimination, LocalBlock};
+use crate::elimination::{Elimination, LocalBlock, OUTSIDE};
 use crate::graph::{Column, Entry, Incidence, Row};
+use crate::tearing_plan::TearingPlan;
 use hyd_index::IndexVec;
-use std::fmt;
-
-/// How to evaluate a block: given the tearing columns, the assignments in order determine all other columns, and the
-/// residual rows remain to be made zero.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TearingPlan {
-    /// Explicit solutions (row solved for column) in order of evaluation.
-    pub assignments: Vec<(Row, Column)>,
-    /// Iteration variables, ascending.
-    pub tearing: Vec<Column>,
-    /// Equations left for the iteration, ascending; as many as tearing columns if the block is square.
-    pub residuals: Vec<Row>,
-}
-
-/// Three lines `tearing: v0`, `assign: eq1=v1 ...`, `residuals: eq0`.
-impl fmt::Display for TearingPlan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tearing:")?;
-        for column in &self.tearing {
-            write!(f, " {column}")?;
-        }
-        write!(f, "\nassign:")?;
-        for (row, column) in &self.assignments {
-            write!(f, " {row}={column}")?;
-        }
-        write!(f, "\nresiduals:")?;
-        for row in &self.residuals {
-            write!(f, " {row}")?;
-        }
-        writeln!(f)
-    }
-}
 
 /// What the heuristic may and should do.
 #[derive(Clone, Copy, Debug)]
@@ -65,8 +34,6 @@ pub struct Tearing<'a> {
     /// Position of each column in the block at work, `OUTSIDE` for all others.
     position: IndexVec<Column, u32>,
 }
-
-pub(crate) const OUTSIDE: u32 = u32::MAX;
 
 impl<'a> Tearing<'a> {
     /// Panics if a table of the options does not have the size of the incidence (a programming error).

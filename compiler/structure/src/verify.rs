@@ -5,11 +5,11 @@
 //! (no augmenting path, Berge 1957).
 
 use crate::blocks::BlockPlan;
-use crate::decomposition::{Decomposition, Part};
+use crate::differentiation::DifferentiationPlan;
 use crate::graph::{Column, Entry, Incidence, Row};
 use crate::matching::Matching;
-use crate::pantelides::DifferentiationPlan;
-use crate::tearing::TearingPlan;
+use crate::parts::{Decomposition, Part};
+use crate::tearing_plan::TearingPlan;
 use hyd_index::{IndexVec, TypedIndex};
 
 fn ensure(holds: bool, sentence: impl FnOnce() -> String) -> Result<(), String> {
