@@ -6,8 +6,9 @@
 //! halved, down to the width of an instant (Moore, Kearfott, Cloud, "Introduction to Interval Analysis", SIAM 2009,
 //! section 8.1).  A step that ends where this ends passes over no change.
 
-use crate::interval::{Enclosure, Interval};
-use crate::system::{Instance, Point};
+use crate::instance::{Instance, Point};
+use crate::interval::Enclosure;
+use crate::search::Known;
 
 /// Intervals that are looked at before the search pauses; it goes on from where it has come.
 const MOST_INTERVALS: u32 = 10_000;
@@ -15,40 +16,6 @@ const MOST_INTERVALS: u32 = 10_000;
 const MOST_HALVED: u32 = 32;
 /// Such a relation is looked at so many points of the time ahead at least.
 const BLIND_PARTS: f64 = 256.0;
-
-/// Work space of the search.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Search {
-    pub work: Vec<Enclosure>,
-    pub registers: Vec<Enclosure>,
-    pub out: Vec<Enclosure>,
-    known: Vec<Known>,
-}
-
-/// What a relation is at the begin.
-#[derive(Clone, Copy, Debug)]
-struct Known {
-    held: bool,
-    /// It is true with a root function of zero, as `>=` is: zero is not a change.
-    resting: bool,
-    /// How often no interval was short enough to decide.
-    halved: u32,
-}
-
-impl Known {
-    /// True if the relation is another one where its root function has this value.
-    fn changes(self, value: f64) -> bool {
-        (value > 0.0) != self.held && !(self.resting && value == 0.0)
-    }
-
-    /// True if no root function with these values changes the relation.
-    fn stays(self, values: Interval) -> bool {
-        match self.held {
-            true => values.low > 0.0 || self.resting && values.low == 0.0,
-            false => values.high <= 0.0,
-        }
-    }
-}
 
 impl Instance {
     /// See [`hyd_system::DaeSystem::unchanged_until`].
@@ -68,18 +35,19 @@ impl Instance {
         };
         search.known.clear();
         search.known.extend(events.by_time.iter().zip(&self.memory.out).map(known));
-        search.work.resize(self.memory.work.len(), Enclosure::ALL);
-        search.out.resize(events.by_time.len(), Enclosure::ALL);
+        search.enclosures.work.resize(self.memory.work.len(), Enclosure::ALL);
+        search.enclosures.out.resize(events.by_time.len(), Enclosure::ALL);
         let (mut left, mut width) = (t, until - t);
         for _ in 0..MOST_INTERVALS {
             if left >= until {
                 break;
             }
             let right = if left + width < until { left + width } else { until };
-            vm.enclose(events.time_roots, (left, right), &self.memory.data, &mut search);
+            vm.enclose(events.time_roots, (left, right), &self.memory.data, &mut search.enclosures);
             let changed = self.changed_by(right, &search.known);
-            let open = |k: usize| !search.known[k].stays(search.out[k].value);
-            let turns = |k: usize| search.out[k].slope.low < 0.0 && search.out[k].slope.high > 0.0;
+            let open = |k: usize| !search.known[k].stays(search.enclosures.out[k].value);
+            let turns =
+                |k: usize| search.enclosures.out[k].slope.low < 0.0 && search.enclosures.out[k].slope.high > 0.0;
             let short = right - left <= (until - t) / BLIND_PARTS;
             let seen = |k: usize| !(short && search.known[k].halved >= MOST_HALVED);
             let undecided = (0..search.known.len()).any(|k| open(k) && turns(k) && seen(k));

@@ -16,9 +16,9 @@ use hyd_index::TypedIndex;
 use hyd_symbolic::{Function, Node, NodeId, operate};
 use hyd_system::LoopError;
 
+use crate::instance::{Instance, Point};
 use crate::memory::Memory;
 use crate::program::{Address, Area, RoutineId};
-use crate::system::{Instance, Point};
 use crate::vm::{Tape, Vm, place};
 
 /// Part of its size by which an operand is moved to find the slope of a function.

@@ -7,10 +7,10 @@ use hyd_system::{
 
 use crate::accumulation::{Accumulation, PartialRows, Term};
 use crate::codec::{choices, stored};
-use crate::delay::SitePlaces;
 use crate::model::{Check, Checked, Experiment, Identity, InitialTransfer, Limit, MessagePiece, OutputRow, Parameters};
 use crate::names::{Name, RowNames, Wrap};
 use crate::program::{Area, Place};
+use crate::routines::SitePlaces;
 use crate::routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, TimedRelation};
 use crate::selection::CandidateSet;
 

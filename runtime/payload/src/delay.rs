@@ -4,26 +4,9 @@
 //! area.  A site with varying delay time reads `value + rate * time` there, as its equation subtracts `rate * time` again
 //! and so has the right slope in the delay time.  The past itself is kept by the solver.
 
-use crate::program::{Area, Place};
-use crate::system::{Instance, Point};
-
-/// A place, negated or not.
-pub type Signed = (Place, bool);
-
-/// Where the values of one site stand.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct SitePlaces {
-    /// What is delayed, in the simulation.
-    pub source: Signed,
-    /// The same in the initial system.
-    pub initial_source: Signed,
-    /// The delay time.
-    pub time: Signed,
-    /// Its upper bound.
-    pub most: Signed,
-    /// The delay time varies.
-    pub varying: bool,
-}
+use crate::instance::{Instance, Point};
+use crate::program::Area;
+use crate::routines::Signed;
 
 impl Instance {
     /// See [`hyd_system::DaeSystem::delay_bounds`].

@@ -4,12 +4,12 @@
 
 use hyd_system::{EvalFailure, Place};
 
+use crate::instance::{Instance, Point};
+use crate::loaded::Loaded;
 use crate::memory::Memory;
-use crate::model::Loaded;
 use crate::names::RowNames;
 use crate::program::{Area, RoutineId};
 use crate::routines::{JacobianForm, PlanRoutines};
-use crate::system::{Instance, Point};
 use crate::vm::Fault;
 
 impl Instance {

@@ -7,9 +7,9 @@
 
 use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
 
+use crate::instance::{Instance, Point};
 use crate::program::Area;
 use crate::routines::EventRoutines;
-use crate::system::{Instance, Point};
 
 /// Rounds of a pass before the discrete equations are taken to have no solution at these unknowns.
 const ROUNDS: usize = 16;

@@ -6,37 +6,10 @@
 
 use std::sync::Arc;
 
-use hyd_system::{EvalFailure, Hold, InputError, Instants, Sample, Series, TimeEvent};
+use hyd_system::{EvalFailure, Hold, InputError, Instants, Series, TimeEvent};
 
-use crate::system::Instance;
-
-/// One input.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Follower {
-    series: Option<Arc<Series>>,
-    /// The samples that count are chosen by events.
-    stepwise: bool,
-    /// The sample that counts, or where the last search has ended.
-    sample: usize,
-    /// The derivative at the time that was asked for last.
-    slope: f64,
-    curvature: f64,
-}
-
-impl Follower {
-    fn at(&mut self, t: f64) -> Sample {
-        let Some(series) = &self.series else { return Sample::default() };
-        if !self.stepwise {
-            self.sample = series.interval(t, self.sample);
-        }
-        series.at(t, self.sample)
-    }
-
-    fn next_break(&self) -> Option<f64> {
-        let series = self.series.as_ref().filter(|_| self.stepwise)?;
-        series.next_break(self.sample).map(|k| series.times()[k])
-    }
-}
+use crate::follower::Follower;
+use crate::instance::Instance;
 
 impl Instance {
     /// See [`hyd_system::DaeSystem::set_input`].
@@ -66,19 +39,6 @@ impl Instance {
             }
         }
         Ok(())
-    }
-
-    /// Brings the inputs to a time (s).
-    #[inline(never)]
-    pub(crate) fn move_inputs(&mut self, t: f64) {
-        let area = &self.loaded.model.area;
-        let (first, first_rate) = (area.inputs.start as usize, area.input_rates.start as usize);
-        for (k, follower) in self.memory.inputs.iter_mut().enumerate() {
-            let Sample { value, slope, curvature } = follower.at(t);
-            (follower.slope, follower.curvature) = (slope, curvature);
-            self.memory.data[first + k] = value;
-            self.memory.data[first_rate + k] = slope;
-        }
     }
 
     /// Slope and second derivative of an input at the time of the last evaluation.

@@ -12,24 +12,30 @@
 pub mod accumulation;
 mod ahead;
 mod backward_error;
+mod clock;
 mod codec;
 mod codec_program;
 mod codec_tables;
 mod delay;
 mod diagnose;
+mod enclose;
 mod engine;
 mod events;
 pub mod executable;
+mod follower;
 pub mod format;
 mod functions;
 mod input;
+mod instance;
 mod interval;
+mod loaded;
 mod mapping;
 pub mod memory;
 mod model;
 mod names;
 pub mod program;
 mod routines;
+mod search;
 mod selection;
 mod start;
 mod system;
@@ -38,15 +44,17 @@ mod timed;
 pub mod vm;
 
 pub use codec::Damage;
-pub use delay::{Signed, SitePlaces};
 pub use engine::{Backend, Engine};
 pub use functions::{SINES_AND_COSINES, position as function_position};
+pub use instance::{Instance, Point};
+pub use loaded::Loaded;
 pub use mapping::{Code, NativeCode};
 pub use model::{
-    Check, Checked, Experiment, Identity, InitialTransfer, Limit, Loaded, MessagePiece, Model, OutputRow, Parameters,
+    Check, Checked, Experiment, Identity, InitialTransfer, Limit, MessagePiece, Model, OutputRow, Parameters,
 };
 pub use names::{Name, Names, RowNames, Wrap};
 pub use program::Place;
-pub use routines::{DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, TimedRelation};
+pub use routines::{
+    DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, Signed, SitePlaces, TimedRelation,
+};
 pub use selection::CandidateSet;
-pub use system::{Instance, Point};

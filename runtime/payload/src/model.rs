@@ -4,14 +4,11 @@ use std::sync::Arc;
 
 use hyd_system::{Structure, Tables, TextFormat, ValueKind};
 
-use crate::delay::SitePlaces;
-use crate::engine::{Backend, Engine};
 use crate::mapping::Code;
 use crate::names::{Name, Names, RowNames};
 use crate::program::{Place, Program};
-use crate::routines::{DataArea, Given, Routines};
+use crate::routines::{DataArea, Given, Routines, SitePlaces};
 use crate::selection::CandidateSet;
-use crate::system::Instance;
 
 /// Everything that is needed to run a model; plain data.
 #[derive(Clone, Debug)]
@@ -225,29 +222,4 @@ pub struct Checked {
     pub text: Arc<str>,
     /// The variable whose fixed start value this is.
     pub start_of: Option<Name>,
-}
-
-/// A model ready to run.
-#[derive(Debug)]
-pub struct Loaded {
-    /// The model.
-    pub model: Model,
-    /// What runs its program.
-    pub engine: Engine,
-}
-
-impl Loaded {
-    /// Maps the code of a model, or prepares its program for interpretation.
-    ///
-    /// # Errors
-    /// A sentence, when the program is inconsistent or its code does not suit this machine.
-    pub fn new(model: Model, backend: Backend) -> Result<Self, String> {
-        let engine = Engine::new(model.code.clone(), model.program.clone(), backend)?;
-        Ok(Self { model, engine })
-    }
-
-    /// An instance with its own memory.
-    pub fn instantiate(self: &Arc<Self>) -> Instance {
-        Instance::new(self.clone())
-    }
 }

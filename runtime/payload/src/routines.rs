@@ -140,3 +140,21 @@ pub struct DataArea {
     /// Places of start values, and what they are called.
     pub starts: Vec<(u32, Name)>,
 }
+
+/// A place, negated or not.
+pub type Signed = (Place, bool);
+
+/// Where the values of one delay site stand.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SitePlaces {
+    /// What is delayed, in the simulation.
+    pub source: Signed,
+    /// The same in the initial system.
+    pub initial_source: Signed,
+    /// The delay time.
+    pub time: Signed,
+    /// Its upper bound.
+    pub most: Signed,
+    /// The delay time varies.
+    pub varying: bool,
+}

@@ -3,7 +3,7 @@
 
 use hyd_system::EvalFailure;
 
-use crate::system::{Instance, Point};
+use crate::instance::{Instance, Point};
 
 /// A fixed start value may differ from what follows from others by this, relative to both or to 1.
 const SAME_START: f64 = 1e-6;

@@ -1,227 +1,18 @@
-//! An instance of a compiled model: its own memory over loaded code.
+//! The contract with the solver: an instance of a compiled model as [`DaeSystem`].
 //!
-//! Every entry point writes time and the `initial()` flag and runs one routine; vectors of the solver are passed to the
-//! code as they are.  Nothing is allocated between `bind` and the end of a run, except for messages.
+//! Every entry point writes time and the `initial()` flag and runs what answers it.  Nothing of the crate calls back to here.
 
 use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, LoopError, ParameterError, Series,
-    StateChoice, Structure, Tables, TimeEvent, ValueKind,
+    StateChoice, Structure, Tables, TimeEvent,
 };
 
-use crate::ahead::Search;
-use crate::engine::Engine;
-use crate::input::Follower;
-use crate::memory::Memory;
-use crate::model::Loaded;
-use crate::program::{Area, HOMOTOPY, INITIAL, Place, RoutineId, TIME};
-use crate::routines::{JacobianForm, PlanRoutines};
-use crate::selection::{CandidateSet, Choice};
-use crate::timed::Clock;
-use crate::vm::Registers;
-
-/// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
-#[derive(Clone, Debug)]
-pub struct Instance {
-    pub(crate) loaded: Arc<Loaded>,
-    pub(crate) memory: Own,
-}
-
-/// Memory of one instance.
-#[derive(Clone, Debug)]
-pub(crate) struct Own {
-    /// The data area.
-    pub data: Vec<f64>,
-    /// Assigned variables of the simulation or of the initial system, whichever ran last.
-    pub work: Vec<f64>,
-    /// Results of event routines, in three thirds.
-    pub out: Vec<f64>,
-    /// Discrete values and relations before a pass.
-    pub before: Vec<f64>,
-    /// Discrete values before a round of a pass.
-    pub last: Vec<f64>,
-    scratch: Vec<f64>,
-    /// Which candidates are states, per set.
-    choices: Vec<Choice>,
-    registers: Registers,
-    /// Work space of the search for changes of relations of time alone.
-    pub search: Search,
-    /// On which side of the last time event the run stands.
-    pub clock: Clock,
-    /// The last pass of the event iteration has left `reinit` to its repetition.
-    pub reinit_waits: bool,
-    /// How often the last pass has been repeated.
-    pub repetitions: u32,
-    /// An initial condition that does not hold with the last solution of the initial system.
-    pub contradiction: Option<EvalFailure>,
-    /// Inputs that follow recorded samples.
-    pub inputs: Vec<Follower>,
-}
-
-/// The vectors of the solver that a routine sees.
-#[derive(Clone, Copy, Debug)]
-pub struct Point<'a> {
-    /// Unknowns.
-    pub unknown: &'a [f64],
-    /// Their derivatives.
-    pub rate: &'a [f64],
-}
-
-impl Point<'_> {
-    /// For routines that read neither.
-    pub const NOWHERE: Point<'static> = Point { unknown: &[], rate: &[] };
-}
-
-impl Instance {
-    pub(crate) fn new(loaded: Arc<Loaded>) -> Self {
-        let layout = &loaded.model.area;
-        let mut data = vec![0.0; layout.length as usize];
-        for &(index, value) in &layout.preset {
-            data[index as usize] = value;
-        }
-        let work = loaded.model.rows.iter().map(|trace| trace.equations.len()).max().unwrap_or(0);
-        let events = &loaded.model.routines.events;
-        let pivots = loaded.model.candidates.iter().map(|set| set.entries.len()).sum();
-        let checks = loaded.model.checks.iter().map(|check| 1 + check.values.1 as usize).sum();
-        let starts = layout.held.len() + 2 * loaded.model.initial.checked.len();
-        let sizes = [starts, events.timed.len(), events.by_time.len(), events.reinit_unknowns.len(), checks, pivots];
-        let memory = Own {
-            data,
-            work: vec![0.0; work],
-            out: vec![0.0; 3 * sizes.into_iter().max().unwrap_or(0)],
-            before: vec![0.0; layout.discrete.len() + layout.held.len()],
-            last: vec![0.0; layout.discrete.len()],
-            scratch: vec![0.0; scratch_length(&loaded)],
-            choices: loaded.model.candidates.iter().map(CandidateSet::first_choice).collect(),
-            registers: loaded.engine.registers(),
-            search: Search::default(),
-            clock: Clock::default(),
-            reinit_waits: false,
-            repetitions: 0,
-            contradiction: None,
-            inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
-        };
-        let mut instance = Self { loaded, memory };
-        for k in 0..instance.loaded.model.parameters.preset.len() {
-            let (index, value) = instance.loaded.model.parameters.preset[k];
-            // What the compiler has checked is settable; a value that is not changes nothing.
-            let _ = instance.set_parameter(index as usize, value);
-        }
-        instance
-    }
-
-    /// The model that this is an instance of.
-    pub fn loaded(&self) -> &Arc<Loaded> {
-        &self.loaded
-    }
-
-    /// The assigned variables as the last routine left them.
-    pub fn assigned(&self) -> &[f64] {
-        &self.memory.work
-    }
-
-    /// Results of the last [`Instance::run_own`].
-    pub fn results(&self) -> &[f64] {
-        &self.memory.out
-    }
-
-    /// Writes the time (s) and the value of `initial()`.
-    pub fn set_time(&mut self, t: f64, initial: bool) {
-        self.memory.data[TIME as usize] = t;
-        self.memory.data[INITIAL as usize] = f64::from(u8::from(initial));
-        if !self.memory.inputs.is_empty() {
-            self.move_inputs(t);
-        }
-    }
-
-    /// Runs a routine of another program over the data of this one.
-    pub fn run_on(
-        &mut self,
-        (engine, routine, registers): (&Engine, RoutineId, &mut Registers),
-        point: Point<'_>,
-        out: &mut [f64],
-        out2: &mut [f64],
-    ) {
-        let Own { data, work, .. } = &mut self.memory;
-        let mut memory = Memory { data, unknown: point.unknown, rate: point.rate, work, out, out2 };
-        engine.run(routine, &mut memory, registers);
-    }
-
-    /// Runs a routine with results in the given slices.
-    pub fn run(&mut self, routine: RoutineId, point: Point<'_>, out: &mut [f64], out2: &mut [f64]) {
-        let Own { data, work, registers, .. } = &mut self.memory;
-        let mut memory = Memory { data, unknown: point.unknown, rate: point.rate, work, out, out2 };
-        self.loaded.engine.run(routine, &mut memory, registers);
-    }
-
-    /// Runs a routine with results in [`Instance::results`].
-    pub fn run_own(&mut self, routine: RoutineId, point: Point<'_>) {
-        let mut out = std::mem::take(&mut self.memory.out);
-        self.run(routine, point, &mut out, &mut []);
-        self.memory.out = out;
-    }
-
-    /// Values of the Jacobians of the simulation or of the initial system; time has been set.
-    pub fn run_jacobian(&mut self, initial: bool, point: Point<'_>, state: &mut [f64], rate: &mut [f64]) {
-        let loaded = self.loaded.clone();
-        let code: &PlanRoutines =
-            if initial { &loaded.model.routines.initial } else { &loaded.model.routines.simulation };
-        match &code.jacobian {
-            JacobianForm::Entries(routine) => self.run(*routine, point, state, rate),
-            JacobianForm::Partials(routine, accumulation, _) => {
-                let mut scratch = std::mem::take(&mut self.memory.scratch);
-                accumulation.begin(&mut scratch[..accumulation.length]);
-                self.run(*routine, point, &mut scratch, &mut []);
-                accumulation.run(&mut scratch[..accumulation.length], state, rate);
-                self.memory.scratch = scratch;
-            }
-        }
-    }
-
-    fn read(&self, place: Place, z: &[f64]) -> f64 {
-        let index = place.index as usize;
-        match place.area {
-            Area::Data => self.memory.data[index],
-            Area::Unknown => z[index],
-            Area::Work => self.memory.work[index],
-            _ => 0.0,
-        }
-    }
-
-    /// Restores everything but the given parameters to its value before `bind`.
-    fn reset(&mut self) {
-        let layout = &self.loaded.model.area;
-        let first_given = layout.parameters.end as usize;
-        let given = first_given..first_given + 2 * layout.given.iter().flatten().count();
-        let kept: Vec<f64> = self.memory.data[given.clone()].to_vec();
-        self.memory.data.fill(0.0);
-        self.memory.data[given].copy_from_slice(&kept);
-        for &(index, value) in &layout.preset {
-            self.memory.data[index as usize] = value;
-        }
-        for &(index, given) in &self.loaded.model.parameters.unbound {
-            self.memory.data[index as usize] = self.memory.data[given.value as usize];
-        }
-    }
-
-    /// Puts the choices of states where the equations read them.
-    fn write_choices(&mut self) {
-        let range = self.loaded.model.area.chosen.clone();
-        let chosen = &mut self.memory.data[range.start as usize..range.end as usize];
-        for (set, choice) in self.loaded.model.candidates.iter().zip(&self.memory.choices) {
-            set.write(choice, chosen);
-        }
-    }
-}
-
-fn scratch_length(loaded: &Loaded) -> usize {
-    let length = |code: &PlanRoutines| match &code.jacobian {
-        JacobianForm::Partials(_, accumulation, _) => accumulation.length,
-        JacobianForm::Entries(_) => 0,
-    };
-    length(&loaded.model.routines.simulation).max(length(&loaded.model.routines.initial))
-}
+use crate::clock::Clock;
+use crate::instance::{Instance, Point};
+use crate::program::HOMOTOPY;
+use crate::selection::CandidateSet;
 
 impl DaeSystem for Instance {
     fn structure(&self) -> &Structure {
@@ -238,14 +29,7 @@ impl DaeSystem for Instance {
     }
 
     fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError> {
-        let given = self.loaded.model.area.given.get(index).copied().flatten();
-        let given = given.ok_or(ParameterError::NotSettable)?;
-        if !fits(&self.loaded.model.parameters.kinds[index], value) {
-            return Err(ParameterError::BadValue);
-        }
-        self.memory.data[given.flag as usize] = 1.0;
-        self.memory.data[given.value as usize] = value;
-        Ok(())
+        self.give(index, value)
     }
 
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
@@ -451,15 +235,4 @@ impl DaeSystem for Instance {
         self.set_time(t0, true);
         self.find_failure(true, Point { unknown: z, rate: &[] })
     }
-}
-
-/// True if the parameter of this type may take the value.
-fn fits(kind: &ValueKind, value: f64) -> bool {
-    value.is_finite()
-        && match kind {
-            ValueKind::Real => true,
-            ValueKind::Integer => value.fract() == 0.0,
-            ValueKind::Boolean => value == 0.0 || value == 1.0,
-            ValueKind::Enumeration(literals) => value.fract() == 0.0 && value >= 1.0 && value <= literals.len() as f64,
-        }
 }

@@ -4,44 +4,12 @@
 //! (Modelica 3.6, sections 3.5 and 8.5).  So one time can have two events, first that of all relations that change at it,
 //! then that of those that change right after it; the first pass of the second one moves the clock to the right side.  What
 //! a relation is follows from where the clock stands and never from comparing its sides, which rounding may have moved;
-//! whether an instant has come is asked of [`Instants`] alone, so every relation changes in an event, none between two.
+//! whether an instant has come is asked of [`hyd_system::Instants`] alone, so every relation changes in an event, none between two.
 
-use hyd_system::{Instants, TimeEvent};
+use hyd_system::TimeEvent;
 
+use crate::instance::{Instance, Point};
 use crate::routines::{EventRoutines, TimedRelation};
-use crate::system::{Instance, Point};
-
-/// Where the clock stands.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Clock {
-    /// The instants of the run.
-    pub instants: Instants,
-    /// The time to whose right side an event has moved the clock (s).
-    right_of: Option<f64>,
-    /// The next event moves it to the right side of this time (s).
-    announced: Option<f64>,
-}
-
-impl Clock {
-    /// The clock of a run that starts at this time (s).
-    pub(crate) fn of_run(start: f64) -> Self {
-        Self { instants: Instants::of_run(start), right_of: None, announced: None }
-    }
-
-    fn stands_right_of(&self, t: f64) -> bool {
-        self.right_of.is_some_and(|right_of| self.instants.same(right_of, t))
-    }
-
-    /// What a relation is at `t`; none where its instant is not known.
-    fn truth(&self, relation: &TimedRelation, instant: f64, t: f64) -> Option<bool> {
-        if instant.is_nan() {
-            return None;
-        }
-        let now = self.instants.same(instant, t);
-        let changed = if now { !relation.right_after || self.stands_right_of(t) } else { instant < t };
-        Some(changed == relation.rises)
-    }
-}
 
 impl Instance {
     /// See [`hyd_system::DaeSystem::next_time_event`].

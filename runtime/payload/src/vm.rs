@@ -9,8 +9,6 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_symbolic::{Function, Machine, Node, NodeId, operate, post_order};
 use rustc_hash::FxHashMap;
 
-use crate::ahead::Search;
-use crate::interval::Enclosure;
 use crate::memory::{Extents, Memory};
 use crate::program::{Address, Area, HOMOTOPY, INITIAL, Kernel, Program, RoutineId, TABLE_SIGN, TIME};
 
@@ -20,7 +18,7 @@ pub struct Vm {
     pub(crate) routines: IndexVec<RoutineId, Vec<Tape>>,
     pub(crate) tables: Vec<u32>,
     extents: Extents,
-    longest: usize,
+    pub(crate) longest: usize,
     pub(crate) machine: Machine,
 }
 
@@ -84,41 +82,6 @@ impl Vm {
             }
         });
         fault
-    }
-
-    /// Encloses what a routine of time and data alone computes while the time runs through an interval (s), into `out` and `work` of
-    /// the search.
-    pub(crate) fn enclose(&self, routine: RoutineId, (low, high): (f64, f64), data: &[f64], search: &mut Search) {
-        let Search { work, registers, out, .. } = search;
-        registers.resize(self.longest, Enclosure::ALL);
-        let time = Enclosure::time(low, high);
-        for tape in &self.routines[routine] {
-            for instance in 0..tape.count {
-                for (k, &node) in tape.operations.iter().enumerate() {
-                    registers[k] = match node {
-                        Node::Slot(slot) => match place(&tape.slots[slot.index()], instance, &self.tables) {
-                            (Area::Data, TIME, _) => time,
-                            (Area::Data, index, true) => Enclosure::constant(-data[index as usize]),
-                            (Area::Data, index, false) => Enclosure::constant(data[index as usize]),
-                            (Area::Work, index, true) => work[index as usize].neg(),
-                            (Area::Work, index, false) => work[index as usize],
-                            _ => Enclosure::ALL,
-                        },
-                        Node::Time => time,
-                        Node::Initial => Enclosure::constant(0.0),
-                        Node::Homotopy => Enclosure::constant(data[HOMOTOPY as usize]),
-                        _ => Enclosure::operate(node, |id| registers[id.index()]),
-                    };
-                }
-                for &(position, ref to) in &tape.stores {
-                    match place(to, instance, &self.tables) {
-                        (Area::Work, index, _) => work[index as usize] = registers[position],
-                        (Area::Out, index, _) => out[index as usize] = registers[position],
-                        _ => {}
-                    }
-                }
-            }
-        }
     }
 
     fn run(
