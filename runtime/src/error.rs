@@ -9,9 +9,9 @@ use std::io;
 use hyd_system::{AssertionReport, DaeSystem, EquationInfo, EvalFailure, RootInfo};
 
 use crate::OptionError;
-use crate::bdf::{StepFailure, StepFault};
+use crate::corrector::damped::NewtonFailure;
+use crate::corrector::{StepFailure, StepFault};
 use crate::initial::consistent::Inconsistent;
-use crate::newton::NewtonFailure;
 use crate::problem::Problem;
 
 /// What the solver was doing.

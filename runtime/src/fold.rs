@@ -8,7 +8,7 @@
 //! nonlinear eigenvalue problems" (1977); Allgower, Georg 2003, *Introduction to Numerical Continuation Methods*,
 //! chapters 2 and 6.  Finds the first root on the curve, which need not be the nearest in space.
 
-use crate::newton::Target;
+use crate::corrector::damped::Target;
 use hyd_system::math::square;
 
 /// First, smallest and largest step along the curve.

@@ -2,7 +2,7 @@
 //!
 //! [`simulate`] runs a [`hyd_system::DaeSystem`] once, a [`Simulator`] keeps its work space for many runs, and a
 //! [`ModelFunction`] maps parameter values to outputs and their derivatives.  The parts: `initial`
-//! finds consistent values, `bdf` and `esdirk` step, `integrator` chooses between them, `events` finds and settles
+//! finds consistent values, `bdf` and `esdirk` step with one `corrector`, `integrator` chooses between them, `events` finds and settles
 //! events, `sensitivity` carries derivatives along, `output` writes rows, `linear` factors matrices.  Every outcome comes
 //! with [`Statistics`]; every failure is a [`SolveError`] that says when, where and in which variable.  The crate knows no
 //! compiler and no file format.
@@ -22,6 +22,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 mod bdf;
+mod corrector;
 mod delay;
 mod error;
 mod esdirk;
@@ -35,7 +36,6 @@ mod linear;
 mod linearize;
 mod loops;
 mod message;
-mod newton;
 mod options;
 mod output;
 mod problem;

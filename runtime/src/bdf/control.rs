@@ -7,8 +7,7 @@
 //! or must shrink, so that the iteration matrix keeps its value.
 //! Source: Brenan, Campbell, Petzold 1996, section 5.2.4 and 5.2.5.
 
-use super::MAX_ORDER;
-use super::history::History;
+use super::history::{History, MAX_ORDER};
 use crate::tiled::Tiled;
 use crate::weights::Weights;
 use hyd_system::math::{exp, ln};

@@ -11,8 +11,10 @@
 //! of order j; `gamma_j` derivative of the predictor's j-th basis polynomial; `steady` number of steps of equal size and
 //! order.  At order `k` only `phi_0..phi_{k+1}` are meaningful.
 
-use super::MAX_ORDER;
 use crate::tiled::{LANES, Tile, Tiled, over_tiles};
+
+/// Highest order; BDF of order 6 has too small a region of stability.
+pub(super) const MAX_ORDER: usize = 5;
 
 /// Number of stored differences: orders 0 to 6.
 const STORED: usize = MAX_ORDER + 2;

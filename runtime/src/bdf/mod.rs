@@ -1,26 +1,22 @@
 //! Variable-order, variable-step BDF for `F(t, y, y') = 0`.
 //!
-//! One step: set the coefficients and predict ([`history`]), correct ([`correct`]), test the error and choose what comes next
+//! One step: set the coefficients and predict ([`history`]), correct ([`crate::corrector`]), test the error and choose what comes next
 //! ([`control`]); repeat with a smaller step when a part fails.  Fixed-leading-coefficient formulas of order 1 to 5
 //! in modified divided differences after Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in
 //! Differential-Algebraic Equations" (SIAM 1996), chapter 5, with the heuristics of Hindmarsh et al., ACM TOMS 31 (2005) 363.
 //! A step allocates nothing.  The integrator knows no events and no output: it stops where it is told.
 
 mod control;
-pub(crate) mod correct;
 mod history;
 
 use hyd_system::Structure;
 
+use crate::corrector::{Correction, Corrector, Prediction, StepFailure, StepFault};
 use crate::problem::Problem;
 use crate::tiled::Tiled;
 use crate::weights::Weights;
 use control::{Estimates, Selection};
-use correct::{Correction, Corrector, Prediction};
-use history::History;
-
-/// Highest order; BDF of order 6 has too small a region of stability.
-pub(crate) const MAX_ORDER: usize = 5;
+use history::{History, MAX_ORDER};
 
 /// Renew the matrix when `c/c_J` leaves this range.
 const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.6..=1.0 / 0.6;
@@ -37,47 +33,6 @@ const MOST_STUCK: u32 = 1000;
 
 /// Failed attempts of one kind after which a step is given up.
 const MOST_FAILURES: u32 = 12;
-
-/// What prevents a step.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) enum StepFault {
-    /// The error test fails however small the step.
-    Error,
-    /// Newton's method does not converge however small the step.
-    Convergence,
-    /// The residual or Jacobian is not finite however small the step.
-    NotFinite,
-    /// The iteration matrix is singular however small the step.
-    Singular,
-}
-
-/// A step that could not be done; the integrator stands at the last accepted point.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct StepFailure {
-    pub(crate) fault: StepFault,
-    /// Time stepped to (s) and size of the last attempt (s).
-    pub(crate) t: f64,
-    pub(crate) h: f64,
-    pub(crate) order: usize,
-    /// Residual row at fault, if known.
-    pub(crate) row: Option<usize>,
-    /// Unknown at fault, if known.
-    pub(crate) unknown: Option<usize>,
-}
-
-impl StepFailure {
-    /// The failure behind a correction that did not converge; `failure` makes one of a fault, where nothing is known of
-    /// row and unknown.
-    pub(crate) fn of_correction(outcome: Correction, failure: impl FnOnce(StepFault) -> Self) -> Self {
-        let at_fault = |row, column, failure| Self { row: Some(row), unknown: Some(column), ..failure };
-        match outcome {
-            Correction::Converged | Correction::Diverged => failure(StepFault::Convergence),
-            Correction::NotFinite => failure(StepFault::NotFinite),
-            Correction::SlopeNotFinite { row, column } => at_fault(row, column, failure(StepFault::NotFinite)),
-            Correction::Singular { row, column } => at_fault(row, column, failure(StepFault::Singular)),
-        }
-    }
-}
 
 /// The integrator with all its work space.
 pub(crate) struct Bdf {

@@ -13,6 +13,7 @@
 //! are iterated to rest within an evaluation.
 
 mod breaks;
+mod levels;
 mod past;
 mod polynomial;
 mod record;
@@ -22,6 +23,7 @@ mod tangents;
 use hyd_system::{DelaySite, Instants, Structure};
 
 use breaks::Breaks;
+use levels::Levels;
 use past::{Past, Spot, Wanted};
 
 pub(crate) use record::Recorder;
@@ -73,7 +75,7 @@ pub(crate) struct DelayWork {
     cached: Option<f64>,
     tolerance: f64,
     limits: Vec<f64>,
-    record: record::Record,
+    record: Levels,
     /// In runs with derivatives: their past, and the time (s) up to which they have come.
     derived: Option<Box<tangents::Derived>>,
     kept_from: f64,
@@ -99,7 +101,7 @@ impl DelayWork {
             anchor_values: zero(),
             begun: zero(),
             limits: zero(),
-            record: record::Record::new(n, structure.unknowns),
+            record: Levels::new(n, structure.unknowns),
             ..Self::default()
         }
     }

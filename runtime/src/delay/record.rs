@@ -12,31 +12,9 @@ use crate::problem::Problem;
 use crate::weights::Weights;
 use hyd_system::math;
 
-/// Most halvings of a step.
-const MOST_HALVINGS: usize = 10;
 /// The part of the tolerance that the recorded past may be wrong by.
 const PART_OF_TOLERANCE: f64 = 0.1;
 const ERROR_CONSTANT: f64 = 0.030;
-
-/// Work space.
-#[derive(Default)]
-pub(super) struct Record {
-    /// Values at the nodes per halving.
-    levels: Vec<Vec<f64>>,
-    y: Vec<f64>,
-    yp: Vec<f64>,
-}
-
-impl Record {
-    pub(super) fn new(sites: usize, unknowns: usize) -> Self {
-        let levels = if sites == 0 { 0 } else { MOST_HALVINGS + 1 };
-        Self {
-            levels: (0..levels).map(|_| vec![0.0; NODES * sites]).collect(),
-            y: vec![0.0; if sites == 0 { 0 } else { unknowns }],
-            yp: vec![0.0; if sites == 0 { 0 } else { unknowns }],
-        }
-    }
-}
 
 /// What a step is recorded from.
 pub(crate) struct Recorder<'r, 'p> {

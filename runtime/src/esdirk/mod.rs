@@ -16,8 +16,7 @@ pub(crate) mod tableau;
 
 use hyd_system::Structure;
 
-use crate::bdf::correct::{Correction, Corrector, Prediction};
-use crate::bdf::{StepFailure, StepFault};
+use crate::corrector::{Correction, Corrector, Prediction, StepFailure, StepFault};
 use crate::problem::Problem;
 use crate::tiled::Tiled;
 use crate::weights::Weights;

@@ -9,9 +9,9 @@
 use hyd_system::math::square;
 use hyd_system::{DaeSystem, Pattern, StateChoice, Structure};
 
+use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::fold;
 use crate::linear::{FactorError, LinearSolver, MergedPattern};
-use crate::newton::{Newton, NewtonFailure, Target};
 use crate::problem::Problem;
 use crate::weights::{Weights, largest};
 

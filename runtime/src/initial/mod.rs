@@ -11,11 +11,11 @@ pub(crate) mod consistent;
 
 use hyd_system::{DaeSystem, EventPhase, Pattern, Structure};
 
+use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::error::{SolveError, Stage};
 use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
 use crate::loops::{judge, judge_initial};
-use crate::newton::{Newton, NewtonFailure, Target};
 use crate::problem::{Problem, all_finite};
 use crate::sensitivity::Sensitivity;
 use crate::weights::{Weights, largest};

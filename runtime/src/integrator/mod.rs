@@ -9,7 +9,8 @@ mod phases;
 
 use hyd_system::{DaeSystem, Structure};
 
-use crate::bdf::{Bdf, StepFailure};
+use crate::bdf::Bdf;
+use crate::corrector::StepFailure;
 use crate::esdirk::{Esdirk, ORDER};
 use crate::first_step::FirstSteps;
 use crate::problem::Problem;

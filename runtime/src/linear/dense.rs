@@ -8,7 +8,7 @@ use hyd_system::Pattern;
 use nalgebra::linalg::{gauss_step, gauss_step_swap};
 use nalgebra::{DMatrix, DVectorViewMut};
 
-use super::{FactorError, PIVOT_FLOOR, subtract};
+use super::factor::{FactorError, PIVOT_FLOOR, subtract};
 use crate::tiled::Tile;
 
 /// The factors of one matrix.

@@ -8,7 +8,7 @@
 
 use hyd_system::wide;
 
-use super::small::Pivot;
+use super::pivot::Pivot;
 use crate::tiled::{LANES, Tile};
 
 /// Matrices of more rows have no inverse here: it takes longer to make than products save, and zeros of the factors are

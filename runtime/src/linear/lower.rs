@@ -3,7 +3,7 @@
 //! Taken column by column a row waits for its last change to come back from memory before the next one; by rows it stays
 //! in a register.  The order of its changes is that of the pivots either way, so sums are the same to the bit.
 
-use super::small::Pivot;
+use super::pivot::Pivot;
 
 /// One product: value `source` times factor `place`.
 #[derive(Clone, Copy)]

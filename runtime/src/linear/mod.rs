@@ -8,9 +8,11 @@
 //! Computations", section 3.5.2.
 
 mod dense;
+mod factor;
 mod inverse;
 mod lower;
 mod merge;
+mod pivot;
 mod pivoting;
 mod small;
 mod sparse;
@@ -18,10 +20,12 @@ mod tail;
 
 use hyd_system::Pattern;
 
+pub(crate) use factor::{FactorError, subtract};
 pub(crate) use merge::MergedPattern;
 
-use crate::tiled::{LANES, Tile, Tiled};
+use crate::tiled::{Tile, Tiled};
 use dense::Dense;
+use factor::idle_column;
 use small::Small;
 use sparse::Sparse;
 
@@ -30,28 +34,6 @@ use sparse::Sparse;
 const SMALL_LIMIT: usize = 40;
 
 const _: () = assert!(SMALL_LIMIT <= pivoting::MOST, "the search for pivots has room for the largest");
-
-/// A pivot below this, relative to the largest entry of its scaled column, counts as zero.
-const PIVOT_FLOOR: f64 = 4.0 * f64::EPSILON;
-
-/// Why a matrix cannot be factored.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum FactorError {
-    /// Unknown `column` is not determined; `row` is the equation left without a pivot for it.
-    Singular {
-        /// Row without pivot.
-        row: usize,
-        /// Column without pivot.
-        column: usize,
-    },
-    /// An entry is not finite.
-    NotFinite {
-        /// Row of the entry.
-        row: usize,
-        /// Column of the entry.
-        column: usize,
-    },
-}
 
 enum Kernel {
     Small(Box<Small>),
@@ -187,27 +169,9 @@ impl LinearSolver {
     }
 }
 
-/// For an empty row: a column that is empty too, else the column the pattern has in that row, else the row's number.
-fn idle_column(pattern: &Pattern, values: &[f64], row: usize) -> usize {
-    let columns = 0..pattern.columns();
-    let empty = columns.clone().find(|&c| pattern.column(c).all(|e| values[e] == 0.0));
-    let touching = || columns.clone().find(|&c| pattern.column(c).any(|e| pattern.row_indices[e] as usize == row));
-    empty.or_else(touching).unwrap_or(row)
-}
-
 fn scale_tiles(b: &mut [Tile], count: usize, scale: &[f64]) {
     for (values, scale) in b.chunks_exact_mut(count).zip(scale) {
         values.iter_mut().flatten().for_each(|value| *value *= scale);
-    }
-}
-
-/// `b -= factor * x`
-#[inline(always)]
-pub(crate) fn subtract(b: &mut [Tile], factor: f64, x: &[Tile]) {
-    for (b, x) in b.iter_mut().zip(x) {
-        for lane in 0..LANES {
-            b[lane] -= factor * x[lane];
-        }
     }
 }
 
@@ -215,6 +179,7 @@ pub(crate) fn subtract(b: &mut [Tile], factor: f64, x: &[Tile]) {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::tiled::LANES;
     use proptest::prelude::*;
 
     /// Values of a band matrix with a few far entries, and `A x` for a known x.

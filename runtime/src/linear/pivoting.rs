@@ -4,7 +4,7 @@
 //! have the fewest others, of equal ones the largest (Duff, Erisman, Reid, "Direct Methods for Sparse Matrices", Oxford
 //! 2017, sections 5.2 and 7.2).  Rows of a column are the bits of a word, so that a search meets entries only.
 
-use super::{FactorError, PIVOT_FLOOR};
+use super::factor::{FactorError, PIVOT_FLOOR};
 
 /// A pivot is at least this part of the largest scaled entry of its column when it is chosen.
 const THRESHOLD: f64 = 0.1;

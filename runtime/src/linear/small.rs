@@ -11,11 +11,12 @@ use std::ops::Range;
 
 use hyd_system::{Pattern, wide};
 
+use super::factor::{FactorError, PIVOT_FLOOR, idle_column, subtract};
 use super::inverse;
 use super::lower::Lower;
+use super::pivot::Pivot;
 use super::pivoting::Pivoting;
 use super::tail::Tail;
-use super::{FactorError, PIVOT_FLOOR, idle_column, subtract};
 use crate::tiled::{LANES, Tile};
 
 /// A pivot smaller than this, relative to the largest candidate of its column, asks for a new choice.
@@ -24,22 +25,6 @@ const PIVOT_DRIFT: f64 = 1e-6;
 const FULL: f64 = 0.35;
 /// So many operations are always few.
 const FEW: usize = 200;
-
-/// One elimination step: where it stands in the lists.
-#[derive(Clone, Copy, Default, Debug)]
-pub(super) struct Pivot {
-    pub(super) row: u32,
-    pub(super) column: u32,
-    /// Position of the pivot; its row of U follows, then its column of L.
-    pub(super) at: u32,
-    /// Numbers of entries in both.
-    upper: u32,
-    lower: u32,
-    /// Where its targets begin.
-    targets: u32,
-    /// Size, relative to the largest of its row, below which it counts as vanished.
-    pub(super) floor: f64,
-}
 
 impl Pivot {
     /// The same of a matrix in which it stands elsewhere.

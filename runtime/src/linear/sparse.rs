@@ -15,7 +15,7 @@ use faer::sparse::linalg::{LuError, amd, colamd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use hyd_system::Pattern;
 
-use super::{FactorError, PIVOT_FLOOR, subtract};
+use super::factor::{FactorError, PIVOT_FLOOR, subtract};
 use crate::tiled::{LANES, Tile};
 
 /// A pivot smaller than this, relative to the largest candidate of its column, asks for a new pivot order.

@@ -7,7 +7,7 @@
 use hyd_system::Pattern;
 
 use super::inverse::{self, Inverse};
-use super::small::Pivot;
+use super::pivot::Pivot;
 use crate::tiled::{LANES, Tile};
 
 /// Fewer pivots are as well eliminated.

@@ -21,10 +21,10 @@ use std::sync::Arc;
 use hyd_system::{Along, DaeSystem, Direction, DirectionError, Place, Settable, Structure, Tables, Tangents};
 
 use crate::OptionError;
+use crate::corrector::damped::NewtonFailure;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Inconsistent;
 use crate::linear::FactorError;
-use crate::newton::NewtonFailure;
 use crate::problem::Problem;
 use breaks::Breaks;
 use linear::Matrices;

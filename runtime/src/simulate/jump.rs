@@ -9,7 +9,7 @@ use hyd_results::RowKind;
 use hyd_system::{DaeSystem, EquationInfo, EventPhase};
 
 use super::{Run, Simulator};
-use crate::bdf::{StepFailure, StepFault};
+use crate::corrector::{StepFailure, StepFault};
 use crate::error::{SolveError, Stage};
 use crate::events::iteration::settle;
 use crate::problem::Problem;

@@ -1,0 +1,12 @@
+//! Newton's method: the corrector that both integrators share, and the damped method for values from afar.
+//!
+//! [`modified`] corrects the prediction of a step with a matrix that is kept over steps; it knows a time, a leading coefficient and
+//! predicted values, and not which formula they come from.  [`damped`] solves where nothing is predicted: at the start, after events
+//! and along folds.  [`failure`] is what an integrator reports when corrections fail however small the step.
+
+pub(crate) mod damped;
+mod failure;
+mod modified;
+
+pub(crate) use failure::{StepFailure, StepFault};
+pub(crate) use modified::{Correction, Corrector, Prediction};
