@@ -9,8 +9,7 @@ use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, post_o
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::jacobian::reverse::WIDE;
-use crate::sorted::EqId;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// What occurs in `left - right` of a template.
 #[derive(Clone, Debug)]

@@ -15,8 +15,7 @@ use crate::explain::faults::{
     variable_of,
 };
 use crate::incidence::{Pattern, Unknowns, pattern};
-use crate::sorted::EqId;
-use crate::system::{EquationSystem, Reduction, Role};
+use crate::system::{EqId, EquationSystem, Reduction, Role};
 
 /// Equations that determine no derivative and no algebraic variable: they constrain states.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

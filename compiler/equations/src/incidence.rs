@@ -9,8 +9,7 @@ use hyd_structure::{Column, Entry, Incidence};
 use hyd_symbolic::SlotId;
 
 use crate::algebra::Algebra;
-use crate::sorted::EqId;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem};
 
 /// Unknowns by number and by target.
 #[derive(Clone, Debug)]

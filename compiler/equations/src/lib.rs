@@ -14,6 +14,7 @@ mod incidence;
 mod index_reduction;
 mod initial;
 pub mod jacobian;
+mod lists;
 mod parameter_values;
 mod plan;
 mod relations;
@@ -36,17 +37,17 @@ pub use explain::print::print_system;
 pub use explain::print_plan::{print_jacobian, print_sorted};
 pub use explain::variable::explain_variable;
 pub use index_reduction::reduce_index;
-pub use jacobian::{Lists, Places, PlanJacobian, PlanPlace, differentiate};
+pub use jacobian::{Places, PlanJacobian, PlanPlace, differentiate};
+pub use lists::Lists;
 pub use parameter_values::parameter_values;
 pub use plan::{LARGE, LONGEST_CHAIN, Loops, WIDE, WIDEST_SUPPORT};
 pub use relations::extract_relations;
 pub use roles::assign_roles;
 pub use sort::sort_system;
 pub use sorted::{
-    Assignment, Block, Blocks, Check, EqId, EventRelation, OperandRange, Plan, Redundant, Residual, SortedSystem,
-    Trigger, Unknown,
+    Assignment, Block, Blocks, Check, EventRelation, Plan, Redundant, Residual, SortedSystem, Trigger, Unknown,
 };
-pub use system::{Candidate, Equation, EquationSystem, Reduction, Resolution, Role, Selection};
+pub use system::{Candidate, EqId, Equation, EquationSystem, OperandRange, Reduction, Resolution, Role, Selection};
 pub use verify::verify;
 pub use verify_system::verify_system;
 

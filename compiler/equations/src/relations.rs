@@ -14,8 +14,8 @@ use hyd_symbolic::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Known;
-use crate::sorted::{EqId, EventRelation, OperandRange, Trigger};
-use crate::system::EquationSystem;
+use crate::sorted::{EventRelation, Trigger};
+use crate::system::{EqId, EquationSystem, OperandRange};
 
 /// The system with `Held` operands, and the relations behind them.
 pub fn extract_relations(mut system: EquationSystem) -> (EquationSystem, Vec<EventRelation>) {

@@ -10,8 +10,7 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_symbolic::{Node, SlotId, alias};
 use hyd_system::{ValueKind, Variability};
 
-use crate::sorted::{EqId, OperandRange};
-use crate::system::{Equation, EquationSystem, Reduction, Resolution, Role};
+use crate::system::{EqId, Equation, EquationSystem, OperandRange, Reduction, Resolution, Role};
 
 /// The equation system of a flat model, all variables standing for themselves.
 ///

@@ -7,10 +7,8 @@
 use hyd_flat::{Section, Target};
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic, Outcome};
-use hyd_structure::Column;
 
 use crate::algebra::{Algebra, Known};
-use crate::alias::representative::block_of_variable;
 use crate::balance::{add_candidate, simulation_equations};
 use crate::explain::faults::explain_parts;
 use crate::incidence::{Unknowns, pattern};
@@ -19,11 +17,12 @@ use crate::initial::initial_plan;
 use crate::plan::bindings::{Bindings, sort_bindings};
 use crate::plan::dependent::judge_blocks;
 use crate::plan::discrete::{checks, reinits, sort_discrete, starts};
+use crate::plan::wishes::wishes;
 use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
-use crate::sorted::{EqId, Plan, Residual, SortedSystem};
+use crate::sorted::{Plan, Residual, SortedSystem};
 use crate::start_point::StartPoint;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 use crate::unseen_events::unseen_events;
 
 /// Sorts a system of index 1 or less.
@@ -130,17 +129,4 @@ fn simulation_plan(
         let diagnostic = Diagnostic::error(Code::Singular, "the continuous equations are structurally singular");
         Box::new(explain_parts(diagnostic, system, &pattern, &unknowns, &matching))
     })
-}
-
-/// Variables with a start value make good iteration variables, those of the translation bad ones.
-pub(crate) fn wishes(system: &EquationSystem, unknowns: &Unknowns) -> IndexVec<Column, i8> {
-    let blocks = block_of_variable(&system.flat);
-    let wish = |target: &Target| match *target {
-        Target::Var(v) => {
-            let block = &system.flat.variables.raw[blocks[v] as usize];
-            i8::from(block.has_start) - i8::from(block.made.is_some())
-        }
-        _ => 0,
-    };
-    IndexVec::from_vec(unknowns.targets.iter().map(wish).collect())
 }

@@ -6,26 +6,10 @@
 //! node plus the operands for its slots; expressions of one template share the node.
 
 use hyd_flat::{Target, VarId};
-use hyd_index::typed_index;
 use hyd_symbolic::NodeId;
 
-use crate::jacobian::Lists;
-use crate::system::{EquationSystem, Selection};
-
-typed_index!(
-    /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
-    EqId,
-    "eq"
-);
-
-/// Where the operands of an expression stand in [`EquationSystem::operands`]: slot `k` reads entry `first + k`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct OperandRange {
-    /// Operand of slot 0.
-    pub first: u32,
-    /// Number of slots.
-    pub len: u32,
-}
+use crate::lists::Lists;
+use crate::system::{EqId, EquationSystem, OperandRange, Selection};
 
 /// `target := value`
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -14,8 +14,8 @@ use rustc_hash::FxHashMap;
 
 use crate::algebra::Algebra;
 use crate::plan::bindings::{assignment, sort_bindings};
-use crate::sorted::{Assignment, OperandRange};
-use crate::system::{EquationSystem, Role};
+use crate::sorted::Assignment;
+use crate::system::{EquationSystem, OperandRange, Role};
 
 /// Values of variables and their derivatives at the start.
 pub(crate) struct StartPoint {

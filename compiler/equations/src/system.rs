@@ -1,10 +1,23 @@
 //! The equation system: the flat model after alias elimination, with a role for every variable.
 
 use hyd_flat::{ConstId, FlatModel, Operand, VarId};
-use hyd_index::IndexVec;
+use hyd_index::{IndexVec, typed_index};
 use hyd_symbolic::TemplateId;
 
-use crate::sorted::{EqId, OperandRange};
+typed_index!(
+    /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
+    EqId,
+    "eq"
+);
+
+/// Where the operands of an expression stand in [`EquationSystem::operands`]: slot `k` reads entry `first + k`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OperandRange {
+    /// Operand of slot 0.
+    pub first: u32,
+    /// Number of slots.
+    pub len: u32,
+}
 
 /// What a variable is for the solver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

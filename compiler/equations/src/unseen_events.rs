@@ -15,8 +15,8 @@ use rustc_hash::FxHashMap;
 use crate::algebra::Known;
 use crate::explain::faults::equation_span;
 use crate::relations::is_fixed_between_events;
-use crate::sorted::{EventRelation, OperandRange, Plan, Trigger};
-use crate::system::EquationSystem;
+use crate::sorted::{EventRelation, Plan, Trigger};
+use crate::system::{EquationSystem, OperandRange};
 
 /// What a value that depends on nothing but time and data needs.
 #[derive(Clone, Copy, Default)]

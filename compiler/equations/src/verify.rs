@@ -8,7 +8,8 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_symbolic::{NodeId, contains_event, slots};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::sorted::{Assignment, EqId, OperandRange, Plan, SortedSystem};
+use crate::sorted::{Assignment, Plan, SortedSystem};
+use crate::system::{EqId, OperandRange};
 
 /// What is wrong, if anything is.
 pub fn verify(sorted: &SortedSystem) -> Result<(), String> {

@@ -18,8 +18,7 @@ use rustc_hash::FxHashMap;
 use crate::alias::classes::Classes;
 use crate::alias::representative::choose_representatives;
 use crate::alias::specialize::{Change, Specializer};
-use crate::sorted::{EqId, OperandRange};
-use crate::system::{Equation, EquationSystem, Resolution, Role};
+use crate::system::{EqId, Equation, EquationSystem, OperandRange, Resolution, Role};
 
 /// More rounds than this are not made; each needs a new zero behind a chain of equations.
 const MOST_ROUNDS: usize = 64;

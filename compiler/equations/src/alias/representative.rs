@@ -9,8 +9,7 @@ use hyd_flat::{FlatModel, PerElement, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 
 use crate::alias::classes::Classes;
-use crate::sorted::EqId;
-use crate::system::{EquationSystem, Resolution};
+use crate::system::{EqId, EquationSystem, Resolution};
 
 /// Smaller is kept: no state, `stateSelect` from always to never, no fixed start, no start, internal, path depth.
 type Rank = (bool, u8, bool, bool, bool, u32, VarId);

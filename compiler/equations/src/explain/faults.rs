@@ -13,8 +13,7 @@ use hyd_symbolic::{Node, Template};
 use rustc_hash::FxHashSet;
 
 use crate::incidence::{Pattern, Unknowns};
-use crate::sorted::EqId;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem};
 
 /// At most so many names or labels of a kind.
 const MOST_NAMED: usize = 8;

@@ -6,7 +6,8 @@
 use hyd_flat::Target;
 use rustc_hash::FxHashMap;
 
-use crate::sorted::{EqId, OperandRange, SortedSystem};
+use crate::sorted::SortedSystem;
+use crate::system::{EqId, OperandRange};
 
 /// A square matrix of occurrences.
 #[derive(Clone, Debug, Default)]

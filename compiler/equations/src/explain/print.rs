@@ -10,8 +10,7 @@ use hyd_flat::{Section, VarId};
 use hyd_symbolic::NodeId;
 
 use crate::explain::faults::equation_text;
-use crate::sorted::{EqId, OperandRange};
-use crate::system::{EquationSystem, Resolution, Role};
+use crate::system::{EqId, EquationSystem, OperandRange, Resolution, Role};
 
 /// Longer runs of one template show the first two and the last.
 pub(crate) const LONGEST_RUN: usize = 8;

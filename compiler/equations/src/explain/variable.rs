@@ -15,8 +15,8 @@ use rustc_hash::FxHashMap;
 use crate::explain::faults::{counted, equation_text, first_of, variable_of};
 use crate::explain::print::equation;
 use crate::plan::linearity::{block_targets, is_linear};
-use crate::sorted::{Assignment, Block, EqId, Plan, SortedSystem};
-use crate::system::{EquationSystem, Resolution, Role, Selection};
+use crate::sorted::{Assignment, Block, Plan, SortedSystem};
+use crate::system::{EqId, EquationSystem, Resolution, Role, Selection};
 
 /// Characters of a line; the place in the text follows anyway.
 const LONGEST_LINE: usize = 200;

@@ -28,8 +28,7 @@ use crate::index_reduction::state_select::{check_always, with_wished_states};
 use crate::index_reduction::structure::{ReductionPlan, plan_reduction};
 use crate::index_reduction::time_derivative::{append_derivatives, replace_rates};
 use crate::index_reduction::vanishing::{fix_at_zero, vanishing_parameters};
-use crate::sorted::EqId;
-use crate::system::{Equation, EquationSystem};
+use crate::system::{EqId, Equation, EquationSystem};
 
 /// Alias elimination between rounds may uncover further constraints; more rounds than this mean a fault.
 const MOST_ROUNDS: usize = 8;

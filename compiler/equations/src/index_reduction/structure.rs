@@ -16,9 +16,8 @@ use crate::alias::representative::block_of_variable;
 use crate::balance::simulation_unknowns;
 use crate::incidence::{Unknowns, pattern};
 use crate::index_reduction::time_derivative::NotDifferentiable;
-use crate::sorted::EqId;
 use crate::start_point::{StartPoint, typical};
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// An equation is differentiated at most as often as this; no model of a real thing comes near.
 const MOST_ORDER: u32 = 100;

@@ -14,8 +14,7 @@ use rustc_hash::FxHashMap;
 
 use crate::explain::faults::mark_equations;
 use crate::index_reduction::higher::Derivatives;
-use crate::sorted::EqId;
-use crate::system::{Equation, EquationSystem};
+use crate::system::{EqId, Equation, EquationSystem};
 
 /// What a slot reads while orders are still counted.
 #[derive(Clone, Copy)]

@@ -15,9 +15,8 @@ use crate::alias::representative::block_of_variable;
 use crate::balance::{simulation_equations, simulation_unknowns};
 use crate::incidence::{Pattern, pattern};
 use crate::plan::bindings::sort_bindings;
-use crate::sorted::EqId;
 use crate::start_point::StartPoint;
-use crate::system::{EquationSystem, Resolution, Role};
+use crate::system::{EqId, EquationSystem, Resolution, Role};
 
 /// The parameters at fault; none if there are none, or if the system is wrong otherwise.
 pub(crate) fn vanishing_parameters(system: &mut EquationSystem) -> Vec<VarId> {

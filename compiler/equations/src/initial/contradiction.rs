@@ -13,9 +13,8 @@ use rustc_hash::FxHashMap;
 
 use crate::algebra::Algebra;
 use crate::incidence::Pattern;
-use crate::sorted::{EqId, OperandRange};
 use crate::start_point::StartPoint;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem, OperandRange};
 
 /// An equation holds if it is violated by at most this, relative to its sides or to 1.
 pub(crate) const TOLERANCE: f64 = 1e-6;

@@ -18,9 +18,9 @@ use crate::algebra::Algebra;
 use crate::plan::bindings::Bindings;
 use crate::plan::dependent::dependent_rows;
 use crate::plan::linearity::block_targets;
-use crate::sorted::{Block, EqId, Plan};
+use crate::sorted::{Block, Plan};
 use crate::start_point::StartPoint;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// Larger parts are left to the start.
 const MOST_EQUATIONS: usize = 200;

@@ -11,8 +11,7 @@ use hyd_system::ValueKind;
 use crate::alias::representative::block_of_variable;
 use crate::incidence::Unknowns;
 use crate::initial::redundant::Conditions;
-use crate::sorted::EqId;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// Makes unknowns of the discrete variables in these equations that are not fixed; true if there are any.
 pub(crate) fn open_discrete(system: &mut EquationSystem, unknowns: &mut Unknowns, conditions: &Conditions) -> bool {

@@ -7,8 +7,7 @@ use hyd_system::{Variability, told_apart};
 
 use crate::explain::faults::mark_variables;
 use crate::initial::contradiction::TOLERANCE;
-use crate::sorted::EqId;
-use crate::system::{Equation, EquationSystem, Resolution};
+use crate::system::{EqId, Equation, EquationSystem, Resolution};
 
 /// Where the start is a number, too, it is compared here; the others become conditions `number = start` without an unknown, and are
 /// checked when the run starts.

@@ -7,8 +7,7 @@ use hyd_flat::Section;
 use hyd_symbolic::{Node, Template, TemplateId, contains_homotopy, rewrite};
 use rustc_hash::FxHashMap;
 
-use crate::sorted::EqId;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem};
 
 /// Equations with the templates they had.
 pub(crate) struct Simplified(Vec<(EqId, TemplateId)>);

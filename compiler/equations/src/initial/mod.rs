@@ -12,12 +12,13 @@ mod dependent_start;
 mod discrete_start;
 mod fixed_numbers;
 pub(crate) mod homotopy;
+mod matching;
 mod redundant;
 
 use hyd_flat::{EquationBlock, Operand, Section, StateSelect, Target, VarId};
 use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
-use hyd_structure::{Augmentation, Augmenter, Column, Matching, maximum_matching};
+use hyd_structure::{Augmentation, Augmenter, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -29,14 +30,15 @@ use crate::index_reduction::selection::dependent_at_start;
 use crate::initial::dependent_start::dependent_conditions;
 use crate::initial::discrete_start::open_discrete;
 use crate::initial::fixed_numbers::fixed_numbers;
+use crate::initial::matching::first_matching;
 use crate::initial::redundant::{Conditions, note_redundant, take_redundant};
 use crate::plan::bindings::Bindings;
 use crate::plan::discrete::discrete_start_slot;
+use crate::plan::wishes::wishes;
 use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
-use crate::sort::wishes;
-use crate::sorted::{EqId, Plan, Redundant};
+use crate::sorted::{Plan, Redundant};
 use crate::start_point::StartPoint;
-use crate::system::{Equation, EquationSystem, Resolution, Role};
+use crate::system::{EqId, Equation, EquationSystem, Resolution, Role};
 
 /// The initial plan, and the conditions that follow from others and are only checked; notes say which those are and which start
 /// values were taken as initial values.
@@ -359,17 +361,6 @@ fn add_plain_starts(system: &mut EquationSystem, variables: &[VarId]) -> Vec<EqI
         system.flat.equations.push(EquationBlock { section, made: false, template, count, operands, origin });
     }
     added
-}
-
-/// A matching that leaves states open rather than derivatives and algebraic variables, free parameters used last.
-pub(crate) fn first_matching(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Matching {
-    let class = |column: Column| match unknowns.targets[column] {
-        Target::Var(v) if !system.roles[v].is_continuous() => 2,
-        Target::Var(v) if system.roles[v].may_be_state() => 1,
-        _ => 0,
-    };
-    let classes = pattern.incidence.entry_table(|_, column| class(column));
-    maximum_matching(&pattern.incidence, Some(&classes))
 }
 
 /// States and free parameters by preference: a state whose rate a given-up condition speaks of, `stateSelect`, not dependent by the

@@ -17,9 +17,9 @@ use crate::algebra::Algebra;
 use crate::explain::faults::{explain_part, list_names, part_names, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::initial::contradiction::{Contradiction, find_contradiction, start_numbers};
-use crate::initial::first_matching;
-use crate::sorted::{EqId, Redundant, Residual};
-use crate::system::{EquationSystem, Resolution};
+use crate::initial::matching::first_matching;
+use crate::sorted::{Redundant, Residual};
+use crate::system::{EqId, EquationSystem, Resolution};
 
 /// Initial conditions by kind.
 #[derive(Clone)]

@@ -13,46 +13,9 @@ use hyd_symbolic::{NodeId, SlotId};
 use rustc_hash::FxHashMap;
 
 use crate::jacobian::reverse::partials;
-use crate::sorted::{OperandRange, Plan};
-use crate::system::EquationSystem;
-
-/// Lists of `T`, one per row, stored end to end.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Lists<T> {
-    /// Row `r` holds `items[starts[r]..starts[r + 1]]`; one longer than rows.
-    pub starts: Vec<u32>,
-    /// The items, row by row.
-    pub items: Vec<T>,
-}
-
-impl<T> Default for Lists<T> {
-    fn default() -> Self {
-        Self { starts: vec![0], items: Vec::new() }
-    }
-}
-
-impl<T> Lists<T> {
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    /// True without rows.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The items of a row.
-    pub fn row(&self, row: usize) -> &[T] {
-        &self.items[self.starts[row] as usize..self.starts[row + 1] as usize]
-    }
-
-    /// Appends a row.
-    pub fn push_row(&mut self, items: impl IntoIterator<Item = T>) {
-        self.items.extend(items);
-        self.starts.push(self.items.len() as u32);
-    }
-}
+use crate::lists::Lists;
+use crate::sorted::Plan;
+use crate::system::{EquationSystem, OperandRange};
 
 /// Partial derivatives and patterns of a [`Plan`] with `m` assignments, `n` unknowns and `n` residuals.
 ///

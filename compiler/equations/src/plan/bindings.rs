@@ -17,10 +17,10 @@ use crate::alias::representative::block_of_variable;
 use crate::balance::simulation_unknowns;
 use crate::explain::faults::{list_names, mark_equations};
 use crate::incidence::{Pattern, pattern};
-use crate::plan::order_by_level;
+use crate::plan::levels::order_by_level;
 use crate::relations::append;
-use crate::sorted::{Assignment, EqId};
-use crate::system::{EquationSystem, Role};
+use crate::sorted::Assignment;
+use crate::system::{EqId, EquationSystem, Role};
 
 /// The part of the system that is computed once.
 pub(crate) struct Bindings {

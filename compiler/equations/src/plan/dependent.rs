@@ -16,9 +16,9 @@ use crate::algebra::{Algebra, Known, is_clocked};
 use crate::explain::faults::{equation_text, list_names, mark_equations, mark_variables, variable_of};
 use crate::plan::bindings::Bindings;
 use crate::plan::linearity::block_targets;
-use crate::sorted::{Block, EqId, Plan};
+use crate::sorted::{Block, Plan};
 use crate::start_point::StartPoint;
-use crate::system::{EquationSystem, Role};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// Larger blocks are left to the start.
 const MOST_UNKNOWNS: usize = 100;

@@ -14,10 +14,10 @@ use crate::algebra::{Algebra, Known, Solvability};
 use crate::explain::faults::{counted, explain_parts, list_names, mark_equations};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::bindings::assignment;
-use crate::plan::order_by_level;
+use crate::plan::levels::order_by_level;
 use crate::relations::append;
-use crate::sorted::{Assignment, Check, EqId, Residual};
-use crate::system::{EquationSystem, Role};
+use crate::sorted::{Assignment, Check, Residual};
+use crate::system::{EqId, EquationSystem, Role};
 
 /// The discrete assignments, in order.
 pub(crate) fn sort_discrete(

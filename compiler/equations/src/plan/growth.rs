@@ -13,9 +13,8 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, gradient, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known};
-use crate::sorted::EqId;
 use crate::start_point::StartPoint;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem};
 
 /// Largest factor by which the assignments between two unknowns of the solver may multiply an error, relative to the size of the
 /// variables: of sixteen digits thirteen stay.

@@ -7,8 +7,8 @@ use hyd_flat::Target;
 use hyd_index::TypedIndex;
 use hyd_symbolic::{contains_slot, partial};
 
-use crate::sorted::{Block, OperandRange, Plan};
-use crate::system::EquationSystem;
+use crate::sorted::{Block, Plan};
+use crate::system::{EquationSystem, OperandRange};
 
 /// True if no equation of the block multiplies or otherwise bends the block's own unknowns.
 pub(crate) fn is_linear(system: &EquationSystem, plan: &Plan, block: Block<'_>) -> bool {

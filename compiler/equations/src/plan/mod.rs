@@ -10,8 +10,12 @@ pub(crate) mod bindings;
 pub(crate) mod dependent;
 pub(crate) mod discrete;
 mod growth;
+mod levels;
 pub(crate) mod linearity;
 mod support;
+pub(crate) mod wishes;
+
+pub use support::WIDEST_SUPPORT;
 
 use hyd_flat::{Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
@@ -23,17 +27,16 @@ use hyd_symbolic::{SlotId, partial, slots};
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::incidence::{Pattern, Unknowns};
 use crate::plan::growth::Growth;
+use crate::plan::levels::order_by_level;
 use crate::plan::support::Supports;
-use crate::sorted::{Assignment, EqId, Plan, Residual, Unknown};
+use crate::sorted::{Assignment, Plan, Residual, Unknown};
 use crate::start_point::StartPoint;
-use crate::system::EquationSystem;
+use crate::system::{EqId, EquationSystem};
 
 /// A system with more equations is large.
 pub const LARGE: usize = 1000;
 /// Longest chain of assignments in a large system.
 pub const LONGEST_CHAIN: u32 = 64;
-/// Most unknowns an assignment may depend on in a system of more equations than [`WIDE`].
-pub const WIDEST_SUPPORT: usize = 24;
 /// A system with more equations bounds what an assignment depends on: the Jacobian of a star of N branches would have N*N entries.
 pub const WIDE: usize = 64;
 
@@ -411,19 +414,4 @@ fn finish(mut plan: Plan) -> Plan {
     let position = order_by_level(&mut plan.assignments);
     plan.blocks.move_assignments(&position);
     plan
-}
-
-/// Sorts by level, then by expression, so that equal expressions are neighbours; returns where each entry went.
-pub(crate) fn order_by_level(assignments: &mut Vec<Assignment>) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..assignments.len() as u32).collect();
-    let key = |&k: &u32| (assignments[k as usize].level, assignments[k as usize].value);
-    if !order.is_sorted_by_key(key) {
-        order.sort_by_key(key);
-    }
-    let mut position = vec![0; order.len()];
-    for (new, &old) in order.iter().enumerate() {
-        position[old as usize] = new as u32;
-    }
-    *assignments = order.iter().map(|&old| assignments[old as usize]).collect();
-    position
 }

@@ -8,8 +8,10 @@ use hyd_index::IndexVec;
 use hyd_structure::Column;
 
 use crate::incidence::Unknowns;
-use crate::plan::WIDEST_SUPPORT;
 use crate::system::{EquationSystem, Role};
+
+/// Most unknowns an assignment may depend on in a system of more equations than [`crate::WIDE`].
+pub const WIDEST_SUPPORT: usize = 24;
 
 /// Supports of the assigned columns.
 pub(crate) struct Supports {
