@@ -9,7 +9,7 @@ use hyd_system::{DelaySite, RootInfo};
 use hyd_payload::SitePlaces;
 
 use crate::layout::{Layout, PlanPlaces};
-use crate::tables::span_of_variable;
+use crate::spans::span_of_variable;
 use hyd_source::Files;
 
 /// The places of all sites.

@@ -10,10 +10,14 @@
 mod c;
 mod candidates;
 mod delay;
+mod engine;
 mod layout;
 mod lower;
 mod model;
 pub mod native;
+mod nominals;
+mod shared;
+mod spans;
 mod system;
 mod tables;
 mod tangent;
@@ -23,5 +27,6 @@ mod tests;
 
 pub use hyd_payload::{Backend, memory, program, vm};
 pub use lower::{Jacobians, Options};
-pub use model::{CodeStatistics, CompiledModel, generate};
+pub use model::{CompiledModel, generate};
+pub use shared::CodeStatistics;
 pub use system::CompiledSystem;

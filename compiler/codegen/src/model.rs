@@ -6,8 +6,8 @@ use hyd_equations::{Plan, Redundant, SortedSystem, equation_text};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_payload::{
-    Backend, Check, Checked, DataArea, Engine, Experiment, Identity, InitialTransfer, Loaded, MessagePiece, Model,
-    Name, Names, OutputRow, Parameters, PlanRoutines, RowNames, Wrap,
+    Backend, Check, Checked, DataArea, Experiment, Identity, InitialTransfer, Loaded, MessagePiece, Model, Name, Names,
+    OutputRow, Parameters, PlanRoutines, RowNames, Wrap,
 };
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::{NodeId, contains_homotopy};
@@ -15,42 +15,20 @@ use hyd_system::{DelaySite, InitialStructure, InputSite, Pattern, Structure, Tab
 
 use crate::candidates::candidate_sets;
 use crate::delay::{site_places, sites};
+use crate::engine::code;
 use crate::layout::{Layout, Place};
 use crate::lower::{self, Jacobians, Lowered, Options};
-use crate::native;
-use crate::program::{Area, Program};
-use crate::system::CompiledSystem;
-use crate::tables::{Describe, output_row, row_equations, span_of};
-use crate::tangent::{TangentCode, output_variables};
-
-/// Sizes of the code.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct CodeStatistics {
-    /// Different expressions among assignments and residuals of the simulation.
-    pub templates: usize,
-    /// Kernels over all routines.
-    pub kernels: usize,
-    /// Bytes of machine code, 0 when interpreted.
-    pub code_bytes: usize,
-}
+use crate::nominals::nominals;
+use crate::program::Area;
+use crate::shared::{CodeStatistics, Shared};
+use crate::spans::span_of;
+use crate::tables::{Describe, output_row, row_equations};
+use crate::tangent::output_variables;
 
 /// A model ready to run.  Clones share code and tables.
 #[derive(Clone, Debug)]
 pub struct CompiledModel {
     pub(crate) shared: Arc<Shared>,
-}
-
-/// What the instances share.
-#[derive(Debug)]
-pub(crate) struct Shared {
-    pub loaded: Arc<Loaded>,
-    pub lowered: Lowered,
-    pub statistics: CodeStatistics,
-    pub backend: Backend,
-    /// Variable behind each output whose start value can be varied.
-    pub output_variables: Vec<Option<VarId>>,
-    /// Made when first asked for.
-    pub tangents: OnceLock<Result<Arc<TangentCode>, String>>,
 }
 
 /// Makes code for a sorted system.
@@ -68,17 +46,12 @@ pub fn generate(
     build(sorted, jacobians, files, options).map(|shared| CompiledModel { shared: Arc::new(shared) }).map_err(
         |reason| {
             let name = &sorted.system.flat.name;
-            Diagnostic::error(Code::Codegen, format!("no code could be made for `{name}`: {reason}"))
+            Diagnostic::error(Code::Codegen, format!("no code could be generated for `{name}`: {reason}"))
         },
     )
 }
 
 impl CompiledModel {
-    /// A further instance with its own memory; instances may run on different threads.
-    pub fn instantiate(&self) -> CompiledSystem {
-        CompiledSystem::new(self.shared.clone())
-    }
-
     /// The same model run by another backend; instances of this one stay as they are.
     ///
     /// # Errors
@@ -119,20 +92,6 @@ impl CompiledModel {
     pub fn fallback(&self) -> Option<&str> {
         self.shared.loaded.engine.fallback.as_deref()
     }
-}
-
-/// Code of a program, interpreted where none can be made or mapped.
-///
-/// # Errors
-/// A sentence, when the program is inconsistent.
-pub(crate) fn engine(program: Arc<Program>, backend: Backend) -> Result<Engine, String> {
-    Engine::new(code(&program, backend)?, program, backend)
-}
-
-/// Machine code; none where it is not wanted or not possible.
-fn code(program: &Program, backend: Backend) -> Result<Option<Arc<hyd_payload::Code>>, String> {
-    let wanted = backend == Backend::Native && native::is_supported();
-    wanted.then(|| native::compile(program).map(Arc::new)).transpose()
 }
 
 fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options: &Options) -> Result<Shared, String> {
@@ -298,20 +257,6 @@ fn inputs(sorted: &SortedSystem) -> Vec<InputSite> {
     (0..system.flat.driven_inputs())
         .map(|k| InputSite { name: name(k).into(), differentiated: rates.contains(&k) })
         .collect()
-}
-
-/// Nominal values of variables, one where the text gives none.
-pub(crate) fn nominals(sorted: &SortedSystem, targets: impl Iterator<Item = Target>) -> Vec<f64> {
-    let flat = &sorted.system.flat;
-    let nominal = |target: Target| match target {
-        Target::Var(v) => {
-            let (block, k) = flat.locate(v);
-            flat.variables[block].nominal.get(k)
-        }
-        _ => None,
-    };
-    let positive = |value: &f64| value.is_finite() && *value > 0.0;
-    targets.map(|target| nominal(target).map(f64::abs).filter(positive).unwrap_or(1.0)).collect()
 }
 
 fn parameters(sorted: &SortedSystem, layout: &Layout) -> Parameters {

@@ -11,7 +11,8 @@ use hyd_system::{
     StateChoice, Structure, Tables, Tangents, TimeEvent,
 };
 
-use crate::model::{CompiledModel, Shared};
+use crate::model::CompiledModel;
+use crate::shared::Shared;
 use crate::tangent::TangentMemory;
 
 /// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
@@ -23,8 +24,15 @@ pub struct CompiledSystem {
     pub(crate) tangents: Option<Box<TangentMemory>>,
 }
 
+impl CompiledModel {
+    /// A further instance with its own memory; instances may run on different threads.
+    pub fn instantiate(&self) -> CompiledSystem {
+        CompiledSystem::new(self.shared.clone())
+    }
+}
+
 impl CompiledSystem {
-    pub(crate) fn new(shared: Arc<Shared>) -> Self {
+    fn new(shared: Arc<Shared>) -> Self {
         Self { instance: shared.loaded.instantiate(), shared, tangents: None }
     }
 

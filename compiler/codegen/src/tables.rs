@@ -20,6 +20,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::layout::{Layout, Place, resolve};
 use crate::lower::Lowered;
 use crate::program::Area;
+use crate::spans::span_of;
 
 /// The row of outputs of a system.
 pub(crate) fn output_row(sorted: &SortedSystem, layout: &Layout) -> OutputRow {
@@ -345,17 +346,6 @@ impl Describe<'_> {
             line: self.files.location(span).line,
         }
     }
-}
-
-/// The text a variable comes from.
-pub(crate) fn span_of_variable(sorted: &SortedSystem, v: VarId) -> Span {
-    let flat = &sorted.system.flat;
-    flat.variables[flat.locate(v).0].origin.span
-}
-
-/// The text an equation stands in.
-pub(crate) fn span_of(sorted: &SortedSystem, equation: hyd_equations::EqId) -> Span {
-    sorted.system.flat.equations[sorted.system.equations[equation].block as usize].origin.span
 }
 
 /// Equation (index into `Tables::equations`) of each assignment, then of each residual.

@@ -15,8 +15,9 @@ use std::fmt::Write as _;
 use hyd_payload::{JacobianForm, PlanRoutines};
 use hyd_symbolic::{BodyId, NodeId, post_order};
 
-use crate::model::{CompiledModel, Shared};
+use crate::model::CompiledModel;
 use crate::program::{Address, Area, HOMOTOPY, Kernel, RoutineId, Store, TABLE_SIGN};
+use crate::shared::Shared;
 use expression::Writer;
 use names::{Labels, Plan, identifier};
 

@@ -4,8 +4,8 @@ use hyd_flat::VarId;
 use hyd_payload::{Name, Wrap};
 use hyd_system::NamePattern;
 
-use crate::model::Shared;
 use crate::program::{Area, HOMOTOPY, INITIAL, TIME};
+use crate::shared::Shared;
 
 /// Whose unknowns and assigned variables a routine sees.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -16,7 +16,7 @@ use super::batch::{Batch, Item};
 use super::rows::Rows;
 use super::straight::Composer;
 use crate::layout::{Layout, Place, PlanPlaces};
-use crate::model::nominals;
+use crate::nominals::nominals;
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store};
 
 /// The kernels of a plan one row at a time, not composed: what its tangents are made from.

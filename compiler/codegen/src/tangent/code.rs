@@ -90,7 +90,7 @@ impl TangentCode {
         ]);
         let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
         let stages = sources.map(|(kernels, initial)| stage(&mut program, kernels, spaces, initial));
-        let engine = crate::model::engine(Arc::new(program), backend)?;
+        let engine = crate::engine::engine(Arc::new(program), backend)?;
         Ok(Self { engine, spaces, stages })
     }
 

@@ -9,8 +9,8 @@ use super::code::{PARTS, Part, TangentCode};
 use super::rows::{CHUNK, Rows};
 use super::sweep::{Sweep, SweepCode};
 use crate::layout::Place;
-use crate::model::Shared;
 use crate::program::{Area, TIME};
+use crate::shared::Shared;
 use hyd_payload::vm::Registers;
 use hyd_payload::{Instance, Signed};
 

@@ -89,7 +89,7 @@ impl SweepCode {
         let arguments = Kernel { count: 1, slots: kernel.slots.clone(), stores: stores.collect() };
         let routine = program.routines.push(Routine { name: "sweep", kernels: vec![kernel] });
         let branches = program.routines.push(Routine { name: "branches", kernels: vec![arguments] });
-        let engine = crate::model::engine(Arc::new(program), backend).ok()?;
+        let engine = crate::engine::engine(Arc::new(program), backend).ok()?;
         Some(Self { engine, routine, state_entries, branches, branch_count, entries, still })
     }
 

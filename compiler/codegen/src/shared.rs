@@ -1,0 +1,33 @@
+//! What all instances of a compiled model share.
+
+use std::sync::{Arc, OnceLock};
+
+use hyd_flat::VarId;
+use hyd_payload::{Backend, Loaded};
+
+use crate::lower::Lowered;
+use crate::tangent::TangentCode;
+
+/// Sizes of the code.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct CodeStatistics {
+    /// Different expressions among assignments and residuals of the simulation.
+    pub templates: usize,
+    /// Kernels over all routines.
+    pub kernels: usize,
+    /// Bytes of machine code, 0 when interpreted.
+    pub code_bytes: usize,
+}
+
+/// What the instances share.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    pub loaded: Arc<Loaded>,
+    pub lowered: Lowered,
+    pub statistics: CodeStatistics,
+    pub backend: Backend,
+    /// Variable behind each output whose start value can be varied.
+    pub output_variables: Vec<Option<VarId>>,
+    /// Made when first asked for.
+    pub tangents: OnceLock<Result<Arc<TangentCode>, String>>,
+}
