@@ -130,7 +130,7 @@ pub enum SolveError {
         /// Relations that still changed in the last pass.
         relations: Vec<RootInfo>,
     },
-    /// Events follow each other without time going on.
+    /// Events follow each other while time stands still.
     Chattering {
         /// Time (s).
         time: f64,
@@ -299,7 +299,7 @@ impl SolveError {
         SolveError::Inconsistent { stage, time, cause: fault.cause.into(), place: Box::new(place) }
     }
 
-    /// The limit of steps is reached at a time (s), after so many steps, with this step (s); `unknown` limits the steps.
+    /// The limit of steps is reached at a time (s), after this many steps, with this step (s); `unknown` limits the steps.
     pub(crate) fn too_many_steps(
         (time, steps, step): (f64, u64, f64),
         unknown: Option<usize>,

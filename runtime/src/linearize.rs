@@ -57,7 +57,7 @@ impl fmt::Display for LinearizeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             LinearizeError::Delays => {
-                f.write_str("the model has delays, and no linear model with finitely many states has them")
+                f.write_str("the model has delays, which no linear model with finitely many states can represent")
             }
             LinearizeError::Input(_, reason) => f.write_str(reason),
             LinearizeError::NotFinite(Some(equation)) => {

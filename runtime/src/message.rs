@@ -25,7 +25,7 @@ impl Display for SolveError {
                 match cause {
                     Cause::Singular => hint(
                         f,
-                        "its factor may be zero at these values, or equations say the same: change start values or \
+                        "its coefficient may be zero at these values, or equations may repeat each other: change start values or \
                          parameters, or check the initial equations",
                     ),
                     _ => hint(f, "give start values closer to the solution, or check the initial equations"),
@@ -40,11 +40,11 @@ impl Display for SolveError {
             SolveError::Rounding { stage, time, error, equation } => {
                 let time = significant(*time);
                 write!(f, "{} at t = {time} s: rounding errors grow along a loop of equations", stage.words())?;
-                write!(f, ": the last one is off by {error:.0e} of its terms")?;
+                write!(f, ": the last one is off by {error:.0e} relative to its terms")?;
                 if let Some(equation) = equation {
                     line_of(f, equation)?;
                 }
-                hint(f, "these values of the parameters need another order of the equations than those at translation")
+                hint(f, "these parameter values need another order of the equations than the values at translation")
             }
             SolveError::StepTooSmall(report) => {
                 write!(f, "the step size collapsed at t = {} s", significant(report.time))?;
@@ -61,7 +61,7 @@ impl Display for SolveError {
                     significant(report.time)
                 )?;
                 step_lines(f, report)?;
-                hint(f, "look for a discontinuity without event, or for an equation without solution")
+                hint(f, "look for a discontinuity without an event, or for an equation without a solution")
             }
             SolveError::NotFinite(report) => {
                 write!(
@@ -71,7 +71,7 @@ impl Display for SolveError {
                     Cause::NotFinite.words(&report.place)
                 )?;
                 step_lines(f, report)?;
-                hint(f, "keep arguments of division, sqrt and log inside their range")
+                hint(f, "keep divisors away from zero and arguments of sqrt and log within their domains")
             }
             SolveError::Singular(report) => {
                 write!(f, "the equations are singular at t = {} s", significant(report.time))?;
@@ -81,29 +81,26 @@ impl Display for SolveError {
                 step_lines(f, report)?;
                 hint(
                     f,
-                    "an equation lost its influence on this variable (a factor became zero), or two equations coincide",
+                    "an equation may no longer depend on this variable (a coefficient became zero), or two equations may coincide",
                 )
             }
             SolveError::EventLoop { time, passes, relations } => {
                 let time = significant(*time);
                 write!(f, "the event at t = {time} s does not settle: relations still change after {passes} passes")?;
                 relation_lines(f, relations)?;
-                hint(f, "two conditions may switch each other; `pre` breaks such a loop")
+                hint(f, "two conditions may keep switching each other; `pre` breaks such a loop")
             }
             SolveError::Chattering { time, events, accumulating: false, relations } => {
                 let time = significant(*time);
-                write!(f, "chattering at t = {time} s: {events} events without time going on")?;
+                write!(f, "chattering at t = {time} s: {events} events while time stands still")?;
                 relation_lines(f, relations)?;
                 hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
             }
             SolveError::Chattering { time, accumulating: true, relations, .. } => {
                 let time = significant(*time);
-                write!(f, "events accumulate at t = {time} s: each follows the last sooner than that the one before")?;
+                write!(f, "events accumulate at t = {time} s: the intervals between them keep shrinking")?;
                 relation_lines(f, relations)?;
-                hint(
-                    f,
-                    "let the motion come to rest: a Boolean that ends it when the speed at an impact is below a limit",
-                )
+                hint(f, "let the motion come to rest: end it by a Boolean once the speed at an impact is below a limit")
             }
             SolveError::Assertion { time, report } => {
                 let time = significant(*time);
@@ -111,14 +108,14 @@ impl Display for SolveError {
             }
             SolveError::TooManySteps { time, steps, step, place } => {
                 let time = significant(*time);
-                write!(f, "gave up at t = {time} s after {steps} steps, the step size being {step:.3e} s")?;
+                write!(f, "gave up at t = {time} s after {steps} steps; the step size was {step:.3e} s")?;
                 if let Some(variable) = &place.variable {
                     write!(f, "\n  largest error: {variable}")?;
                 }
                 hint(
                     f,
-                    "a `noEvent` whose condition flips to and fro needs an event or a smooth transition; else raise the limit of steps (`--max-steps`), \
-                     or loosen the tolerance",
+                    "a `noEvent` whose condition keeps flipping needs an event or a smooth transition; otherwise raise the step limit \
+                     (`--max-steps`) or loosen the tolerance",
                 )
             }
             SolveError::Interrupted { time } => write!(f, "interrupted at t = {time} s"),
@@ -142,7 +139,7 @@ impl Display for Jump {
         let time = significant(self.time);
         write!(
             f,
-            "at t = {time} s the solution for {names}{more} ends, and the run goes on with another one of the same equations:"
+            "at t = {time} s the solution for {names}{more} ends; the run goes on with another solution of the same equations:"
         )?;
         for (k, (name, before, after, unit)) in self.changes.iter().take(MOST_NAMED).enumerate() {
             let comma = if k == 0 { "" } else { "," };

@@ -152,14 +152,14 @@ impl fmt::Display for OptionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             OptionError::Times { start, stop } => {
-                write!(f, "the stop time {stop} s must be a number not before the start time {start} s")
+                write!(f, "the stop time {stop} s must be a number no earlier than the start time {start} s")
             }
             OptionError::Tolerance(value) => write!(f, "the tolerance {value} must lie between 1e-13 and 0.1"),
             OptionError::Intervals(0) => write!(f, "there must be at least one output interval"),
             OptionError::Intervals(count) => {
-                write!(f, "{count} output intervals are too many: {MOST_INTERVALS} is the most")
+                write!(f, "{count} output intervals are too many: at most {MOST_INTERVALS} are possible")
             }
-            OptionError::OutputTimes => write!(f, "output times must ascend"),
+            OptionError::OutputTimes => write!(f, "output times must be in ascending order"),
             OptionError::Step => write!(f, "step sizes must be positive numbers"),
             OptionError::Sensitivity { name, reason } => write!(f, "no sensitivity to `{name}`: {reason}"),
             OptionError::Order(value) => write!(f, "the highest order {value} must lie between 1 and 5"),

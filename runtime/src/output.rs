@@ -15,7 +15,7 @@ use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
 use crate::{Options, Warning};
 
-/// A run that writes a step's rows asks after so many whether to stop.
+/// A run that writes a step's rows asks after this many whether to stop.
 const ROWS_BETWEEN_QUESTIONS: usize = 1000;
 
 /// Warnings that are kept apart; the last one takes the points of all further ones.

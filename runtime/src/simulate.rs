@@ -290,7 +290,8 @@ impl Simulator {
         self.restart(run, t);
         match run.options.sensitivity.first() {
             Some(name) if run.problem.system.has_vanished_delay() => {
-                let reason = "a `delay` has a delay time of zero, through which there are no derivatives".to_string();
+                let reason =
+                    "a `delay` has a delay time of zero, and derivatives cannot be carried through it".to_string();
                 Err(crate::OptionError::Sensitivity { name: name.clone(), reason }.into())
             }
             _ => Ok(()),

@@ -1,6 +1,6 @@
 //! Delay sites of a system: where their sources and delay times stand in memory, and what messages call them.
 //!
-//! What an instance does with them at run time is the matter of [`hyd_payload`].
+//! What an instance does with them at run time is the job of [`hyd_payload`].
 
 use hyd_equations::SortedSystem;
 use hyd_flat::{Operand, Target, VarId};

@@ -1,6 +1,6 @@
 //! An instance of a compiled model in the compiler's process: what executables run, and tangents beside it.
 //!
-//! Everything but tangents is the matter of [`hyd_payload::Instance`]; derivatives along directions need code that is made when
+//! Everything but tangents is the job of [`hyd_payload::Instance`]; derivatives along directions need code that is made when
 //! directions are known, so only a process with the code generator has them.
 
 use std::sync::Arc;

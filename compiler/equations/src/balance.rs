@@ -48,7 +48,7 @@ pub(crate) fn check_balance(system: &mut EquationSystem, algebra: &mut Algebra) 
 }
 
 /// The same check before aliases were eliminated: its message speaks of the equations as they are written.  `None` if
-/// the numbers agree there, or the system is not the one that was written any more.
+/// the numbers agree there, or the system is no longer the one that was written.
 fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
     if system.reduction != Reduction::default() || system.flat.scalars > MOST_SCALARS {
         return None;
@@ -107,7 +107,7 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
             "the model is structurally singular: {}",
             match written {
                 1 => "1 equation does not determine the only unknown".to_string(),
-                n => format!("{n} equations do not determine as many unknowns"),
+                n => format!("{n} equations do not determine {n} unknowns"),
             }
         ),
         false => format!("{} for {}", counted(written, "equation"), counted(needed, "unknown")),

@@ -29,7 +29,7 @@ pub(crate) struct StartPoint {
 }
 
 impl StartPoint {
-    /// The start point of a system; a circle among its parameters is an error.
+    /// The start point of a system; a cycle among its parameters is an error.
     pub(crate) fn new(system: &mut EquationSystem, algebra: &mut Algebra) -> Result<Self, Diagnostic> {
         let bindings = sort_bindings(system, algebra)?;
         let mut point = Self::of_parameters(system, &bindings.assignments);
@@ -62,7 +62,7 @@ impl StartPoint {
     }
 
     /// Parameters as declared, all that is not known before the start somewhere near its start value, other numbers for each seed:
-    /// what holds at several such points holds not by accident.
+    /// what holds at several such points does not hold by accident.
     pub(crate) fn scattered(system: &mut EquationSystem, bindings: &[Assignment], seed: u32) -> Self {
         let mut point = Self::of_parameters(system, bindings);
         point.seed = seed.wrapping_mul(0x9e37_79b9);

@@ -49,9 +49,9 @@ pub(crate) fn unseen_events(
     }
     let warning = |span: Span| {
         let message =
-            "this condition depends on time through a compiled function: changes between two steps may be missed";
+            "this condition depends on time through a compiled function: a change between two steps may be missed";
         Diagnostic::warning(Code::UnseenEvents, message).at(span, "").help(
-            "a function without loops becomes an expression, of which no event is lost; `sample` is for what recurs",
+            "a function without loops becomes an expression, whose events are never missed; use `sample` for periodic events",
         )
     };
     places.into_iter().map(warning).collect()

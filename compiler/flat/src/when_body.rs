@@ -258,7 +258,7 @@ impl Flattener<'_, '_> {
         }
         let parameter = variability <= Variability::Parameter;
         let why = if parameter { "is constant" } else { "has no derivative" };
-        let message = format!("`reinit` needs a state, and `{}` {why}", print_ref(reference));
+        let message = format!("`reinit` needs a state, but `{}` {why}", print_ref(reference));
         self.report(Diagnostic::error(Code::Misplaced, message).at(span, "").with(declared, "declared here"));
         true
     }

@@ -64,7 +64,7 @@ codes! {
         "The element was declared `final`, so no modification or redeclaration from outside is allowed.";
     Redeclaration = "E0210", "a redeclaration does not fit",
         "Only elements declared `replaceable` can be redeclared, and the new class must offer what the constraining class offers.";
-    CircularParameters = "E0211", "parameters depend on each other in a circle",
+    CircularParameters = "E0211", "parameters depend on each other in a cycle",
         "The values of parameters and constants are computed in the order of their dependence; a circle has no such order.";
     PartialClass = "E0212", "a partial class cannot be instantiated",
         "A `partial` class is a base for others; components and simulated models need a complete one.";
@@ -98,7 +98,7 @@ codes! {
         "Some states depend on each other through constraints, so that the constraints must be differentiated before the system can be solved.";
     InitialUnbalanced = "E0404", "initial conditions do not fit",
         "Start values and initial equations determine the start more than once, or not at all.";
-    DiscreteLoop = "E0405", "discrete variables depend on each other in a circle",
+    DiscreteLoop = "E0405", "discrete variables depend on each other in a cycle",
         "The values of discrete variables are computed in the order of their dependence at an event; a circle without `pre` has no such order.";
     Injection = "E0406", "a term cannot be injected here",
         "A term can be added to an equation that is written as `left = right` and holds at all times, found by the path of its component and its line, unless the equation has to be differentiated to solve the system.";

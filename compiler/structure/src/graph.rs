@@ -58,7 +58,7 @@ impl fmt::Display for IncidenceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unsorted { row, column } => {
-                write!(f, "the columns of {row} do not ascend strictly at {column}")
+                write!(f, "the columns of {row} are not strictly ascending at {column}")
             }
             Self::ColumnOutside { row, column } => {
                 write!(f, "{row} names {column}, which does not exist")

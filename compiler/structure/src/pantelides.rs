@@ -181,8 +181,8 @@ mod tests {
         let chain = IndexVec::from_vec(vec![Some(Column(1)), None]);
         let part = Part::sorted(vec![Row(0), Row(1)], vec![Column(0)]);
         assert_eq!(pantelides(&incidence, &chain), Err(NotReducible::Singular(part)));
-        let circle = IndexVec::from_vec(vec![Some(Column(1)), Some(Column(0))]);
-        assert_eq!(pantelides(&incidence, &circle), Err(NotReducible::Malformed));
+        let cycle = IndexVec::from_vec(vec![Some(Column(1)), Some(Column(0))]);
+        assert_eq!(pantelides(&incidence, &cycle), Err(NotReducible::Malformed));
     }
 
     proptest! {

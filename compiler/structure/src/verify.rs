@@ -20,7 +20,7 @@ fn ensure(holds: bool, sentence: impl FnOnce() -> String) -> Result<(), String> 
 pub fn check_matching(incidence: &Incidence, matching: &Matching) -> Result<(), String> {
     let sizes = (matching.column_of_row.len(), matching.row_of_column.len());
     ensure(sizes == (incidence.row_count(), incidence.column_count()), || {
-        "the tables of the matching have not the size of the incidence".to_string()
+        "the tables of the matching do not have the size of the incidence".to_string()
     })?;
     for (row, &column) in matching.column_of_row.iter_enumerated() {
         let Some(column) = column else { continue };
@@ -77,11 +77,11 @@ pub fn check_blocks(incidence: &Incidence, matching: &Matching, plan: &BlockPlan
         let (rows, columns) = plan.block(block);
         for (&row, &column) in rows.iter().zip(columns) {
             ensure(placed.get(row) == Some(&false), || {
-                format!("{row} of {block} does not exist or is in an earlier place, too")
+                format!("{row} of {block} does not exist or has occurred before")
             })?;
             placed[row] = true;
             ensure(matching.column_of_row[row] == Some(column), || {
-                format!("{block} pairs {row} with {column}, the matching does not")
+                format!("{block} pairs {row} with {column}, but the matching does not")
             })?;
             known[column] = true;
         }
@@ -181,10 +181,10 @@ pub fn check_decomposition(incidence: &Incidence, parts: &Decomposition) -> Resu
     check_same_members("column", &columns, part_columns)?;
     let empty = Part::default();
     ensure(over.rows.len() > over.columns.len() || *over == empty, || {
-        "the over-determined part has not more rows than columns".to_string()
+        "the over-determined part does not have more rows than columns".to_string()
     })?;
     ensure(under.rows.len() < under.columns.len() || *under == empty, || {
-        "the under-determined part has not more columns than rows".to_string()
+        "the under-determined part does not have more columns than rows".to_string()
     })?;
     ensure(square.rows.len() == square.columns.len(), || "the square part is not square".to_string())?;
     check_closed(incidence, over, under)

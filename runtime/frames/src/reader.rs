@@ -139,7 +139,7 @@ fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
             if !matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY) {
                 let name_of = compression.to_string().split('(').next().unwrap_or_default().to_lowercase();
                 return Err(fault(format!(
-                    "column `{name}` is compressed by {name_of}, which is not read; write it with snappy, or uncompressed"
+                    "column `{name}` is compressed with {name_of}, which is not supported; write it with snappy, or uncompressed"
                 )));
             }
             append(group.as_ref(), k, cells, meanings[k], &mut origin)?;

@@ -14,7 +14,7 @@ use crate::search::Known;
 const MOST_INTERVALS: u32 = 10_000;
 /// A relation that no interval is short enough for so often has no enclosure (`sqrt(x)` of a negative x).
 const MOST_HALVED: u32 = 32;
-/// Such a relation is looked at so many points of the time ahead at least.
+/// Such a relation is examined at no fewer than this many points of the time ahead.
 const BLIND_PARTS: f64 = 256.0;
 
 impl Instance {

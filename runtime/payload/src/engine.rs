@@ -44,7 +44,7 @@ impl Engine {
                     false => Err(format!("this processor lacks {}", missing.join(", "))),
                 }
             }
-            (None, Backend::Native) => Err("no code can be made for this machine".to_string()),
+            (None, Backend::Native) => Err("no code can be generated for this machine".to_string()),
             (_, Backend::Vm) => Err(String::new()),
         };
         match mapped {

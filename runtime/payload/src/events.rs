@@ -15,7 +15,7 @@ use crate::routines::EventRoutines;
 const ROUNDS: usize = 16;
 
 /// Values read of two solutions of the same equations that differ by no more than this, relative to them, are the same; where they are
-/// differences that nearly vanish and do not come to rest, by no more than [`SOLVED`], relative to them and 1, after so many repetitions.
+/// differences that nearly vanish and do not come to rest, by no more than [`SOLVED`], relative to them and 1, after this many repetitions.
 const SAME_SOLUTION: f64 = 1e-12;
 const SOLVED: f64 = 1e-9;
 const MANY_REPETITIONS: u32 = 20;

@@ -51,16 +51,16 @@ impl fmt::Display for FormatError {
             FormatError::Foreign => f.write_str("it holds no model"),
             FormatError::Length { wanted, found } => write!(
                 f,
-                "it was cut off or has grown: {found} bytes follow where its model has {wanted}; copy or build it again"
+                "it was cut off or extended: {found} bytes follow where its model has {wanted}; copy or build it again"
             ),
-            FormatError::Damaged => f.write_str("its model is damaged: the check sum is wrong; copy or build it again"),
+            FormatError::Damaged => f.write_str("its model is damaged: the checksum is wrong; copy or build it again"),
             FormatError::Version(found) => write!(
                 f,
-                "its model has format {found}, and this program reads format {VERSION}; build it again with the same hyd"
+                "its model has format {found}, but this program reads format {VERSION}; build it again with the same hyd"
             ),
             FormatError::Target(Some(target)) => {
                 let here = Target::host().map_or_else(|| "another machine".to_string(), |host| host.to_string());
-                write!(f, "its code is for {target}, and this is {here}; build it again here")
+                write!(f, "its code is for {target}, but this machine is {here}; build it again here")
             }
             FormatError::Target(None) => f.write_str("its code is for a machine that this program does not know"),
             FormatError::Processor(missing) => write!(
@@ -88,7 +88,7 @@ pub fn write(model: &Model) -> Vec<u8> {
     out
 }
 
-/// Puts length and check sum of a payload right; nothing is done where there is not even a header.
+/// Puts length and checksum of a payload right; nothing is done where there is not even a header.
 pub fn seal(bytes: &mut [u8]) {
     let Some(length) = bytes.len().checked_sub(HEADER) else { return };
     bytes[HEADER - 16..HEADER - 8].copy_from_slice(&(length as u64).to_le_bytes());

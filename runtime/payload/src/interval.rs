@@ -26,7 +26,7 @@ impl Interval {
     const ZERO: Self = Self { low: 0.0, high: 0.0 };
     const UNIT: Self = Self { low: -1.0, high: 1.0 };
 
-    /// One number; all numbers if it is none.
+    /// One number; all numbers if it is not a number.
     pub(crate) fn point(value: f64) -> Self {
         Self::exact(value, value)
     }

@@ -8,11 +8,11 @@ use crate::interval::Interval;
 pub(crate) struct Search {
     /// What the routine computes over an interval.
     pub enclosures: Enclosures,
-    /// The relations at the begin of the search.
+    /// The relations at the beginning of the search.
     pub known: Vec<Known>,
 }
 
-/// What a relation is at the begin.
+/// What a relation is at the beginning.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub held: bool,

@@ -4,7 +4,7 @@
 //! state columns, entry `(i, j)` of `D^-1 S` is the ratio of the determinants after and before exchanging dependent column `i`
 //! for state column `j`; so the choice is good as long as no entry is much above 1, and exchanging the largest until all
 //! are near 1 leads to a submatrix of nearly maximal volume (Goreinov, Oseledets, Savostyanov, Tyrtyshnikov, Zamarashkin 2010,
-//! *How to find a good submatrix*).  Switching late and then going all the way keeps the choice from flipping to and fro.
+//! *How to find a good submatrix*).  Switching late and then going all the way keeps the choice from flipping back and forth.
 //! Nothing is evaluated here but numbers: the entries come from the model's code.
 
 use hyd_system::StateChoice;
@@ -168,7 +168,7 @@ fn mark(dependent: &[u32], is_dependent: &mut [bool]) {
 }
 
 impl Choice {
-    /// Makes the choice; states that stay keep their equations.  False if it is no other one.
+    /// Makes the choice; states that stay keep their equations.  False if it is the same one.
     fn adopt(&mut self, dependent: Vec<u32>) -> bool {
         let mut released = self.dependent.iter().copied().filter(|k| !dependent.contains(k));
         let mut changed = false;

@@ -47,8 +47,8 @@ impl Instance {
                     format!("its fixed start value {right} contradicts the other initial conditions, which give {left}")
                 }
                 None => format!(
-                    "the initial equation `{}` contradicts the other conditions, which give {left} on its left and \
-                     {right} on its right side",
+                    "the initial equation `{}` contradicts the other conditions, which give {left} on its left-hand and \
+                     {right} on its right-hand side",
                     condition.text
                 ),
             };

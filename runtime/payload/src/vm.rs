@@ -166,7 +166,7 @@ impl Tape {
             Some(k) => match self.operations[k] {
                 Node::Apply(body, _, list) => machine
                     .failure(&self.operations[..=k], values, (body, list))
-                    .unwrap_or_else(|| "a function gives no finite value".into()),
+                    .unwrap_or_else(|| "a function returns no finite value".into()),
                 node => explain(node, values),
             },
             None => "not a number".into(),

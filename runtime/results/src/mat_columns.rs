@@ -30,7 +30,7 @@ pub struct MatColumns {
 /// A sentence without the name of the file.
 pub fn mat_columns(bytes: &[u8]) -> Result<MatColumns, String> {
     if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
-        return Err("it is a MAT file of version 7.3, which is not read; save it with -v7".to_string());
+        return Err("it is a MAT file of version 7.3, which is not supported; save it with -v7".to_string());
     }
     let mut found = MatColumns::default();
     if mat5::is_mat5(bytes) {

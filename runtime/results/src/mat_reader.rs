@@ -30,7 +30,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, String> {
     let names = find("name")?.texts(transposed);
     let info = find("dataInfo")?.numbers(transposed)?;
     if info.len() != names.len() || info.iter().any(|row| row.len() < 2) {
-        return Err("matrices `name` and `dataInfo` do not fit each other".to_string());
+        return Err("matrices `name` and `dataInfo` do not match".to_string());
     }
     let varying = find("data_2")?;
     let (fixed, mut series) = (find("data_1")?.numbers(!transposed)?, varying.numbers(!transposed)?);
@@ -74,7 +74,7 @@ fn table(names: &[String], info: &[Vec<f64>], fixed: &[Vec<f64>], varying: Vec<V
                 table.names.push(name.clone());
                 table.columns.push(Vec::new());
             }
-            None => return Err(format!("`{name}` points to row {row}, which is not there")),
+            None => return Err(format!("`{name}` points to row {row}, which does not exist")),
         }
     }
     Ok(table)

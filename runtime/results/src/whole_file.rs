@@ -115,7 +115,7 @@ fn target(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(path),
         }
     }
-    Err(io::Error::new(io::ErrorKind::InvalidInput, "its links lead in a circle"))
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "its links form a cycle"))
 }
 
 /// A new file beside `target` that is hidden from most listings.
@@ -141,7 +141,7 @@ fn temporary(target: &Path) -> io::Result<(File, PathBuf)> {
 
 fn refuse_read_only(old: &Metadata) -> io::Result<()> {
     match old.permissions().readonly() {
-        true => Err(io::Error::new(io::ErrorKind::PermissionDenied, "it may only be read")),
+        true => Err(io::Error::new(io::ErrorKind::PermissionDenied, "it is read-only")),
         false => Ok(()),
     }
 }
@@ -239,7 +239,7 @@ mod tests {
         assert!(write_whole(&folder.join("loop.csv"), b"").is_err());
 
         fs::set_permissions(&far, fs::Permissions::from_mode(0o440)).unwrap();
-        assert_eq!(write_whole(&far, b"no").unwrap_err().to_string(), "it may only be read");
+        assert_eq!(write_whole(&far, b"no").unwrap_err().to_string(), "it is read-only");
         let long = folder.join("n".repeat(250));
         write_whole(&long, b"long").unwrap();
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 6, "far, four links and the long name; nothing temporary");

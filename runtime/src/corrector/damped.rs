@@ -43,7 +43,7 @@ pub(crate) enum NewtonFailure {
         /// Unknown without pivot.
         column: usize,
     },
-    /// No damping factor reduces the correction any more, or too many steps.
+    /// No damping factor reduces the correction any more, or there were too many steps.
     NoConvergence {
         /// Steps taken.
         steps: usize,

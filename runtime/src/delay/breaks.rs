@@ -70,7 +70,7 @@ impl Breaks {
         self.states[(segment - self.first) * self.sites + site] = state;
     }
 
-    /// Adds the break at the begin of the newest segment at `t` (s), or looks at it again if it is known; `left` and
+    /// Adds the break at the beginning of the newest segment at `t` (s), or looks at it again if it is known; `left` and
     /// `right` are the values on both sides, `limits` what of a value the tolerance lets pass.
     pub(super) fn add(&mut self, past: &Past, left: &[f64], right: &[f64], limits: &[f64]) {
         let segment = past.newest();
@@ -89,7 +89,7 @@ impl Breaks {
         }
     }
 
-    /// The break at the begin of the newest segment is one for a site, whatever its values do.
+    /// The break at the beginning of the newest segment is one for a site, whatever its values do.
     pub(super) fn keep_newest(&mut self, past: &Past, site: usize) {
         self.set(past.newest(), site, State::Jump);
     }

@@ -65,7 +65,7 @@ pub(crate) struct DelayWork {
     /// End of the step being recorded (s), with the sources there.
     anchor: Option<f64>,
     anchor_values: Vec<f64>,
-    /// The sources at the begin of the newest segment.
+    /// The sources at the beginning of the newest segment.
     begun: Vec<f64>,
     /// A value within the step in work is not known well enough.
     coarse: bool,
@@ -241,7 +241,7 @@ impl DelayWork {
     }
 
     /// Longest sensible step (s).  Without states nothing tests the error of a step and no iteration can fail, so no step may be
-    /// longer than the delay times at its begin; a delay time that vanishes counts as a small part of its bound.
+    /// longer than the delay times at its beginning; a delay time that vanishes counts as a small part of its bound.
     fn longest_step(&self) -> f64 {
         if self.has_states || !self.recording {
             return f64::INFINITY;

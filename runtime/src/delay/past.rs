@@ -3,7 +3,7 @@
 //! A piece holds the values of all sources at its ends and at three points between, equally spaced; between breaks (events)
 //! pieces follow each other without gap.  A segment is what lies between two breaks; across a break the values and their
 //! slopes may jump, so a value is always asked for within given segments.  Before the first break the sources are constant.
-//! Pieces that no delay reaches any more are dropped; in steady state nothing is allocated.
+//! Pieces that no delay reaches any longer are dropped; in steady state nothing is allocated.
 
 use super::polynomial::{NODES, curvature, value, weights};
 

@@ -18,7 +18,7 @@ fn differences(nodes: &[f64; NODES]) -> [f64; NODES] {
     d
 }
 
-/// The polynomial at `part` of the interval, 0 at its begin and 1 at its end.
+/// The polynomial at `part` of the interval, 0 at its beginning and 1 at its end.
 pub(super) fn value(nodes: &[f64; NODES], part: f64) -> f64 {
     let d = differences(nodes);
     let s = part * (NODES - 1) as f64;

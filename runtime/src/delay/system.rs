@@ -77,7 +77,7 @@ impl<'a> Delaying<'a> {
         self.work.recording && sites.any(|(&time, site)| time == 0.0 && !site.varying)
     }
 
-    /// Prepares derivatives by so many directions.
+    /// Prepares derivatives by this many directions.
     pub(crate) fn derive(&mut self, width: usize) {
         self.work.derive(width);
     }

@@ -71,7 +71,7 @@ impl Derived {
 }
 
 impl DelayWork {
-    /// Prepares the derivatives of a run by so many directions, the last of which is time.
+    /// Prepares the derivatives of a run by this many directions, the last of which is time.
     pub(crate) fn derive(&mut self, width: usize) {
         let mut derived = self.derived.take().unwrap_or_default();
         let sites = self.sites.len();
@@ -236,7 +236,7 @@ impl Delaying<'_> {
         self.work.derived = Some(derived);
     }
 
-    /// Adds the piece whose nodes have been noted; nothing before `keep` (s) is asked for any more.
+    /// Adds the piece whose nodes have been noted; nothing before `keep` (s) is asked for any longer.
     pub(crate) fn record_derived(&mut self, (from, to): (f64, f64), keep: f64) {
         let work = &mut *self.work;
         let Some(derived) = &mut work.derived else { return };

@@ -19,7 +19,7 @@ use crate::weights::Weights;
 /// Width of the final bracket: units in the last place of t, and a part of the step.
 const TIME_ULPS: f64 = 4.0;
 const STEP_PART: f64 = 1e-13;
-/// A bracket is halved at least every so many evaluations.
+/// A bracket is halved at least once in this many evaluations.
 const HALVING: u32 = 4;
 
 /// Intervals into which a step is divided at most.
@@ -32,7 +32,7 @@ const MOST_HALVINGS: u32 = 40;
 const BENT: f64 = 0.25;
 /// Values of a root function that begins at zero say nothing below this part of the value at the end of the step.
 const NOISE: f64 = 1e-14;
-/// Relations that turn back within so many final brackets after an event belong to the same instant.
+/// Relations that turn back within this many final brackets after an event belong to the same instant.
 const SAME_INSTANT: f64 = 16.0;
 
 /// A part of a step, of which a root function may reach zero inside: times (s) and distances from zero at both ends, and the slopes with

@@ -21,7 +21,7 @@ use monitor::{Mode, Monitor, Rival, StepFacts};
 use phases::MOST_PHASES;
 pub use phases::{Method, MethodPhase, Reason};
 
-/// A factorisation with its Jacobian counts as so many iterations.
+/// A factorisation with its Jacobian counts as this many iterations.
 const WORK_OF_FACTORISATION: f64 = 3.0;
 /// A BDF step is about so much shorter than one of the one-step method; at a handover the past is sampled at this distance.
 const STEP_RATIO: f64 = 4.0;

@@ -50,9 +50,9 @@ impl fmt::Display for Reason {
         match self {
             Reason::Start => write!(f, "at the start"),
             Reason::Stability { .. } => write!(f, "lightly damped oscillations limit the order of BDF"),
-            Reason::Recovered { .. } => write!(f, "BDF leads further again"),
+            Reason::Recovered { .. } => write!(f, "BDF is the more efficient method again"),
             Reason::ShortDelay => write!(f, "a delay is shorter than the steps"),
-            Reason::LongDelay => write!(f, "steps beyond a delay do not pay"),
+            Reason::LongDelay => write!(f, "steps longer than a delay do not pay off"),
         }
     }
 }

@@ -76,7 +76,7 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    /// Work space for n unknowns and so many directions.
+    /// Work space for n unknowns and this many directions.
     pub(super) fn new(n: usize, count: usize) -> Self {
         let tiles = count.div_ceil(LANES);
         let tiled = || vec![[0.0; LANES]; tiles * n];

@@ -2,7 +2,7 @@
 //!
 //! Judging costs as much as a step of a small mechanism.  What it finds, the logarithm of the factor by which another
 //! choice may still become better, moves as smoothly as the solution; the next judgement is due after a third of the
-//! time in which it would be used up at its present pace, and after so many steps in any case.
+//! time in which it would be used up at its present pace, and after a number of steps in any case.
 
 use hyd_system::StateChoice;
 

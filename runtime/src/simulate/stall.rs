@@ -1,6 +1,6 @@
 //! Runs that stand still: whether going on can lead to the end.
 //!
-//! Where a `noEvent` switches to and fro, every other step fails and all are tiny; the limit of steps alone would end
+//! Where a `noEvent` switches back and forth, every other step fails and all are tiny; the limit of steps alone would end
 //! such a run after minutes.  A run is given up when for several stretches a large part of its attempts have failed
 //! and, at the pace of each stretch, the steps that are left would not do.  A start with tiny steps has few failures,
 //! and a hard contact is passed sooner.

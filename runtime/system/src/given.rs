@@ -36,7 +36,7 @@ impl<'t> Given<'t> {
         let Some(mut rest) = text.strip_prefix('{') else { return leaf(text, depth) };
         if depth == DEEPEST {
             // Deeper lists than any model has would only exhaust the stack.
-            return Err(format!("its lists are nested more than {DEEPEST} deep"));
+            return Err(format!("its lists are nested more than {DEEPEST} levels deep"));
         }
         let mut items = Vec::new();
         rest = rest.trim_start();
@@ -49,7 +49,7 @@ impl<'t> Given<'t> {
             if let Some(after) = after.strip_prefix('}') {
                 return Ok((Given::List(items), after.trim_start()));
             }
-            rest = after.strip_prefix(',').ok_or("its braces do not pair")?.trim_start();
+            rest = after.strip_prefix(',').ok_or("its braces do not match")?.trim_start();
         }
     }
 
@@ -103,10 +103,10 @@ fn leaf(text: &str, depth: usize) -> Result<(Given<'_>, &str), String> {
                 escaped = c == '\\' && !escaped;
                 closes
             });
-            close.ok_or("its quotes do not pair")? + 2
+            close.ok_or("its quotes do not match")? + 2
         }
         None if depth == 0 => text.len(),
-        None => text.find([',', '{', '}']).ok_or("its braces do not pair")?,
+        None => text.find([',', '{', '}']).ok_or("its braces do not match")?,
     };
     let (leaf, rest) = (text[..end].trim_end(), text[end..].trim_start());
     if leaf.is_empty() { Err("a value is missing".to_string()) } else { Ok((Given::Leaf(leaf), rest)) }
@@ -168,7 +168,7 @@ pub fn number(kind: &ValueKind, leaf: &str) -> Result<f64, String> {
         ValueKind::Integer => {
             let number = leaf.parse::<i64>().map_err(|_| "it is an Integer and needs an integer value".to_string())?;
             if number.unsigned_abs() > LARGEST {
-                return Err("it is an Integer, and such large ones are not exact".to_string());
+                return Err("it is an Integer, and integers this large are not exact".to_string());
             }
             Ok(number as f64)
         }
@@ -287,8 +287,8 @@ mod tests {
             (real, "1,5", &[], "it is a Real and needs a finite number"),
             (real, "", &[], "a value is missing"),
             (real, "{1,,2}", &[3], "a value is missing"),
-            (real, "{1, 2", &[2], "its braces do not pair"),
-            (real, "{{{1,2}", &[2], "its braces do not pair"),
+            (real, "{1, 2", &[2], "its braces do not match"),
+            (real, "{{{1,2}", &[2], "its braces do not match"),
             (real, "{1, 2}}", &[2], "`}` follows its end"),
             (real, "{1}, 2", &[1], "`, 2` follows its end"),
             (real, "{{1, 2}, {3}}", &[2, 2], "its lists have different sizes"),
@@ -297,7 +297,7 @@ mod tests {
             (real, "{1, 2, 3, 4}", &[2, 2], "it has 2 by 2 elements, not 4"),
             (real, "{1}", &[], "it is not an array"),
             (&ValueKind::Integer, "1.5", &[], "it is an Integer and needs an integer value"),
-            (&ValueKind::Integer, "9007199254740993", &[], "it is an Integer, and such large ones are not exact"),
+            (&ValueKind::Integer, "9007199254740993", &[], "it is an Integer, and integers this large are not exact"),
             (&ValueKind::Boolean, "1", &[], "it is a Boolean: `true` or `false`"),
             (&modes, "auto", &[], "it is one of off, on"),
         ];
@@ -305,7 +305,7 @@ mod tests {
             assert_eq!(numbers(kind, text, sizes), Err(reason.to_string()), "{text}");
         }
         let deep = format!("{}1{}", "{".repeat(100_000), "}".repeat(100_000));
-        assert_eq!(numbers(real, &deep, &[1]), Err("its lists are nested more than 32 deep".to_string()));
+        assert_eq!(numbers(real, &deep, &[1]), Err("its lists are nested more than 32 levels deep".to_string()));
     }
 
     #[test]
@@ -313,7 +313,7 @@ mod tests {
         let read = |text| Given::read(text).map(|given| given.leaves().into_iter().map(string).collect::<Vec<_>>());
         assert_eq!(read("oil, new.txt"), Ok(vec!["oil, new.txt".to_string()]));
         assert_eq!(read(r#"{"a, {b}", c d , "e\"\\\n"}"#), Ok(["a, {b}", "c d", "e\"\\\n"].map(String::from).to_vec()));
-        assert_eq!(read("\"two"), Err("its quotes do not pair".to_string()));
+        assert_eq!(read("\"two"), Err("its quotes do not match".to_string()));
         assert_eq!(read("\"a\" b"), Err("`b` follows its end".to_string()));
     }
 

@@ -5,7 +5,7 @@ equation
   der(x) = 1;
 algorithm
   when x > 0.5 then
-    reinit(d, 1); // error E0216: `reinit` needs a state, and `d` has no derivative
+    reinit(d, 1); // error E0216: `reinit` needs a state, but `d` has no derivative
     d := 2;
   end when;
 end Run;

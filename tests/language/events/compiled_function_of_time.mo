@@ -18,7 +18,7 @@ model Run
   Real x(start = 0, fixed = true);
 equation
   der(x) = 1;
-  when y > 0.5 then // warning W0401: this condition depends on time through a compiled function: changes between two steps may be missed
+  when y > 0.5 then // warning W0401: this condition depends on time through a compiled function: a change between two steps may be missed
     n = pre(n) + 1;
   end when;
   // A condition of a state is looked at like any other.

@@ -92,7 +92,7 @@ fn wrong_usage_is_exit_code_two() {
         (&["simulate", "decay.hyd", "--tolerance", "3"], "error: the tolerance 3 must lie between 1e-13 and 0.1\n"),
         (
             &["simulate", "decay.hyd", "--stop", "-1"],
-            "error: the stop time -1 s must be a number not before the start time 0 s\n",
+            "error: the stop time -1 s must be a number no earlier than the start time 0 s\n",
         ),
     ];
     for (arguments, message) in cases {

@@ -94,7 +94,7 @@ fn rights_and_links_are_kept() {
     fs::set_permissions(folder.path().join("fixed.hyd"), PermissionsExt::from_mode(0o440)).unwrap();
     let outcome = run(folder.path(), &["fmt", "fixed.hyd"]);
     assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(1), ""));
-    assert_eq!(outcome.stderr.trim_end(), "error[E0105]: `fixed.hyd` cannot be written: it may only be read");
+    assert_eq!(outcome.stderr.trim_end(), "error[E0105]: `fixed.hyd` cannot be written: it is read-only");
     assert_eq!(folder.read("fixed.hyd"), LOOSE);
 }
 

@@ -126,14 +126,14 @@ fn lists_have_the_sizes_of_what_they_are_for() {
     let folder = Scratch::new();
     folder.write("m.hyd", MODEL);
     for (set, reason) in [
-        ("all={{{a,b}", "its braces do not pair"),
+        ("all={{{a,b}", "its braces do not match"),
         ("all={a,b}}", "`}` follows its end"),
         ("all={a}", "it has 2 elements, not 1"),
         ("all={{a,b}}", "it has 2 elements, not 1 by 2"),
         ("e={a}", "it is not an array"),
         ("size={a}", "it is not an array"),
         ("s={x}", "it is not an array"),
-        ("s=\"two", "its quotes do not pair"),
+        ("s=\"two", "its quotes do not match"),
         ("pair={p}", "it has 2 elements, not 1"),
         ("pair={p, q, r}", "it has 2 elements, not 3"),
     ] {

@@ -184,7 +184,7 @@ fn a_delay_time_of_zero_is_refused() {
     let refused = attempt(text, 2.0, &["k"], 1e-9).expect_err("no derivatives").to_string();
     assert_eq!(
         refused,
-        "no sensitivity to `k`: a `delay` has a delay time of zero, through which there are no derivatives"
+        "no sensitivity to `k`: a `delay` has a delay time of zero, and derivatives cannot be carried through it"
     );
 }
 

@@ -285,7 +285,7 @@ impl EventLowering<'_> {
     fn reinit_unknowns(&self) -> Result<Vec<u32>, String> {
         let unknown = |a: &Assignment| match self.places.get(a.target) {
             Some(Place { area: Area::Unknown, index }) => Ok(index),
-            _ => Err("`reinit` of what is not a state".to_string()),
+            _ => Err("`reinit` of a variable that is not a state".to_string()),
         };
         self.sorted.reinits.iter().map(unknown).collect()
     }

@@ -3,7 +3,7 @@
 //! Each routine becomes one function or several (cut between kernels, and within a long straight-line kernel between
 //! stores), all of them `fn(*const Context)`.  The bytes of all functions stand one after the other in a [`Code`] that
 //! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
-//! left in the code is an error.  Mapping and calling is the matter of [`NativeCode`].
+//! left in the code is an error.  Mapping and calling is the job of [`NativeCode`].
 
 mod angles;
 mod body;
@@ -137,10 +137,10 @@ impl<'a> Compiler<'a> {
         let isa = if long { &self.target.hasty } else { &self.target.isa };
         let compiled = self.code.compile(isa.as_ref(), &mut plane).map_err(|e| format!("{e:?}"))?;
         if !compiled.buffer.relocs().is_empty() {
-            return Err(format!("the code keeps {} relocations", compiled.buffer.relocs().len()));
+            return Err(format!("the code contains {} relocations", compiled.buffer.relocs().len()));
         }
         if compiled.buffer.alignment as usize > FUNCTION_ALIGNMENT {
-            return Err("the code asks for a larger alignment".into());
+            return Err("the code requires a larger alignment".into());
         }
         let start = self.bytes.len().next_multiple_of(FUNCTION_ALIGNMENT);
         self.bytes.resize(start, 0);

@@ -378,6 +378,6 @@ fn a_reset_of_what_is_no_state_makes_no_code() {
         m.reinit(y, |e| e.c(0.0));
         let said = m.try_compile(&options).map(|_| ()).unwrap_err();
         assert_eq!(said.code.number(), "E0501");
-        assert_eq!(said.message, "no code could be made for `Test`: `reinit` of what is not a state");
+        assert_eq!(said.message, "no code could be generated for `Test`: `reinit` of a variable that is not a state");
     }
 }

@@ -15,11 +15,11 @@ use rustc_hash::FxHashSet;
 use crate::incidence::{Pattern, Unknowns};
 use crate::system::{EqId, EquationSystem};
 
-/// At most so many names or labels of a kind.
+/// At most this many names or labels of a kind.
 const MOST_NAMED: usize = 8;
-/// At most so many sets are shown of a kind.
+/// At most this many sets are shown of a kind.
 const MOST_PARTS: usize = 3;
-/// At most so many unmatched equations or unknowns are tried to find the smallest set.
+/// At most this many unmatched equations or unknowns are tried to find the smallest set.
 const MOST_TRIED: usize = 32;
 
 /// The text of an equation with the operands it had in the flat model.  What stands in a `when` is shown as that, and in words
@@ -225,7 +225,7 @@ pub(crate) fn explain_over(
     if !rest.is_empty() && shown > 0 {
         diagnostic = mark_equations(diagnostic, system, &rest);
         let texts = list_names(rest.iter().map(|&eq| written_text(system, eq)));
-        diagnostic = diagnostic.help(format!("left over as well: {texts}"));
+        diagnostic = diagnostic.help(format!("also left over: {texts}"));
     }
     diagnostic
 }
@@ -295,9 +295,11 @@ fn under_component(
     let inputs: Vec<VarId> = variables.iter().filter(open).copied().collect();
     if !inputs.is_empty() {
         let names = list_names(inputs.iter().map(|&v| system.flat.var_name(v)));
-        let (is, them) = if inputs.len() == 1 { ("is an input", "it") } else { ("are inputs", "them") };
-        return diagnostic
-            .help(format!("{names} {is} that nothing is connected to: connect {them}, or give {them} a value"));
+        let help = match inputs.len() {
+            1 => format!("nothing is connected to the input {names}: connect it, or give it a value"),
+            _ => format!("nothing is connected to the inputs {names}: connect them, or give them values"),
+        };
+        return diagnostic.help(help);
     }
     if system.flat.imbalances.iter().all(|fault| fault.component.is_empty()) {
         diagnostic = diagnostic.maybe_help(component_of(system, unknowns, part));
@@ -312,18 +314,17 @@ pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSyste
         let (class, names) = (&system.flat.name, list_names(ends.iter().map(|name| name.to_string())));
         let (get, their) = if ends.len() == 1 { ("gets its value", "it") } else { ("get their values", "them") };
         diagnostic = diagnostic.help(format!(
-            "`{class}` is balanced as a component: {names} {get} where it is used; check a model that connects {their}"
+            "`{class}` is balanced as a component: {names} {get} where the component is used; check a model that connects {their}"
         ));
     }
     let total = system.flat.count(Section::Continuous) - made_equations(system);
     if let Some(fault) = all.iter().find(|fault| fault.component.is_empty() && fault.given != total) {
         let fate = if fault.given < fault.needed { "missing" } else { "too many" };
         diagnostic = diagnostic.help(format!(
-            "`{}` itself brings {} where {} {} needed: {} {fate}",
+            "`{}` itself contributes {} but needs {}: {} {fate}",
             fault.class,
             counted(fault.given, "equation"),
             fault.needed,
-            if fault.needed == 1 { "is" } else { "are" },
             fault.given.abs_diff(fault.needed),
         ));
     }
@@ -339,17 +340,17 @@ pub(crate) fn name_components(mut diagnostic: Diagnostic, system: &EquationSyste
             .filter(|other| (other.declared, other.needed, other.given) == key && !other.component.is_empty())
             .map(|other| other.component.to_string())
             .collect();
-        let (plural, verb) = if alike.len() == 1 { ("", "brings") } else { ("s", "each bring") };
-        let (number, names) = (fault.given.abs_diff(fault.needed), list_names(alike));
-        let is = if number == 1 { "is" } else { "are" };
-        let fate = if fault.given < fault.needed { "missing" } else { "too many" };
         let given = counted(fault.given, "equation");
-        diagnostic = diagnostic.with(fault.declared, format!("brings {given}, needs {}", fault.needed));
+        let (plural, contributes) = match alike.len() {
+            1 => ("", format!("contributes {given} but needs")),
+            _ => ("s", format!("contribute {given} each but need")),
+        };
+        let (number, names) = (fault.given.abs_diff(fault.needed), list_names(alike));
+        let fate = if fault.given < fault.needed { "missing" } else { "too many" };
+        diagnostic = diagnostic.with(fault.declared, format!("contributes {given}, needs {}", fault.needed));
         diagnostic = diagnostic.help(format!(
-            "the component{plural} {names} {verb} {given} where {} {} needed: {number} {is} {fate} in `{}`",
-            fault.needed,
-            if fault.needed == 1 { "is" } else { "are" },
-            fault.class,
+            "the component{plural} {names} {contributes} {}: {number} {fate} in `{}`",
+            fault.needed, fault.class,
         ));
     }
     diagnostic
@@ -365,7 +366,7 @@ fn component_of(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> Op
     let common = paths.reduce(|a, b| a.iter().zip(&b).take_while(|(x, y)| x == y).map(|(x, _)| x.clone()).collect())?;
     let name = common.join(".");
     (!name.is_empty()).then(|| {
-        format!("the component `{name}` lacks an equation, or a value or connection from outside that gives it one")
+        format!("the component `{name}` lacks an equation: add one, or give it a value or a connection from outside")
     })
 }
 
@@ -399,13 +400,14 @@ fn in_the_text(system: &EquationSystem, part: &Part, equations: &[EqId]) -> (Str
 fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
     let (texts, rows, columns) = in_the_text(system, part, equations);
     match (rows, columns) {
-        (_, 0) => format!("{texts} contains no unknown that is left to determine"),
-        (rows, columns) => format!(
-            "{} determine {} {}: {texts}",
-            counted(rows, "equation"),
-            if columns == 1 { "one unknown" } else { "fewer unknowns" },
-            part_names(system, unknowns, part)
-        ),
+        (1, 0) => format!("{texts} contains no unknown left to determine"),
+        (_, 0) => format!("{texts} contain no unknown left to determine"),
+        (rows, columns) => {
+            let (rows, columns) = (counted(rows, "equation"), counted(columns, "unknown"));
+            let names = part_names(system, unknowns, part);
+            let comma = if names.is_empty() { "" } else { ", " };
+            format!("{rows} for only {columns}{comma}{names}: {texts}")
+        }
     }
 }
 

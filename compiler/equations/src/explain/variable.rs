@@ -84,7 +84,7 @@ impl Report<'_> {
     fn declaration(&mut self, v: VarId) {
         let block = &self.system.flat.variables[self.system.flat.locate(v).0];
         let unit = block.unit.as_ref().map(|unit| format!(", in {unit}")).unwrap_or_default();
-        let by = if block.made.is_some() { "by the translation for the following" } else { "by the following" };
+        let by = if block.made.is_some() { "by the translation, for the following" } else { "by the following" };
         self.line("declared", &format!("{by}{unit}"));
         self.place(&block.origin.clone());
     }
@@ -194,7 +194,7 @@ impl Report<'_> {
         };
         let holds = |selection: &&Selection| selection.candidates.iter().any(|c| own(c.variable) == v);
         let Some(selection) = self.system.reduction.selections.iter().find(holds) else {
-            return "which are states is chosen during the run".to_string();
+            return "which of them are states is chosen during the run".to_string();
         };
         let names: Vec<String> = selection.candidates.iter().map(|c| self.system.flat.var_name(c.variable)).collect();
         let states = selection.states();

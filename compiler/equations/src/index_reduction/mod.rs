@@ -21,7 +21,7 @@ use hyd_symbolic::{SlotId, Template};
 use crate::algebra::Algebra;
 use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
-use crate::explain::faults::{counted, list_names, mark_equations, mark_variables};
+use crate::explain::faults::{list_names, mark_equations, mark_variables};
 use crate::index_reduction::higher::Derivatives;
 use crate::index_reduction::selection::{append_selections, candidates_are_distinct};
 use crate::index_reduction::state_select::{check_always, with_wished_states};
@@ -73,7 +73,7 @@ fn reduce(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>) -> Result<()
         *system = fixed;
         return Ok(());
     }
-    let message = format!("while {names} {are} 0, the equations do not determine all unknowns");
+    let message = format!("as long as {names} {are} 0, the equations do not determine all unknowns");
     reduce_as_it_is(system, notes)?;
     notes.push(mark_variables(Diagnostic::warning(Code::Singular, message), system, &zeros));
     Ok(())
@@ -118,12 +118,13 @@ fn reduce_rounds(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>, open:
 
 /// The start values are singular for some constraints; their states are chosen by structure.
 fn doubt(system: &EquationSystem, equations: &[EqId]) -> Option<Diagnostic> {
-    let message = format!(
-        "the choice of states is uncertain: at the start values {} between states are singular",
-        counted(equations.len(), "constraint")
-    );
+    let singular = match equations.len() {
+        1 => "a constraint between states is".to_string(),
+        n => format!("{n} constraints between states are"),
+    };
+    let message = format!("the choice of states is uncertain: {singular} singular at the start values");
     let note = Diagnostic::note(Code::Chosen, message)
-        .help("better start values, or `stateSelect` on the variables that should be states, decide it");
+        .help("give better start values, or set `stateSelect` of the variables that should be states");
     (!equations.is_empty()).then(|| mark_equations(note, system, equations))
 }
 

@@ -48,7 +48,7 @@ pub(crate) fn with_wished_states(system: &EquationSystem) -> Option<EquationSyst
     Some(crate::build_system(flat))
 }
 
-/// An error if a variable that must be a state is none after index reduction.
+/// An error if a variable that must be a state is not one after index reduction.
 pub(crate) fn check_always(system: &EquationSystem) -> Option<Diagnostic> {
     let blocks = block_of_variable(&system.flat);
     let refused: Vec<VarId> = system
@@ -61,11 +61,17 @@ pub(crate) fn check_always(system: &EquationSystem) -> Option<Diagnostic> {
     let &first = refused.first()?;
     let names = list_names(refused.iter().map(|&v| system.flat.var_name(v)));
     let (message, help) = if system.reduction.demoted.contains(&first) {
-        let message = format!("{names} cannot be chosen as a state: it depends on other variables through constraints");
-        (message, "`StateSelect.prefer` leaves the choice where it cannot be kept")
+        let message = match refused.len() {
+            1 => format!("{names} cannot be chosen as a state: constraints make it depend on other variables"),
+            _ => format!("{names} cannot be chosen as states: constraints make them depend on other variables"),
+        };
+        (message, "use `StateSelect.prefer`, which gives way where it cannot be satisfied")
     } else {
-        let message = format!("{names} cannot be a state: its derivative occurs in no equation");
-        (message, "leave `stateSelect` out, or write an equation with `der(...)` of it")
+        let message = match refused.len() {
+            1 => format!("{names} cannot be a state: its derivative occurs in no equation"),
+            _ => format!("{names} cannot be states: their derivatives occur in no equation"),
+        };
+        (message, "leave out `stateSelect`, or write an equation that contains the derivative")
     };
     Some(mark_variables(Diagnostic::error(Code::HighIndex, message).help(help), system, &refused))
 }

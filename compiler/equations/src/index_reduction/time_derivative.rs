@@ -51,7 +51,7 @@ pub(crate) enum NotDifferentiable {
 impl NotDifferentiable {
     /// What the user is told.
     pub(crate) fn diagnostic(self, system: &EquationSystem) -> Diagnostic {
-        let apart = "fewer derivatives of each other, or a state for one of them, make the system smaller";
+        let apart = "shorten the chain of derivatives, or make one of its variables a state";
         let (eq, message, help) = match self {
             Self::DelayedRate(eq) => {
                 let message =
@@ -63,7 +63,7 @@ impl NotDifferentiable {
                 let message = format!(
                     "the recorded input `{name}` would have to be differentiated twice, because of constraints between states"
                 );
-                (eq, message, "a filter of second order between the input and what it prescribes gives it derivatives")
+                (eq, message, "put a second-order filter between the input and what it prescribes")
             }
             Self::TooLarge(eq, order) => {
                 let message = format!(

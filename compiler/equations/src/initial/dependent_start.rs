@@ -24,7 +24,7 @@ use crate::system::{EqId, EquationSystem, Role};
 
 /// Larger parts are left to the start.
 const MOST_EQUATIONS: usize = 200;
-/// A matrix that is singular at so many points is singular everywhere.
+/// A matrix that is singular at this many points is singular everywhere.
 const POINTS: u32 = 3;
 
 /// For each singular block of the plan the last of the `conditions` that depends on other equations.

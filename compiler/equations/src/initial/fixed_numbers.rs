@@ -39,7 +39,7 @@ pub(crate) fn fixed_numbers(system: &mut EquationSystem) -> Result<Vec<(VarId, E
     Ok(undecided.into_iter().map(|(v, index, operands)| (v, condition(system, index, operands))).collect())
 }
 
-/// Starts that no one wrote are zero.
+/// Starts that nobody wrote are zero.
 fn default_starts(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
     for block in system.flat.variables.iter().filter(|block| !block.has_start && block.made.is_none()) {
         for v in (0..block.count).map(|k| VarId(block.first.0 + k)) {
@@ -66,7 +66,7 @@ fn compare(system: &EquationSystem, v: VarId, start: f64, known: f64) -> Result<
     let name = system.flat.var_name(v);
     let [start, known] = told_apart(start, known);
     let message = format!("`{name}` is fixed to start at {start}, but the equations make it {known}");
-    let help = "leave out `fixed = true`, or give it the start value that the equations give it";
+    let help = "leave out `fixed = true`, or set the start value that follows from the equations";
     let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message).help(help);
     Err(Box::new(mark_variables(diagnostic, system, &[v])))
 }

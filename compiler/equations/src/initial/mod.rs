@@ -250,7 +250,7 @@ fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
         let &mut (other, before) = fixed.entry(kept).or_insert((v, number));
         if before != number {
             let message = format!(
-                "`{}` and `{}` are equal or opposite, but start at different fixed values",
+                "`{}` and `{}` are equal or opposite, but have different fixed start values",
                 flat.var_name(other),
                 flat.var_name(v)
             );
@@ -389,13 +389,13 @@ fn candidates(system: &EquationSystem, start: &Start) -> Vec<VarId> {
 
 fn note(system: &EquationSystem, chosen: &[(VarId, EqId)]) -> Option<Diagnostic> {
     let names = list_names(chosen.iter().map(|&(v, _)| system.flat.var_name(v)));
-    let message = format!("the start is left open: the start values of {names} are taken as initial values");
+    let message = format!("the start is not fully determined: the start values of {names} are used as initial values");
     (!chosen.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
 }
 
 fn overdetermined(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     let surplus = counted(matching.unmatched_rows().count(), "initial condition");
-    let message = format!("the start is determined more than once: {surplus} too many");
+    let message = format!("the start is over-determined: {surplus} too many");
     // What is left open would be filled with start values; only the surplus is at fault.
     explain_over(Diagnostic::error(Code::InitialUnbalanced, message), system, pattern, unknowns, matching)
 }

@@ -129,9 +129,9 @@ fn refuse(
     let text = written_text(system, *equation);
     let names = part_names(system, unknowns, part);
     // Sections of algorithms have unknowns without a name of the user's.
-    let of = if names.is_empty() { String::new() } else { format!(" of {names}") };
+    let of = if names.is_empty() { String::new() } else { format!(" for {names}") };
     let message =
-        format!("the initial conditions{of} contradict each other: in `{text}` the sides are {left} and {right}");
+        format!("the initial conditions{of} contradict each other: the sides of `{text}` are {left} and {right}");
     explain_part(Diagnostic::error(Code::InitialUnbalanced, message), system, pattern, unknowns, part)
 }
 
@@ -148,7 +148,9 @@ pub(crate) fn note_redundant(system: &EquationSystem, redundant: &[Redundant]) -
     let mut notes = Vec::new();
     if !starts.is_empty() {
         let (s, follow, are) = words(starts.len());
-        notes.push(format!("the fixed start value{s} of {names} {follow} from the others and {are} only checked"));
+        notes.push(format!(
+            "the fixed start value{s} of {names} {follow} from the other conditions and {are} only checked"
+        ));
     }
     if !equations.is_empty() {
         let (s, follow, are) = words(equations.len());

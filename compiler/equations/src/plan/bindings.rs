@@ -1,6 +1,6 @@
 //! What is known before the run: parameters, constants and variables that depend on nothing else, in order.
 //!
-//! Binding equations are sorted by dependence (Kahn 1962, "Topological sorting of large networks"); a circle is an error
+//! Binding equations are sorted by dependence (Kahn 1962, "Topological sorting of large networks"); a cycle is an error
 //! that names its members.  Continuous equations that contain one unknown and otherwise only known values are then
 //! peeled off one after the other.  Parameters found at the start (`fixed = false`) and what depends on them are left to the
 //! initial system.
@@ -163,10 +163,10 @@ impl Binding {
                 }
             }
         }
-        if order.len() == count { Ok((order, level)) } else { Err(self.circle(system, &graph)) }
+        if order.len() == count { Ok((order, level)) } else { Err(self.cycle(system, &graph)) }
     }
 
-    fn circle(&self, system: &EquationSystem, graph: &Digraph) -> Diagnostic {
+    fn cycle(&self, system: &EquationSystem, graph: &Digraph) -> Diagnostic {
         let components = strongly_connected_components(graph);
         let mut ranges = components.starts.windows(2).map(|w| &components.nodes[w[0] as usize..w[1] as usize]);
         let members =
@@ -174,7 +174,7 @@ impl Binding {
         let names = list_names(members.iter().map(|&node| system.flat.var_name(self.nodes[node as usize].1)));
         let message = match members.len() {
             1 => format!("{names} depends on itself"),
-            _ => format!("{names} depend on each other in a circle"),
+            _ => format!("{names} depend on each other in a cycle"),
         };
         let equations: Vec<EqId> = members.iter().map(|&node| self.nodes[node as usize].0).collect();
         mark_equations(Diagnostic::error(Code::CircularParameters, message), system, &equations)

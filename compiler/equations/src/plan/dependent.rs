@@ -213,13 +213,16 @@ fn fault(system: &EquationSystem, linear: &Linear, dependence: &Dependence, alwa
     let names = list_names(targets.iter().map(|&target| system.flat.operand_name(Operand::new(target))));
     let texts = list_names(equations.iter().map(|&eq| equation_text(system, eq)));
     let reason = match equations.len() {
-        1 => format!("{names} cancels out of {texts}, given what the other equations say"),
-        _ => format!("the left sides of {texts} depend on each other linearly, once all unknowns stand on the left"),
+        1 => {
+            let cancels = if targets.len() == 1 { "cancels" } else { "cancel" };
+            format!("given the other equations, {names} {cancels} out of {texts}")
+        }
+        _ => format!("with all unknowns on the left, the left-hand sides of {texts} are linearly dependent"),
     };
     let diagnostic = if always {
         Diagnostic::error(Code::Singular, format!("{names} cannot be determined: the equations are singular"))
     } else {
-        let message = format!("with the parameters as they are, {names} cannot be determined");
+        let message = format!("with the parameter values as they are, {names} cannot be determined");
         Diagnostic::warning(Code::Singular, message)
     };
     let mut variables: Vec<_> = targets.iter().filter_map(|&target| variable_of(target)).collect();

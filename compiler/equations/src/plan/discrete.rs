@@ -1,7 +1,7 @@
 //! What happens at events: discrete equations in the order of their dependence, `reinit`, assertions and terminations.
 //!
 //! A discrete equation may read continuous variables, held relations and `pre` values freely; among each other the
-//! discrete variables must form no circle (Modelica 3.6, section 8.3.5.1: a `pre` breaks it).
+//! discrete variables must form no cycle (Modelica 3.6, section 8.3.5.1: a `pre` breaks it).
 
 use hyd_flat::{Operand, Section, Target};
 use hyd_index::{IndexVec, TypedIndex};
@@ -46,11 +46,11 @@ pub(crate) fn sort_discrete(
         let equations: Vec<EqId> = rows.iter().map(|row| pattern.rows[row.index()]).collect();
         let ([row], [column]) = (rows, columns) else {
             let names = columns.iter().map(|&c| unknowns.targets[c]);
-            return Err(circle(system, names.collect(), &equations));
+            return Err(cycle(system, names.collect(), &equations));
         };
         let entry = pattern.incidence.entry(*row, *column).expect("invariant: matched pairs occur");
         let Some(value) = algebra.value(system, equations[0], pattern.slots[entry]) else {
-            return Err(circle(system, vec![unknowns.targets[*column]], &equations));
+            return Err(cycle(system, vec![unknowns.targets[*column]], &equations));
         };
         let others = pattern.incidence.row(*row).iter().filter(|&other| other != column);
         level[*column] = others.map(|&other| level[other] + 1).max().unwrap_or(0);
@@ -92,7 +92,7 @@ fn unbalanced(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, m
     explain_parts(Diagnostic::error(Code::Unbalanced, message), system, pattern, unknowns, matching)
 }
 
-fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> Diagnostic {
+fn cycle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> Diagnostic {
     let named: Vec<Target> =
         targets.iter().copied().filter(|&t| !crate::explain::faults::is_hidden(system, t)).collect();
     let targets = if named.is_empty() { targets } else { named };
@@ -102,9 +102,10 @@ fn circle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> 
             "the condition of a `when` depends on itself".to_string()
         }
         1 => format!("the discrete variable {names} depends on itself"),
-        _ => format!("the discrete variables {names} depend on each other in a circle"),
+        _ => format!("the discrete variables {names} depend on each other in a cycle"),
     };
-    let diagnostic = Diagnostic::error(Code::DiscreteLoop, message).help("`pre(...)` reads the value before the event");
+    let diagnostic =
+        Diagnostic::error(Code::DiscreteLoop, message).help("use `pre(...)` to read the value from before the event");
     mark_equations(diagnostic, system, equations)
 }
 
@@ -189,7 +190,7 @@ pub(crate) fn reinits(system: &mut EquationSystem) -> Result<Vec<Assignment>, Di
         let Some(reinit) = assignment(system, eq, 0) else { continue };
         match reinit.target {
             Target::Var(v) if system.roles[v] != Role::State => {
-                let message = format!("`reinit` needs a state, and `{}` has no derivative", system.flat.var_name(v));
+                let message = format!("`reinit` needs a state, but `{}` has no derivative", system.flat.var_name(v));
                 return Err(mark_equations(Diagnostic::error(Code::Misplaced, message), system, &[eq]));
             }
             Target::Var(_) => reinits.push(reinit),

@@ -118,7 +118,7 @@ fn discrete_aliases_and_their_pre_values_are_joined() {
 }
 
 #[test]
-fn circles_of_discrete_variables_are_named() {
+fn cycles_of_discrete_variables_are_named() {
     let model = Model::new(&["boolean a", "boolean b", "boolean c"], &[])
         .with(Section::Discrete, &["a = not b", "b = a and c", "c = pre(a)"]);
     let outcome = sort(model.flat);

@@ -28,7 +28,7 @@ fn an_unknown_fixed_twice_is_named_and_so_are_those_left_open() {
     let fault = fault(model);
     assert_eq!(fault.code, Code::Singular);
     let text = text(&fault);
-    assert!(text.contains("2 equations determine one unknown `fixedTwice`"), "{text}");
+    assert!(text.contains("2 equations for only 1 unknown, `fixedTwice`"), "{text}");
     assert!(text.contains("`left`") && text.contains("`right`"), "{text}");
     assert!(text.contains("2*fixedTwice = cos(time)"), "{text}");
     assert!(!fault.labels.is_empty());
@@ -55,7 +55,7 @@ fn redundant_aliases_and_second_values_are_singular() {
 }
 
 #[test]
-fn circles_of_parameters_are_named() {
+fn cycles_of_parameters_are_named() {
     let model = Model::new(&["param a = 1", "param b = c + a", "param c = 2*d", "param d = b", "param e = b"], &[]);
     let fault = fault(model);
     assert_eq!(fault.code, Code::CircularParameters);

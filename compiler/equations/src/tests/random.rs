@@ -27,7 +27,7 @@ fn any_row() -> impl Strategy<Value = Row> {
         .prop_map(|(state, fixed, alias, nonlinear, others)| Row { state, fixed, alias, nonlinear, others })
 }
 
-/// Declarations and equations, the latter from `shift` on in a circle.
+/// Declarations and equations, the latter from `shift` on in a cycle.
 fn model(rows: &[Row], shift: usize) -> Model {
     let mut declarations = vec!["param p = 0.5".to_string()];
     let mut equations = Vec::new();

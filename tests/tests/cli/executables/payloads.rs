@@ -60,7 +60,7 @@ fn executables_say_what_is_wrong_with_them() {
             whole[..whole.len() - 40].to_vec(),
             "error: this is the launcher of hyd and holds no model, or the file was cut off",
         ),
-        ([&whole[..100_000], &whole[100_001..]].concat(), "error: `m` cannot run: it was cut off or has grown"),
+        ([&whole[..100_000], &whole[100_001..]].concat(), "error: `m` cannot run: it was cut off or extended"),
     ];
     for (k, (bytes, message)) in cases.into_iter().enumerate() {
         // The last one breaks the program itself on some systems; then it does not run at all, which is as good.
