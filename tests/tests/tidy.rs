@@ -2,7 +2,7 @@
 //!
 //! Manifests are read line by line, which suffices for the form they have here (`name.workspace = true` below a section).
 //! An arrow that is not in `ALLOWED` fails: modules cannot forbid a cycle, crates can.  Development dependencies are free.
-//! The ten longest files are printed (`--nocapture`).
+//! Files above the soft limit of their length are printed (`--nocapture`).
 
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,10 @@ const ALLOWED: [(&str, &[&str]); 26] = [
 /// Packages at the outer end, which may use all others and are used by none but each other.
 const OUTER: [&str; 3] = ["hyd", "hyd-tests", "hyd-fuzz"];
 
-const LONGEST_FILE: usize = 500;
+/// A file with more lines is printed: it may have two subjects.
+const LONG_FILE: usize = 500;
+/// Nobody can read more lines as one file.
+const LONGEST_FILE: usize = 900;
 const DRAWERS: [&str; 5] = ["utils", "util", "misc", "common", "helpers"];
 /// Parts of a path of one machine and words of one way to work, which say nothing to a reader; spelt in two parts so that this
 /// file is none of its own findings.
@@ -204,18 +207,15 @@ fn no_module_is_a_drawer() {
 }
 
 #[test]
-fn files_are_short() {
+fn files_can_be_read() {
     let mut lengths: Vec<(usize, String)> =
         files("rs").iter().map(|path| (read(path).lines().count(), shown(path))).collect();
     lengths.sort_by(|a, b| b.cmp(a));
-    println!("the longest files:");
-    lengths.iter().take(10).for_each(|(lines, path)| println!("{lines:6} {path}"));
-    let long: Vec<String> = lengths
-        .iter()
-        .filter(|(lines, _)| *lines > LONGEST_FILE)
-        .map(|(lines, path)| format!("{path} has {lines} lines"))
-        .collect();
-    assert!(long.is_empty(), "split by subject: {}", long.join(", "));
+    println!("files above {LONG_FILE} lines:");
+    let above = |limit: usize| lengths.iter().filter(move |(lines, _)| *lines > limit);
+    above(LONG_FILE).for_each(|(lines, path)| println!("{lines:6} {path}"));
+    let longest: Vec<String> = above(LONGEST_FILE).map(|(lines, path)| format!("{path} has {lines} lines")).collect();
+    assert!(longest.is_empty(), "split by subject: {}", longest.join(", "));
 }
 
 #[test]
