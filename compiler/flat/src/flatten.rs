@@ -6,68 +6,16 @@
 use std::sync::Arc;
 
 use hyd_instance::{InstId, InstanceTree, Scope};
-use hyd_source::{Code, Diagnostic, Span};
-use hyd_symbolic::{BodyId, NodeId};
 use hyd_syntax::tree::ClassKind;
+use hyd_typed::Typing;
 use rustc_hash::FxHashMap;
 
-use crate::body::{Builder, KnownBody};
-use crate::connect::Connections;
-use crate::context::{Context, Fail};
-use crate::draft::{Draft, Notes};
-use crate::emit::Canonical;
-use crate::index::{Affine, CounterId, Cut, Slots, Window};
-use crate::inject::{Injection, Pending};
-use crate::model::{BlockId, ConstId, FlatModel};
-use crate::unit_claim::FunctionUnits;
-
-/// Work in progress.
-pub(crate) struct Flattener<'t, 's> {
-    pub(crate) tree: &'t mut InstanceTree<'s>,
-    pub(crate) model: FlatModel,
-    /// Block of each variable instance.
-    pub(crate) blocks: FxHashMap<InstId, BlockId>,
-    /// What the equations so far leave for others to know.
-    pub(crate) notes: Notes,
-    /// Open attempts, one within the other.
-    pub(crate) drafts: Vec<Draft>,
-    pub(crate) slots: Slots,
-    /// Arrays of components whose subscripts around the text were asked for in the call being made.
-    pub(crate) asked: Vec<InstId>,
-    /// Statements run symbolically for the equation being lowered.
-    pub(crate) statements: u32,
-    pub(crate) connections: Connections,
-    /// Expressions being worked on, one within the other, those of called functions within those of the caller.
-    pub(crate) lowering: usize,
-    /// Expressions lowered for this equation so far.
-    pub(crate) lowered: u64,
-    /// Equations need more operands than there may be, and that has been said.
-    pub(crate) too_many_operands: bool,
-    /// Whether a parameter waits for the start, as far as asked.
-    pub(crate) late: FxHashMap<InstId, bool>,
-    /// Functions that are being compiled, innermost last, and those that were.
-    pub(crate) builders: Vec<Builder>,
-    pub(crate) bodies: Vec<KnownBody>,
-    /// Why the last function could not be run symbolically.
-    pub(crate) opaque_at: Span,
-    /// Terms to be added to equations.
-    pub(crate) injections: Vec<Pending>,
-    /// Numbers with units made so far.
-    pub(crate) quantities: FxHashMap<(Span, u64, Arc<str>), ConstId>,
-    /// Units that functions declare.
-    pub(crate) function_units: FxHashMap<InstId, FunctionUnits>,
-    /// It has physical connectors on its outside, so that it needs a model around it.
-    pub(crate) is_component: bool,
-    /// Functions that check integers, by the text that computes them.
-    pub(crate) range_checks: FxHashMap<Span, BodyId>,
-    pub(crate) numbers: FxHashMap<u64, ConstId>,
-    /// Templates made so far, by the sides they were made from.
-    pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,
-    /// Names of inputs of the model itself that follow recorded samples, and what they are.
-    pub(crate) driven: Vec<String>,
-    pub(crate) driven_instances: Vec<InstId>,
-    paths: FxHashMap<InstId, Arc<str>>,
-}
+use crate::connections::connect::Connections;
+use crate::model::FlatModel;
+use crate::sections::inject::Injection;
+use crate::work::draft::Notes;
+use crate::work::flattener::Flattener;
+use crate::work::index::Slots;
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
 pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
@@ -117,6 +65,8 @@ impl<'t, 's> Flattener<'t, 's> {
             canonical: FxHashMap::default(),
             driven: driven.to_vec(),
             driven_instances: Vec::new(),
+            functions: Flattener::call_outputs,
+            typing: Typing::default(),
             paths: FxHashMap::default(),
         }
     }
@@ -152,103 +102,6 @@ impl<'t, 's> Flattener<'t, 's> {
 }
 
 impl Flattener<'_, '_> {
-    pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
-        self.tree.table.report(diagnostic);
-    }
-
-    pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Fail {
-        self.report(Diagnostic::error(code, message).at(span, ""));
-        Fail::Reported
-    }
-
-    /// Instance path for origins.
-    pub(crate) fn path(&mut self, inst: InstId) -> Arc<str> {
-        if let Some(known) = self.paths.get(&inst) {
-            return known.clone();
-        }
-        let path: Arc<str> = hyd_instance::instance::path(&self.tree.instances, inst).into();
-        self.paths.insert(inst, path.clone());
-        path
-    }
-
-    pub(crate) fn variable_instances(&self) -> Vec<InstId> {
-        let mut list: Vec<(BlockId, InstId)> = self.blocks.iter().map(|(&inst, &block)| (block, inst)).collect();
-        list.sort_unstable();
-        list.into_iter().map(|(_, inst)| inst).collect()
-    }
-
-    /// Runs `body` with symbolic counters, as [`Self::with_counters`] does: an equation, or what is like one.
-    pub(crate) fn with_loops(
-        &mut self,
-        start: Context,
-        body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
-    ) {
-        self.lowered = 0;
-        self.with_counters(start, body);
-    }
-
-    /// Runs `body` with symbolic counters; where that fails for a subscript or condition, once for every part of the values of a
-    /// counter or for every value.
-    fn with_counters(&mut self, start: Context, body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>) {
-        self.begin_slots();
-        let mut cx = start.clone();
-        let said = self.tree.table.messages.count();
-        match self.attempt(|flat| body(flat, &mut cx)) {
-            (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
-            (Err(Fail::NeedsExpansion), _) => self.expand(&start, Vec::new(), body),
-            (Err(Fail::Split(counter, cut)), _) => {
-                for next in parts(&start, &cx, counter, cut) {
-                    self.with_counters(next, body);
-                    if self.tree.table.messages.count() > said {
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Fixes one counter after the other; a counter shows itself when `body` asks for it.
-    fn expand(
-        &mut self,
-        start: &Context,
-        fixed: Vec<i64>,
-        body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
-    ) {
-        let said = self.tree.table.messages.count();
-        let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
-        // Calls are made once for all values: their slots stay.
-        if self.slots.calls.is_empty() {
-            self.begin_slots();
-        }
-        match self.attempt(|flat| body(flat, &mut cx)) {
-            (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
-            (Err(Fail::NeedsExpansion), _) => {
-                if fixed.len() == cx.counts.len() {
-                    let span = self.tree.instances[start.scope.inst].span;
-                    let _ = self.error(Code::NotStructural, span, "a subscript here cannot be computed before the run");
-                    return;
-                }
-                let window = cx.window(CounterId(fixed.len() as u32));
-                for k in 0..window.count as i64 {
-                    let mut next = fixed.clone();
-                    next.push(window.first + window.stride * k);
-                    self.expand(start, next, body);
-                    if self.tree.table.messages.count() > said {
-                        return;
-                    }
-                }
-            }
-            (Err(Fail::Split(counter, cut)), _) => {
-                for next in parts(start, &cx, counter, cut) {
-                    self.expand(&next, fixed.clone(), body);
-                    if self.tree.table.messages.count() > said {
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
     fn read_experiment(&mut self) {
         let Some(class) = self.tree.instances[self.tree.root].class else { return };
         let def = self.tree.table.class(class).def.clone();
@@ -287,47 +140,12 @@ impl Flattener<'_, '_> {
             self.sections(child);
         }
     }
-
-    /// The surroundings of the equations of an instance: its arrays of components as counters.
-    pub(crate) fn context_of(&mut self, scope: Scope) -> Context {
-        Context::new(scope)
-    }
-
-    /// Adds the counters of the arrays of components around the scope (call first inside `with_loops`).
-    pub(crate) fn enter(&mut self, cx: &mut Context) {
-        for id in hyd_instance::instance::chain(&self.tree.instances, cx.scope.inst) {
-            let dims = self.tree.instances[id].dims.clone();
-            if !dims.is_empty() {
-                let own = dims.iter().map(|&d| cx.counter(d)).collect();
-                cx.implicit.push((id, own));
-            }
-        }
-    }
-}
-
-/// The surroundings `start` for each part of the values of a counter that `cx` was found to need.
-fn parts(start: &Context, cx: &Context, counter: CounterId, cut: Cut) -> Vec<Context> {
-    let with = |part: Window| {
-        let mut next = Context { cuts_left: start.cuts_left.saturating_sub(1), ..start.clone() };
-        next.windows.retain(|window| window.counter != counter);
-        next.windows.push(part);
-        next
-    };
-    cx.window(counter).parts(cut).into_iter().map(with).collect()
-}
-
-/// `affine * size`
-pub(crate) fn scale(affine: &Affine, size: usize) -> Affine {
-    Affine {
-        constant: affine.constant * size as i64,
-        terms: affine.terms.iter().map(|&(id, c)| (id, c * size as i64)).filter(|(_, c)| *c != 0).collect(),
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inject::TermShape;
+    use crate::sections::inject::TermShape;
     use hyd_instance::{ClassTable, SourceText, Sources};
 
     struct NoLibraries;

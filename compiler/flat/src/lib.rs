@@ -1,80 +1,28 @@
 //! Instance tree to flat model: variables and equations without components.
 //!
-//! `flatten` declares variables and drives the rest; `lower`, `reference`, `range`, `call` and `function` turn expressions into nodes
-//! over slots; `section` and `when` do the equation sections; `connect` makes the equations of connections.  Loops and arrays
-//! are lowered once with symbolic counters (`index`), so equations of a loop share one template and cost a few words each.
+//! `flatten` declares variables (`variables`) and drives the rest.  Texts come typed (`hyd_typed`); `expressions` turns them into nodes over
+//! slots, `functions` runs or compiles what they call, `sections` does equations and algorithms, `connections` the equations of
+//! connections.  All of them write through `work`: loops and arrays are lowered once with symbolic counters, so equations of a
+//! loop share one template and cost a few words each, and an attempt owns what it makes.
 //! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
 
-mod algorithm;
-mod array;
-mod assignment;
-mod body;
-mod body_statement;
-mod body_store;
-mod branch;
-mod call;
-mod call_memory;
-mod callee;
-mod callee_names;
-mod component_balance;
-mod connect;
-mod connect_sets;
-mod connector_match;
-mod context;
-mod delay;
-mod discrete_time;
-mod draft;
-mod element_names;
-mod emit;
-mod exact;
+mod connections;
+mod expressions;
 mod flatten;
-mod fold;
-mod form;
-mod function;
-mod given_derivative;
-mod given_value;
-mod homotopy;
-mod if_equation;
-mod index;
-mod inject;
-mod jump;
-mod known;
-mod large_result;
-mod lower;
-mod made;
+mod functions;
 pub mod model;
-mod model_ends;
-mod open_ends;
 mod operand;
-mod operator;
-mod piecewise;
 mod print;
-mod range;
-mod record;
-mod record_array;
-mod record_made;
-mod reduction;
-mod reference;
-mod rename;
-mod run_decided;
-mod sample;
-mod section;
-mod shape;
-mod sides;
-mod statement;
-mod text;
-mod unit_claim;
-mod variable;
+mod sections;
+mod variables;
 mod verify;
-mod walk;
-mod when;
-mod when_body;
+mod work;
 
 pub use flatten::{flatten, flatten_driven, flatten_with};
-pub use inject::{Injection, TermShape};
-pub use made::{Made, derivative_block, rate_unit};
 pub use model::{
     BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart,
     Operand, PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
 };
+pub use sections::inject::{Injection, TermShape};
 pub use verify::verify;
+pub use work::made::{Made, derivative_block, rate_unit};

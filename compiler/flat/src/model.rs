@@ -12,7 +12,8 @@ use hyd_source::{Origin, Span};
 use hyd_symbolic::{BodyId, TemplateId, Templates};
 use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
 
-use crate::made::Made;
+use crate::work::made::Made;
+
 pub use crate::operand::{Operand, Target};
 
 typed_index!(
@@ -293,6 +294,8 @@ pub struct FlatModel {
     pub templates: Templates,
     /// Equations in the order of the text, connection equations last.
     pub equations: Vec<EquationBlock>,
+    /// Texts that equations of connections come from, ascending: `connect` or, where nothing is connected, the connector.
+    pub connects: Vec<Span>,
     /// Delays in the order of their sites.
     pub delays: Vec<DelayBlock>,
     /// Inputs that follow recorded samples, in the order of their numbers.
@@ -318,6 +321,11 @@ pub struct FlatModel {
 }
 
 impl FlatModel {
+    /// True for equations of a connection.
+    pub fn is_connection(&self, block: &EquationBlock) -> bool {
+        self.connects.binary_search(&block.origin.span).is_ok()
+    }
+
     /// The block of a scalar variable and its position in it.
     pub fn locate(&self, v: VarId) -> (BlockId, usize) {
         let block = self.variables.raw.partition_point(|b| b.first <= v) - 1;

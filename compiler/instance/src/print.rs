@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::build::InstanceTree;
-use crate::instance::InstId;
+use crate::instantiation::instance::InstId;
+use crate::instantiation::tree::InstanceTree;
 
 impl fmt::Display for InstanceTree<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -30,7 +30,7 @@ impl InstanceTree<'_> {
     /// that name, a component is a variable or has a class.
     pub fn verify(&self) -> Result<(), String> {
         for (id, instance) in self.instances.iter_enumerated() {
-            let path = || crate::instance::path(&self.instances, id);
+            let path = || crate::instantiation::instance::path(&self.instances, id);
             for &child in &instance.children {
                 if self.instances[child].parent != Some(id) {
                     return Err(format!("a component of `{}` has another parent", path()));

@@ -132,14 +132,14 @@ pub(crate) fn without_subscripts(name: &str) -> String {
         .collect()
 }
 
-/// The only place of a variable in the text: by its name in the component, else (in a `connect`) by the longest part of it
+/// The only place of a variable in the text: by its name in the component, else (in a connection) by the longest part of it
 /// that occurs.
-fn place_of(text: &str, name: &str) -> Option<(usize, usize)> {
+fn place_of(text: &str, connection: bool, name: &str) -> Option<(usize, usize)> {
     let parts: Vec<&str> = name.split('.').collect();
     for length in (1..=parts.len()).rev() {
         for from in (0..=parts.len() - length).rev() {
             let whole = from + length == parts.len();
-            if !whole && !text.starts_with("connect") {
+            if !whole && !connection {
                 continue;
             }
             match occurrences(text, &parts[from..from + length].join("."))[..] {
@@ -153,8 +153,14 @@ fn place_of(text: &str, name: &str) -> Option<(usize, usize)> {
 }
 
 /// The place of an operand with the names `mine`, apart from another with the names `others`.
-pub(crate) fn operand(text: &str, span: Span, mine: &[String], others: &[String]) -> Option<Span> {
-    let places: Vec<(usize, usize)> = mine.iter().map(|name| place_of(text, name)).collect::<Option<_>>()?;
+pub(crate) fn operand(
+    (text, span): (&str, Span),
+    connection: bool,
+    mine: &[String],
+    others: &[String],
+) -> Option<Span> {
+    let places: Vec<(usize, usize)> =
+        mine.iter().map(|name| place_of(text, connection, name)).collect::<Option<_>>()?;
     let mut start = places.iter().map(|p| p.0).min()?;
     let mut end = places.iter().map(|p| p.1).max()?;
     let between = |name: &String| {

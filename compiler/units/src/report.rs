@@ -75,8 +75,7 @@ impl Reporter<'_> {
         let block = block_of(self.flat, equation);
         let arity = self.flat.templates.get(block.template).arity as usize;
         let operands = block.operands_of(k, arity);
-        let snippet = self.files.snippet(block.origin.span);
-        let connection = snippet.starts_with("connect") && block.origin.path.is_empty();
+        let connection = self.flat.is_connection(block);
         let mut left = self.side(equation, operands, row.nodes.0, &row.left, row.nodes.1);
         let mut right = row.nodes.1.map(|b| self.side(equation, operands, b, &row.right, Some(row.nodes.0)));
         if let (false, Some(right)) = (connection, &mut right)
@@ -157,7 +156,12 @@ impl Reporter<'_> {
         // The left side of a binding is the declaration itself.
         let bound = matches!(block.section, Section::Binding | Section::Start);
         let others = other.map(names).unwrap_or_default();
-        let place = place::operand(self.files.snippet(span), span, &names(node), if bound { &[] } else { &others });
+        let place = place::operand(
+            (self.files.snippet(span), span),
+            self.flat.is_connection(block),
+            &names(node),
+            if bound { &[] } else { &others },
+        );
         let unit = match (arena.node(node), mine.as_slice()) {
             (Node::Slot(_), [operand]) => self.own_text(*operand).unwrap_or_else(|| self.unit_text(unit)),
             _ => self.unit_text(unit),

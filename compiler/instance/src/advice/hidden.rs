@@ -10,7 +10,7 @@ use hyd_syntax::tree::{ClassBody, ClassDef, Element, Import, ImportKind, Iterato
 use hyd_syntax::visit::Visitor;
 use rustc_hash::FxHashMap;
 
-use crate::class::{elements, nested_classes};
+use crate::classes::class::{elements, nested_classes};
 
 /// A name that can be hidden: what it is, and where it is declared.
 type Outer = FxHashMap<Name, (&'static str, Span)>;

@@ -8,7 +8,7 @@ mod hidden;
 mod mentions;
 mod unused;
 
-use crate::class::{ClassId, ClassTable};
+use crate::classes::class::{ClassId, ClassTable};
 
 impl ClassTable<'_> {
     /// Adds the warnings about the classes of the main text.

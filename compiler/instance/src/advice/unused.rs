@@ -10,7 +10,7 @@ use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, Import, ImportKind, Name, Variability};
 
 use super::mentions::Mentions;
-use crate::class::{elements, nested_classes};
+use crate::classes::class::{elements, nested_classes};
 
 /// The warnings about the classes of a text.
 pub(super) fn unused(classes: &[Arc<ClassDef>]) -> Vec<Diagnostic> {

@@ -3,8 +3,8 @@
 use hyd_syntax::tree::BinaryOp;
 
 use super::Builtin;
-use crate::value::{Value, binary};
-use crate::work::volume;
+use crate::instantiation::work::volume;
+use crate::values::value::{Value, binary};
 
 /// The value of a function that rearranges arrays; `None` if it is another one or the arguments do not fit.
 pub(super) fn array_function(function: Builtin, values: &[Value]) -> Option<Value> {

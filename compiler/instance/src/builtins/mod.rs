@@ -229,6 +229,11 @@ impl Builtin {
         name.and_then(|part| Self::from_name(&part.name.name)).is_some_and(Self::asks_for_sizes)
     }
 
+    /// True if it reduces an array to a scalar.
+    pub fn is_fold(self) -> bool {
+        matches!(self, Builtin::Sum | Builtin::Product | Builtin::Min | Builtin::Max)
+    }
+
     /// True if it rearranges arrays, each element being one of an argument.
     pub fn is_array_function(self) -> bool {
         use Builtin::{Cat, Cross, Diagonal, Matrix, OuterProduct, Scalar, Skew, Symmetric, Transpose, Vector};

@@ -1,7 +1,6 @@
 //! Sizes of what functions of the language give, from those of their arguments (Modelica 3.6, sections 10.3.1 to 10.3.5).
 
 use hyd_source::{Code, Span};
-use hyd_syntax::tree::Expr;
 
 use super::Builtin;
 
@@ -68,11 +67,11 @@ impl SizeFault {
     }
 
     /// Where it is: the argument, or the call.
-    pub fn place(&self, arguments: &[Expr], call: Span) -> Span {
+    pub fn place(&self, argument: impl Fn(usize) -> Span, call: Span) -> Span {
         match self {
             SizeFault::Count(..) | SizeFault::NoArray => call,
-            SizeFault::Argument(k, ..) | SizeFault::Different(k, ..) => arguments[*k].span,
-            SizeFault::Dimension(..) => arguments[0].span,
+            SizeFault::Argument(k, ..) | SizeFault::Different(k, ..) => argument(*k),
+            SizeFault::Dimension(..) => argument(0),
         }
     }
 }

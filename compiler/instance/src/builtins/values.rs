@@ -2,8 +2,8 @@
 
 use super::Builtin;
 use super::arrays::array_function;
-use crate::value::{LARGEST_INTEGER, Value, binary};
-use crate::work::{MAX_VALUES, volume};
+use crate::instantiation::work::{MAX_VALUES, volume};
+use crate::values::value::{LARGEST_INTEGER, Value, binary};
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::math::Function;
 

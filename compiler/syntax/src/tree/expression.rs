@@ -86,6 +86,17 @@ pub enum ExprKind {
     End,
 }
 
+impl Expr {
+    /// A number as it could stand in the text.
+    pub fn number(value: f64, span: Span) -> Self {
+        let size = Expr { kind: ExprKind::Real(value.abs()), span };
+        match value.is_sign_negative() {
+            true => Expr { kind: ExprKind::Unary(UnaryOp::Minus, Box::new(size)), span },
+            false => size,
+        }
+    }
+}
+
 /// Unary operators.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum UnaryOp {

@@ -1,0 +1,190 @@
+//! Whether the two sides of a `connect` fit: sizes, and elements with name, flow or potential, type and sizes
+//! (Modelica 3.6, section 9.3); and whether a connected input has one source.
+
+use hyd_instance::InstId;
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::{ClassKind, Direction};
+
+use crate::connections::connect::{Leaf, Side};
+use crate::model::VarId;
+use crate::work::context::Fail;
+use crate::work::flattener::Flattener;
+
+impl Flattener<'_, '_> {
+    /// Reports an error if what a `connect` joins does not fit.
+    pub(crate) fn check_connectors(
+        &mut self,
+        span: Span,
+        [a, b]: [Span; 2],
+        left: &Side,
+        right: &Side,
+    ) -> Result<(), Fail> {
+        if left.shape != right.shape {
+            return Err(self.sizes_differ(span, (a, left), (b, right)));
+        }
+        let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
+        let alike = |a: &Leaf, b: &Leaf| {
+            let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
+            let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
+            (&a.path, a.flow, self.inner_sizes(a)) == (&b.path, b.flow, self.inner_sizes(b))
+                && scalars.is_some_and(|(p, q)| p.scalar.name() == q.scalar.name())
+        };
+        if x.len() == y.len() && x.iter().zip(&y).all(|(a, b)| alike(a, b)) {
+            return Ok(());
+        }
+        let describe = |flat: &Self, leaf: &Leaf| {
+            let own = &flat.tree.instances[leaf.inst];
+            let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
+            (leaf.path.clone(), leaf.flow, scalar.to_string(), flat.inner_sizes(leaf).to_vec())
+        };
+        let list = |leaves: &[Leaf]| leaves.iter().map(|l| describe(self, l)).collect::<Vec<_>>();
+        let (mut p, mut q) = (list(&x), list(&y));
+        p.sort();
+        q.sort();
+        if p == q {
+            return Ok(());
+        }
+        Err(self.kinds_differ(span, (a, &x), (b, &y)))
+    }
+
+    /// Sizes of a variable within its connector; where it is the connector itself, its sizes say which elements there are.
+    fn inner_sizes(&self, leaf: &Leaf) -> &[usize] {
+        if leaf.path.is_empty() { &[] } else { &self.tree.instances[leaf.inst].dims }
+    }
+
+    /// Says that one connector has other sizes than the other.
+    fn sizes_differ(&mut self, span: Span, (a, left): (Span, &Side), (b, right): (Span, &Side)) -> Fail {
+        let text = |span: Span| self.tree.table.files.snippet(span).to_string();
+        let sizes = |shape: &[usize]| match shape {
+            [] => "is a single connector".to_string(),
+            shape => format!("has the sizes {shape:?}"),
+        };
+        let (p, q) = (sizes(&left.shape), sizes(&right.shape));
+        let message = format!("`{}` {p}, but `{}` {q}", text(a), text(b));
+        let (first, second) = (self.tree.instances[left.inst].span, self.tree.instances[right.inst].span);
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "").with(first, p);
+        if second != first {
+            diagnostic = diagnostic.with(second, q);
+        }
+        self.report(diagnostic);
+        Fail::Reported
+    }
+
+    /// Says in what two connectors differ.
+    fn kinds_differ(&mut self, span: Span, (a, x): (Span, &[Leaf]), (b, y): (Span, &[Leaf])) -> Fail {
+        let names = |leaves: &[Leaf]| {
+            let sizes = |l: &Leaf| match self.inner_sizes(l) {
+                [] => String::new(),
+                sizes => format!("{sizes:?}"),
+            };
+            let texts: Vec<String> = leaves
+                .iter()
+                .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))
+                .collect();
+            texts.join(", ")
+        };
+        let (p, q) = (names(x), names(y));
+        let text = |span: Span| self.tree.table.files.snippet(span).to_string();
+        let message = format!("`{}` and `{}` are connectors of different kinds", text(a), text(b));
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message)
+            .at(span, "")
+            .with(a, format!("has {p}"))
+            .with(b, format!("has {q}"));
+        if let Some((why, places)) = self.first_difference((&text(a), x), (&text(b), y)) {
+            for place in places {
+                diagnostic = diagnostic.with(place, "declared here");
+            }
+            diagnostic = diagnostic.help(why);
+        }
+        self.report(diagnostic);
+        Fail::Reported
+    }
+
+    /// The first element in which two connectors differ, and where it is declared.
+    fn first_difference(&self, left: (&str, &[Leaf]), right: (&str, &[Leaf])) -> Option<(String, Vec<Span>)> {
+        let of = |leaf: &Leaf| &self.tree.instances[leaf.inst];
+        for ((name, leaves), (other, others)) in [(left, right), (right, left)] {
+            for leaf in leaves {
+                let path = &leaf.path;
+                let Some(same) = others.iter().find(|l| l.path == *path) else {
+                    let near = hyd_source::did_you_mean(path, others.iter().map(|l| l.path.as_ref()));
+                    let near = near.map(|hint| format!(" ({hint})")).unwrap_or_default();
+                    return Some((
+                        format!("`{other}` has no element `{path}`{near}, `{name}` has it"),
+                        vec![of(leaf).span],
+                    ));
+                };
+                let places = vec![of(leaf).span, of(same).span];
+                if leaf.flow != same.flow {
+                    let (flow, potential) = if leaf.flow { (name, other) } else { (other, name) };
+                    return Some((format!("`{path}` is a flow in `{flow}` and a potential in `{potential}`"), places));
+                }
+                if of(leaf).dims != of(same).dims {
+                    let sizes = |l: &Leaf| match of(l).dims.as_slice() {
+                        [] => "a scalar".to_string(),
+                        dims => format!("of size {dims:?}"),
+                    };
+                    let why = format!("`{path}` is {} in `{name}` and {} in `{other}`", sizes(leaf), sizes(same));
+                    return Some((why, places));
+                }
+                let scalar = |l: &Leaf| of(l).primitive.as_ref().map_or("?", |p| p.scalar.name()).to_string();
+                if scalar(leaf) != scalar(same) {
+                    let why = format!("`{path}` is {} in `{name}` and {} in `{other}`", scalar(leaf), scalar(same));
+                    return Some((why, places));
+                }
+            }
+        }
+        None
+    }
+
+    /// Reports a set of connected inputs and outputs with more than one source: an output seen from outside its
+    /// component, or a public input seen from inside (Modelica 3.6, section 9.3).  With each variable: whether it shows
+    /// its outside face, and the connect.
+    pub(crate) fn has_two_sources(&mut self, leaves: &[(InstId, bool, Span)], variables: &[(VarId, bool)]) -> bool {
+        let mut sources = Vec::new();
+        let mut taken = Vec::new();
+        for (&(leaf, outside, at), &(v, _)) in leaves.iter().zip(variables) {
+            match self.direction_of(leaf) {
+                Some(Direction::Output) if !outside => sources.push((v, leaf, at)),
+                Some(Direction::Input) if outside && !self.tree.instances[leaf].protected => {
+                    sources.push((v, leaf, at))
+                }
+                Some(_) => taken.push(v),
+                None => {}
+            }
+        }
+        let Some(span) = sources.iter().skip(1).map(|&(.., at)| at).max_by_key(|at| (at.file, at.start)) else {
+            return false;
+        };
+        let names: Vec<String> = sources.iter().map(|&(v, ..)| format!("`{}`", self.model.var_name(v))).collect();
+        let number = names.len();
+        let names = names.join(", ");
+        let message = match taken.first() {
+            Some(&v) => {
+                format!("`{}` takes one value, but {number} are connected to it: {names}", self.model.var_name(v))
+            }
+            None => format!("{number} sources are connected to each other: {names}"),
+        };
+        let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "");
+        for (_, leaf, _) in sources {
+            let declared = self.tree.instances[leaf].span;
+            if diagnostic.labels.iter().all(|label| label.span != declared) {
+                diagnostic = diagnostic.with(declared, "gives a value");
+            }
+        }
+        self.report(diagnostic.help("an output may go to several inputs, but an input takes one output"));
+        true
+    }
+
+    /// `input` or `output` of a variable in a connector, its own or that of what it is part of.
+    pub(crate) fn direction_of(&self, leaf: InstId) -> Option<Direction> {
+        let mut at = leaf;
+        loop {
+            let instance = &self.tree.instances[at];
+            if instance.direction.is_some() {
+                return instance.direction;
+            }
+            at = instance.parent.filter(|&p| self.tree.instances[p].kind == ClassKind::Connector)?;
+        }
+    }
+}

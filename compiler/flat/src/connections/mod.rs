@@ -1,0 +1,8 @@
+//! Connections: what is joined, the equations of it, what is left open.
+
+pub(crate) mod component_balance;
+pub(crate) mod connect;
+pub(crate) mod connect_sets;
+pub(crate) mod connector_match;
+pub(crate) mod model_ends;
+pub(crate) mod open_ends;

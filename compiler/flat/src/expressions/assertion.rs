@@ -1,0 +1,76 @@
+//! Assertions and the texts of messages in equations.
+
+use hyd_instance::ScalarType;
+use hyd_source::{Origin, Span};
+use hyd_symbolic::NodeId;
+use hyd_system::ValueKind;
+use hyd_typed::{Assertion, Expr};
+
+use crate::model::{MessagePart, Section};
+use crate::work::context::{Context, Fail};
+use crate::work::flattener::Flattener;
+
+impl Flattener<'_, '_> {
+    /// An assertion that counts only where `holds` does.
+    pub(crate) fn guarded_assertion(
+        &mut self,
+        span: Span,
+        parts: &Assertion,
+        cx: &mut Context,
+        holds: Option<NodeId>,
+    ) -> Result<(), Fail> {
+        let scope = cx.scope;
+        let (message, values) = self.message(&parts.text, scope, parts.error);
+        let before = std::mem::replace(&mut cx.no_event, true);
+        let test = self.lower(&parts.condition, cx, &[]);
+        cx.no_event = before;
+        let test = test?;
+        self.want_boolean(parts.condition.span, "`assert`", &test)?;
+        let values = self.message_values(message, &values, cx)?;
+        let arena = &mut self.model.templates.arena;
+        let node = match holds {
+            Some(holds) => {
+                let idle = arena.not(holds);
+                arena.or(idle, test.node)
+            }
+            None => test.node,
+        };
+        let origin = Origin { path: self.path(scope.inst), span };
+        self.emit(Section::Assert(message), node, values, &cx.loop_counts(), &origin);
+        Ok(())
+    }
+
+    /// `terminate(text)` in a `when` of an algorithm.
+    pub(crate) fn run_terminate(&mut self, span: Span, text: &Expr, cx: &mut Context) -> Result<(), Fail> {
+        let (message, values) = self.message(text, cx.scope, false);
+        let values = self.message_values(message, &values, cx)?;
+        let acts = cx.holds.unwrap_or_else(|| self.model.templates.arena.constant(1.0));
+        let origin = Origin { path: self.path(cx.scope.inst), span };
+        self.emit(Section::Terminate(message), acts, values, &cx.loop_counts(), &origin);
+        Ok(())
+    }
+
+    /// The values that a message shows, as the right side of its equation.
+    pub(crate) fn message_values(&mut self, message: u32, values: &[Expr], cx: &mut Context) -> Result<NodeId, Fail> {
+        let mut nodes = Vec::with_capacity(values.len());
+        let mut kinds = Vec::with_capacity(values.len());
+        for expr in values {
+            let value = self.lower(expr, cx, &[])?;
+            kinds.push(match &value.scalar {
+                ScalarType::Integer => ValueKind::Integer,
+                ScalarType::Boolean => ValueKind::Boolean,
+                ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
+                _ => ValueKind::Real,
+            });
+            nodes.push(value.node);
+        }
+        if let Some(message) = self.message_mut(message) {
+            let shown = message.parts.iter_mut().filter_map(|part| match part {
+                MessagePart::Value(_, kind) => Some(kind),
+                MessagePart::Text(_) => None,
+            });
+            shown.zip(kinds).for_each(|(kind, found)| *kind = found);
+        }
+        Ok(self.model.templates.arena.argument_list(&nodes))
+    }
+}

@@ -1,0 +1,100 @@
+//! Strings: they are known at translation, and texts of messages carry values of the run.
+//!
+//! A String has no value in an equation; a comparison of Strings is decided here and so is a condition made of it.  The text
+//! of an `assert` or `terminate` is a sum of Strings, of which `String(x)` may depend on the run: its expressions become
+//! rows of their own, written into the text when the message is given.
+
+use hyd_instance::{Env, ScalarType, Scope, Value};
+use hyd_symbolic::Relation;
+use hyd_syntax::tree::{Arguments, BinaryOp};
+use hyd_system::ValueKind;
+use hyd_typed::{Expr, Kind};
+
+use crate::model::{Message, MessagePart};
+use crate::work::context::{Context, Fail};
+use crate::work::flattener::Flattener;
+use crate::work::node::Typed;
+
+impl Flattener<'_, '_> {
+    /// A relation of two Strings; `None` if neither side is one.
+    pub(crate) fn relate_texts(
+        &mut self,
+        relation: Relation,
+        a: &Expr,
+        b: &Expr,
+        cx: &Context,
+    ) -> Result<Option<Typed>, Fail> {
+        if !a.ty.is_text() || !b.ty.is_text() {
+            return Ok(None);
+        }
+        let (x, y) = (self.text_value(a, cx)?, self.text_value(b, cx)?);
+        let order = x.cmp(&y);
+        let holds = match relation {
+            Relation::Less => order.is_lt(),
+            Relation::LessEqual => order.is_le(),
+            Relation::Greater => order.is_gt(),
+            Relation::GreaterEqual => order.is_ge(),
+            Relation::Equal => order.is_eq(),
+            Relation::NotEqual => order.is_ne(),
+        };
+        Ok(Some(self.literal(f64::from(u8::from(holds)), ScalarType::Boolean)))
+    }
+
+    /// A String known at translation.
+    pub(crate) fn text_value(&mut self, expr: &Expr, cx: &Context) -> Result<String, Fail> {
+        let (env, _) = cx.env();
+        if let Kind::Failed(said, _) = &expr.kind {
+            return Err(self.say(said));
+        }
+        Ok(match self.tree.evaluate(&expr.written(), cx.scope, &env)? {
+            Value::Text(text) => text.to_string(),
+            other => other.text(),
+        })
+    }
+
+    /// Adds the message of an `assert` or `terminate`: its number, and the expressions whose values it shows.
+    pub(crate) fn message(&mut self, text: &Expr, scope: Scope, error: bool) -> (u32, Vec<Expr>) {
+        let (mut parts, mut values) = (Vec::new(), Vec::new());
+        let shown = self.message_parts(text, scope, &mut parts, &mut values);
+        if values.is_empty() {
+            parts.clear();
+        }
+        let message = Message { text: shown.into(), parts, error };
+        // An assertion in a loop that is run through has one text.
+        let known = self.newest_message().filter(|(_, last)| values.is_empty() && **last == message);
+        let number = known.map(|(number, _)| number);
+        (number.unwrap_or_else(|| self.add_message(message)), values)
+    }
+
+    /// The pieces of a text; returns it as it is written.
+    fn message_parts(
+        &mut self,
+        expr: &Expr,
+        scope: Scope,
+        parts: &mut Vec<MessagePart>,
+        values: &mut Vec<Expr>,
+    ) -> String {
+        if let Kind::Binary(BinaryOp::Add, a, b) = &expr.kind {
+            return self.message_parts(a, scope, parts, values) + &self.message_parts(b, scope, parts, values);
+        }
+        // A number shown stays one of the run, so that parameters can still be set.
+        let number = matches!(&expr.kind, Kind::Format(..));
+        let known = matches!(expr.kind, Kind::Text(_)) || !number && self.known_before_run(expr);
+        let fixed = match known.then(|| self.tree.evaluate(&expr.written(), scope, &Env::default())) {
+            Some(Ok(Value::Text(text))) => Some(text.to_string()),
+            _ => None,
+        };
+        if let (None, Kind::Format(value, arguments)) = (&fixed, &expr.kind)
+            && let Arguments::List { positional, named } = &**arguments
+            && let Ok(format) = self.tree.text_format(expr.span, positional, named, scope, &Env::default())
+        {
+            // Which type it is shows when the value is lowered.
+            parts.push(MessagePart::Value(format, ValueKind::Real));
+            values.push(Expr::clone(value));
+            return self.tree.table.files.snippet(expr.span).to_string();
+        }
+        let text = fixed.unwrap_or_else(|| self.tree.table.files.snippet(expr.span).to_string());
+        parts.push(MessagePart::Text(text.clone().into()));
+        text
+    }
+}

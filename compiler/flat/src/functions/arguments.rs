@@ -1,0 +1,271 @@
+//! What is called with what: the values of the inputs of a function.
+//!
+//! Arguments stand by position or by name, defaults may use inputs before them (Modelica 3.6, section 12.4.1).  An argument
+//! with more dimensions than the input asks for one call per element (section 12.4.6).
+
+use std::rc::Rc;
+
+use hyd_instance::{ScalarType, Scope, Value};
+use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_syntax::tree::Name;
+use hyd_typed::{Call, Declaration, Expr, Function, Kind};
+
+use crate::work::context::{Context, Fail, Local};
+use crate::work::flattener::Flattener;
+use crate::work::index::Affine;
+
+impl Context {
+    /// The surroundings of the text of a function that is called from here, without names.
+    pub(crate) fn inside(&self, function: &Function) -> Context {
+        let mut inner = Context {
+            no_event: self.no_event || !function.generates_events(),
+            depth: self.depth + 1,
+            ..Context::new(Scope { inst: function.inst, frame: 0 })
+        };
+        inner.counts.clone_from(&self.counts);
+        inner.fixed.clone_from(&self.fixed);
+        inner.implicit.clone_from(&self.implicit);
+        inner.inputs = function.inputs().map(|v| v.name.name.clone()).collect();
+        inner.called.clone_from(&self.called);
+        inner.called.push((function.inst, false));
+        inner.called_from = self.called_from;
+        inner
+    }
+}
+
+/// The value of an input.
+pub(crate) struct Argument {
+    pub local: Local,
+    /// Sizes beyond those declared.
+    pub outer: Vec<usize>,
+}
+
+impl Flattener<'_, '_> {
+    /// Calls with the arguments of the text: once, or once per element where they are arrays of what is declared.
+    pub(crate) fn call_with_arguments(
+        &mut self,
+        span: Span,
+        callee: &Function,
+        call: &Call,
+        cx: &mut Context,
+    ) -> Result<Vec<(Name, Local)>, Fail> {
+        let values = match self.values_of_inputs(span, callee, call, cx) {
+            Err(Fail::Reported) => {
+                self.say_failed(callee);
+                return Err(Fail::Reported);
+            }
+            values => values?,
+        };
+        let Some(outer) = values.iter().map(|v| &v.outer).find(|outer| !outer.is_empty()).cloned() else {
+            let locals = values.into_iter().map(|v| v.local).collect();
+            return self.call_with(span, callee, locals, cx);
+        };
+        for value in values.iter().filter(|v| !v.outer.is_empty()) {
+            self.check_same_sizes("the arguments of a call per element", span, &value.outer, &outer)?;
+        }
+        let total: usize = outer.iter().product();
+        let mut results: Vec<(Name, Local)> = Vec::new();
+        for k in 0..total {
+            let locals = values.iter().map(|v| slice(v, k, total)).collect();
+            for (position, (name, local)) in self.call_with(span, callee, locals, cx)?.into_iter().enumerate() {
+                let (items, inner) = match local {
+                    Local::Array(items, inner) => (items, inner),
+                    Local::Record(_) | Local::Records(..) => {
+                        let message = "a function that gives a record cannot be called per element";
+                        return Err(self.error(Code::TypeMismatch, span, message));
+                    }
+                    single => (Rc::new(vec![self.as_node(span, &single)?]), Vec::new()),
+                };
+                if k == 0 {
+                    let shape = outer.iter().chain(&inner).copied().collect();
+                    results.push((name, Local::array(Vec::new(), shape)));
+                }
+                if let Local::Array(all, _) = &mut results[position].1 {
+                    Rc::make_mut(all).extend(items.iter().cloned());
+                }
+            }
+        }
+        if total == 0 {
+            let none = |v: &Declaration| (v.name.name.clone(), Local::array(Vec::new(), outer.clone()));
+            results = callee.outputs().map(none).collect();
+        }
+        Ok(results)
+    }
+
+    /// The values of all inputs in their order, defaults in place of those not given.
+    fn values_of_inputs(
+        &mut self,
+        span: Span,
+        callee: &Function,
+        call: &Call,
+        cx: &mut Context,
+    ) -> Result<Vec<Argument>, Fail> {
+        let (positional, named) = (&call.positional, &call.named);
+        let inputs: Vec<&Declaration> = callee.inputs().collect();
+        if positional.len() > inputs.len() {
+            let message = format!("too many arguments: {} are taken, {} are given", inputs.len(), positional.len());
+            return Err(self.error(Code::BadArguments, span, message));
+        }
+        for (name, expr) in named {
+            let Some(k) = inputs.iter().position(|c| c.name.name == name.name) else {
+                let help = did_you_mean(&name.name, inputs.iter().map(|c| c.name.name.as_ref()));
+                let message = format!("there is no input `{}`", name.name);
+                self.report(Diagnostic::error(Code::BadArguments, message).at(name.span, "").maybe_help(help));
+                return Err(Fail::Reported);
+            };
+            if k < positional.len() {
+                let message = format!("the input `{}` has a value already, by its position", name.name);
+                return Err(self.error(Code::BadArguments, name.span.to(expr.span), message));
+            }
+        }
+        let mut defaults = cx.inside(callee);
+        let mut values = Vec::with_capacity(inputs.len());
+        let mut spans = Vec::with_capacity(inputs.len());
+        for (k, input) in inputs.iter().enumerate() {
+            let by_name = || named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e);
+            let (local, outer) = match (positional.get(k).or_else(by_name), &input.value) {
+                (Some(expr), _) => {
+                    let local = match self.size_given(expr, callee, input, cx)? {
+                        Some(size) => size,
+                        None => self.local_value(expr, cx)?,
+                    };
+                    let outer = self.check_argument(expr, input, &local)?;
+                    spans.push(Some(expr.span));
+                    (local, outer)
+                }
+                (None, Some(default)) => {
+                    spans.push(None);
+                    (self.local_value(default, &mut defaults)?, Vec::new())
+                }
+                (None, None) => {
+                    let message = format!("the input `{}` has no value", input.name.name);
+                    return Err(self.error(Code::BadArguments, span, message));
+                }
+            };
+            defaults.names.push((input.name.name.clone(), local.clone()));
+            values.push(Argument { local, outer });
+        }
+        for ((input, value), span) in inputs.iter().zip(&values).zip(spans) {
+            if let Some(span) = span {
+                self.check_sizes_of_input(span, input, value, &mut defaults)?;
+            }
+        }
+        Ok(values)
+    }
+
+    /// The value of an argument that decides sizes inside the function, if parameters give it: they decide on structure then.
+    fn size_given(
+        &mut self,
+        expr: &Expr,
+        callee: &Function,
+        input: &Declaration,
+        cx: &Context,
+    ) -> Result<Option<Local>, Fail> {
+        let decides =
+            input.ty == hyd_typed::Type::scalar(ScalarType::Integer) && callee.decides_sizes(&input.name.name);
+        if !decides || cx.depth > 0 || !self.known_before_run(expr) {
+            return Ok(None);
+        }
+        let (env, complete) = cx.env();
+        if !complete && self.mentions_counter(expr, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        let text = expr.written();
+        match self.tree.quietly(|tree| tree.evaluate(&text, cx.scope, &env)) {
+            Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
+            _ => Ok(None),
+        }
+    }
+
+    /// The sizes that an input declares, where they are known here.
+    fn check_sizes_of_input(
+        &mut self,
+        span: Span,
+        input: &Declaration,
+        value: &Argument,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let (Local::Array(_, shape) | Local::Records(_, shape)) = &value.local else { return Ok(()) };
+        let own = &shape[value.outer.len()..];
+        for (dim, &size) in input.dims.iter().zip(own) {
+            if matches!(dim.kind, Kind::Colon) {
+                continue;
+            }
+            let known = self.quietly(|flat| flat.affine(dim, cx)).ok().and_then(|affine| affine.as_constant());
+            if let Some(wanted) = known.filter(|&wanted| wanted != size as i64) {
+                let name = &input.name.name;
+                let message = format!("the input `{name}` has the size {wanted} here, but this has {size}");
+                self.report(Diagnostic::error(Code::ArrayShape, message).at(span, "").with(dim.span, "declared here"));
+                return Err(Fail::Reported);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_rank_of_records(&mut self, expr: &Expr, input: &Declaration, local: &Local) -> Result<Vec<usize>, Fail> {
+        let (wanted, given) = (input.dims.len(), if let Local::Records(_, shape) = local { shape.len() } else { 0 });
+        if wanted == given {
+            return Ok(Vec::new());
+        }
+        let text = |rank: usize| match rank {
+            0 => "one record".to_string(),
+            1 => "an array of records".to_string(),
+            _ => format!("an array of records with {rank} dimensions"),
+        };
+        let message = format!("the input `{}` is {}, but this is {}", input.name.name, text(wanted), text(given));
+        Err(self.error(Code::ArrayShape, expr.span, message))
+    }
+
+    /// Rank and type of an argument against the declaration of the input.  An array more than is declared asks for
+    /// a call per element (12.4.6): the sizes of that array.
+    fn check_argument(&mut self, expr: &Expr, input: &Declaration, local: &Local) -> Result<Vec<usize>, Fail> {
+        let shape: &[usize] = match local {
+            Local::Array(_, shape) => shape,
+            _ => &[],
+        };
+        let rank = shape.len();
+        let outer = shape[..rank.saturating_sub(input.dims.len())].to_vec();
+        if rank < input.dims.len() && input.is_simple() {
+            let rank_text = |rank: usize| match rank {
+                0 => "a scalar".to_string(),
+                1 => "an array".to_string(),
+                _ => format!("an array with {rank} dimensions"),
+            };
+            let (wanted, given) = (rank_text(input.dims.len()), rank_text(rank));
+            let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
+            return Err(self.error(Code::ArrayShape, expr.span, message));
+        }
+        let wanted = input.text.class.parts[0].name.as_ref();
+        let given = match local {
+            Local::Node(typed) => typed.scalar.name().to_string(),
+            Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
+            Local::Index(_) => "Integer".to_string(),
+            Local::Value(value) => value.type_name(),
+            Local::Record(_) | Local::Records(..) => return self.check_rank_of_records(expr, input, local),
+        };
+        let fits = input.text.class.parts.len() > 1
+            || !matches!(wanted, "Real" | "Integer" | "Boolean")
+            || wanted == given
+            || wanted == "Real" && given == "Integer";
+        if fits {
+            return Ok(if input.is_simple() { outer } else { Vec::new() });
+        }
+        let message = format!("the input `{}` is {wanted}, but this is {given}", input.name.name);
+        Err(self.error(Code::TypeMismatch, expr.span, message))
+    }
+}
+
+/// Element `k` of `total` of an argument that is an array of what is declared.
+fn slice(argument: &Argument, k: usize, total: usize) -> Local {
+    match &argument.local {
+        Local::Array(items, shape) if !argument.outer.is_empty() => {
+            let size = items.len() / total.max(1);
+            let part = items[k * size..(k + 1) * size].to_vec();
+            match &shape[argument.outer.len()..] {
+                [] => Local::Node(part[0].clone()),
+                inner => Local::array(part, inner.to_vec()),
+            }
+        }
+        other => other.clone(),
+    }
+}

@@ -1,0 +1,61 @@
+//! What statements of an algorithm section do to the variables of the model.
+
+use hyd_source::{Code, Origin, Span};
+use hyd_typed::{Expr, Statement};
+
+use crate::model::Section;
+use crate::work::context::{Context, Fail};
+use crate::work::flattener::Flattener;
+
+impl Flattener<'_, '_> {
+    /// `when` in an algorithm: the branch that fires runs, else all stays as it was.
+    pub(crate) fn run_when(
+        &mut self,
+        span: Span,
+        branches: &[(Expr, Vec<Statement>)],
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let mut conditions = Vec::new();
+        for (condition, _) in branches {
+            match cx.whens.iter().find(|(span, _)| *span == condition.span) {
+                Some((_, found)) => conditions.push(found.clone()),
+                None => {
+                    let message = "`when` is allowed only at the top of an algorithm section of a model";
+                    return Err(self.error(Code::Misplaced, span, message));
+                }
+            }
+        }
+        let fires = self.fires(&conditions, cx)?;
+        let before = cx.in_when;
+        for (k, (condition, body)) in branches.iter().enumerate() {
+            let mut yes = cx.clone();
+            yes.in_when = true;
+            let arena = &mut self.model.templates.arena;
+            yes.holds = Some(cx.holds.map_or(fires[k], |holds| arena.and(holds, fires[k])));
+            self.run(body, &mut yes)?;
+            let no = cx.clone();
+            self.join_contexts(condition.span, fires[k], yes, no, cx)?;
+        }
+        cx.in_when = before;
+        Ok(())
+    }
+
+    /// `reinit(state, value)` in a `when` of an algorithm.
+    pub(crate) fn run_reinit(&mut self, span: Span, state: &Expr, value: &Expr, cx: &mut Context) -> Result<(), Fail> {
+        if self.is_no_state(state) {
+            return Err(Fail::Reported);
+        }
+        let shape = self.shape(state, cx)?;
+        let acts = cx.holds.unwrap_or_else(|| self.model.templates.arena.constant(1.0));
+        let origin = Origin { path: self.path(cx.scope.inst), span };
+        let scalar = self.shape(value, cx)?.is_empty();
+        for at in crate::sections::if_equation::positions(&shape) {
+            let target = self.lower(state, cx, &at)?;
+            let new = self.lower(value, cx, if scalar { &[] } else { &at })?;
+            self.want_number(value.span, "`reinit`", &new)?;
+            let right = self.model.templates.arena.select(acts, new.node, target.node);
+            self.emit(Section::Reinit, target.node, right, &cx.loop_counts(), &origin);
+        }
+        Ok(())
+    }
+}

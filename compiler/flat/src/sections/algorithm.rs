@@ -1,0 +1,182 @@
+//! Algorithm sections of models: run symbolically, then one equation per variable they set.
+//!
+//! `algorithm v := e; ...` determines every variable it assigns: `v = node` with the node found by running the
+//! statements; values of other continuous variables stand in it as those variables.  A variable read before its first
+//! assignment has its value before the event (discrete) or its start value
+//! (Modelica 3.6, section 11.1.2).
+
+use std::rc::Rc;
+
+use hyd_instance::Scope;
+use hyd_source::{Code, Origin, Span};
+use hyd_symbolic::{Node, NodeId, replace_below};
+use hyd_system::{ValueKind, Variability};
+use hyd_typed::{Expr, Kind as Form, Statement, StatementKind};
+use rustc_hash::FxHashMap;
+
+use crate::functions::statement::Flow;
+use crate::model::{PerElement, Section, VarId};
+use crate::sections::loops::Loops;
+use crate::sections::when_condition::WhenCondition;
+use crate::work::context::Fail;
+use crate::work::flattener::Flattener;
+use crate::work::index::{Affine, Kind, SlotKey};
+use crate::work::node::Typed;
+
+/// Where a statement stands.
+#[derive(Clone, Copy)]
+struct Place {
+    in_when: bool,
+    initial: bool,
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn algorithm(&mut self, statements: &[Statement], initial: bool, span: Span, scope: Scope) {
+        let mut whens = Vec::new();
+        if !self.when_conditions(statements, scope, &mut whens) {
+            return;
+        }
+        let origin = Origin { path: self.path(scope.inst), span };
+        let start = self.context_of(scope);
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter(cx);
+            cx.whens.clone_from(&whens);
+            cx.assigned = Some(Vec::new());
+            let mut targets = Vec::new();
+            flat.targets(statements, Place { in_when: false, initial }, &mut targets)?;
+            cx.algorithm_targets = Rc::new(targets.into_iter().collect());
+            let flow = flat.run(statements, cx);
+            if !matches!(flow, Ok(Flow::Next) | Err(Fail::Reported | Fail::NeedsExpansion)) {
+                let message = "`return` and `break` end a function or a loop, not an algorithm section";
+                return Err(flat.error(Code::Misplaced, span, message));
+            }
+            flow?;
+            let assigned = cx.assigned.take().unwrap_or_default();
+            let variables = if initial { FxHashMap::default() } else { flat.variables_of_values(&assigned) };
+            for (v, value) in assigned {
+                let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
+                let left = flat.model.templates.arena.slot(slot);
+                let discrete = flat.variable_of(v).variability == Variability::Discrete;
+                let kind = match (initial, discrete) {
+                    (true, _) => Section::Initial,
+                    (false, true) => Section::Discrete,
+                    (false, false) => Section::Continuous,
+                };
+                let right = match kind {
+                    Section::Continuous => replace_below(&mut flat.model.templates.arena, value.node, &variables),
+                    _ => value.node,
+                };
+                flat.emit(kind, left, right, &cx.loop_counts(), &origin);
+            }
+            Ok(())
+        });
+    }
+
+    /// The continuous variables that values are of: the others use the variable, so that a recurrence over n variables does not become
+    /// expressions of n operations.
+    fn variables_of_values(&mut self, assigned: &[(VarId, Typed)]) -> FxHashMap<NodeId, NodeId> {
+        let mut known = FxHashMap::default();
+        for (v, value) in assigned {
+            let operation = matches!(
+                self.model.templates.arena.node(value.node),
+                Node::Neg(_)
+                    | Node::Add(..)
+                    | Node::Sub(..)
+                    | Node::Mul(..)
+                    | Node::Div(..)
+                    | Node::If(..)
+                    | Node::Call1(..)
+                    | Node::Call2(..)
+                    | Node::Apply(..)
+            );
+            let variable = self.variable_of(*v);
+            let real = (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real);
+            if operation && real {
+                let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
+                known.entry(value.node).or_insert_with(|| self.model.templates.arena.slot(slot));
+            }
+        }
+        known
+    }
+
+    /// Discrete Booleans for the conditions of all `when` statements of the section.
+    fn when_conditions(
+        &mut self,
+        statements: &[Statement],
+        scope: Scope,
+        whens: &mut Vec<(Span, Vec<WhenCondition>)>,
+    ) -> bool {
+        for statement in statements {
+            if let StatementKind::When(branches) = &statement.kind {
+                let number = self.next_when();
+                for (k, (condition, _)) in branches.iter().enumerate() {
+                    match self.conditions(condition, number, k, scope, &Loops::default()) {
+                        Some(found) => whens.push((condition.span, found)),
+                        None => return false,
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// The scalar variables the statements assign; those set inside `when` become discrete.
+    fn targets(&mut self, statements: &[Statement], place: Place, targets: &mut Vec<VarId>) -> Result<(), Fail> {
+        for statement in statements {
+            match &statement.kind {
+                StatementKind::Assign(target, _) => self.target(target, place, targets)?,
+                StatementKind::AssignTuple(list, _) => {
+                    for target in list.iter().flatten() {
+                        self.target(target, place, targets)?;
+                    }
+                }
+                StatementKind::If(branches) => {
+                    for (_, body) in branches {
+                        self.targets(body, place, targets)?;
+                    }
+                }
+                StatementKind::When(branches) => {
+                    for (_, body) in branches {
+                        self.targets(body, Place { in_when: true, ..place }, targets)?;
+                    }
+                }
+                StatementKind::For(_, body) | StatementKind::While(_, body) => self.targets(body, place, targets)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// All elements of the variable named: which of them are set may depend on loops.
+    fn target(&mut self, target: &Expr, place: Place, targets: &mut Vec<VarId>) -> Result<(), Fail> {
+        let Form::Variable(variable) = &target.kind else {
+            return Err(self.error(Code::Misplaced, target.span, "only variables can be assigned"));
+        };
+        let last = variable.last();
+        let known = self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter;
+        let leaves = self.variables_below(last);
+        let computed = place.initial
+            && self.tree.instances[last].variability == hyd_syntax::tree::Variability::Parameter
+            && leaves.iter().all(|&block| self.model.variables[block].fixed == PerElement::All(false));
+        if known && !computed {
+            let message =
+                format!("`{}` is a parameter or constant and cannot be assigned", self.tree.instances[last].name);
+            return Err(self.error(Code::Misplaced, target.span, message));
+        }
+        if place.in_when {
+            self.make_discrete(last);
+        }
+        for block in leaves {
+            let block = &self.model.variables[block];
+            targets.extend((0..block.count).map(|k| VarId(block.first.0 + k)));
+        }
+        Ok(())
+    }
+
+    fn variables_below(&self, inst: hyd_instance::InstId) -> Vec<crate::model::BlockId> {
+        match self.blocks.get(&inst) {
+            Some(&block) => vec![block],
+            None => self.tree.instances[inst].children.iter().flat_map(|&c| self.variables_below(c)).collect(),
+        }
+    }
+}

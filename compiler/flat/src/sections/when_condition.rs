@@ -1,0 +1,109 @@
+//! Conditions of `when` as discrete Booleans, and when a branch fires.
+
+use hyd_source::{Code, Diagnostic};
+use hyd_symbolic::{Node, NodeId};
+use hyd_syntax::tree::Variability;
+use hyd_typed::Expr;
+
+use crate::model::VarId;
+use crate::work::context::{Context, Fail};
+use crate::work::flattener::Flattener;
+use crate::work::index::{Affine, Kind, SlotKey};
+
+/// One condition of a branch.
+#[derive(Clone, Debug)]
+pub(crate) enum WhenCondition {
+    /// `initial()`
+    Initial,
+    /// A discrete Boolean, one per element of the loops.
+    Variable(VarId),
+}
+
+impl Flattener<'_, '_> {
+    pub(crate) fn condition_slot(&mut self, first: VarId, cx: &Context, kind: Kind) -> Result<NodeId, Fail> {
+        let mut offset = Affine::constant(0);
+        for (k, &size) in cx.counts.iter().enumerate() {
+            let at = match &cx.fixed {
+                Some(values) if k < values.len() => Affine::constant(values[k]),
+                _ => Affine::counter(crate::work::index::CounterId(k as u32)),
+            };
+            offset = crate::work::flattener::scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
+        }
+        let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
+        Ok(self.model.templates.arena.slot(slot))
+    }
+
+    /// When each branch fires.
+    pub(crate) fn fires(&mut self, conditions: &[Vec<WhenCondition>], cx: &Context) -> Result<Vec<NodeId>, Fail> {
+        let mut result: Vec<NodeId> = Vec::new();
+        let mut earlier: Option<NodeId> = None;
+        for branch in conditions {
+            let mut own: Option<NodeId> = None;
+            for condition in branch {
+                let edge = match condition {
+                    WhenCondition::Initial => self.model.templates.arena.intern(Node::Initial),
+                    WhenCondition::Variable(first) => {
+                        let now = self.condition_slot(*first, cx, Kind::Var)?;
+                        let before = self.condition_slot(*first, cx, Kind::Pre)?;
+                        let arena = &mut self.model.templates.arena;
+                        let off = arena.not(before);
+                        let rises = arena.and(now, off);
+                        let initial = arena.intern(Node::Initial);
+                        let running = arena.not(initial);
+                        arena.and(rises, running)
+                    }
+                };
+                let arena = &mut self.model.templates.arena;
+                own = Some(own.map_or(edge, |o| arena.or(o, edge)));
+            }
+            let arena = &mut self.model.templates.arena;
+            let own = own.unwrap_or_else(|| arena.constant(0.0));
+            let fires = match earlier {
+                None => own,
+                Some(before) => {
+                    let none = arena.not(before);
+                    arena.and(own, none)
+                }
+            };
+            earlier = Some(earlier.map_or(own, |e| arena.or(e, own)));
+            result.push(fires);
+        }
+        Ok(result)
+    }
+
+    /// A Real variable set inside `when` changes at events only.
+    pub(crate) fn make_discrete(&mut self, inst: hyd_instance::InstId) {
+        if let Some(&block) = self.blocks.get(&inst)
+            && self.model.variables[block].variability == hyd_system::Variability::Continuous
+        {
+            self.model.variables[block].variability = hyd_system::Variability::Discrete;
+            self.tree.instances[inst].variability = Variability::Discrete;
+        }
+    }
+
+    /// The number of a `when` of the text.
+    pub(crate) fn next_when(&mut self) -> u32 {
+        self.tables().notes.whens += 1;
+        self.all_notes().map(|notes| notes.whens).sum()
+    }
+
+    /// Reports a `reinit` of what cannot be a state.
+    pub(crate) fn is_no_state(&mut self, state: &Expr) -> bool {
+        let Some(variable) = state.variable() else { return false };
+        let instance = &self.tree.instances[variable.last()];
+        let (variability, declared) = (instance.variability, instance.span);
+        if variability == Variability::Continuous {
+            return false;
+        }
+        let parameter = variability <= Variability::Parameter;
+        let why = if parameter { "is constant" } else { "has no derivative" };
+        let message = format!("`reinit` needs a state, but `{}` {why}", printed(state));
+        self.report(Diagnostic::error(Code::Misplaced, message).at(state.span, "").with(declared, "declared here"));
+        true
+    }
+}
+
+/// An expression as it is written.
+pub(crate) fn printed(expr: &Expr) -> String {
+    hyd_syntax::print_expr(&expr.written())
+}

@@ -1,0 +1,5 @@
+//! Variables of instances with their attributes, bindings and start values.
+
+pub(crate) mod element_names;
+pub(crate) mod given_value;
+pub(crate) mod variable;

@@ -1,0 +1,483 @@
+//! Variables of instances: blocks with names and attributes, bindings and start values as equations.
+
+use std::sync::Arc;
+
+use hyd_index::TypedIndex;
+use hyd_instance::modifier::Applied;
+use hyd_instance::{InstId, Known, ScalarType, Value, sizes_text};
+use hyd_source::{Code, Diagnostic, Origin, Reported};
+use hyd_syntax::tree::{Direction, Variability as Declared};
+use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+use hyd_typed::Expr;
+
+use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
+use crate::work::context::{Context, Fail};
+use crate::work::flattener::{Flattener, scale};
+use crate::work::index::{Affine, Kind, SlotKey};
+
+/// Most scalar variables of one model.
+const MAX_VARIABLES: usize = Operand::LIMIT;
+
+impl VariableBlock {
+    /// The `stateSelect` attribute of one of its scalars.
+    pub fn state_select_of(&self, v: VarId) -> StateSelect {
+        self.state_select.get((v.0 - self.first.0) as usize)
+    }
+}
+
+impl Flattener<'_, '_> {
+    /// Makes the variables of an instance and all below it.
+    pub(crate) fn declare(&mut self, inst: InstId) {
+        if self.tree.instances[inst].absent {
+            return;
+        }
+        if self.tree.instances[inst].primitive.is_some() {
+            self.declare_variable(inst);
+            return;
+        }
+        for child in self.tree.instances[inst].children.clone() {
+            self.declare(child);
+        }
+    }
+
+    pub(crate) fn declare_variable(&mut self, inst: InstId) {
+        let instance = &self.tree.instances[inst];
+        let Some(primitive) = &instance.primitive else { return };
+        let kind = match &primitive.scalar {
+            ScalarType::Real => ValueKind::Real,
+            ScalarType::Integer => ValueKind::Integer,
+            ScalarType::Boolean => ValueKind::Boolean,
+            ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
+            ScalarType::Text => return,
+        };
+        let variability = match instance.variability {
+            Declared::Constant => Variability::Constant,
+            Declared::Parameter => Variability::Parameter,
+            Declared::Discrete => Variability::Discrete,
+            Declared::Continuous => Variability::Continuous,
+        };
+        let name = self.name_pattern(inst);
+        let count = name.count();
+        let span = instance.span;
+        if self.model.scalars as usize + count > MAX_VARIABLES {
+            let _ = self.error(Code::Limit, span, format!("the model has more than {MAX_VARIABLES} variables"));
+            return;
+        }
+        let known = variability <= Variability::Parameter;
+        let block = VariableBlock {
+            name,
+            first: VarId(self.model.scalars),
+            count: count as u32,
+            kind,
+            variability,
+            unit: None,
+            element_units: Vec::new(),
+            display_unit: None,
+            description: instance.description.clone(),
+            settable: Settable::No,
+            protected: instance.protected,
+            made: None,
+            has_start: false,
+            fixed: PerElement::All(known),
+            min: PerElement::All(f64::NEG_INFINITY),
+            max: PerElement::All(f64::INFINITY),
+            limit_spans: [None, None],
+            nominal: PerElement::All(None),
+            state_select: PerElement::All(StateSelect::Default),
+            origin: Origin { path: "".into(), span },
+        };
+        let parent = instance.parent;
+        let id = self.model.variables.push(block);
+        if let Some(parent) = parent {
+            self.model.variables[id].origin.path = self.path(parent);
+        }
+        self.model.scalars += count as u32;
+        self.blocks.insert(inst, id);
+    }
+
+    pub(crate) fn name_pattern(&self, inst: InstId) -> NamePattern {
+        let mut parts: Vec<(Arc<str>, Vec<u32>)> = Vec::new();
+        let mut text = String::new();
+        for id in hyd_instance::instance::chain(&self.tree.instances, inst) {
+            let instance = &self.tree.instances[id];
+            if instance.name.is_empty() {
+                continue;
+            }
+            if !text.is_empty() || !parts.is_empty() {
+                text.push('.');
+            }
+            text.push_str(&instance.name);
+            if !instance.dims.is_empty() {
+                parts.push((std::mem::take(&mut text).into(), instance.dims.iter().map(|&d| d as u32).collect()));
+            }
+        }
+        if !text.is_empty() || parts.is_empty() {
+            parts.push((text.into(), Vec::new()));
+        }
+        NamePattern { parts, derivative: false }
+    }
+
+    pub(crate) fn attribute(&self, inst: InstId, name: &str) -> Option<Applied> {
+        let primitive = self.tree.instances[inst].primitive.as_ref()?;
+        primitive.attributes.iter().find(|(n, _)| n.as_ref() == name).map(|(_, a)| a.clone())
+    }
+
+    pub(crate) fn attributes(&mut self, inst: InstId) {
+        let block = self.blocks[&inst];
+        self.model.variables[block].unit = self.text_attribute(inst, "unit");
+        self.model.variables[block].element_units = self.element_units(inst);
+        self.model.variables[block].display_unit = self.text_attribute(inst, "displayUnit");
+        self.check_attributes(inst);
+        if let Some(values) = self.element_values(inst, "fixed") {
+            let flags = |v: &Value| matches!(v, Value::Boolean(true));
+            self.model.variables[block].fixed = per_element(&values, flags);
+        }
+        if let Some(values) = self.element_values(inst, "min") {
+            self.model.variables[block].min = per_element(&values, |v| v.as_stored().unwrap_or(f64::NEG_INFINITY));
+        }
+        if let Some(values) = self.element_values(inst, "max") {
+            self.model.variables[block].max = per_element(&values, |v| v.as_stored().unwrap_or(f64::INFINITY));
+        }
+        for (k, name) in ["min", "max"].into_iter().enumerate() {
+            let stated = self.attribute(inst, name).and_then(|applied| applied.tree.span);
+            self.model.variables[block].limit_spans[k] = stated;
+        }
+        if let Some(values) = self.element_values(inst, "nominal") {
+            let positive = |v: &Value| v.as_real().map(f64::abs).filter(|x| *x > 0.0 && x.is_finite());
+            self.model.variables[block].nominal = per_element(&values, positive);
+        }
+        if let Some(values) = self.element_values(inst, "stateSelect") {
+            self.model.variables[block].state_select = per_element(&values, |value| match value {
+                Value::Enumeration(_, 1) => StateSelect::Never,
+                Value::Enumeration(_, 2) => StateSelect::Avoid,
+                Value::Enumeration(_, 4) => StateSelect::Prefer,
+                Value::Enumeration(_, 5) => StateSelect::Always,
+                _ => StateSelect::Default,
+            });
+        }
+    }
+
+    /// `fixed` is a truth value, limits and `nominal` are numbers, `nominal` is positive, `min` is not above `max`.
+    fn check_attributes(&mut self, inst: InstId) {
+        let mut numbers = [None, None];
+        for name in ["fixed", "min", "max", "nominal"] {
+            let Some(applied) = self.attribute(inst, name) else { continue };
+            let Ok(value) = self.attribute_value(name, &applied) else { continue };
+            let span = applied.tree.binding.as_ref().map_or(self.tree.instances[inst].span, |e| e.span);
+            for element in value.flatten() {
+                let number = element.as_real();
+                let limit = name == "min" || name == "max";
+                let fits = match name {
+                    "fixed" => matches!(element, Value::Boolean(_)),
+                    _ => number.is_some() || limit && matches!(element, Value::Enumeration(..)),
+                };
+                if !fits {
+                    let wanted = if name == "fixed" { "a Boolean" } else { "a number" };
+                    let message = format!("`{name}` must be {wanted}, not {}", element.type_name());
+                    let _ = self.error(Code::TypeMismatch, span, message);
+                    return;
+                }
+                if name == "nominal" && number.is_some_and(|x| x <= 0.0) {
+                    let _ =
+                        self.error(Code::Value, span, "`nominal` must be positive: it says how large the variable is");
+                }
+            }
+            if value.shape().is_empty() && (name == "min" || name == "max") {
+                numbers[usize::from(name == "max")] = value.as_real();
+            }
+            if let ("max", [Some(low), Some(high)]) = (name, numbers)
+                && low > high
+            {
+                let path = self.path(inst);
+                let _ = self.error(Code::Value, span, format!("`{path}` has `min` {low} above `max` {high}"));
+            }
+        }
+    }
+
+    /// The units of the elements where they differ.
+    fn element_units(&mut self, inst: InstId) -> Vec<Arc<str>> {
+        if self.model.variables[self.blocks[&inst]].unit.is_none() {
+            return Vec::new();
+        }
+        let Some(values) = self.element_values(inst, "unit") else { return Vec::new() };
+        let texts = values.iter().filter_map(|value| match value {
+            Value::Text(text) => Some(text.clone()),
+            _ => None,
+        });
+        let texts: Vec<Arc<str>> = texts.collect();
+        if texts.iter().all(|text| Some(text) == texts.first()) { Vec::new() } else { texts }
+    }
+
+    pub(crate) fn text_attribute(&mut self, inst: InstId, name: &str) -> Option<Arc<str>> {
+        let applied = self.attribute(inst, name)?;
+        match self.tree.evaluate_applied(&applied).ok()? {
+            Value::Array(items) => match items.first().map(Value::flatten)?.first()? {
+                Value::Text(text) => Some(text.clone()),
+                _ => None,
+            },
+            Value::Text(text) => Some(text),
+            other => {
+                let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
+                let _ = self.error(
+                    Code::TypeMismatch,
+                    span,
+                    format!("`{name}` must be a String, not {}", other.type_name()),
+                );
+                None
+            }
+        }
+    }
+
+    /// Value of an attribute at translation. A `nominal` value fixes no parameter that it is computed from.
+    fn attribute_value(&mut self, name: &str, applied: &Applied) -> Result<Value, Reported> {
+        if name == "nominal" { self.tree.guess_applied(applied) } else { self.tree.evaluate_applied(applied) }
+    }
+
+    /// Values of an attribute known at translation, one per element of the whole block (one alone if the same for all).
+    pub(crate) fn element_values(&mut self, inst: InstId, name: &str) -> Option<Vec<Value>> {
+        let applied = self.attribute(inst, name)?;
+        let value = self.attribute_value(name, &applied).ok()?;
+        if value.shape().is_empty() {
+            return Some(vec![value]);
+        }
+        let count = self.model.variables[self.blocks[&inst]].count as usize;
+        let flat: Vec<Value> = value.flatten().into_iter().cloned().collect();
+        if flat.len() == count {
+            return Some(flat);
+        }
+        // Spread over the inner arrays only: repeat for the outer ones.
+        if !flat.is_empty() && count.is_multiple_of(flat.len()) {
+            return Some(flat.iter().cycle().take(count).cloned().collect());
+        }
+        let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
+        let _ = self.error(Code::ArrayShape, span, format!("`{name}` has {} values for {count} elements", flat.len()));
+        None
+    }
+
+    /// Bindings and start values become equations.
+    pub(crate) fn bind(&mut self, inst: InstId) {
+        let block = self.blocks[&inst];
+        if let Some(applied) = self.start_of(inst) {
+            self.model.variables[block].has_start = true;
+            let Some(expr) = self.typed_value(&applied) else { return };
+            if !self.known_value(inst, &expr, "start value") {
+                return;
+            }
+            self.applied_equation(inst, &applied, &expr, Section::Start, Kind::Start, false);
+        }
+        let Some(primitive) = &self.tree.instances[inst].primitive else { return };
+        let binding = primitive.binding.clone();
+        let variability = self.model.variables[block].variability;
+        // Its value comes at the end, with those that will only be asked for on the way.
+        if self.is_given(inst) {
+            return;
+        }
+        if binding.is_none() && variability == Variability::Parameter {
+            self.value_without_binding(inst);
+        }
+        if let Some(applied) = binding {
+            let Some(expr) = self.typed_value(&applied) else { return };
+            if variability <= Variability::Parameter && !self.known_value(inst, &expr, "value") {
+                return;
+            }
+            let section = match variability {
+                Variability::Constant | Variability::Parameter => Section::Binding,
+                Variability::Discrete => Section::Discrete,
+                Variability::Continuous => Section::Continuous,
+            };
+            self.applied_equation(inst, &applied, &expr, section, Kind::Var, true);
+        }
+    }
+
+    /// The value that a modification gives.
+    fn typed_value(&mut self, applied: &Applied) -> Option<Expr> {
+        let expr = applied.tree.binding.clone()?;
+        self.typed_in(&expr, applied.scope).ok()
+    }
+
+    /// The value of a parameter and every start value must be known before the run.
+    fn known_value(&mut self, inst: InstId, expr: &Expr, what: &str) -> bool {
+        if self.made_of_parameters(expr) {
+            return true;
+        }
+        let name = self.path(inst);
+        let declared = self.tree.instances[inst].span;
+        let constant = self.tree.instances[inst].variability <= Declared::Parameter;
+        let kind = if constant { "the parameter " } else { "" };
+        let message = format!("the {what} of {kind}`{name}` changes during the run");
+        self.report(Diagnostic::error(Code::NotStructural, message).at(expr.span, "").with(declared, "declared here"));
+        false
+    }
+
+    /// A parameter without a binding takes its start value (Modelica 3.6, section 8.6.1); one that nothing gives a value, not even
+    /// the command line, is likely forgotten.
+    fn value_without_binding(&mut self, inst: InstId) {
+        let name = self.path(inst);
+        let set = |path: &str| path.split('[').next().is_some_and(|bare| *bare == *name);
+        if self.model.variables[self.blocks[&inst]].fixed == PerElement::All(false) {
+            return;
+        }
+        if let Some(start) = self.attribute(inst, "start") {
+            if let Some(expr) = self.typed_value(&start) {
+                self.applied_equation(inst, &start, &expr, Section::Binding, Kind::Var, false);
+            }
+            return;
+        }
+        if self.tree.overrides.iter().any(|o| set(&o.path)) {
+            return;
+        }
+        let span = self.tree.instances[inst].span;
+        let taken = match self.model.variables[self.blocks[&inst]].kind {
+            ValueKind::Boolean => "false",
+            ValueKind::Enumeration(_) => "the first literal",
+            ValueKind::Real | ValueKind::Integer => "0",
+        };
+        let (code, what) = match self.tree.instances[inst].direction {
+            Some(Direction::Input) => (Code::OpenInput, format!("nothing gives the input `{name}` a value")),
+            _ => (Code::NoValue, format!("the parameter `{name}` has no value")),
+        };
+        let message = Diagnostic::warning(code, format!("{what}; {taken} is taken"));
+        self.report(match self.tree.users_line(inst) {
+            Some(component) => message.at(component, "of this component").with(span, "declared here"),
+            None => message.at(span, "declared here"),
+        });
+    }
+
+    /// `variable = expression` of a modification, for all elements.
+    pub(crate) fn applied_equation(
+        &mut self,
+        inst: InstId,
+        applied: &Applied,
+        expr: &Expr,
+        section: Section,
+        kind: Kind,
+        binding: bool,
+    ) {
+        let block = &self.model.variables[self.blocks[&inst]];
+        let (first, origin) = (block.first, block.origin.clone());
+        let origin = Origin { span: expr.span, ..origin };
+        let scalar = self.tree.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
+        self.with_loops(Context::new(applied.scope), &mut |flat, cx| {
+            let mut offset = Affine::constant(0);
+            let (mut index, mut parts) = (Vec::new(), Vec::new());
+            for id in hyd_instance::instance::chain(&flat.tree.instances, inst) {
+                let dims = flat.tree.instances[id].dims.clone();
+                let own: Vec<Affine> = dims.iter().map(|&d| cx.counter(d)).collect();
+                for (affine, &size) in own.iter().zip(&dims) {
+                    offset = scale(&offset, size).add_scaled(affine, 1).ok_or(Fail::NeedsExpansion)?;
+                }
+                if applied.spread.contains(&id) || (binding && id == inst) {
+                    index.extend(own.iter().cloned());
+                }
+                let part = flat.tree.instances[id].part_of.as_ref();
+                if let Some((_, at)) = part.filter(|_| applied.spread.contains(&id)) {
+                    parts.push((index.len(), id));
+                    index.extend(at.iter().map(|&k| Affine::constant(k as i64)));
+                }
+                if !dims.is_empty() {
+                    cx.implicit.push((id, own));
+                }
+            }
+            let shape = flat.shape(expr, cx)?;
+            if shape.is_empty() && !binding {
+                index.clear();
+            }
+            // `r[3](c(each w = {1, 2}))`: the value of `w` for all, also for the arrays outside.
+            if applied.tree.each && shape.len() < index.len() {
+                index.drain(..index.len() - shape.len());
+            }
+            flat.check_parts(expr, &shape, inst, &parts)?;
+            flat.check_rank(expr, &shape, &index, &cx.counts, inst)?;
+            cx.may_add_variables = section == Section::Continuous;
+            let value = flat.lower(expr, cx, &index)?;
+            if let Some(scalar) = &scalar {
+                flat.check_assignable(scalar, &value, expr.span, section, inst)?;
+            }
+            let slot = flat.slots.slot(SlotKey::Variable(kind, first, offset));
+            let left = flat.model.templates.arena.slot(slot);
+            flat.emit(section, left, value.node, &cx.loop_counts(), &origin);
+            if section == Section::Discrete {
+                flat.note_discrete();
+            }
+            Ok(())
+        });
+    }
+
+    pub(crate) fn check_rank(
+        &mut self,
+        expr: &Expr,
+        shape: &[usize],
+        index: &[Affine],
+        counts: &[usize],
+        inst: InstId,
+    ) -> Result<(), Fail> {
+        let sizes: Vec<usize> = index.iter().map(|a| a.terms.first().map_or(1, |(id, _)| counts[id.index()])).collect();
+        let fits = shape.len() == index.len()
+            && shape.iter().zip(index).zip(&sizes).all(|((s, a), n)| a.terms.is_empty() || s == n);
+        if fits {
+            return Ok(());
+        }
+        let name = self.path(inst);
+        let message = format!(
+            "the value of `{name}` has the wrong size: {} instead of {}",
+            sizes_text(shape),
+            sizes_text(&sizes)
+        );
+        let in_array = self.tree.instances[inst].dims.len() < sizes.len();
+        let help = (shape.is_empty() && in_array).then(|| "`each` gives the same value to all elements".to_string());
+        let span = self.tree.instances[inst].span;
+        self.report(
+            Diagnostic::error(Code::ArrayShape, message).at(expr.span, "").with(span, "declared here").maybe_help(help),
+        );
+        Err(Fail::Reported)
+    }
+
+    /// A value for all elements of an array made in parts has the sizes of the array; said for the first of them.
+    fn check_parts(
+        &mut self,
+        expr: &Expr,
+        shape: &[usize],
+        inst: InstId,
+        parts: &[(usize, InstId)],
+    ) -> Result<(), Fail> {
+        for &(position, part) in parts {
+            let Some((array, at)) = self.tree.instances[part].part_of.clone() else { continue };
+            let dims = self.tree.instances[array].dims.clone();
+            if shape.get(position..position + dims.len()) == Some(&dims[..]) {
+                continue;
+            }
+            if at.iter().all(|&k| k == 0) && self.tree.instances[inst].known != Known::Failed {
+                let (name, found) = (self.tree.path_of_arrays(inst), &shape[position.min(shape.len())..]);
+                let (found, wanted) = (sizes_text(found), sizes_text(&dims));
+                let message = format!("the value of `{name}` has the wrong size: {found} instead of {wanted}");
+                let help = shape.is_empty().then(|| "`each` gives the same value to all elements".to_string());
+                let declared = self.tree.instances[inst].span;
+                let diagnostic = Diagnostic::error(Code::ArrayShape, message).at(expr.span, "");
+                self.report(diagnostic.with(declared, "declared here").maybe_help(help));
+            }
+            return Err(Fail::Reported);
+        }
+        Ok(())
+    }
+
+    /// Parameters asked for at translation are structural; the others can be set, unless final.
+    pub(crate) fn settle(&mut self) {
+        let list: Vec<(InstId, BlockId)> = self.blocks.iter().map(|(&i, &b)| (i, b)).collect();
+        for (inst, block) in list {
+            let instance = &self.tree.instances[inst];
+            let is_final = instance.primitive.as_ref().is_some_and(|p| p.is_final);
+            let unknown = self.model.variables[block].fixed == PerElement::All(false);
+            if self.model.variables[block].variability == Variability::Parameter && !is_final && !unknown {
+                self.model.variables[block].settable =
+                    if matches!(instance.known, Known::Yes(_)) { Settable::Structural } else { Settable::Yes };
+            }
+        }
+    }
+}
+
+pub(crate) fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> PerElement<T> {
+    match values {
+        [only] => PerElement::All(read(only)),
+        all => PerElement::Each(all.iter().map(read).collect()),
+    }
+}

@@ -1,0 +1,188 @@
+//! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
+//! last name.
+
+use hyd_source::{Code, Diagnostic, Severity, did_you_mean};
+use hyd_syntax::tree::{ComponentRef, Ident, ImportKind, Name};
+
+use crate::classes::class::{ClassId, ClassTable, imports, nested_classes};
+use crate::classes::heir::Level;
+use crate::instantiation::instance::Scope;
+use crate::instantiation::tree::InstanceTree;
+
+/// Most full names that a suggestion lists.
+const MOST: usize = 3;
+
+impl ClassTable<'_> {
+    /// Names of all classes that `child` could find in `parent`: in its text, inherited, and as files of its folder.
+    pub fn child_names(&mut self, parent: ClassId) -> Vec<Name> {
+        let def = self.class(parent).def.clone();
+        let mut names: Vec<Name> = nested_classes(&def).map(|n| n.class.name.name.clone()).collect();
+        if !self.is_open(parent)
+            && let Ok(shape) = self.shape(parent)
+        {
+            names.extend(shape.elements.iter().filter(|e| !e.component).map(|e| e.name.clone()));
+        }
+        let prefix = self.full_name(self.class(parent).original.unwrap_or(parent)) + ".";
+        for full in self.library_names() {
+            if let Some(inner) = full.strip_prefix(&prefix).filter(|inner| !inner.contains('.')) {
+                names.push(inner.into());
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// Classes of the libraries whose last name is, or is close to, `last`.
+    fn suggest_library(&mut self, last: &str) -> Option<String> {
+        let full = self.library_names();
+        let ends: Vec<&str> = full.iter().map(|name| name.rsplit('.').next().unwrap_or(name)).collect();
+        let close = match ends.contains(&last) {
+            true => last.to_string(),
+            false => did_you_mean(last, ends.iter().copied())?.split('`').nth(1)?.to_string(),
+        };
+        let mut fitting: Vec<&String> =
+            full.iter().zip(&ends).filter(|(_, end)| **end == close).map(|(full, _)| full).collect();
+        fitting.sort_unstable();
+        fitting.dedup();
+        let names: Vec<String> = fitting.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+        Some(format!("did you mean {}?", names.join(" or ")))
+    }
+
+    /// Constants of this name in the packages `Constants` of the libraries: nothing else has the names that people take
+    /// for granted.
+    fn suggest_constant(&mut self, name: &str) -> Option<String> {
+        let mut packages = self.library_names();
+        packages.retain(|full| full.rsplit('.').next() == Some("Constants"));
+        packages.sort_unstable();
+        packages.dedup();
+        let mut fitting = Vec::new();
+        for full in packages {
+            let mut parts = full.split('.').map(Name::from);
+            let top = parts.next().and_then(|first| self.top(&first));
+            let package = parts.fold(top, |class, part| class.and_then(|class| self.child(class, &part)));
+            if let Some(package) = package
+                && let Ok(shape) = self.shape(package)
+                && shape.elements.iter().any(|element| element.component && *element.name == *name)
+            {
+                fitting.push(format!("`{full}.{name}`"));
+            }
+        }
+        fitting.truncate(MOST);
+        (!fitting.is_empty()).then(|| format!("did you mean {}?", fitting.join(" or ")))
+    }
+
+    /// What may be meant by `part`, which `class` does not have; `last` is the last name of the whole reference.
+    pub(crate) fn suggest_member(&mut self, class: ClassId, part: &Ident, last: &str) -> Option<String> {
+        let mut names = self.child_names(class);
+        if !self.is_open(class)
+            && let Ok(shape) = self.shape(class)
+        {
+            names.extend(shape.elements.iter().map(|e| e.name.clone()));
+        }
+        names.sort_unstable();
+        let near = did_you_mean(&part.name, names.iter().map(|n| n.as_ref()));
+        near.or_else(|| self.suggest_library(last))
+    }
+
+    /// Classes that can be named from inside `from`: those around and those imported.
+    pub(crate) fn class_names_from(&mut self, from: Option<ClassId>) -> Vec<Name> {
+        let mut names = self.top_names();
+        let mut current = from.map(|class| Level { members: class, text: class });
+        while let Some(level) = current {
+            names.extend(self.child_names(level.members));
+            names.extend(self.child_names(level.text));
+            let def = self.class(level.text).def.clone();
+            for import in imports(&def) {
+                match &import.what {
+                    ImportKind::Qualified => names.extend(import.path.parts.last().map(|p| p.name.clone())),
+                    ImportKind::Renamed(alias) => names.push(alias.name.clone()),
+                    ImportKind::Several(list) => names.extend(list.iter().map(|i| i.name.clone())),
+                    ImportKind::All => {}
+                }
+            }
+            current = self.outwards(level);
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// The message for a class name whose first part means nothing.
+    pub(crate) fn unknown_class(&mut self, from: Option<ClassId>, parts: &[Ident]) {
+        let (ident, last) = (&parts[0], &parts[parts.len() - 1].name);
+        if self.is_unreadable(&ident.name) {
+            return;
+        }
+        if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
+            let message = format!("`{}` is outside the language profile", ident.name);
+            self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
+            return;
+        }
+        // A misspelt keyword looks like a class.
+        let words =
+            ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
+        let mut names: Vec<Name> = words.map(Name::from).to_vec();
+        names.extend(self.class_names_from(from));
+        let constant = if parts.len() > 1 { self.suggest_constant(last) } else { None };
+        let help = constant
+            .or_else(|| did_you_mean(&ident.name, names.iter().map(|n| n.as_ref())))
+            .or_else(|| self.suggest_library(last));
+        let library = "other libraries are named with `--library FOLDER`";
+        let help = help.or_else(|| (parts.len() > 1).then(|| library.to_string()));
+        let message = format!("there is no class `{}` here", ident.name);
+        self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
+    }
+}
+
+impl InstanceTree<'_> {
+    /// Components that can be named from a scope.
+    fn names_from(&self, scope: Scope) -> Vec<Name> {
+        let instance = &self.instances[scope.inst];
+        let mut names: Vec<Name> = instance.by_name.keys().cloned().collect();
+        if let Some(shape) = &instance.shape {
+            names.extend(shape.elements.iter().filter(|e| e.component).map(|e| e.name.clone()));
+        }
+        names.push("time".into());
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// The message for a reference whose first part means nothing.
+    pub(crate) fn unknown_name(&mut self, scope: Scope, reference: &ComponentRef) {
+        let (first, last) = (&reference.parts[0].name, &reference.parts[reference.parts.len() - 1].name);
+        let name = &*first.name;
+        let mut names = self.names_from(scope);
+        let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
+        let said = |d: &Diagnostic| d.severity == Severity::Error && d.code == Code::UnknownClass;
+        let failed = around.is_some_and(|from| self.table.import_failed(from, &Name::from(name)));
+        if failed && self.table.messages.iter().any(said) {
+            return;
+        }
+        let visible = |table: &ClassTable<'_>, class: ClassId| {
+            table.class(class).parent.filter(|_| !table.class(class).def.encapsulated)
+        };
+        while let Some(outer) = around.and_then(|class| visible(&self.table, class)) {
+            // Of what is around a class only constants can be named.
+            if let Ok(shape) = self.table.shape(outer) {
+                let package = self.table.class(outer).def.kind == hyd_syntax::tree::ClassKind::Package;
+                names.extend(shape.elements.iter().filter(|e| package && e.component).map(|e| e.name.clone()));
+            }
+            around = Some(outer);
+        }
+        // `pi` is a slip of `p` less often than it is the constant.
+        let constant = self.table.suggest_constant(&last.name);
+        let help = constant.or_else(|| did_you_mean(name, names.iter().map(|n| n.as_ref())));
+        let message = format!("unknown name `{name}` in `{class}`");
+        self.table
+            .report(Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared").maybe_help(help));
+    }
+
+    /// Classes that a scope can name, for suggestions.
+    pub fn visible_classes(&mut self, scope: Scope) -> Vec<Name> {
+        let from = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        self.table.class_names_from(from)
+    }
+}

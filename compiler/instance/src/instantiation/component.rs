@@ -1,0 +1,261 @@
+//! One component: its class resolved, its instance made, variables with their attributes.
+//!
+//! `outer` components are bound to the `inner` one above them (Modelica 3.6, section 5.4).
+
+use std::rc::Rc;
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name};
+
+use crate::classes::class::ClassId;
+use crate::classes::modifier::{Applied, Mods};
+use crate::classes::shape::{Shape, ShapeElement};
+use crate::instantiation::instance::{InstId, LocalClass, ScalarType, Scope};
+use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::type_of::TypeOf;
+use crate::values::evaluate::Env;
+use crate::values::value::Value;
+
+/// Deepest nesting of components.
+const MAX_DEPTH: usize = 100;
+
+impl InstanceTree<'_> {
+    pub(crate) fn make(
+        &mut self,
+        parent: InstId,
+        element: &ShapeElement,
+        declaration: &Component,
+        scope: Scope,
+        type_scope: Scope,
+        mods: Mods,
+    ) -> Result<(), Reported> {
+        let name = element.name.clone();
+        if declaration.stream {
+            let message = format!("`{name}` is a stream variable; stream connectors are outside the language profile");
+            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
+            return Err(Reported);
+        }
+        if declaration.prefixes.outer {
+            if !declaration.prefixes.inner {
+                self.outer_says_nothing(declaration);
+            }
+            let inner = self.bind_outer(parent, &name, declaration.name.span)?;
+            self.check_inner(inner, declaration, type_scope)?;
+            if !declaration.prefixes.inner {
+                return Ok(());
+            }
+        }
+        let absent = match &declaration.condition {
+            Some(condition) => !self.condition(condition, scope)?,
+            None => false,
+        };
+        let inst = self.new_instance(name.clone(), Some(parent), declaration.name.span);
+        self.fill(inst, parent, declaration);
+        let frames = self.instances[parent].shape.as_ref().map(|shape| shape.frames[element.frame as usize].protected);
+        self.instances[inst].protected |= frames.unwrap_or(false);
+        self.instances[inst].absent = absent;
+        self.instances[parent].children.push(inst);
+        if declaration.prefixes.outer {
+            self.instances[parent].own_inner.insert(name, inst);
+        } else {
+            self.instances[parent].by_name.insert(name, inst);
+        }
+        if absent {
+            return Ok(());
+        }
+        if let Some(annotation) = &declaration.annotation {
+            self.note_connection_rules(inst, annotation);
+        }
+        let type_of = self.type_of(type_scope, &declaration.class)?;
+        let mut dims = self.sizes(&declaration.dims, scope, &mods, &declaration.name.name)?;
+        match type_of {
+            TypeOf::Scalar(scalar) => {
+                self.instances[inst].dims = dims;
+                self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
+                self.check_size(inst)
+            }
+            TypeOf::Class(local, shape) => {
+                dims.extend(self.alias_sizes(&local, &shape)?);
+                self.instances[inst].dims = dims;
+                self.check_size(inst)?;
+                if self.is_made_apart(inst, &local) {
+                    return self.make_parts(inst, &local, &shape, &mods, declaration);
+                }
+                self.make_component(inst, local, shape, mods, declaration)
+            }
+        }
+    }
+
+    pub(crate) fn fill(&mut self, inst: InstId, parent: InstId, declaration: &Component) {
+        let (above, protected) = (self.instances[parent].variability, self.instances[parent].protected);
+        let instance = &mut self.instances[inst];
+        instance.variability = declaration.variability.min(above);
+        instance.protected = declaration.prefixes.protected || protected;
+        instance.flow = declaration.flow;
+        instance.direction = declaration.direction;
+        instance.inner = declaration.prefixes.inner;
+        instance.description = declaration.description.clone();
+    }
+
+    /// An `outer` declaration only names the `inner` one: it cannot say anything of it (5.4).
+    fn outer_says_nothing(&mut self, declaration: &Component) {
+        let modification = &declaration.modification;
+        if modification.binding.is_none() && modification.arguments.is_empty() {
+            return;
+        }
+        let message = format!("the `outer` element `{}` cannot have a value or modifiers", declaration.name.name);
+        let span = modification.span.unwrap_or(declaration.name.span);
+        let diagnostic = Diagnostic::error(Code::Misplaced, message).at(span, "");
+        self.table.report(diagnostic.help("they belong to the `inner` declaration"));
+    }
+
+    pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<InstId, Reported> {
+        let mut current = self.instances[parent].parent;
+        while let Some(above) = current {
+            // The inner component may be declared further down in the text than its user.
+            if self.inner_named(above, name).is_none()
+                && let Some(k) = self.inner_element(above, name)
+            {
+                let outer = self.pending.get(&above).cloned().unwrap_or_default();
+                self.instantiate_element(above, k, &outer)?;
+            }
+            if let Some(found) = self.inner_named(above, name) {
+                self.instances[parent].by_name.insert(name.clone(), found);
+                return Ok(found);
+            }
+            current = self.instances[above].parent;
+        }
+        let message = format!("no enclosing model declares `inner {name}`");
+        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here"));
+        Err(Reported)
+    }
+
+    /// The `inner` component of that name which an instance has for those inside it.
+    fn inner_named(&self, inst: InstId, name: &Name) -> Option<InstId> {
+        let instance = &self.instances[inst];
+        let found = instance.own_inner.get(name).or_else(|| instance.by_name.get(name));
+        found.copied().filter(|&found| self.instances[found].inner && self.instances[found].parent == Some(inst))
+    }
+
+    pub(crate) fn inner_element(&self, inst: InstId, name: &Name) -> Option<usize> {
+        let shape = self.instances[inst].shape.as_ref()?;
+        let k = *shape.by_name.get(name)? as usize;
+        let declaration = self.declared(shape, &shape.elements[k])?;
+        declaration.prefixes.inner.then_some(k)
+    }
+
+    pub(crate) fn condition(&mut self, condition: &Expr, scope: Scope) -> Result<bool, Reported> {
+        match self.evaluate(condition, scope, &Env::default())? {
+            Value::Boolean(value) => Ok(value),
+            other => {
+                let message = format!("the condition of a component must be Boolean, not {}", other.type_name());
+                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    /// A component of a class, or a variable of a `type` class.
+    pub(crate) fn make_component(
+        &mut self,
+        inst: InstId,
+        local: LocalClass,
+        shape: Rc<Shape>,
+        mut mods: Mods,
+        declaration: &Component,
+    ) -> Result<(), Reported> {
+        let outside = mods.len();
+        mods.extend(local.mods.iter().cloned());
+        let enumeration = self.enumeration(local.class);
+        let scalar = match (&shape.builtin, enumeration) {
+            (_, Some(enumeration)) => Some(ScalarType::Enumeration(enumeration)),
+            (Some(name), None) => Some(ScalarType::of_builtin(name)),
+            (None, None) => None,
+        };
+        self.instances[inst].class = Some(local.class);
+        self.instances[inst].context = local.context;
+        let def = self.table.class(local.class).def.clone();
+        if let Some(scalar) = scalar {
+            let scope = self.package_instance(&local)?;
+            for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
+                mods.push(Applied {
+                    tree: frame.1.clone(),
+                    scope: Scope { inst: scope, frame: frame.0 },
+                    spread: Vec::new(),
+                });
+            }
+            if matches!(def.kind, ClassKind::Connector) {
+                self.instances[inst].kind = ClassKind::Connector;
+            }
+            self.short_prefixes(inst, &shape);
+            self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
+            return Ok(());
+        }
+        self.check_class(inst, local.class, declaration)?;
+        self.instances[inst].kind = def.kind;
+        self.take_apart(&local, &mut mods, outside, &shape)?;
+        self.instances[inst].shape = Some(shape);
+        self.depth += 1;
+        let result = self.instantiate_members(inst, &mods, outside);
+        self.depth -= 1;
+        result
+    }
+
+    pub(crate) fn short_prefixes(&mut self, inst: InstId, shape: &Rc<Shape>) {
+        for frame in &shape.frames {
+            if let ClassBody::Short { direction: Some(direction), .. } = &self.table.class(frame.class).def.body {
+                self.instances[inst].direction = Some(*direction);
+            }
+        }
+    }
+
+    pub(crate) fn check_class(
+        &mut self,
+        inst: InstId,
+        class: ClassId,
+        declaration: &Component,
+    ) -> Result<(), Reported> {
+        let def = self.table.class(class).def.clone();
+        let span = declaration.class.span;
+        let full = self.table.full_name(class);
+        let fault = match def.kind {
+            ClassKind::Package | ClassKind::Function => {
+                Some((Code::Misplaced, format!("`{full}` is a {} and cannot be a component", def.kind.keyword())))
+            }
+            ClassKind::Operator => Some((
+                Code::OutsideProfile,
+                format!("`{full}` is an operator class, which is outside the language profile"),
+            )),
+            _ if def.expandable => Some((
+                Code::OutsideProfile,
+                format!("`{full}` is an expandable connector, which is outside the language profile"),
+            )),
+            _ if matches!(def.body, ClassBody::DerivativeOf(..) | ClassBody::Enumeration(None)) => {
+                Some((Code::OutsideProfile, format!("the form of class `{full}` is outside the language profile")))
+            }
+            _ if def.partial => {
+                Some((Code::PartialClass, format!("`{full}` is partial and cannot be the class of a component")))
+            }
+            _ => None,
+        };
+        if let Some((code, message)) = fault {
+            self.table.report(Diagnostic::error(code, message).at(span, "").with(def.name.span, "declared here"));
+            return Err(Reported);
+        }
+        let mut current = self.instances[inst].parent;
+        while let Some(above) = current {
+            if self.instances[above].class == Some(class) {
+                let message = format!("`{full}` contains a component of its own class");
+                self.table.report(Diagnostic::error(Code::CircularClass, message).at(span, "the cycle closes here"));
+                return Err(Reported);
+            }
+            current = self.instances[above].parent;
+        }
+        if self.depth >= MAX_DEPTH {
+            let message = format!("components are nested deeper than {MAX_DEPTH} levels");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
+            return Err(Reported);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,44 @@
+//! Functions of the language and those that hide them.
+//!
+//! Names are looked up from the inside out, and what is predefined stands outermost (Modelica 3.6, section 5.3.1): a function `max`
+//! of the class, of a package around it or of an import is what `max` means there.  Operators with special meaning cannot be
+//! declared (3.7).
+
+use hyd_source::{Code, Diagnostic};
+use hyd_syntax::tree::{ComponentRef, Name};
+
+use crate::builtins::Builtin;
+use crate::instantiation::instance::Scope;
+use crate::instantiation::tree::InstanceTree;
+
+impl InstanceTree<'_> {
+    /// The function or operator of the language that a call in this scope means; `None` for a name with dots and where a declaration
+    /// hides it.
+    pub fn predefined(&mut self, scope: Scope, function: &ComponentRef) -> Option<Builtin> {
+        let [only] = function.parts.as_slice() else { return None };
+        let name = &only.name.name;
+        let builtin = Builtin::from_name(name).filter(|_| !function.global)?;
+        if !builtin.can_be_hidden() || !self.is_declared(scope, name) {
+            return Some(builtin);
+        }
+        // What is only asked for its size is left out wherever an expression is looked through.
+        if builtin.asks_for_sizes() {
+            let message = format!("a declaration that hides the function `{name}` is outside the language profile");
+            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(function.span, "called here"));
+            return Some(builtin);
+        }
+        None
+    }
+
+    /// True if a declaration around the scope has this name.
+    fn is_declared(&mut self, scope: Scope, name: &Name) -> bool {
+        let Some(shape) = self.instances[scope.inst].shape.clone() else { return false };
+        let key = (shape.frames[scope.frame as usize].class, shape.frames[0].class, name.clone());
+        if let Some(&known) = self.declared_names.get(&key) {
+            return known;
+        }
+        let declared = shape.visible(name, scope.frame).is_some() || self.first_class(scope, name).is_some();
+        self.declared_names.insert(key, declared);
+        declared
+    }
+}

@@ -1,0 +1,109 @@
+//! Variables: attributes and bindings gathered from all that is said of them, bindings of records taken apart.
+//!
+//! For each attribute and for the binding the outermost modification counts (Modelica 3.6, section 7.2.4).
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use hyd_source::{Code, Diagnostic, Reported, did_you_mean};
+use hyd_syntax::tree::{ClassKind, ExprKind, Name, Variability};
+
+use crate::classes::modifier::{Applied, AstMod, Mods, of_child};
+use crate::classes::shape::Shape;
+use crate::instantiation::instance::{InstId, LocalClass, Primitive, ScalarType};
+use crate::instantiation::tree::InstanceTree;
+
+impl InstanceTree<'_> {
+    /// Bindings of a component of a class (a record) become bindings of its fields.  The first `outside` modifications are not
+    /// those of the class itself.
+    pub(crate) fn take_apart(
+        &mut self,
+        local: &LocalClass,
+        mods: &mut Mods,
+        outside: usize,
+        shape: &Rc<Shape>,
+    ) -> Result<(), Reported> {
+        if mods.iter().all(|applied| applied.tree.binding.is_none()) {
+            return Ok(());
+        }
+        let record = self.table.class(local.class).def.kind == ClassKind::Record;
+        let inputs = if record { Some(self.inputs_of_constructor(local)?) } else { None };
+        // What is final keeps its value.
+        let open = |name: &Name| inputs.as_ref().is_none_or(|inputs| inputs.iter().any(|input| input.name == *name));
+        for k in 0..mods.len() {
+            let Some(expr) = mods[k].tree.binding.clone() else { continue };
+            let scope = mods[k].scope;
+            self.check_record(scope, &expr)?;
+            let mut children = mods[k].tree.children.clone();
+            for element in shape.elements.iter().filter(|e| e.component && open(&e.name)) {
+                let name = &element.name;
+                let inner = mods.get(k + 1..outside).unwrap_or(&[]);
+                let said = |m: &Applied| m.tree.binding.is_some() || m.tree.children.iter().any(|(n, _)| n == name);
+                // The default of the declaration stays, and with it what it depends on.
+                if !inner.iter().any(said) && self.leaves_out(scope, &expr, local.class, name)? {
+                    continue;
+                }
+                let value = self.field_of(scope, &expr, name)?;
+                let said = children.iter().any(|(n, child)| n == name && child.binding.is_some());
+                if said && matches!(value.kind, ExprKind::Field(..)) {
+                    continue;
+                }
+                children.push((name.clone(), Arc::new(AstMod::of_binding(value))));
+            }
+            let applied = &mut mods[k];
+            applied.tree = Arc::new(AstMod {
+                binding: None,
+                each: applied.tree.each,
+                is_final: applied.tree.is_final,
+                redeclare: None,
+                children,
+                span: applied.tree.span,
+            });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn make_variable(&mut self, inst: InstId, scalar: ScalarType, mods: &Mods, is_final: bool) {
+        const ATTRIBUTES: &[&str] =
+            &["quantity", "unit", "displayUnit", "min", "max", "start", "fixed", "nominal", "unbounded", "stateSelect"];
+        let array = (!self.instances[inst].dims.is_empty()).then_some(inst);
+        let mut attributes: Vec<(Name, Applied)> = Vec::new();
+        for applied in mods {
+            self.check_said_twice(&applied.tree);
+            self.check_each(inst, applied);
+            for (name, tree) in &applied.tree.children {
+                if !ATTRIBUTES.contains(&name.as_ref()) {
+                    let message = format!(
+                        "`{}` is a {} variable and has no attribute `{name}`",
+                        self.instances[inst].name,
+                        scalar.name()
+                    );
+                    let mut diagnostic = Diagnostic::error(Code::UnknownModifier, message);
+                    if let Some(span) = tree.span {
+                        diagnostic = diagnostic.at(span, "names nothing");
+                    }
+                    let help = did_you_mean(name, ATTRIBUTES.iter().copied());
+                    self.table.report(diagnostic.maybe_help(help));
+                    continue;
+                }
+                if let Some((_, outer)) = attributes.iter().find(|(known, _)| known == name) {
+                    if tree.is_final {
+                        let outer = outer.tree.span;
+                        self.final_modified(name, outer, tree.span);
+                    }
+                    continue;
+                }
+                let only = vec![applied.clone()];
+                if let Some(found) = of_child(&only, name, array).into_iter().next() {
+                    attributes.push((name.clone(), found));
+                }
+            }
+        }
+        let binding = crate::classes::modifier::binding(mods).cloned();
+        let is_final = is_final || binding.as_ref().is_some_and(|b| b.tree.is_final);
+        if !matches!(scalar, ScalarType::Real) && self.instances[inst].variability == Variability::Continuous {
+            self.instances[inst].variability = Variability::Discrete;
+        }
+        self.instances[inst].primitive = Some(Primitive { scalar, attributes, binding, is_final });
+    }
+}

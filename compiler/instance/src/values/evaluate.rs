@@ -1,0 +1,542 @@
+//! Values at translation: expressions of constants and parameters, asked for by sizes, conditions, ranges and attributes.
+//!
+//! The value of a parameter is its binding evaluated in the binding's scope, cached per instance; circles are reported.  A
+//! parameter asked for here becomes structural: it cannot change on the translated model.
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{Arguments, BinaryOp, ClassKind, ComponentRef, Expr, ExprKind, Ident, Iterator, Name, UnaryOp};
+use hyd_system::{TextFormat, ValueKind};
+
+use crate::builtins::Builtin;
+use crate::instantiation::instance::{InstId, Scope, path};
+use crate::instantiation::lookup::Resolved;
+use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::work::{ELEMENT, MAX_VALUES, TURN};
+use crate::values::value::{Value, binary, first_if_uniform};
+
+/// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
+const MAX_EVALUATING: usize = 1500;
+
+/// Loop variables and their values, innermost last.
+#[derive(Clone, Debug, Default)]
+pub struct Env {
+    /// Names and values.
+    pub names: Vec<(Name, Value)>,
+    /// Sizes that `end` means, innermost last.
+    pub ends: Vec<usize>,
+    /// Nesting of function calls.
+    pub calls: usize,
+}
+
+impl Env {
+    fn get(&self, name: &str) -> Option<&Value> {
+        self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
+    }
+}
+
+impl InstanceTree<'_> {
+    /// Evaluates an expression of constants and parameters.
+    pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        if self.evaluating >= MAX_EVALUATING {
+            let message = format!("values that need each other are nested deeper than {MAX_EVALUATING} expressions");
+            self.table.report(Diagnostic::error(Code::Limit, message).at(expr.span, "needed here"));
+            return Err(Reported);
+        }
+        self.evaluating += 1;
+        let value = self.evaluate_kind(expr, scope, env);
+        self.evaluating -= 1;
+        if let Ok(array @ Value::Array(_)) = &value {
+            self.spend_on(array, expr.span)?;
+        }
+        value
+    }
+
+    fn evaluate_kind(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        match &expr.kind {
+            ExprKind::Integer(k) => Ok(Value::Integer(*k)),
+            ExprKind::Real(x) => Ok(Value::Real(*x)),
+            ExprKind::Text(text) => Ok(Value::Text(text.clone())),
+            ExprKind::Boolean(b) => Ok(Value::Boolean(*b)),
+            ExprKind::Ref(reference) => self.evaluate_ref(reference, scope, env),
+            ExprKind::Call(function, arguments) => self.evaluate_call(expr.span, function, arguments, scope, env),
+            ExprKind::Unary(op, a) => {
+                let value = self.evaluate(a, scope, env)?;
+                let result = match (op, &value) {
+                    (UnaryOp::Plus, _) => Some(value.clone()),
+                    (UnaryOp::Minus, v) => v.negate(),
+                    (UnaryOp::Not, Value::Boolean(b)) => Some(Value::Boolean(!b)),
+                    _ => None,
+                };
+                result.ok_or_else(|| {
+                    self.no_meaning(expr.span, format!("the operator has no meaning for {}", value.type_name()))
+                })
+            }
+            ExprKind::Binary(op, a, b) => {
+                let (x, y) = (self.evaluate(a, scope, env)?, self.evaluate(b, scope, env)?);
+                if let (BinaryOp::Mul, Value::Array(_), [_, columns, ..]) = (op, &x, y.shape().as_slice()) {
+                    let elements: usize = x.shape().iter().product();
+                    self.spend(ELEMENT * (elements as u64).saturating_mul(*columns as u64), expr.span)?;
+                }
+                binary(*op, &x, &y).ok_or_else(|| {
+                    if let (Value::Integer(_), Value::Integer(_)) = (&x, &y) {
+                        let message = "the result is not an Integer that can be represented";
+                        self.table.report(Diagnostic::error(Code::Value, message).at(expr.span, ""));
+                        return Reported;
+                    }
+                    let message = format!("the operator has no meaning for {} and {}", x.type_name(), y.type_name());
+                    self.no_meaning(expr.span, message)
+                })
+            }
+            ExprKind::If(branches, otherwise) => {
+                for (condition, value) in branches {
+                    match self.evaluate(condition, scope, env)? {
+                        Value::Boolean(true) => return self.evaluate(value, scope, env),
+                        Value::Boolean(false) => {}
+                        other => {
+                            self.no_meaning(
+                                condition.span,
+                                format!("a condition must be Boolean, not {}", other.type_name()),
+                            );
+                            return Err(Reported);
+                        }
+                    }
+                }
+                self.evaluate(otherwise, scope, env)
+            }
+            ExprKind::Range(start, step, stop) => {
+                self.evaluate_range(expr.span, start, step.as_deref(), stop, scope, env)
+            }
+            ExprKind::Array(items) => {
+                items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::array)
+            }
+            ExprKind::ArrayFor(body, iterators) => self.comprehension(body, iterators, scope, env),
+            ExprKind::Matrix(rows) => {
+                let mut values = Vec::with_capacity(rows.len());
+                for row in rows {
+                    let items: Vec<Value> =
+                        row.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>()?;
+                    values.push(items);
+                }
+                crate::builtins::matrix(&values).ok_or_else(|| {
+                    let message = "the parts of this matrix have sizes that do not go together";
+                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(expr.span, ""));
+                    Reported
+                })
+            }
+            ExprKind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => self.evaluate(only, scope, env),
+                _ => {
+                    self.no_meaning(expr.span, "a list of results is not a value".into());
+                    Err(Reported)
+                }
+            },
+            ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
+            ExprKind::Colon => {
+                self.no_meaning(expr.span, "`:` is not a value".into());
+                Err(Reported)
+            }
+            ExprKind::End => match env.ends.last() {
+                Some(&size) => Ok(Value::Integer(size as i64)),
+                None => {
+                    self.no_meaning(expr.span, "`end` is allowed only in subscripts".into());
+                    Err(Reported)
+                }
+            },
+        }
+    }
+
+    fn evaluate_range(
+        &mut self,
+        span: Span,
+        start: &Expr,
+        step: Option<&Expr>,
+        stop: &Expr,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let first = self.evaluate(start, scope, env)?;
+        let last = self.evaluate(stop, scope, env)?;
+        let by = match step {
+            Some(step) => self.evaluate(step, scope, env)?,
+            None => Value::Integer(1),
+        };
+        if by.as_real() == Some(0.0) {
+            self.table.report(Diagnostic::error(Code::Value, "the step of this range is zero").at(span, ""));
+            return Err(Reported);
+        }
+        let items: Option<Vec<Value>> = match (&first, &by, &last) {
+            (Value::Integer(a), Value::Integer(s), Value::Integer(b)) => {
+                let (distance, step) = (i128::from(*b) - i128::from(*a), i128::from(*s));
+                let backwards = distance != 0 && (distance > 0) != (step > 0);
+                let count = if backwards { 0 } else { distance / step + 1 };
+                let count = count.clamp(0, MAX_VALUES as i128 + 1) as usize;
+                (count <= MAX_VALUES)
+                    .then(|| (0..count as i128).map(|k| Value::Integer((i128::from(*a) + k * step) as i64)).collect())
+            }
+            (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
+                Some((*a..=*b).map(|k| Value::Enumeration(t.clone(), k)).collect())
+            }
+            (Value::Boolean(a), _, Value::Boolean(b)) if step.is_none() => {
+                Some([false, true].into_iter().filter(|v| *a <= *v && *v <= *b).map(Value::Boolean).collect())
+            }
+            _ => match (first.as_real(), by.as_real(), last.as_real()) {
+                (Some(a), Some(s), Some(b)) => {
+                    let count = crate::values::value::count_of_reals(a, s, b);
+                    (count <= MAX_VALUES as f64)
+                        .then(|| (0..count as usize).map(|k| Value::Real(a + k as f64 * s)).collect())
+                }
+                _ => None,
+            },
+        };
+        match items {
+            Some(items) => Ok(Value::array(items)),
+            None => {
+                self.no_meaning(span, "this range has no meaning or too many values".into());
+                Err(Reported)
+            }
+        }
+    }
+
+    /// Runs `body` for all values of the iterators, the first iterator outermost.
+    pub fn for_each(
+        &mut self,
+        iterators: &[Iterator],
+        scope: Scope,
+        env: &Env,
+        body: &mut dyn FnMut(&mut Self, &Env) -> Result<(), Reported>,
+    ) -> Result<(), Reported> {
+        let Some((iterator, rest)) = iterators.split_first() else { return body(self, env) };
+        let Some(range) = &iterator.range else {
+            self.not_structural(iterator.name.span, format!("the range of `{}` must be written", iterator.name.name));
+            return Err(Reported);
+        };
+        for value in self.evaluate(range, scope, env)?.items().iter() {
+            self.spend(TURN, range.span)?;
+            let mut inner = env.clone();
+            inner.names.push((iterator.name.name.clone(), value.clone()));
+            self.for_each(rest, scope, &inner, body)?;
+        }
+        Ok(())
+    }
+
+    /// `{e for i in A, j in B}` is `{{e for i in A} for j in B}`: the last iterator is the outermost (10.4.1).
+    fn comprehension(
+        &mut self,
+        body: &Expr,
+        iterators: &[Iterator],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let Some((last, inner)) = iterators.split_last() else { return self.evaluate(body, scope, env) };
+        let mut items = Vec::new();
+        self.for_each(std::slice::from_ref(last), scope, env, &mut |tree, env| {
+            items.push(tree.comprehension(body, inner, scope, env)?);
+            Ok(())
+        })?;
+        Ok(Value::array(items))
+    }
+
+    fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        if !reference.global
+            && let Some(value) = env.get(&reference.parts[0].name.name)
+        {
+            let mut value = value.clone();
+            for (k, part) in reference.parts.iter().enumerate() {
+                let mut subscripts = Vec::new();
+                if k > 0 {
+                    // Subscripts of a field stand behind those that the record kept.
+                    let all = Expr { kind: ExprKind::Colon, span: reference.span };
+                    subscripts = vec![all; if part.subscripts.is_empty() { 0 } else { value.shape().len() }];
+                    value = self.field_of_value(reference.span, &value, &part.name)?;
+                }
+                subscripts.extend(part.subscripts.iter().cloned());
+                value = self.subscript(reference.span, value, &subscripts, scope, env)?;
+            }
+            return Ok(value);
+        }
+        if crate::instantiation::size::names_boolean(reference) {
+            return Ok(Value::array(vec![Value::Boolean(false), Value::Boolean(true)]));
+        }
+        if let Some(named) = self.parts_named(reference, scope, env) {
+            return self.evaluate(&named, scope, env);
+        }
+        match self.resolve(scope, reference)? {
+            Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
+            Resolved::Time => {
+                self.not_structural(reference.span, "`time` is not known before the run".into());
+                Err(Reported)
+            }
+            Resolved::Class(local) => match self.enumeration(local.class) {
+                Some(enumeration) => Ok(Value::array(
+                    (1..=enumeration.literals.len() as u32)
+                        .map(|k| Value::Enumeration(enumeration.clone(), k))
+                        .collect(),
+                )),
+                None => {
+                    let name = self.table.full_name(local.class);
+                    self.no_meaning(reference.span, format!("the class `{name}` is not a value"));
+                    Err(Reported)
+                }
+            },
+            Resolved::Variable(steps) => self.evaluate_steps(reference.span, &steps, scope, env),
+        }
+    }
+
+    pub(crate) fn evaluate_steps(
+        &mut self,
+        span: Span,
+        steps: &[(InstId, &[Expr])],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let (last, _) = steps[steps.len() - 1];
+        let instance = &self.instances[last];
+        if instance.primitive.is_none() && instance.kind == ClassKind::Record && !self.is_broken(last) {
+            return self.value_of_record(span, steps, scope, env);
+        }
+        let value = self.value_of(last, span)?;
+        let binding = self.instances[last].primitive.as_ref().and_then(|p| p.binding.as_ref());
+        let mut spread = binding.map_or_else(Vec::new, |b| b.spread.clone());
+        // The elements of parts have been taken; a value set from outside is the same for all elements.
+        spread.retain(|&inst| self.instances[inst].part_of.is_none());
+        if self.override_of(last).is_some() {
+            spread.clear();
+        }
+        // Take the value apart dimension by dimension: arrays of components first, own sizes last.
+        let mut current = value;
+        for inst in spread {
+            let subscripts = steps.iter().find(|(i, _)| *i == inst).map(|(_, s)| *s);
+            current = match subscripts {
+                Some(subscripts) if !subscripts.is_empty() => self.subscript(span, current, subscripts, scope, env)?,
+                Some(_) => current,
+                None => match first_if_uniform(&current, self.instances[inst].dims.len()) {
+                    Some(same) => same,
+                    None => {
+                        let name = path(&self.instances, last);
+                        self.differing.insert(path(&self.instances, inst));
+                        self.not_structural(
+                            span,
+                            format!("`{name}` differs between the elements of an array of components"),
+                        );
+                        return Err(Reported);
+                    }
+                },
+            };
+        }
+        let own = steps[steps.len() - 1].1;
+        if own.is_empty() { Ok(current) } else { self.subscript(span, current, own, scope, env) }
+    }
+
+    fn subscript(
+        &mut self,
+        span: Span,
+        value: Value,
+        subscripts: &[Expr],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let Some((first, rest)) = subscripts.split_first() else { return Ok(value) };
+        let Value::Array(items) = value else {
+            self.no_meaning(span, "too many subscripts".into());
+            return Err(Reported);
+        };
+        if matches!(first.kind, ExprKind::Colon) {
+            return items
+                .iter()
+                .map(|v| self.subscript(span, v.clone(), rest, scope, env))
+                .collect::<Result<_, _>>()
+                .map(Value::array);
+        }
+        let mut inner = env.clone();
+        inner.ends.push(items.len());
+        let picked = self.evaluate(first, scope, &inner)?;
+        match picked {
+            Value::Array(list) => list
+                .iter()
+                .map(|k| {
+                    let item = self.pick(span, &items, k)?;
+                    self.subscript(span, item, rest, scope, env)
+                })
+                .collect::<Result<_, _>>()
+                .map(Value::array),
+            single => {
+                let item = self.pick(first.span, &items, &single)?;
+                self.subscript(span, item, rest, scope, env)
+            }
+        }
+    }
+
+    fn pick(&mut self, span: Span, items: &[Value], index: &Value) -> Result<Value, Reported> {
+        let k = match index {
+            Value::Integer(k) => *k,
+            Value::Enumeration(_, k) => i64::from(*k),
+            Value::Boolean(b) if items.len() == 2 => i64::from(*b) + 1,
+            other => {
+                self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
+                return Err(Reported);
+            }
+        };
+        match usize::try_from(k - 1).ok().and_then(|k| items.get(k)) {
+            Some(item) => Ok(item.clone()),
+            None => {
+                let message = format!("subscript {k} is outside 1..{}", items.len());
+                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    fn evaluate_call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let name = function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
+        let known = self.predefined(scope, function).filter(|builtin| builtin.is_known_before_run());
+        let mut values = Vec::new();
+        match arguments {
+            Arguments::List { positional, named } => {
+                let Some(builtin) = known else {
+                    return match self.call_function(span, function, positional, named, scope, env)? {
+                        Some(outputs) => outputs.into_iter().next().ok_or(Reported),
+                        None => {
+                            self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
+                            Err(Reported)
+                        }
+                    };
+                };
+                if builtin == Builtin::Text {
+                    return self.evaluate_text(span, positional, named, scope, env);
+                }
+                if builtin == Builtin::Size {
+                    return self.evaluate_size(span, positional, scope, env);
+                }
+                for argument in positional {
+                    values.push(self.evaluate(argument, scope, env)?);
+                }
+            }
+            Arguments::Reduction(body, iterators) => {
+                let mut items = Vec::new();
+                self.for_each(iterators, scope, env, &mut |tree, inner| {
+                    items.push(tree.evaluate(body, scope, inner)?);
+                    Ok(())
+                })?;
+                values.push(Value::array(items));
+            }
+        }
+        match known.and_then(|builtin| crate::builtins::value(builtin, &values)) {
+            Some(value) => Ok(value),
+            None => {
+                if matches!(name.as_str(), "div" | "mod" | "rem") && values.get(1).and_then(Value::as_real) == Some(0.0)
+                {
+                    self.table.report(Diagnostic::error(Code::Value, "division by zero").at(span, ""));
+                    return Err(Reported);
+                }
+                self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
+                Err(Reported)
+            }
+        }
+    }
+
+    fn evaluate_size(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
+        let shape = match arguments.first().map(|e| &e.kind) {
+            Some(ExprKind::Ref(reference)) if env.get(&reference.parts[0].name.name).is_none() => {
+                if let Some(named) = self.parts_named(reference, scope, env) {
+                    let rest = arguments[1..].iter().cloned();
+                    let arguments: Vec<Expr> = std::iter::once(named).chain(rest).collect();
+                    return self.evaluate_size(span, &arguments, scope, env);
+                }
+                match self.resolve(scope, reference)? {
+                    Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
+                        for (inst, _) in &steps {
+                            self.want_made(*inst, span)?;
+                        }
+                        steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
+                    }
+                    _ => self.evaluate(&arguments[0], scope, env)?.shape(),
+                }
+            }
+            Some(_) if self.depends_on_run(&arguments[0], scope, env) => self.shape_of(&arguments[0], scope, env)?,
+            // Sizes cost nothing, however long the array.
+            Some(_) => self.evaluate_kind(&arguments[0], scope, env)?.shape(),
+            None => Vec::new(),
+        };
+        match arguments.get(1) {
+            None => Ok(Value::array(shape.iter().map(|&s| Value::Integer(s as i64)).collect())),
+            Some(k) => {
+                let k = self.evaluate(k, scope, env)?;
+                let sizes: Vec<Value> = shape.iter().map(|&s| Value::Integer(s as i64)).collect();
+                self.pick(span, &sizes, &k)
+            }
+        }
+    }
+
+    /// The text of a value known at translation.
+    pub(crate) fn evaluate_text(
+        &mut self,
+        span: Span,
+        positional: &[Expr],
+        named: &[(Ident, Expr)],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let format = self.text_format(span, positional, named, scope, env)?;
+        let value = self.evaluate(&positional[0], scope, env)?;
+        let kind = match &value {
+            Value::Real(_) => ValueKind::Real,
+            Value::Integer(_) => ValueKind::Integer,
+            Value::Boolean(_) => ValueKind::Boolean,
+            Value::Enumeration(e, _) => ValueKind::Enumeration(e.literals.clone().into()),
+            Value::Text(_) => return Ok(value),
+            Value::Array(_) | Value::Record(_) => {
+                self.table.report(Diagnostic::error(Code::ArrayShape, "`String` takes a scalar").at(span, ""));
+                return Err(Reported);
+            }
+        };
+        Ok(Value::Text(format.text(value.as_stored().unwrap_or(0.0), &kind).into()))
+    }
+
+    /// The format that the further arguments of `String(x, ...)` ask for.
+    pub fn text_format(
+        &mut self,
+        span: Span,
+        positional: &[Expr],
+        named: &[(Ident, Expr)],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<TextFormat, Reported> {
+        let mut format = TextFormat::default();
+        if positional.is_empty() {
+            self.table.report(Diagnostic::error(Code::BadArguments, "`String` takes a value").at(span, ""));
+            return Err(Reported);
+        }
+        // By position: a format alone, or minimum length and side.
+        const BY_POSITION: [&str; 2] = ["minimumLength", "leftJustified"];
+        let mut given: Vec<(String, &Expr)> = Vec::new();
+        for (k, expr) in positional[1..].iter().enumerate() {
+            let text = matches!(expr.kind, hyd_syntax::tree::ExprKind::Text(_));
+            let name = if text { "format" } else { BY_POSITION.get(k).copied().unwrap_or("") };
+            given.push((name.into(), expr));
+        }
+        given.extend(named.iter().map(|(name, expr)| (name.name.to_string(), expr)));
+        for (name, expr) in given {
+            let value = self.evaluate(expr, scope, env)?;
+            let number = value.as_integer().and_then(|k| u32::try_from(k).ok());
+            match (name.as_str(), number, &value) {
+                ("significantDigits", Some(k), _) => format.significant_digits = k,
+                ("minimumLength", Some(k), _) => format.minimum_length = k,
+                ("leftJustified", _, Value::Boolean(left)) => format.left_justified = *left,
+                ("format", _, Value::Text(text)) => format.format = Some(text.to_string()),
+                _ => {
+                    let message = format!("`String` has no argument `{name}` of type {}", value.type_name());
+                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(expr.span, ""));
+                    return Err(Reported);
+                }
+            }
+        }
+        Ok(format)
+    }
+}

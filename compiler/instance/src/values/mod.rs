@@ -1,0 +1,14 @@
+//! Values at translation: expressions, functions and records of constants and parameters.
+
+pub mod constructor;
+pub(crate) mod data_file;
+pub(crate) mod evaluate;
+pub(crate) mod expression_shape;
+pub(crate) mod interpret;
+pub(crate) mod override_value;
+pub(crate) mod parameter_value;
+pub(crate) mod parts;
+pub(crate) mod record;
+pub(crate) mod record_value;
+pub(crate) mod substitute;
+pub mod value;

@@ -1,0 +1,173 @@
+//! Values of parameters and constants at translation, each computed once, when it is asked for.
+//!
+//! Circles of parameters end in a message that shows the way round (Modelica 3.6, section 4.4.4).
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::Variability;
+
+use crate::classes::modifier::Applied;
+use crate::instantiation::instance::{InstId, Known, ScalarType, path};
+use crate::instantiation::tree::InstanceTree;
+use crate::values::evaluate::Env;
+use crate::values::override_value::read_value;
+use crate::values::value::{Value, widen};
+
+impl InstanceTree<'_> {
+    /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
+    pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
+        match self.instances[inst].known.clone() {
+            Known::Yes(value) => return Ok(value),
+            Known::Failed => return Err(Reported),
+            Known::Open => {
+                return Err(self.value_circle(inst, span));
+            }
+            Known::No => {}
+        }
+        self.instances[inst].known = Known::Open;
+        self.open_values.push((inst, span));
+        let value = self.compute(inst, span);
+        self.open_values.pop();
+        self.instances[inst].known = match &value {
+            Ok(value) => Known::Yes(value.clone()),
+            Err(Reported) => Known::Failed,
+        };
+        if let Some(guessed) = &mut self.guessed {
+            guessed.push(inst);
+        }
+        value
+    }
+
+    /// A value that is needed to compute itself, with those on the way.
+    fn value_circle(&mut self, inst: InstId, span: Span) -> Reported {
+        let start = self.open_values.iter().position(|(open, _)| *open == inst).unwrap_or(0);
+        let way: Vec<(InstId, Span)> = self.open_values[start..].to_vec();
+        let name = path(&self.instances, inst);
+        let declared = self.instances[inst].span;
+        let message = format!("the value of `{name}` depends on itself");
+        let mut diagnostic =
+            Diagnostic::error(Code::CircularParameters, message).at(span, "").with(declared, "declared here");
+        if way.len() > 1 {
+            let mut chain: Vec<String> =
+                way.iter().map(|(open, _)| format!("`{}`", path(&self.instances, *open))).collect();
+            chain.push(format!("`{name}`"));
+            for (_, needed) in way.iter().skip(1).filter(|(_, needed)| *needed != span) {
+                diagnostic = diagnostic.with(*needed, "on the way");
+            }
+            diagnostic = diagnostic.help(format!("each needs the next: {}", chain.join(", ")));
+        }
+        self.table.report(diagnostic);
+        Reported
+    }
+
+    fn compute(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
+        let name = path(&self.instances, inst);
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else {
+            if self.is_broken(inst) {
+                return Err(Reported);
+            }
+            self.not_structural(span, format!("`{name}` is a component, not a value"));
+            return Err(Reported);
+        };
+        if instance.variability > Variability::Parameter {
+            let declared = instance.span;
+            // No variable of the run is a String: it only lacks the word `parameter`.
+            let text = matches!(primitive.scalar, ScalarType::Text);
+            let (message, help) = match text {
+                true => {
+                    (format!("the String `{name}` is not a parameter"), Some("write `parameter String`".to_string()))
+                }
+                false => (format!("`{name}` changes during the run"), None),
+            };
+            self.table.report(
+                Diagnostic::error(Code::NotStructural, message)
+                    .at(span, "needed before the run")
+                    .with(declared, "declared here")
+                    .maybe_help(help),
+            );
+            return Err(Reported);
+        }
+        if self.guessed.is_none() && self.is_free(inst) {
+            return Err(self.found_at_start(inst, span));
+        }
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else { return Err(Reported) };
+        let integer = matches!(primitive.scalar, ScalarType::Integer);
+        let real = matches!(primitive.scalar, ScalarType::Real);
+        let declared = instance.span;
+        if let Some(known) = self.override_of(inst) {
+            self.overrides[known].used |= self.guessed.is_none();
+            let text = self.overrides[known].text.clone();
+            return match read_value(&primitive.scalar, &text, &instance.dims, &self.sizes_as_written(inst)) {
+                Ok(value) => {
+                    let value = self.given_value_of(inst, value, span)?;
+                    Ok(if real { widen(value) } else { value })
+                }
+                Err(reason) => {
+                    let message = format!("`{name}` cannot be set to `{text}`: {reason}");
+                    self.table.report(Diagnostic::error(Code::Value, message).with(declared, "declared here"));
+                    Err(Reported)
+                }
+            };
+        }
+        if self.guessed.is_none() && self.is_set_by_element(inst) {
+            return Err(self.set_by_element(inst, span));
+        }
+        let instance = &self.instances[inst];
+        let Some(primitive) = &instance.primitive else { return Err(Reported) };
+        let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
+        let Some(applied) = primitive.binding.clone().or(start) else {
+            let declared = instance.span;
+            let message = Diagnostic::error(Code::NoValue, format!("the parameter `{name}` has no value"));
+            let message = match self.users_line(inst) {
+                Some(component) => message.at(component, "of this component").with(span, "needed here"),
+                None => message.at(span, "needed here"),
+            };
+            self.table.report(message.with(declared, "declared here"));
+            return Err(Reported);
+        };
+        let value = self.evaluate_applied(&applied)?;
+        if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
+            let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
+            self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
+            return Err(Reported);
+        }
+        Ok(if real { widen(value) } else { value })
+    }
+
+    /// The value a modification gives, in its own scope.
+    pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
+        match &applied.tree.binding {
+            Some(expr) if self.is_for_parts(applied) => self.value_for_parts(&expr.clone(), applied),
+            Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
+            None => Err(Reported),
+        }
+    }
+
+    /// The value a modification gives with the parameters as they are at translation, which it does not fix: good for what is
+    /// no more than a scale, such as `nominal`.
+    pub fn guess_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
+        let outer = self.guessed.replace(Vec::new());
+        let value = self.evaluate_applied(applied);
+        for inst in std::mem::replace(&mut self.guessed, outer).unwrap_or_default() {
+            if matches!(self.instances[inst].known, Known::Yes(_)) {
+                self.instances[inst].known = Known::No;
+            }
+        }
+        value
+    }
+
+    /// True for a parameter with `fixed = false`, or of whose elements one has it.
+    pub fn is_free(&mut self, inst: InstId) -> bool {
+        if self.instances[inst].variability != Variability::Parameter {
+            return false;
+        }
+        let Some(primitive) = &self.instances[inst].primitive else { return false };
+        let Some(applied) = primitive.attributes.iter().find(|(name, _)| name.as_ref() == "fixed") else {
+            return false;
+        };
+        let applied = applied.1.clone();
+        let Ok(value) = self.evaluate_applied(&applied) else { return false };
+        value.flatten().iter().any(|value| matches!(value, Value::Boolean(false)))
+    }
+}

@@ -1,0 +1,93 @@
+//! Arrays of components whose elements differ in size or structure: one instance an element.
+//!
+//! An array of components is one instance as long as its elements share their structure.  A parameter that decides sizes,
+//! conditions or equations may have another value in each element (Modelica 3.6, section 7.2.5).  Such an array is noted in
+//! [`InstanceTree::differing`] when the value is asked for; the model is then instantiated anew with the array made *in parts*: the
+//! array itself is only a name with sizes, its elements `c[1]`, `c[2]`, ... are components of their own.  References take the part
+//! that their subscripts name (`part_text`), values of modifications are taken apart by [`InstanceTree::evaluate_applied`].
+
+use std::sync::Arc;
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::Expr;
+
+use crate::classes::modifier::Applied;
+use crate::instantiation::instance::{InstId, chain};
+use crate::instantiation::tree::InstanceTree;
+use crate::values::evaluate::Env;
+use crate::values::value::{Value, first_if_uniform};
+
+impl InstanceTree<'_> {
+    /// Of the value that a modification gives to all elements: what it is for the parts in `spread`.  A value without the sizes of
+    /// the array is left as it is.
+    pub(crate) fn value_for_parts(&mut self, expr: &Arc<Expr>, applied: &Applied) -> Result<Value, Reported> {
+        // Computed once for all of them, if it is not only a guess.
+        let place = (Arc::as_ptr(expr) as usize, applied.scope);
+        let known = self.values_for_parts.get(&place).filter(|_| self.guessed.is_none());
+        let value = match known {
+            Some((_, value)) => value.clone(),
+            None => self.evaluate(expr, applied.scope, &Env::default())?,
+        };
+        if self.guessed.is_none() {
+            self.values_for_parts.insert(place, (expr.clone(), value.clone()));
+        }
+        if value.shape().is_empty() {
+            return Ok(value);
+        }
+        self.taken_apart(value, &applied.spread, expr.span)
+    }
+
+    fn taken_apart(&mut self, value: Value, spread: &[InstId], span: Span) -> Result<Value, Reported> {
+        let Some((&first, rest)) = spread.split_first() else { return Ok(value) };
+        match self.instances[first].part_of.clone() {
+            Some((array, at)) => {
+                let dims = self.instances[array].dims.clone();
+                let shape = value.shape();
+                if shape.get(..dims.len()) != Some(&dims[..]) {
+                    let name = self.path_of_arrays(array);
+                    let message = format!("`{name}` has the sizes {dims:?}, but this value has {shape:?}");
+                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+                    return Err(Reported);
+                }
+                let mut element = value;
+                for k in at {
+                    // Its sizes have been looked at.
+                    let Some(inner) = element.items().get(k).cloned() else { return Err(Reported) };
+                    element = inner;
+                }
+                self.taken_apart(element, rest, span)
+            }
+            None => self.below(value, self.instances[first].dims.len(), rest, span),
+        }
+    }
+
+    /// Goes on below `depth` dimensions.
+    fn below(&mut self, value: Value, depth: usize, rest: &[InstId], span: Span) -> Result<Value, Reported> {
+        match value {
+            Value::Array(items) if depth > 0 => items
+                .iter()
+                .map(|item| self.below(item.clone(), depth - 1, rest, span))
+                .collect::<Result<_, _>>()
+                .map(Value::array),
+            value => self.taken_apart(value, rest, span),
+        }
+    }
+
+    /// A value set from outside for all elements of the arrays around a parameter, as the parameter has it: with its own sizes only.
+    pub(crate) fn given_value_of(&mut self, inst: InstId, value: Value, span: Span) -> Result<Value, Reported> {
+        let own = self.instances[inst].dims.clone();
+        if value.shape() == own {
+            return Ok(value);
+        }
+        let around: Vec<InstId> = chain(&self.instances, inst)
+            .into_iter()
+            .filter(|&id| id != inst && self.instances[id].is_array())
+            .collect();
+        let value = self.taken_apart(value, &around, span)?;
+        let rank = value.shape().len() - own.len();
+        match first_if_uniform(&value, rank) {
+            Some(same) => Ok(same),
+            None => Err(self.set_by_element(inst, span)),
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Calls: functions of the language, functions of the user, constructors of records.
+
+use std::rc::Rc;
+
+use hyd_instance::{Builtin, LocalClass, Resolved, ScalarType};
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
+use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, Name};
+use hyd_system::math::Function as Named;
+
+use crate::elaborate::{Elaborator, joined};
+use crate::expression::{Call, Construction, Expr, Kind};
+use crate::types::{Base, Type};
+
+impl Elaborator<'_, '_> {
+    pub(crate) fn call(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+    ) -> Result<Expr, Reported> {
+        let builtin = self.tree.predefined(self.scope, function);
+        let (positional, named) = match arguments {
+            Arguments::List { positional, named } => (positional, named),
+            Arguments::Reduction(body, iterators) => {
+                let Some(builtin) = builtin.filter(|builtin| builtin.is_fold()) else {
+                    let message = "only sum, product, min and max take `... for ... in ...`";
+                    return Err(self.error(Code::BadArguments, span, message));
+                };
+                let (iterators, body) = self.with_iterators(iterators, false, |own| own.expr(body))?;
+                let ty = body.ty.with_rank(0);
+                return Ok(Expr { kind: Kind::Reduction(builtin, Box::new(body), iterators), ty, span });
+            }
+        };
+        match builtin {
+            Some(builtin) => self.builtin(span, builtin, positional, named, arguments),
+            None => self.call_of_class(span, function, positional, named, arguments),
+        }
+    }
+
+    fn builtin(
+        &mut self,
+        span: Span,
+        builtin: Builtin,
+        positional: &[text::Expr],
+        named: &[(text::Ident, text::Expr)],
+        arguments: &Arguments,
+    ) -> Result<Expr, Reported> {
+        match builtin {
+            Builtin::Reinit => {
+                let message = "`reinit` is an equation of its own inside `when`, not a value";
+                return Err(self.error(Code::Misplaced, span, message));
+            }
+            Builtin::Outside(sentence) => return Err(self.error(Code::OutsideProfile, span, sentence)),
+            Builtin::Text => {
+                let Some(first) = positional.first() else {
+                    return Err(self.error(Code::BadArguments, span, "`String` takes a value"));
+                };
+                let value = self.expr(first)?;
+                let ty = Type::scalar(ScalarType::Text);
+                return Ok(Expr { kind: Kind::Format(Box::new(value), Rc::new(arguments.clone())), ty, span });
+            }
+            _ => {}
+        }
+        let mut list = self.all(positional)?;
+        for (name, value) in named {
+            let place = match (builtin, name.name.as_ref()) {
+                (Builtin::Homotopy, "actual") => Some(0),
+                (Builtin::Homotopy, "simplified") => Some(1),
+                _ => None,
+            };
+            if place.is_none() {
+                let message = format!("`{}` takes its arguments by position", builtin.name());
+                return Err(self.error(Code::BadArguments, name.span.to(value.span), message));
+            }
+            let value = self.expr(value)?;
+            list.insert(place.unwrap_or(0).min(list.len()), value);
+        }
+        let ty = type_of_builtin(builtin, &list);
+        Ok(Expr { kind: Kind::Builtin(builtin, list), ty, span })
+    }
+
+    fn call_of_class(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        positional: &[text::Expr],
+        named: &[(text::Ident, text::Expr)],
+        arguments: &Arguments,
+    ) -> Result<Expr, Reported> {
+        let local = self.called_class(function)?;
+        let def = self.tree.table.class(local.class).def.clone();
+        let name = Rc::new(function.clone());
+        if def.kind == ClassKind::Record {
+            let mut given = self.all(positional)?;
+            for (_, value) in named {
+                given.push(self.expr(value)?);
+            }
+            let ty = Type { base: self.record_base(&local)?, rank: 0 };
+            let (arguments, scope) = (Rc::new(arguments.clone()), self.scope);
+            let made = Construction { record: local, name, arguments, given, scope };
+            return Ok(Expr { kind: Kind::Record(Box::new(made)), ty, span });
+        }
+        if def.kind != ClassKind::Function {
+            let message = format!("`{}` is not a function", def.name.name);
+            return Err(self.error(Code::BadArguments, function.span, message));
+        }
+        let positional = self.all(positional)?;
+        let mut by_name = Vec::with_capacity(named.len());
+        for (name, value) in named {
+            by_name.push((name.clone(), self.expr(value)?));
+        }
+        let ty = self.type_of_call(&local, &positional, &by_name)?;
+        let call = Call { function: local, name, positional, named: by_name };
+        Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })
+    }
+
+    /// The type of the first output; an argument with more dimensions than the input asks for one call per element (12.4.6).
+    fn type_of_call(
+        &mut self,
+        local: &LocalClass,
+        positional: &[Expr],
+        named: &[(text::Ident, Expr)],
+    ) -> Result<Type, Reported> {
+        let signature = self.signature(local)?;
+        let Some((_, first)) = signature.outputs.first() else { return Ok(Type::NONE) };
+        let by_name = |name: &Name| named.iter().find(|(n, _)| n.name == *name).map(|(_, e)| e);
+        let mut outer = 0;
+        for (k, (name, ty)) in signature.inputs.iter().enumerate() {
+            if let Some(given) = positional.get(k).or_else(|| by_name(name))
+                && !ty.is_record()
+            {
+                outer = outer.max(given.ty.rank.saturating_sub(ty.rank));
+            }
+        }
+        Ok(first.with_rank(first.rank + outer))
+    }
+
+    /// The class that is called.
+    pub(crate) fn called_class(&mut self, function: &ComponentRef) -> Result<LocalClass, Reported> {
+        let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
+        self.tree.table.messages.begin();
+        let resolved = self.tree.resolve(self.scope, function);
+        let mut said = self.tree.table.messages.end();
+        if resolved.is_err() && function.parts.len() == 1 {
+            self.suggest_function(&mut said, &function.parts[0].name.name);
+        }
+        self.tree.table.messages.report_all(said);
+        match resolved? {
+            Resolved::Class(local) => Ok(local),
+            _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
+        }
+    }
+
+    /// The message for an unknown name in place of a function speaks of functions.
+    fn suggest_function(&mut self, said: &mut [Diagnostic], name: &str) {
+        if said.iter().all(|d| d.code != Code::UnknownName) {
+            return;
+        }
+        let mut names = self.tree.visible_classes(self.scope);
+        names.extend(Builtin::names().map(Name::from));
+        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
+        for message in said.iter_mut().filter(|d| d.code == Code::UnknownName) {
+            message.message = format!("there is no function `{name}` here");
+            message.notes = help.iter().cloned().collect();
+        }
+    }
+}
+
+/// The type that a function of the language gives (Modelica 3.6, sections 3.7 and 10.3).
+fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
+    use Builtin::*;
+    let nth = |k: usize| list.get(k).map_or(Type::NONE, |e| e.ty.clone());
+    let real = |rank: usize| Type { base: Base::Scalar(ScalarType::Real), rank };
+    let integer = |rank: usize| Type { base: Base::Scalar(ScalarType::Integer), rank };
+    let widest = list.iter().map(|e| e.ty.rank).max().unwrap_or(0);
+    match builtin {
+        Der | Delay => real(nth(0).rank),
+        Homotopy => real(nth(0).rank),
+        SemiLinear => real(widest),
+        Pre | NoEvent | Transpose | Symmetric => nth(0),
+        Smooth => nth(1),
+        Edge | Change => Type { base: Base::Scalar(ScalarType::Boolean), rank: nth(0).rank },
+        Initial | Terminal | Sample => Type::scalar(ScalarType::Boolean),
+        Size => integer(usize::from(list.len() == 1)),
+        Ndims => integer(0),
+        Zeros | Ones => integer(list.len()),
+        Fill => nth(0).with_rank(nth(0).rank + list.len().saturating_sub(1)),
+        Identity => integer(2),
+        Linspace => real(1),
+        Diagonal => nth(0).with_rank(2),
+        Cat => joined(list.get(1..).unwrap_or(&[])),
+        Vector => nth(0).with_rank(1),
+        Matrix => nth(0).with_rank(2),
+        Scalar => nth(0).with_rank(0),
+        OuterProduct => nth(0).join(&nth(1)).with_rank(2),
+        Cross => nth(0).join(&nth(1)).with_rank(1),
+        Skew => nth(0).with_rank(2),
+        Sum | Product => nth(0).with_rank(0),
+        Min | Max if list.len() == 1 => nth(0).with_rank(0),
+        Min | Max => joined(list),
+        Floored => integer(nth(0).rank),
+        Ordinal => integer(nth(0).rank),
+        Text => Type::scalar(ScalarType::Text),
+        Elementary(Named::Sign) => integer(widest),
+        Elementary(Named::Abs | Named::Min | Named::Max | Named::Div | Named::Mod | Named::Rem) => {
+            match list.iter().all(|e| e.ty.is_integer()) {
+                true => integer(widest),
+                false => real(widest),
+            }
+        }
+        Elementary(_) => real(widest),
+        Reinit | Outside(_) => Type::NONE,
+    }
+}

@@ -1,0 +1,244 @@
+//! Expressions with every name resolved and every type known.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use hyd_instance::{Builtin, EnumType, InstId, LocalClass, Scope};
+use hyd_source::{Diagnostic, Span};
+use hyd_syntax::tree::{self as text, Arguments, BinaryOp, ComponentRef, ExprKind, Ident, Name, UnaryOp};
+
+use crate::types::Type;
+
+/// An expression.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// What it is.
+    pub kind: Kind,
+    /// Its type.
+    pub ty: Type,
+    /// Its text.
+    pub span: Span,
+}
+
+/// What an expression is.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// A number without point.
+    Integer(i64),
+    /// A number with point or exponent.
+    Real(f64),
+    /// `true`, `false`
+    Boolean(bool),
+    /// A String.
+    Text(Name),
+    /// A literal of an enumeration, counted from 1.
+    Literal(Arc<EnumType>, u32, Rc<ComponentRef>),
+    /// All values of an enumeration, or of Boolean, as a range or a size.
+    Values(Option<Arc<EnumType>>, Rc<ComponentRef>),
+    /// `time`
+    Time,
+    /// A variable, parameter or constant of the model or of a package, or a component.
+    Variable(Variable),
+    /// A variable of a function, or of a loop.
+    Local(Local),
+    /// A function or operator of the language.
+    Builtin(Builtin, Vec<Expr>),
+    /// `String(x, ...)`: the value, and all arguments as written.
+    Format(Box<Expr>, Rc<Arguments>),
+    /// `sum(... for ...)` and the like.
+    Reduction(Builtin, Box<Expr>, Vec<Iterator>),
+    /// A call of a user's function.
+    Call(Box<Call>),
+    /// A call of the constructor of a record.
+    Record(Box<Construction>),
+    /// An operator with one operand.
+    Unary(UnaryOp, Box<Expr>),
+    /// An operator with two operands.
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `if c then a elseif d then b else e`
+    If(Vec<(Expr, Expr)>, Box<Expr>),
+    /// `a:s:b`
+    Range(Box<Expr>, Option<Box<Expr>>, Box<Expr>),
+    /// `{a, b}`
+    Array(Vec<Expr>),
+    /// `{e for i in range}`
+    ArrayFor(Box<Expr>, Vec<Iterator>),
+    /// `[a, b; c, d]`
+    Matrix(Vec<Vec<Expr>>),
+    /// Several results, some left out.
+    Tuple(Vec<Option<Expr>>),
+    /// One field of a record that has no name of its own.
+    Field(Box<Expr>, Ident),
+    /// `:` as a subscript or size.
+    Colon,
+    /// `end` in a subscript.
+    End,
+    /// A class, where a value is needed or a function is named.
+    Class(Box<LocalClass>, Rc<ComponentRef>),
+    /// What has no meaning, and why: said where its value is needed, which a branch that is not taken never is.
+    Failed(Rc<[Diagnostic]>, Rc<text::Expr>),
+}
+
+/// A component that a reference names.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// The components from the outermost named one inwards, each with the subscripts written there.
+    pub steps: Vec<(InstId, Vec<Expr>)>,
+    /// The text.
+    pub reference: Rc<ComponentRef>,
+}
+
+impl Variable {
+    /// The component itself.
+    pub fn last(&self) -> InstId {
+        self.steps[self.steps.len() - 1].0
+    }
+
+    /// True if no subscripts are written.
+    pub fn is_whole(&self) -> bool {
+        self.steps.iter().all(|(_, subscripts)| subscripts.is_empty())
+    }
+}
+
+/// A local name with the fields and subscripts behind it.
+#[derive(Clone, Debug)]
+pub struct Local {
+    /// The name and its fields, each with the subscripts written there.
+    pub parts: Vec<(Ident, Vec<Expr>)>,
+    /// The text.
+    pub reference: Rc<ComponentRef>,
+}
+
+impl Local {
+    /// The name.
+    pub fn name(&self) -> &Name {
+        &self.parts[0].0.name
+    }
+}
+
+/// A call of a user's function.
+#[derive(Clone, Debug)]
+pub struct Call {
+    /// The function.
+    pub function: LocalClass,
+    /// Its name as written.
+    pub name: Rc<ComponentRef>,
+    /// Arguments by position.
+    pub positional: Vec<Expr>,
+    /// Arguments by name.
+    pub named: Vec<(Ident, Expr)>,
+}
+
+/// A call of the constructor of a record.  Which fields its arguments are is found out with their values, as defaults may stand in
+/// other scopes.
+#[derive(Clone, Debug)]
+pub struct Construction {
+    /// The record.
+    pub record: LocalClass,
+    /// Its name as written.
+    pub name: Rc<ComponentRef>,
+    /// The arguments as written.
+    pub arguments: Rc<Arguments>,
+    /// The same typed, for who wants to know what they read.
+    pub given: Vec<Expr>,
+    /// Where they are looked up.
+    pub scope: Scope,
+}
+
+/// A loop variable and its values.
+#[derive(Clone, Debug)]
+pub struct Iterator {
+    /// The variable.
+    pub name: Ident,
+    /// Its values; `None` if they follow from the sizes of what it is a subscript of.
+    pub range: Option<Expr>,
+}
+
+impl Iterator {
+    fn written(&self) -> text::Iterator {
+        text::Iterator { name: self.name.clone(), range: self.range.as_ref().map(Expr::written) }
+    }
+}
+
+fn all(list: &[Expr]) -> Vec<text::Expr> {
+    list.iter().map(Expr::written).collect()
+}
+
+fn boxed(expr: &Expr) -> Box<text::Expr> {
+    Box::new(expr.written())
+}
+
+impl Expr {
+    /// The expression inside parentheses.
+    pub fn bare(&self) -> &Expr {
+        match &self.kind {
+            Kind::Tuple(items) => match items.as_slice() {
+                [Some(only)] => only.bare(),
+                _ => self,
+            },
+            _ => self,
+        }
+    }
+
+    /// The variable that the expression is.
+    pub fn variable(&self) -> Option<&Variable> {
+        match &self.kind {
+            Kind::Variable(variable) => Some(variable),
+            _ => None,
+        }
+    }
+
+    /// The expression as it is written, for messages and for values at translation.
+    pub fn written(&self) -> text::Expr {
+        let call = |name: ComponentRef, list: &[Expr]| {
+            ExprKind::Call(name, Arguments::List { positional: all(list), named: Vec::new() })
+        };
+        let kind = match &self.kind {
+            Kind::Integer(k) => ExprKind::Integer(*k),
+            Kind::Real(x) => ExprKind::Real(*x),
+            Kind::Boolean(b) => ExprKind::Boolean(*b),
+            Kind::Text(text) => ExprKind::Text(text.clone()),
+            Kind::Literal(.., name) | Kind::Values(_, name) | Kind::Class(_, name) => {
+                ExprKind::Ref(ComponentRef::clone(name))
+            }
+            Kind::Variable(variable) => ExprKind::Ref(ComponentRef::clone(&variable.reference)),
+            Kind::Local(local) => ExprKind::Ref(ComponentRef::clone(&local.reference)),
+            Kind::Time => ExprKind::Ref(named("time", self.span)),
+            Kind::Builtin(builtin, list) => call(named(builtin.name(), self.span), list),
+            Kind::Format(_, arguments) => ExprKind::Call(named("String", self.span), Arguments::clone(arguments)),
+            Kind::Reduction(builtin, body, iterators) => {
+                let iterators = iterators.iter().map(Iterator::written).collect();
+                ExprKind::Call(named(builtin.name(), self.span), Arguments::Reduction(boxed(body), iterators))
+            }
+            Kind::Call(call) => {
+                let named = call.named.iter().map(|(name, expr)| (name.clone(), expr.written())).collect();
+                let arguments = Arguments::List { positional: all(&call.positional), named };
+                ExprKind::Call(ComponentRef::clone(&call.name), arguments)
+            }
+            Kind::Record(made) => ExprKind::Call(ComponentRef::clone(&made.name), Arguments::clone(&made.arguments)),
+            Kind::Unary(op, a) => ExprKind::Unary(*op, boxed(a)),
+            Kind::Binary(op, a, b) => ExprKind::Binary(*op, boxed(a), boxed(b)),
+            Kind::If(branches, otherwise) => {
+                let branches = branches.iter().map(|(c, e)| (c.written(), e.written())).collect();
+                ExprKind::If(branches, boxed(otherwise))
+            }
+            Kind::Range(a, step, b) => ExprKind::Range(boxed(a), step.as_deref().map(boxed), boxed(b)),
+            Kind::Array(items) => ExprKind::Array(all(items)),
+            Kind::ArrayFor(body, iterators) => {
+                ExprKind::ArrayFor(boxed(body), iterators.iter().map(Iterator::written).collect())
+            }
+            Kind::Matrix(rows) => ExprKind::Matrix(rows.iter().map(|row| all(row)).collect()),
+            Kind::Tuple(items) => ExprKind::Tuple(items.iter().map(|e| e.as_ref().map(Expr::written)).collect()),
+            Kind::Field(record, name) => ExprKind::Field(boxed(record), name.clone()),
+            Kind::Colon => ExprKind::Colon,
+            Kind::End => ExprKind::End,
+            Kind::Failed(_, text) => text.kind.clone(),
+        };
+        text::Expr { kind, span: self.span }
+    }
+}
+
+fn named(name: &str, span: Span) -> ComponentRef {
+    let part = text::RefPart { name: Ident { name: name.into(), span }, subscripts: Vec::new() };
+    ComponentRef { global: false, parts: vec![part], span }
+}

@@ -1,0 +1,154 @@
+//! Functions: what they take and give, and their algorithms over typed statements.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use hyd_instance::modifier::AstMod;
+use hyd_instance::shape::Shape;
+use hyd_instance::{InstId, LocalClass};
+use hyd_source::Span;
+use hyd_syntax::tree::{ClassDef, Component, Direction, ExprKind, Ident, Name, Variability};
+
+use crate::expression::{Expr, Kind};
+use crate::statement::{Statement, StatementKind};
+use crate::types::{Base, Type};
+use crate::walk::mentions;
+
+/// What a call needs to know of a function.
+#[derive(Debug)]
+pub struct Signature {
+    /// Scope of its text.
+    pub inst: InstId,
+    /// Inputs in their order.
+    pub inputs: Vec<(Name, Type)>,
+    /// Outputs in their order.
+    pub outputs: Vec<(Name, Type)>,
+}
+
+/// An input, output or variable of a function.
+#[derive(Debug)]
+pub struct Declaration {
+    /// Its name.
+    pub name: Ident,
+    /// The frame its text belongs to.
+    pub frame: u32,
+    /// `input`, `output`
+    pub direction: Option<Direction>,
+    /// `constant`, `parameter`, or not.
+    pub variability: Variability,
+    /// Its type.
+    pub ty: Type,
+    /// Its sizes as declared.
+    pub dims: Vec<Expr>,
+    /// The value that the declaration gives.
+    pub value: Option<Expr>,
+    /// The declaration as written.
+    pub text: Component,
+}
+
+impl Declaration {
+    /// Declared as `v[:]`: the size is that of the value.
+    pub fn is_sized_by_value(&self) -> bool {
+        self.dims.iter().any(|dim| matches!(dim.kind, Kind::Colon))
+    }
+
+    /// Declared with one of the names of the predefined types.
+    pub fn is_simple(&self) -> bool {
+        let [only] = self.text.class.parts.as_slice() else { return false };
+        matches!(only.name.as_ref(), "Real" | "Integer" | "Boolean" | "String")
+    }
+
+    /// It keeps the value it begins with.
+    pub fn is_fixed(&self) -> bool {
+        self.variability <= Variability::Parameter
+    }
+
+    /// A scalar or array of the predefined type Real, said so in its declaration.
+    pub fn is_real(&self) -> bool {
+        self.is_simple() && self.ty.base == Base::Scalar(hyd_instance::ScalarType::Real)
+    }
+}
+
+/// A function with all its declarations and statements.
+#[derive(Debug)]
+pub struct Function {
+    /// Scope of its text.
+    pub inst: InstId,
+    /// The class.
+    pub class: LocalClass,
+    /// Its text.
+    pub def: Arc<ClassDef>,
+    /// The class with everything inherited.
+    pub shape: Rc<Shape>,
+    /// Inputs, outputs and variables in the order of the text.
+    pub variables: Vec<Declaration>,
+    /// Algorithms, each with the frame its text belongs to.
+    pub algorithms: Vec<(u32, Vec<Statement>)>,
+    /// An `external` clause.
+    pub external: Option<Span>,
+    /// An equation, which a function cannot hold.
+    pub equation: Option<Span>,
+}
+
+impl Function {
+    /// Its name.
+    pub fn name(&self) -> &Name {
+        &self.def.name.name
+    }
+
+    /// The inputs in their order.
+    pub fn inputs(&self) -> impl Iterator<Item = &Declaration> {
+        self.variables.iter().filter(|v| v.direction == Some(Direction::Input))
+    }
+
+    /// The outputs in their order.
+    pub fn outputs(&self) -> impl Iterator<Item = &Declaration> {
+        self.variables.iter().filter(|v| v.direction == Some(Direction::Output))
+    }
+
+    /// All but the inputs.
+    pub fn others(&self) -> impl Iterator<Item = &Declaration> {
+        self.variables.iter().filter(|v| v.direction != Some(Direction::Input))
+    }
+
+    /// `annotation(GenerateEvents = true)`: relations inside cause events (Modelica 3.6, section 12.8).
+    pub fn generates_events(&self) -> bool {
+        let Some(annotation) = &self.def.annotation else { return false };
+        let tree = AstMod::from_syntax(annotation);
+        let said = tree.children.iter().find(|(name, _)| name.as_ref() == "GenerateEvents");
+        let value = said.and_then(|(_, tree)| tree.binding.as_ref().map(|e| &e.kind));
+        matches!(value, Some(ExprKind::Boolean(true)))
+    }
+
+    /// The derivatives that its annotation names (Modelica 3.6, section 12.7.1).
+    pub fn derivatives(&self) -> Vec<Arc<AstMod>> {
+        let Some(annotation) = &self.def.annotation else { return Vec::new() };
+        let tree = AstMod::from_syntax(annotation);
+        tree.children.into_iter().filter(|(name, _)| name.as_ref() == "derivative").map(|(_, tree)| tree).collect()
+    }
+
+    /// True if a variable or an output of it has a size that mentions the input.
+    pub fn decides_sizes(&self, input: &Name) -> bool {
+        self.others().flat_map(|v| &v.dims).any(|dim| mentions(dim, input))
+    }
+
+    /// What the first assignment to a variable as a whole gives it.
+    pub fn first_value(&self, name: &Name) -> Option<&Expr> {
+        self.algorithms.iter().find_map(|(_, statements)| first_assignment(statements, name))
+    }
+}
+
+fn first_assignment<'f>(statements: &'f [Statement], name: &Name) -> Option<&'f Expr> {
+    statements.iter().find_map(|statement| match &statement.kind {
+        StatementKind::Assign(target, value) => match &target.kind {
+            Kind::Local(local) => {
+                let [(first, subscripts)] = local.parts.as_slice() else { return None };
+                (subscripts.is_empty() && first.name == *name).then_some(value)
+            }
+            _ => None,
+        },
+        StatementKind::If(branches) => branches.iter().find_map(|(_, body)| first_assignment(body, name)),
+        StatementKind::For(_, body) | StatementKind::While(_, body) => first_assignment(body, name),
+        _ => None,
+    })
+}

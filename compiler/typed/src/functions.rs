@@ -1,0 +1,118 @@
+//! Functions of the user: their declarations and algorithms in their own scope.
+
+use std::rc::Rc;
+
+use hyd_instance::class::elements;
+use hyd_instance::shape::Shape;
+use hyd_instance::{LocalClass, Scope};
+use hyd_source::Reported;
+use hyd_syntax::tree::{ClassBody, Component, Direction, Element, Name};
+
+use crate::elaborate::Elaborator;
+use crate::function::{Declaration, Function, Signature};
+use crate::types::Type;
+
+impl Elaborator<'_, '_> {
+    /// What a call needs to know of a function.
+    ///
+    /// # Errors
+    /// When a declaration of it has no type; reported.
+    pub fn signature(&mut self, local: &LocalClass) -> Result<Rc<Signature>, Reported> {
+        let inst = self.tree.package_of(local)?;
+        if let Some(known) = self.typing.signatures.get(&inst) {
+            return Ok(known.clone());
+        }
+        let shape = self.tree.table.shape(local.class)?;
+        let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+        for (frame, component) in self.components(&shape) {
+            let list = match component.direction {
+                Some(Direction::Input) => &mut inputs,
+                Some(Direction::Output) => &mut outputs,
+                None => continue,
+            };
+            let ty = self.declared_type(Scope { inst, frame }, &component)?;
+            list.push((component.name.name.clone(), ty));
+        }
+        let signature = Rc::new(Signature { inst, inputs, outputs });
+        self.typing.signatures.insert(inst, signature.clone());
+        Ok(signature)
+    }
+
+    /// The components of a function, each with the frame in which it is declared.  What a short definition or an `extends` clause says
+    /// of one is its value.
+    fn components(&self, shape: &Shape) -> Vec<(u32, Component)> {
+        let mut components = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let frame = &shape.frames[element.frame as usize];
+            let owner = &self.tree.table.class(frame.class).def;
+            let Element::Component(component) = &elements(owner)[element.position as usize] else { continue };
+            let mut component = component.clone();
+            let modified = frame.modifications.iter().find_map(|(_, tree)| {
+                let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
+                inner.binding.clone()
+            });
+            if let Some(value) = modified {
+                component.modification.binding = Some((*value).clone());
+            }
+            components.push((element.frame, component));
+        }
+        components
+    }
+
+    /// A function with all its declarations and statements.
+    ///
+    /// # Errors
+    /// When a declaration of it has no type; reported.
+    pub fn function(&mut self, local: &LocalClass) -> Result<Rc<Function>, Reported> {
+        let inst = self.tree.package_of(local)?;
+        if let Some(known) = self.typing.functions.get(&inst) {
+            return Ok(known.clone());
+        }
+        let shape = self.tree.table.shape(local.class)?;
+        let components = self.components(&shape);
+        let mut locals: Vec<(Name, Type)> = Vec::with_capacity(components.len());
+        for (frame, component) in &components {
+            let ty = self.declared_type(Scope { inst, frame: *frame }, component)?;
+            locals.push((component.name.name.clone(), ty));
+        }
+        let mut inside = Elaborator {
+            tree: &mut *self.tree,
+            typing: &mut *self.typing,
+            scope: Scope { inst, frame: 0 },
+            locals,
+            in_function: true,
+            in_when: false,
+        };
+        let function = Rc::new(inside.whole_function(local, shape, components));
+        self.typing.functions.insert(inst, function.clone());
+        Ok(function)
+    }
+
+    fn whole_function(&mut self, local: &LocalClass, shape: Rc<Shape>, components: Vec<(u32, Component)>) -> Function {
+        let inst = self.scope.inst;
+        let types: Vec<Type> = self.locals.iter().map(|(_, ty)| ty.clone()).collect();
+        let mut variables = Vec::with_capacity(components.len());
+        for ((frame, text), ty) in components.into_iter().zip(types) {
+            // The values of inputs are those of the class as a whole.
+            let input = text.direction == Some(Direction::Input);
+            self.scope.frame = if input { 0 } else { frame };
+            let dims = text.dims.iter().map(|dim| self.deferred(dim)).collect();
+            let value = text.modification.binding.as_ref().map(|value| self.deferred(value));
+            let (name, direction, variability) = (text.name.clone(), text.direction, text.variability);
+            variables.push(Declaration { name, frame, direction, variability, ty, dims, value, text });
+        }
+        let (mut algorithms, mut external, mut equation) = (Vec::new(), None, None);
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let owner = self.tree.table.class(part.class).def.clone();
+            let ClassBody::Long { algorithms: own, external: outside, equations, .. } = &owner.body else { continue };
+            equation = equation.or(equations.iter().find_map(|section| section.equations.first()).map(|e| e.span));
+            external = external.or(*outside);
+            self.scope.frame = frame as u32;
+            for section in own {
+                algorithms.push((frame as u32, self.statements(&section.statements)));
+            }
+        }
+        let def = self.tree.table.class(local.class).def.clone();
+        Function { inst, class: local.clone(), def, shape, variables, algorithms, external, equation }
+    }
+}

@@ -1,0 +1,24 @@
+//! Texts of instances with every name resolved and every expression typed: what stands between the instance tree and the flat model.
+//!
+//! [`Elaborator`] makes expressions, statements, equations and functions of a scope from their syntax.  Types are an element and a
+//! number of dimensions ([`Type`]); sizes are values and are found by whoever lowers an expression.  It is asked for one text at a time and
+//! holds no model: functions and records that were typed before are remembered in [`Typing`].
+
+mod calls;
+mod elaborate;
+mod expression;
+mod function;
+mod functions;
+mod names;
+mod print;
+mod statement;
+mod statements;
+mod types;
+mod walk;
+
+pub use elaborate::{Elaborator, Typing};
+pub use expression::{Call, Construction, Expr, Iterator, Kind, Local, Variable};
+pub use function::{Declaration, Function, Signature};
+pub use statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
+pub use types::{Base, RecordType, Type, scalar_of};
+pub use walk::{Visitor, any, any_local, any_variable, mentions, reads_run, walk, walk_statements};

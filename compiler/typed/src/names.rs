@@ -1,0 +1,169 @@
+//! References: what a name means, and its type.
+
+use std::rc::Rc;
+
+use hyd_instance::{Env, InstId, LocalClass, Resolved, ScalarType, Scope};
+use hyd_source::{Code, Reported};
+use hyd_syntax::tree::{ClassKind, Component, ComponentRef, Element};
+
+use crate::elaborate::Elaborator;
+use crate::expression::{Expr, Kind, Local, Variable};
+use crate::types::{Base, RecordType, Type};
+
+/// The dimensions that subscripts leave of so many.
+fn rank_left(rank: usize, subscripts: &[Expr]) -> usize {
+    rank.saturating_sub(subscripts.iter().filter(|s| s.ty.rank == 0).count())
+}
+
+impl Elaborator<'_, '_> {
+    pub(crate) fn local_type(&self, reference: &ComponentRef) -> Option<&Type> {
+        let name = &reference.parts[0].name.name;
+        let found = || self.locals.iter().rev().find(|(n, _)| n == name).map(|(_, ty)| ty);
+        if reference.global { None } else { found() }
+    }
+
+    /// A reference as an expression.
+    pub fn reference(&mut self, reference: &ComponentRef) -> Result<Expr, Reported> {
+        if let Some(ty) = self.local_type(reference) {
+            let ty = ty.clone();
+            return self.local(reference, ty);
+        }
+        if hyd_instance::names_boolean(reference) {
+            let ty = Type { base: Base::Scalar(ScalarType::Boolean), rank: 1 };
+            return Ok(Expr { kind: Kind::Values(None, Rc::new(reference.clone())), ty, span: reference.span });
+        }
+        if let Some(named) = self.tree.parts_named(reference, self.scope, &Env::default()) {
+            return self.expr(&named);
+        }
+        let span = reference.span;
+        let (kind, ty) = match self.tree.resolve(self.scope, reference)? {
+            Resolved::Time => (Kind::Time, Type::scalar(ScalarType::Real)),
+            Resolved::Literal(enumeration, k) => {
+                let ty = Type::scalar(ScalarType::Enumeration(enumeration.clone()));
+                (Kind::Literal(enumeration, k, Rc::new(reference.clone())), ty)
+            }
+            Resolved::Class(local) => match self.tree.enumeration(local.class) {
+                Some(enumeration) => {
+                    let base = Base::Scalar(ScalarType::Enumeration(enumeration.clone()));
+                    (Kind::Values(Some(enumeration), Rc::new(reference.clone())), Type { base, rank: 1 })
+                }
+                None => (Kind::Class(Box::new(local), Rc::new(reference.clone())), Type::NONE),
+            },
+            Resolved::Variable(steps) => {
+                let mut typed = Vec::with_capacity(steps.len());
+                let mut rank = 0;
+                for (inst, subscripts) in steps {
+                    let subscripts = self.all(subscripts)?;
+                    rank += rank_left(self.tree.instances[inst].dims.len(), &subscripts);
+                    typed.push((inst, subscripts));
+                }
+                let last = typed[typed.len() - 1].0;
+                let base = self.base_of(last);
+                (Kind::Variable(Variable { steps: typed, reference: Rc::new(reference.clone()) }), Type { base, rank })
+            }
+        };
+        Ok(Expr { kind, ty, span })
+    }
+
+    fn local(&mut self, reference: &ComponentRef, root: Type) -> Result<Expr, Reported> {
+        let mut ty = root;
+        let mut parts = Vec::with_capacity(reference.parts.len());
+        for (k, part) in reference.parts.iter().enumerate() {
+            if k > 0 {
+                ty = ty.field(&part.name.name).unwrap_or(Type::NONE);
+            }
+            let subscripts = self.all(&part.subscripts)?;
+            ty = ty.with_rank(rank_left(ty.rank, &subscripts));
+            parts.push((part.name.clone(), subscripts));
+        }
+        let kind = Kind::Local(Local { parts, reference: Rc::new(reference.clone()) });
+        Ok(Expr { kind, ty, span: reference.span })
+    }
+
+    /// What one element of a component is.
+    fn base_of(&mut self, inst: InstId) -> Base {
+        let instance = &self.tree.instances[inst];
+        if let Some(primitive) = &instance.primitive {
+            return Base::Scalar(primitive.scalar.clone());
+        }
+        if instance.kind != ClassKind::Record {
+            return Base::None;
+        }
+        if let Some(known) = self.typing.records.get(&inst) {
+            return Base::Record(known.clone());
+        }
+        let name = instance.class.map(|class| self.tree.table.full_name(class)).unwrap_or_default();
+        let mut fields = Vec::new();
+        for child in self.tree.instances[inst].children.clone() {
+            let rank = self.tree.instances[child].dims.len();
+            let field = self.tree.instances[child].name.clone();
+            fields.push((field, Type { base: self.base_of(child), rank }));
+        }
+        let record = Rc::new(RecordType { name, fields });
+        self.typing.records.insert(inst, record.clone());
+        Base::Record(record)
+    }
+
+    /// The type of a variable of a function, from its declaration.
+    pub(crate) fn declared_type(&mut self, scope: Scope, component: &Component) -> Result<Type, Reported> {
+        let rank = component.dims.len();
+        if let [only] = component.class.parts.as_slice()
+            && let Some(scalar) = predefined(&only.name)
+        {
+            return Ok(Type { base: Base::Scalar(scalar), rank });
+        }
+        let local = self.tree.find_class(scope, &component.class)?;
+        if let Some(enumeration) = self.tree.enumeration(local.class) {
+            return Ok(Type { base: Base::Scalar(ScalarType::Enumeration(enumeration)), rank });
+        }
+        let shape = self.tree.table.shape(local.class)?;
+        if let Some(scalar) = shape.builtin.as_deref().and_then(predefined) {
+            return Ok(Type { base: Base::Scalar(scalar), rank });
+        }
+        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+            let message = format!("`{}` cannot be a variable of a function", component.name.name);
+            return Err(self.error(Code::TypeMismatch, component.name.span, message));
+        }
+        Ok(Type { base: self.record_base(&local)?, rank })
+    }
+
+    /// A record as its declaration has it.
+    pub(crate) fn record_base(&mut self, local: &LocalClass) -> Result<Base, Reported> {
+        let shape = self.tree.table.shape(local.class)?;
+        let inst = self.tree.package_of(local)?;
+        if let Some(known) = self.typing.records.get(&inst) {
+            return Ok(Base::Record(known.clone()));
+        }
+        let name = self.tree.table.full_name(local.class);
+        // A record that holds itself is reported by whoever makes one.
+        self.typing.records.insert(inst, Rc::new(RecordType { name: name.clone(), fields: Vec::new() }));
+        let mut fields = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
+            if let Element::Component(field) = declared {
+                let scope = Scope { inst, frame: element.frame };
+                match self.declared_type(scope, field) {
+                    Ok(ty) => fields.push((element.name.clone(), ty)),
+                    Err(Reported) => {
+                        self.typing.records.remove(&inst);
+                        return Err(Reported);
+                    }
+                }
+            }
+        }
+        let record = Rc::new(RecordType { name, fields });
+        self.typing.records.insert(inst, record.clone());
+        Ok(Base::Record(record))
+    }
+}
+
+fn predefined(name: &str) -> Option<ScalarType> {
+    match name {
+        "Real" => Some(ScalarType::Real),
+        "Integer" => Some(ScalarType::Integer),
+        "Boolean" => Some(ScalarType::Boolean),
+        "String" => Some(ScalarType::Text),
+        _ => None,
+    }
+}

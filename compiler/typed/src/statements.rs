@@ -1,0 +1,308 @@
+//! Statements and equations: their expressions typed, what they say sorted out.
+
+use std::rc::Rc;
+
+use hyd_instance::{Env, InstId, Value};
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, ExprKind, Name, Variability};
+
+use crate::elaborate::Elaborator;
+use crate::expression::{Expr, Kind};
+use crate::statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
+
+impl Elaborator<'_, '_> {
+    /// Statements in their order.
+    pub fn statements(&mut self, list: &[text::Statement]) -> Vec<Statement> {
+        list.iter().map(|statement| self.statement(statement)).collect()
+    }
+
+    fn statement(&mut self, statement: &text::Statement) -> Statement {
+        let kind = self.tried(|own| own.statement_kind(statement)).unwrap_or_else(StatementKind::Failed);
+        Statement { kind, span: statement.span }
+    }
+
+    fn statement_kind(&mut self, statement: &text::Statement) -> Result<StatementKind, Reported> {
+        use text::StatementKind as Text;
+        Ok(match &statement.kind {
+            Text::Assign(target, value) => {
+                let value = self.expr(value)?;
+                StatementKind::Assign(self.target(target)?, value)
+            }
+            Text::AssignTuple(targets, function, arguments) => {
+                let call = self.call(statement.span, function, arguments)?;
+                let mut typed = Vec::with_capacity(targets.len());
+                for target in targets {
+                    typed.push(target.as_ref().map(|target| self.target(target)).transpose()?);
+                }
+                StatementKind::AssignTuple(typed, call)
+            }
+            Text::Call(function, arguments) => self.procedure(statement.span, function, arguments)?,
+            Text::If(branches) => {
+                let mut typed = Vec::with_capacity(branches.len());
+                for (condition, body) in branches {
+                    let condition = condition.as_ref().map(|condition| self.deferred(condition));
+                    typed.push((condition, self.statements(body)));
+                }
+                StatementKind::If(typed)
+            }
+            Text::For(iterators, body) => {
+                let (iterators, body) = self.with_iterators(iterators, false, |own| Ok(own.statements(body)))?;
+                StatementKind::For(iterators, body)
+            }
+            Text::While(condition, body) => {
+                let condition = self.expr(condition)?;
+                StatementKind::While(condition, self.statements(body))
+            }
+            Text::When(branches) => {
+                let outside = std::mem::replace(&mut self.in_when, true);
+                let typed = branches
+                    .iter()
+                    .map(|(c, body)| Ok((self.expr(c)?, self.statements(body))))
+                    .collect::<Result<_, Reported>>();
+                self.in_when = outside;
+                StatementKind::When(typed?)
+            }
+            Text::Break => StatementKind::Break,
+            Text::Return => StatementKind::Return,
+        })
+    }
+
+    /// The left side of an assignment.
+    fn target(&mut self, target: &ComponentRef) -> Result<Expr, Reported> {
+        if self.in_function && self.local_type(target).is_none() {
+            let message = format!("`{}` is not declared in this function", target.parts[0].name.name);
+            return Err(self.error(Code::UnknownName, target.span, message));
+        }
+        let target = self.reference(target)?;
+        match target.kind {
+            Kind::Variable(_) | Kind::Local(_) => Ok(target),
+            _ => Err(self.error(Code::Misplaced, target.span, "only variables can be assigned")),
+        }
+    }
+
+    /// A call that stands by itself in an algorithm.
+    fn procedure(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+    ) -> Result<StatementKind, Reported> {
+        Ok(match function.parts[0].name.name.as_ref() {
+            "assert" => StatementKind::Assert(self.assertion(span, arguments)?),
+            name @ ("reinit" | "terminate") if self.in_function || !self.in_when => {
+                let message = format!("`{name}` is allowed only inside `when`");
+                return Err(self.error(Code::Misplaced, span, message));
+            }
+            "terminate" => StatementKind::Terminate(self.text_of_end(span, arguments)?),
+            "reinit" => {
+                let (state, value) = self.restart(span, arguments)?;
+                StatementKind::Reinit(state, value)
+            }
+            _ => StatementKind::Call(self.call(span, function, arguments)?),
+        })
+    }
+
+    /// The arguments of an `assert`, by position or name.
+    fn assertion(&mut self, span: Span, arguments: &Arguments) -> Result<Assertion, Reported> {
+        let wrong = "`assert` takes a condition and a message";
+        let Arguments::List { positional, named } = arguments else {
+            return Err(self.error(Code::BadArguments, span, wrong));
+        };
+        let part = |k: usize, name: &str| {
+            let by_name = named.iter().find(|(n, _)| n.name.as_ref() == name).map(|(_, e)| e);
+            positional.get(k).or(by_name)
+        };
+        let unknown = named.iter().find(|(n, _)| !["condition", "message", "level"].contains(&n.name.as_ref()));
+        let (Some(condition), Some(text), None) = (part(0, "condition"), part(1, "message"), unknown) else {
+            return Err(self.error(Code::BadArguments, span, wrong));
+        };
+        let error = match part(2, "level").map(|level| self.tree.evaluate(level, self.scope, &Env::default())) {
+            Some(Ok(Value::Enumeration(_, k))) => k != 1,
+            Some(Err(Reported)) => return Err(Reported),
+            _ => true,
+        };
+        Ok(Assertion { condition: self.expr(condition)?, text: self.deferred(text), error })
+    }
+
+    fn text_of_end(&mut self, span: Span, arguments: &Arguments) -> Result<Expr, Reported> {
+        match arguments {
+            Arguments::List { positional, .. } if positional.len() == 1 => Ok(self.deferred(&positional[0])),
+            _ => Err(self.error(Code::BadArguments, span, "`terminate` takes a text")),
+        }
+    }
+
+    fn restart(&mut self, span: Span, arguments: &Arguments) -> Result<(Expr, Expr), Reported> {
+        let (state, value) = match arguments {
+            Arguments::List { positional, .. } if positional.len() == 2 => (&positional[0], &positional[1]),
+            _ => return Err(self.error(Code::BadArguments, span, "`reinit` takes a state and its new value")),
+        };
+        if !matches!(state.kind, ExprKind::Ref(_)) {
+            return Err(self.error(Code::BadArguments, state.span, "`reinit` needs a variable"));
+        }
+        Ok((self.expr(state)?, self.expr(value)?))
+    }
+
+    /// An equation; what has no meaning in it is said where it is reached.
+    pub fn equation(&mut self, equation: &text::Equation) -> Equation {
+        let kind = self.tried(|own| own.equation_kind(equation)).unwrap_or_else(EquationKind::Failed);
+        Equation { kind, span: equation.span }
+    }
+
+    fn equations(&mut self, list: &[text::Equation]) -> Vec<Equation> {
+        list.iter().map(|equation| self.equation(equation)).collect()
+    }
+
+    fn equation_kind(&mut self, equation: &text::Equation) -> Result<EquationKind, Reported> {
+        use text::EquationKind as Text;
+        Ok(match &equation.kind {
+            Text::Equal(left, right) => self.equal(equation, left, right)?,
+            Text::Connect(a, b) => match (self.connector(a)?, self.connector(b)?) {
+                (Some(a), Some(b)) => EquationKind::Connect(a, b),
+                // A connection of what does not exist does not exist.
+                _ => EquationKind::Fields(Vec::new()),
+            },
+            Text::For(iterators, body) => {
+                let (iterators, body) = self.with_iterators(iterators, false, |own| Ok(own.equations(body)))?;
+                EquationKind::For(iterators, body)
+            }
+            Text::If(branches) => {
+                let mut typed = Vec::with_capacity(branches.len());
+                for (condition, body) in branches {
+                    let condition = condition.as_ref().map(|condition| self.expr(condition)).transpose()?;
+                    typed.push((condition, self.equations(body)));
+                }
+                EquationKind::If(typed)
+            }
+            Text::When(branches) => {
+                let outside = std::mem::replace(&mut self.in_when, true);
+                let typed = branches
+                    .iter()
+                    .map(|(c, body)| Ok((self.expr(c)?, self.equations(body))))
+                    .collect::<Result<_, Reported>>();
+                self.in_when = outside;
+                EquationKind::When(typed?)
+            }
+            Text::Call(function, arguments) => self.effect(equation.span, function, arguments)?,
+        })
+    }
+
+    /// A call that stands by itself among the equations.
+    fn effect(&mut self, span: Span, function: &ComponentRef, arguments: &Arguments) -> Result<EquationKind, Reported> {
+        let name = function.parts[0].name.name.clone();
+        let (code, message) = match name.as_ref() {
+            "assert" => return Ok(EquationKind::Assert(self.assertion(span, arguments)?)),
+            "terminate" if self.in_when => return Ok(EquationKind::Terminate(self.text_of_end(span, arguments)?)),
+            "reinit" if self.in_when => {
+                let (state, value) = self.restart(span, arguments)?;
+                return Ok(EquationKind::Reinit(state, value));
+            }
+            "reinit" | "terminate" => (Code::Misplaced, format!("`{name}` is allowed only inside `when`")),
+            _ if self.in_when => (Code::Misplaced, format!("`{name}` is not allowed inside `when`")),
+            "Connections" => {
+                (Code::OutsideProfile, "overconstrained connections are outside the language profile".into())
+            }
+            _ => (Code::Misplaced, "a call by itself determines nothing here".into()),
+        };
+        Err(self.error(code, span, message))
+    }
+
+    /// An equation between records is one between their fields.
+    fn equal(
+        &mut self,
+        equation: &text::Equation,
+        left: &text::Expr,
+        right: &text::Expr,
+    ) -> Result<EquationKind, Reported> {
+        if let Some(names) = self.fields_determined(left).or_else(|| self.fields_determined(right)) {
+            self.tree.check_record(self.scope, left)?;
+            self.tree.check_record(self.scope, right)?;
+            let mut fields = Vec::with_capacity(names.len());
+            for name in names {
+                let left = self.tree.field_of(self.scope, left, &name)?;
+                let right = self.tree.field_of(self.scope, right, &name)?;
+                let kind = text::EquationKind::Equal(left, right);
+                fields.push(self.equation(&text::Equation { kind, description: None, span: equation.span }));
+            }
+            return Ok(EquationKind::Fields(fields));
+        }
+        if let ExprKind::Tuple(targets) = &left.kind
+            && targets.len() > 1
+        {
+            let call = self.expr(right)?;
+            if !matches!(call.kind, Kind::Call(_) | Kind::Record(_)) {
+                let message = "several results come only from a function";
+                return Err(self.error(Code::TypeMismatch, right.span, message));
+            }
+            let mut typed = Vec::with_capacity(targets.len());
+            for target in targets {
+                typed.push(target.as_ref().map(|target| self.expr(target)).transpose()?);
+            }
+            return Ok(EquationKind::Outputs(typed, call));
+        }
+        Ok(EquationKind::Equal(self.expr(left)?, self.expr(right)?))
+    }
+
+    /// The fields that an equation determines, of a component that is a record.  Those that are constants or final have their values
+    /// from elsewhere.
+    fn fields_determined(&mut self, expr: &text::Expr) -> Option<Vec<Name>> {
+        let ExprKind::Ref(reference) = &expr.kind else { return None };
+        if self.local_type(reference).is_some() {
+            return None;
+        }
+        let resolved = self.tree.quietly(|tree| {
+            tree.resolve(self.scope, reference).map(|found| match found {
+                hyd_instance::Resolved::Variable(steps) => Some(steps[steps.len() - 1].0),
+                _ => None,
+            })
+        });
+        let last = &self.tree.instances[resolved.ok()??];
+        if last.kind != ClassKind::Record {
+            return None;
+        }
+        let whole = last.variability;
+        let open = |child: &&InstId| {
+            let child = &self.tree.instances[**child];
+            let is_final = child.primitive.as_ref().is_some_and(|p| p.is_final);
+            child.variability == whole || child.variability > Variability::Parameter || {
+                child.variability == Variability::Parameter && !is_final
+            }
+        };
+        Some(last.children.iter().filter(open).map(|&c| self.tree.instances[c].name.clone()).collect())
+    }
+
+    /// The component that an end of a connection names; `None` if it, or what it is in, does not exist.
+    fn connector(&mut self, reference: &ComponentRef) -> Result<Option<Expr>, Reported> {
+        if self.leads_to_absent(reference) {
+            return Ok(None);
+        }
+        let expr = self.reference(reference)?;
+        match &expr.kind {
+            Kind::Variable(variable) if self.tree.instances[variable.last()].absent => Ok(None),
+            Kind::Variable(_) => Ok(Some(expr)),
+            _ => {
+                let message = format!("`{}` is not a connector", self.tree.table.files.snippet(reference.span));
+                Err(self.error(Code::ConnectorMismatch, reference.span, message))
+            }
+        }
+    }
+
+    fn leads_to_absent(&self, reference: &ComponentRef) -> bool {
+        let mut current = self.scope.inst;
+        for part in &reference.parts {
+            match self.tree.instances[current].by_name.get(&part.name.name) {
+                Some(&next) => current = self.tree.part_at(next, &part.subscripts).unwrap_or(next),
+                None => return false,
+            }
+            if self.tree.instances[current].absent {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Messages of what was never reached.
+    pub fn say(&mut self, said: &Rc<[Diagnostic]>) -> Reported {
+        self.tree.table.messages.report_all(said.to_vec());
+        Reported
+    }
+}
