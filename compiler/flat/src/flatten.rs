@@ -13,9 +13,9 @@ use rustc_hash::FxHashMap;
 use crate::connections::connect::Connections;
 use crate::model::FlatModel;
 use crate::sections::inject::Injection;
-use crate::work::draft::Notes;
-use crate::work::flattener::Flattener;
-use crate::work::index::Slots;
+use crate::state::draft::Notes;
+use crate::state::flattener::Flattener;
+use crate::state::index::Slots;
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
 pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {

@@ -2,7 +2,7 @@
 //!
 //! `flatten` declares variables (`variables`) and drives the rest.  Texts come typed (`hyd_typed`); `expressions` turns them into nodes over
 //! slots, `functions` runs or compiles what they call, `sections` does equations and algorithms, `connections` the equations of
-//! connections.  All of them write through `work`: loops and arrays are lowered once with symbolic counters, so equations of a
+//! connections.  All of them write through `state`: loops and arrays are lowered once with symbolic counters, so equations of a
 //! loop share one template and cost a few words each, and an attempt owns what it makes.
 //! The flat model ([`model`]) keeps the user's equations as they are: nothing is solved or eliminated here.
 
@@ -14,9 +14,9 @@ pub mod model;
 mod operand;
 mod print;
 mod sections;
+mod state;
 mod variables;
 mod verify;
-mod work;
 
 pub use flatten::{flatten, flatten_driven, flatten_with};
 pub use model::{
@@ -24,5 +24,5 @@ pub use model::{
     Operand, PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
+pub use state::made::{Made, derivative_block, rate_unit};
 pub use verify::verify;
-pub use work::made::{Made, derivative_block, rate_unit};

@@ -12,7 +12,7 @@ use hyd_source::{Origin, Span};
 use hyd_symbolic::{BodyId, TemplateId, Templates};
 use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
 
-use crate::work::made::Made;
+use crate::state::made::Made;
 
 pub use crate::operand::{Operand, Target};
 

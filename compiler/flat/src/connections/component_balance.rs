@@ -14,7 +14,7 @@ use hyd_system::Variability;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::model::{BlockId, Imbalance, Section, Target, VariableBlock};
-use crate::work::flattener::Flattener;
+use crate::state::flattener::Flattener;
 
 /// What is needed and given, by component.
 type Tally = FxHashMap<InstId, (i64, i64)>;

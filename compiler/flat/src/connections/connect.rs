@@ -14,9 +14,9 @@ use rustc_hash::FxHashMap;
 
 use crate::sections::loops::Loops;
 use crate::sections::section::MOST_CUTS;
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, advance};
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, advance};
 
 /// Faces of a connector element.
 const INSIDE: u32 = 0;

@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 use crate::connections::connect::OUTSIDE;
 use crate::expressions::fold::{Fold, LONGEST};
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
-use crate::work::flattener::Flattener;
+use crate::state::flattener::Flattener;
 
 /// A variable of a connector with all that its equations need.
 struct Member {

@@ -7,8 +7,8 @@ use hyd_syntax::tree::{ClassKind, Direction};
 
 use crate::connections::connect::{Leaf, Side};
 use crate::model::VarId;
-use crate::work::context::Fail;
-use crate::work::flattener::Flattener;
+use crate::state::context::Fail;
+use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
     /// Reports an error if what a `connect` joins does not fit.

@@ -9,8 +9,8 @@ use hyd_instance::{InstId, ScalarType};
 use hyd_syntax::tree::{ClassKind, Direction, Variability};
 
 use crate::model::{DrivenBlock, Section, VarId};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, CounterId, Kind, SlotKey};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, CounterId, Kind, SlotKey};
 
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.

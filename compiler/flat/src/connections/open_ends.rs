@@ -12,8 +12,8 @@ use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef};
 use hyd_syntax::visit::{Role, Visitor};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::state::flattener::Flattener;
 use crate::variables::element_names::element_names;
-use crate::work::flattener::Flattener;
 
 /// At most so many connectors are named in one message.
 const MOST_NAMED: usize = 8;

@@ -7,9 +7,9 @@ use hyd_instance::{Builtin, ScalarType};
 use hyd_source::Code;
 
 use crate::expressions::builtin_call::BuiltinCall;
-use crate::work::context::Fail;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::Fail;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 /// The index as numbers from 0.
 pub(crate) fn constants<const N: usize>(index: &[Affine]) -> Result<[usize; N], Fail> {

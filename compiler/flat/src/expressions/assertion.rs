@@ -7,8 +7,8 @@ use hyd_system::ValueKind;
 use hyd_typed::{Assertion, Expr};
 
 use crate::model::{MessagePart, Section};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
     /// An assertion that counts only where `holds` does.

@@ -10,11 +10,11 @@ use hyd_symbolic::{NodeId, SlotId, Step};
 use hyd_syntax::tree::Variability;
 use hyd_typed::{Expr, Kind, Variable};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
-use crate::work::steps::DEEPEST;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
+use crate::state::steps::DEEPEST;
 
 /// When a branch is taken.
 pub(crate) enum Test {

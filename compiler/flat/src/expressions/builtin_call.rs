@@ -5,10 +5,10 @@ use hyd_source::{Code, Span};
 use hyd_symbolic::{Function, Node};
 use hyd_typed::{Expr, Kind, Type};
 
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 /// A call of a function or operator of the language.
 pub(crate) struct BuiltinCall<'a, 't, 's> {
@@ -138,7 +138,7 @@ impl BuiltinCall<'_, '_, '_> {
                 let k = match k.as_constant() {
                     Some(k) => self.flat.model.templates.arena.constant(k as f64),
                     None => {
-                        let slot = self.flat.slots.slot(crate::work::index::SlotKey::Number(k.clone()));
+                        let slot = self.flat.slots.slot(crate::state::index::SlotKey::Number(k.clone()));
                         self.flat.model.templates.arena.slot(slot)
                     }
                 };

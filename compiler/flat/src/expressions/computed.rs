@@ -12,12 +12,12 @@ use hyd_typed::{Expr, Kind, Type, Variable};
 
 use crate::expressions::reference::Subscript;
 use crate::functions::rename::local_name;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
-use crate::work::steps::Builder;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
+use crate::state::steps::Builder;
 
 /// One subscript inside a body.
 pub(crate) enum Position {

@@ -12,11 +12,11 @@ use hyd_symbolic::{NodeId, Relation};
 use hyd_system::{ValueKind, Variability};
 
 use crate::model::{DelayBlock, Message, Section, VarId};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::{Flattener, scale};
-use crate::work::index::{Affine, CounterId, Kind, SlotKey};
-use crate::work::made::Made;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::{Flattener, scale};
+use crate::state::index::{Affine, CounterId, Kind, SlotKey};
+use crate::state::made::Made;
+use crate::state::node::Typed;
 
 /// The parts of a call, lowered.
 struct Parts {

@@ -10,10 +10,10 @@ use hyd_symbolic::{Body, BodyOutput, Function, Node, NodeId, Relation, SlotId, S
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::Variability;
 
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::SlotKey;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::SlotKey;
+use crate::state::node::Typed;
 
 /// The largest integer below which all are doubles.
 const LARGEST: f64 = hyd_instance::value::LARGEST_INTEGER as f64;

@@ -13,11 +13,11 @@ use hyd_symbolic::{Arena, Function, NodeId, SlotId};
 use hyd_system::{ValueKind, Variability};
 
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, CounterId, Kind, SlotKey};
-use crate::work::made::Made;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, CounterId, Kind, SlotKey};
+use crate::state::made::Made;
+use crate::state::node::Typed;
 
 /// Folds over more elements are cut into pieces.
 pub(crate) const LONGEST: usize = 32;
@@ -160,7 +160,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let sizes: Vec<usize> = around.iter().copied().filter(|&count| count > 1).chain([pieces]).collect();
         let parts = self.auxiliary(fold, format!("${}{number}.part", fold.name()), &sizes, origin.clone());
         let strides = strides(&around);
-        let scaled = crate::work::flattener::scale(&strides, pieces);
+        let scaled = crate::state::flattener::scale(&strides, pieces);
         let target = scaled.add_scaled(&piece, 1).ok_or(Fail::NeedsExpansion)?;
         self.emit_piece(parts, target, full_value, &inner.loop_counts(), &origin);
         if rest > 0 {

@@ -6,8 +6,8 @@
 
 use hyd_symbolic::{Node, Relation};
 
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     pub(crate) fn homotopy(&mut self, actual: Typed, simplified: Typed) -> Typed {

@@ -14,11 +14,11 @@ use hyd_symbolic::{Arena, Function, Node, NodeId, Relation, post_order};
 use hyd_system::{ValueKind, Variability};
 
 use crate::model::{Section, VarId};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::{Flattener, scale};
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::made::Made;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::{Flattener, scale};
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::made::Made;
+use crate::state::node::Typed;
 
 /// What a variable for an integer belongs to: the expression, what its slots read, the loops around.
 pub(crate) type JumpKey = (NodeId, Vec<SlotKey>, Vec<usize>);
@@ -114,7 +114,7 @@ impl Flattener<'_, '_> {
         let mut offset = Affine::constant(0);
         for (k, &size) in counts.iter().enumerate() {
             let at =
-                if k < fixed { Affine::constant(0) } else { Affine::counter(crate::work::index::CounterId(k as u32)) };
+                if k < fixed { Affine::constant(0) } else { Affine::counter(crate::state::index::CounterId(k as u32)) };
             offset = scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
         }
         let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));

@@ -4,7 +4,7 @@ use hyd_instance::InstId;
 use hyd_syntax::tree::Variability;
 use hyd_typed::{Expr, any_variable, reads_run};
 
-use crate::work::flattener::Flattener;
+use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
     /// True if an expression is made of constants and parameters; the start may still have to find one of them.

@@ -14,10 +14,10 @@ use crate::expressions::array::{at, constants};
 use crate::expressions::builtin_call::BuiltinCall;
 use crate::expressions::fold::Fold;
 use crate::model::Section;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 /// Largest array inside a function.
 const MAX_LOCAL: usize = 1 << 20;

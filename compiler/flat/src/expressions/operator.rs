@@ -6,9 +6,9 @@ use hyd_symbolic::{Node, Relation};
 use hyd_typed::Kind as Form;
 
 use crate::expressions::builtin_call::BuiltinCall;
-use crate::work::context::Fail;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::Fail;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::node::Typed;
 
 impl BuiltinCall<'_, '_, '_> {
     pub(crate) fn without_events(&mut self, k: usize, index: &[Affine]) -> Result<Typed, Fail> {

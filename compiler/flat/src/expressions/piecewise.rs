@@ -8,8 +8,8 @@
 use hyd_symbolic::Relation;
 use hyd_syntax::tree::BinaryOp;
 
-use crate::work::context::{Context, Fail};
-use crate::work::index::{Affine, Cut};
+use crate::state::context::{Context, Fail};
+use crate::state::index::{Affine, Cut};
 
 pub(crate) fn relation(op: BinaryOp) -> Option<Relation> {
     match op {
@@ -67,7 +67,7 @@ pub(crate) fn common_divisor(a: i64, b: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::work::index::CounterId;
+    use crate::state::index::CounterId;
 
     /// Every condition, cut where it says, is true for exactly the values for which it holds.
     #[test]

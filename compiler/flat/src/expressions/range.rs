@@ -13,10 +13,10 @@ use hyd_typed::{Base, Expr, Iterator, Kind};
 
 use crate::expressions::piecewise::{common_divisor, relation, truth};
 use crate::expressions::value::local_of;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Cut};
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Cut};
+use crate::state::node::Typed;
 
 /// The values of a loop variable.
 pub(crate) enum Range {

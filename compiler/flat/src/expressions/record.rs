@@ -7,10 +7,10 @@ use hyd_typed::{Base, Expr, Iterator, Kind, Local as Path, Type, Variable};
 
 use crate::expressions::lower::MAX_TERMS;
 use crate::expressions::value::Fields;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     /// A record expression as its fields; `None` if the expression is not a record.

@@ -7,9 +7,9 @@ use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, Expr as Text, Ident, Name};
 use hyd_typed::{Construction, Expr, Kind};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
 
 /// Fields as nodes.
 pub(crate) struct Nodes<'m, 't, 's> {
@@ -42,7 +42,7 @@ impl Nodes<'_, '_, '_> {
                 Local::Node(self.flat.literal(number, ScalarType::Real))
             }
             Local::Node(typed) if real && matches!(typed.scalar, ScalarType::Integer) => {
-                Local::Node(crate::work::node::Typed::real(typed.node))
+                Local::Node(crate::state::node::Typed::real(typed.node))
             }
             other => other,
         })

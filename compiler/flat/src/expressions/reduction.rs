@@ -8,10 +8,10 @@ use hyd_typed::{Expr, Iterator};
 
 use crate::expressions::fold::Fold;
 use crate::expressions::range::Range;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     pub(crate) fn lower_fold(&mut self, builtin: Builtin, array: &Expr, cx: &mut Context) -> Result<Typed, Fail> {

@@ -11,10 +11,10 @@ use hyd_syntax::tree::{BinaryOp, UnaryOp, Variability};
 use hyd_typed::{Expr, Kind as Form, Local as Name, Variable};
 
 use crate::expressions::range::Range;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::{Flattener, scale};
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::{Flattener, scale};
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::node::Typed;
 
 /// One subscript: a position, or a list of positions that keeps the dimension.
 pub(crate) enum Subscript {

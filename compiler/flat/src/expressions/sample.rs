@@ -11,11 +11,11 @@ use hyd_symbolic::{Function, Node, NodeId, Relation};
 use hyd_system::{TextFormat, ValueKind, Variability};
 
 use crate::model::{Message, MessagePart, Section, VarId};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::made::Made;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::made::Made;
+use crate::state::node::Typed;
 
 /// An instant this part of the times it is computed from before the start of the run is at the start.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;

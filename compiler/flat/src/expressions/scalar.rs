@@ -8,10 +8,10 @@ use hyd_syntax::tree::BinaryOp;
 use hyd_system::Variability;
 
 use crate::model::VarId;
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     pub(crate) fn literal(&mut self, value: f64, scalar: ScalarType) -> Typed {

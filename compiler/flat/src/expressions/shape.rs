@@ -8,9 +8,9 @@ use hyd_typed::{Expr, Kind};
 use crate::expressions::builtin_call::BuiltinCall;
 use crate::expressions::range::Range;
 use crate::expressions::reference::Subscript;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
 
 impl Flattener<'_, '_> {
     /// Sizes of an expression.

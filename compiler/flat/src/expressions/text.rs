@@ -11,9 +11,9 @@ use hyd_system::ValueKind;
 use hyd_typed::{Expr, Kind};
 
 use crate::model::{Message, MessagePart};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     /// A relation of two Strings; `None` if neither side is one.

@@ -7,10 +7,10 @@ use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, SlotKey};
+use crate::state::node::Typed;
 
 /// The fields of a record.
 pub(crate) type Fields = Vec<(Name, Local)>;
@@ -133,7 +133,7 @@ impl Flattener<'_, '_> {
 
     /// Before its first assignment a discrete variable has its value before the event, another its start value.
     pub(crate) fn before_algorithm(&mut self, v: crate::model::VarId) -> Typed {
-        use crate::work::index::{Kind, SlotKey};
+        use crate::state::index::{Kind, SlotKey};
         let block = self.variable_of(v);
         let discrete = block.variability == hyd_system::Variability::Discrete;
         let scalar = match &block.kind {

@@ -10,9 +10,9 @@ use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::Name;
 use hyd_typed::{Call, Declaration, Expr, Function, Kind};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
 
 impl Context {
     /// The surroundings of the text of a function that is called from here, without names.

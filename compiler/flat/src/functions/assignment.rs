@@ -10,10 +10,10 @@ use hyd_typed::{Expr, Kind, Kind as Form, Local as Path, Variable};
 
 use crate::expressions::record::{join_subscripts, rank};
 use crate::model::{Section, VarId};
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 /// One part of a local value and what it becomes.
 struct Write {

@@ -13,11 +13,11 @@ use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, SlotId, Step};
 use hyd_syntax::tree::{Direction, Name};
 use hyd_typed::{Declaration, Expr, Function, Kind, Local as Path, Type};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
-use crate::work::index::Slots;
-use crate::work::steps::{Builder, KnownBody};
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
+use crate::state::index::Slots;
+use crate::state::steps::{Builder, KnownBody};
 
 /// Most registers of a body: its arrays together.
 const MAX_REGISTERS: u32 = 1 << 14;

@@ -12,10 +12,10 @@ use hyd_typed::{Assertion, Expr, Iterator, Kind, Statement, StatementKind};
 use crate::expressions::branch::Test;
 use crate::expressions::range::ZERO_STEP;
 use crate::functions::statement::Flow;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
-use crate::work::steps::DEEPEST;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
+use crate::state::steps::DEEPEST;
 
 /// Most turns of a loop that is written out.
 const MAX_WRITTEN: usize = 1000;

@@ -9,9 +9,9 @@ use hyd_symbolic::{Node, NodeId, Step};
 use hyd_syntax::tree::Name;
 use hyd_typed::{Expr, Kind};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     /// `target := value` on registers.

@@ -12,9 +12,9 @@ use hyd_syntax::tree::Name;
 use hyd_typed::Expr;
 
 use crate::model::UnitClaim;
-use crate::work::context::{Context, Local};
-use crate::work::flattener::{Flattener, Outputs};
-use crate::work::index::{Affine, Slots};
+use crate::state::context::{Context, Local};
+use crate::state::flattener::{Flattener, Outputs};
+use crate::state::index::{Affine, Slots};
 
 /// Calls remembered at each depth of calls.
 const KEPT: usize = 16;

@@ -10,9 +10,9 @@ use hyd_syntax::tree::{ClassKind, Component, Element};
 use hyd_typed::{Declaration, Function};
 
 use crate::expressions::record_made::Nodes;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
 
 impl Flattener<'_, '_> {
     /// The sizes of a local or output; those of `v[:]` are read off its declaration's value or the first assignment to it.

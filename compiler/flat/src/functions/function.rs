@@ -8,8 +8,8 @@ use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_typed::{Expr, Function, Kind, any, walk_statements};
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::{Flattener, Outputs};
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::{Flattener, Outputs};
 
 /// Deepest nesting of function calls.
 pub(crate) const MAX_CALLS: usize = 64;

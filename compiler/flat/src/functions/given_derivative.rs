@@ -13,9 +13,9 @@ use hyd_symbolic::{Body, BodyId, Derivative};
 use hyd_syntax::tree::{ClassKind, Name};
 use hyd_typed::{Declaration, Function, Kind};
 
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
 
 impl Flattener<'_, '_> {
     /// The derivatives that the annotation of the function names.

@@ -6,8 +6,8 @@
 use hyd_symbolic::NodeId;
 use rustc_hash::FxHashSet;
 
-use crate::work::context::Local;
-use crate::work::flattener::{Flattener, Outputs};
+use crate::state::context::Local;
+use crate::state::flattener::{Flattener, Outputs};
 
 /// Most nodes between the arguments of a call and one of its values.
 const MOST_NODES: usize = 4_000;

@@ -13,9 +13,9 @@ use hyd_typed::{Base, Expr, Kind, Statement};
 
 use crate::expressions::computed::{Input, without_last_subscripts};
 use crate::functions::rename::{Found, rename};
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
 
 /// A value that goes into the statement under one name.
 struct Value {

@@ -4,8 +4,8 @@ use hyd_source::{Code, Origin, Span};
 use hyd_typed::{Expr, Statement};
 
 use crate::model::Section;
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
     /// `when` in an algorithm: the branch that fires runs, else all stays as it was.

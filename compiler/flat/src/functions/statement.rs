@@ -12,9 +12,9 @@ use hyd_typed::{Assertion, Expr, Iterator, Kind as Form, Statement, StatementKin
 use rustc_hash::FxHashSet;
 
 use crate::model::VarId;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::node::Typed;
 
 /// Most turns of a `while` that is decided at translation.
 const MAX_TURNS: usize = 100_000;

@@ -18,10 +18,10 @@ use crate::functions::statement::Flow;
 use crate::model::{PerElement, Section, VarId};
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::WhenCondition;
-use crate::work::context::Fail;
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::Fail;
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::node::Typed;
 
 /// Where a statement stands.
 #[derive(Clone, Copy)]

@@ -11,7 +11,7 @@ use hyd_system::{ValueKind, Variability};
 use rustc_hash::FxHashMap;
 
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
-use crate::work::flattener::Flattener;
+use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
     /// The equations made last determine discrete variables: looked at in the end.

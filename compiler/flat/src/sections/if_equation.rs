@@ -17,10 +17,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::expressions::range::Range;
 use crate::expressions::value::local_of;
 use crate::sections::loops::Loops;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 type Branches = [(Option<Expr>, Vec<Equation>)];
 

@@ -12,10 +12,10 @@ use hyd_syntax::tree::{ClassBody, EquationKind, Expr};
 use hyd_system::{Settable, ValueKind, Variability};
 
 use crate::model::VarId;
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::made::Made;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::made::Made;
 
 /// A term to be added.
 #[derive(Clone, PartialEq, Debug)]

@@ -6,9 +6,9 @@ use hyd_typed::Iterator;
 
 use crate::expressions::range::Range;
 use crate::expressions::value::local_of;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
 
 /// What surrounds an equation in the text: loops not yet entered, from the outside in.
 #[derive(Clone, Default)]

@@ -10,10 +10,10 @@ use hyd_typed::{Equation, EquationKind, Expr};
 
 use crate::model::Section;
 use crate::sections::loops::Loops;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::Affine;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::Affine;
+use crate::state::node::Typed;
 
 /// How often the values of the counters around an equation are cut into parts, one after the other.
 pub(crate) const MOST_CUTS: u32 = 6;

@@ -7,10 +7,10 @@ use hyd_syntax::tree::Variability as Declared;
 use hyd_system::Variability;
 use hyd_typed::{Expr, Kind as Form};
 
-use crate::work::context::Fail;
-use crate::work::flattener::Flattener;
-use crate::work::index::{Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::Fail;
+use crate::state::flattener::Flattener;
+use crate::state::index::{Kind, SlotKey};
+use crate::state::node::Typed;
 
 impl Flattener<'_, '_> {
     pub(crate) fn check_sides(

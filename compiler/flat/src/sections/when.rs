@@ -11,8 +11,8 @@ use hyd_typed::{Equation, Expr, Kind as Form};
 use crate::model::{Section, VarId};
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::WhenCondition;
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind};
 
 impl Flattener<'_, '_> {
     pub(crate) fn when(

@@ -11,10 +11,10 @@ use hyd_typed::{Equation, EquationKind, Expr, Iterator, Kind as Form, Variable};
 use crate::model::Section;
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::{WhenCondition, printed};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::node::Typed;
 
 /// A condition around a part: the condition of its branch holds and none before it.
 #[derive(Clone)]

@@ -6,9 +6,9 @@ use hyd_syntax::tree::Variability;
 use hyd_typed::Expr;
 
 use crate::model::VarId;
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
 
 /// One condition of a branch.
 #[derive(Clone, Debug)]
@@ -25,9 +25,9 @@ impl Flattener<'_, '_> {
         for (k, &size) in cx.counts.iter().enumerate() {
             let at = match &cx.fixed {
                 Some(values) if k < values.len() => Affine::constant(values[k]),
-                _ => Affine::counter(crate::work::index::CounterId(k as u32)),
+                _ => Affine::counter(crate::state::index::CounterId(k as u32)),
             };
-            offset = crate::work::flattener::scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
+            offset = crate::state::flattener::scale(&offset, size).add_scaled(&at, 1).ok_or(Fail::NeedsExpansion)?;
         }
         let slot = self.slots.slot(SlotKey::Variable(kind, first, offset));
         Ok(self.model.templates.arena.slot(slot))

@@ -16,8 +16,8 @@ use hyd_syntax::tree::Expr;
 use hyd_system::ValueKind;
 
 use crate::model::{EquationBlock, Section, Target, VarId};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, Kind, SlotKey};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, Kind, SlotKey};
 
 impl Flattener<'_, '_> {
     /// The start value as declared, or as it is set from outside by the name of the variable and `.start`.

@@ -11,9 +11,9 @@ use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use hyd_typed::Expr;
 
 use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::{Flattener, scale};
-use crate::work::index::{Affine, Kind, SlotKey};
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::{Flattener, scale};
+use crate::state::index::{Affine, Kind, SlotKey};
 
 /// Most scalar variables of one model.
 const MAX_VARIABLES: usize = Operand::LIMIT;

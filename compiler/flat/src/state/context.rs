@@ -11,8 +11,8 @@ use rustc_hash::FxHashSet;
 
 use crate::model::VarId;
 use crate::sections::when_condition::WhenCondition;
-use crate::work::index::{Affine, CounterId, Cut, Window};
-use crate::work::node::Typed;
+use crate::state::index::{Affine, CounterId, Cut, Window};
+use crate::state::node::Typed;
 
 /// Why an expression could not be lowered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -187,7 +187,7 @@ impl Context {
         }
     }
 
-    /// Counts of the counters for [`emit`](crate::work::flattener::Flattener): fixed ones stand for one value.
+    /// Counts of the counters for [`emit`](crate::state::flattener::Flattener): fixed ones stand for one value.
     pub(crate) fn loop_counts(&self) -> Vec<usize> {
         let fixed = self.fixed.as_ref().map_or(0, Vec::len);
         self.counts.iter().enumerate().map(|(k, &count)| if k < fixed { 1 } else { count }).collect()

@@ -5,9 +5,9 @@ use hyd_symbolic::{NodeId, SlotId};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 
 use crate::model::{EquationBlock, Operand, PerElement, Section, StateSelect, Target, VarId, VariableBlock};
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, advance};
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, advance};
 
 /// What the translation made a variable for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -10,10 +10,10 @@ use hyd_source::{Code, Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, TemplateId, canonical};
 
 use crate::model::{ConstId, EquationBlock, Operand, Section, Target, VarId};
-use crate::work::context::Fail;
-use crate::work::draft::append;
-use crate::work::flattener::Flattener;
-use crate::work::index::{SlotKey, advance};
+use crate::state::context::Fail;
+use crate::state::draft::append;
+use crate::state::flattener::Flattener;
+use crate::state::index::{SlotKey, advance};
 
 /// A template, and which slot each of its slots was before.
 pub(crate) type Canonical = (TemplateId, Rc<[SlotId]>);

@@ -8,10 +8,10 @@ use hyd_source::Span;
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
 
-use crate::work::context::{Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::{Affine, SlotKey};
-use crate::work::node::Typed;
+use crate::state::context::{Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::{Affine, SlotKey};
+use crate::state::node::Typed;
 
 /// What a name of a function holds, without its value.
 #[derive(Clone, PartialEq, Debug)]

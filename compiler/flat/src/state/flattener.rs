@@ -12,12 +12,12 @@ use rustc_hash::FxHashMap;
 use crate::connections::connect::Connections;
 use crate::model::{BlockId, ConstId, FlatModel};
 use crate::sections::inject::Pending;
-use crate::work::context::{Context, Fail, Local};
-use crate::work::draft::{Draft, Notes};
-use crate::work::emit::Canonical;
-use crate::work::index::{Affine, CounterId, Cut, Slots, Window};
-use crate::work::steps::{Builder, KnownBody};
-use crate::work::unit_claim::FunctionUnits;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::draft::{Draft, Notes};
+use crate::state::emit::Canonical;
+use crate::state::index::{Affine, CounterId, Cut, Slots, Window};
+use crate::state::steps::{Builder, KnownBody};
+use crate::state::unit_claim::FunctionUnits;
 
 /// The outputs of a call in their order.
 pub(crate) type Outputs = Vec<(Name, Local)>;

@@ -15,10 +15,10 @@ use hyd_syntax::tree::{Component, Direction, Name};
 use hyd_typed::Function;
 
 use crate::model::{Quantity, Section, UnitClaim};
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::index::SlotKey;
-use crate::work::node::Typed;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::index::SlotKey;
+use crate::state::node::Typed;
 
 /// The declarations of a function that give a unit.
 pub(crate) type FunctionUnits = Rc<Vec<Declared>>;

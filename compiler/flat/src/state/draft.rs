@@ -14,7 +14,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::expressions::jump::JumpKey;
 use crate::expressions::sample::SampleKey;
 use crate::model::{BlockId, DelayBlock, EquationBlock, Message, UnitClaim, VarId, VariableBlock};
-use crate::work::flattener::Flattener;
+use crate::state::flattener::Flattener;
 
 /// What an attempt has made, and what was said in it.
 #[derive(Default)]

@@ -5,9 +5,9 @@ use hyd_source::Span;
 use hyd_symbolic::{BodyId, NodeId, SlotId, Step};
 use hyd_syntax::tree::Name;
 
-use crate::work::context::{Context, Fail, Local};
-use crate::work::flattener::Flattener;
-use crate::work::form::Form;
+use crate::state::context::{Context, Fail, Local};
+use crate::state::flattener::Flattener;
+use crate::state::form::Form;
 
 /// A body that is made or being made.
 pub(crate) struct KnownBody {

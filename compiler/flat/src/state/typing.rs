@@ -6,8 +6,8 @@ use hyd_instance::{LocalClass, Scope};
 use hyd_syntax::tree::Expr as Text;
 use hyd_typed::{Elaborator, Expr, Function};
 
-use crate::work::context::{Context, Fail};
-use crate::work::flattener::Flattener;
+use crate::state::context::{Context, Fail};
+use crate::state::flattener::Flattener;
 
 impl<'s> Flattener<'_, 's> {
     /// Types the text of a scope.
