@@ -52,10 +52,9 @@ impl Declaration {
         self.dims.iter().any(|dim| matches!(dim.kind, Kind::Colon))
     }
 
-    /// Declared with one of the names of the predefined types.
+    /// A scalar or array of a predefined type, of an enumeration, or of a `type` that is one of them.
     pub fn is_simple(&self) -> bool {
-        let [only] = self.text.class.parts.as_slice() else { return false };
-        matches!(only.name.as_ref(), "Real" | "Integer" | "Boolean" | "String")
+        matches!(self.ty.base, Base::Scalar(_))
     }
 
     /// It keeps the value it begins with.
@@ -63,9 +62,9 @@ impl Declaration {
         self.variability <= Variability::Parameter
     }
 
-    /// A scalar or array of the predefined type Real, said so in its declaration.
+    /// A scalar or array of Real, or of a `type` that is Real.
     pub fn is_real(&self) -> bool {
-        self.is_simple() && self.ty.base == Base::Scalar(hyd_instance::ScalarType::Real)
+        self.ty.base == Base::Scalar(hyd_instance::ScalarType::Real)
     }
 }
 

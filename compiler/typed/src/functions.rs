@@ -96,7 +96,8 @@ impl Elaborator<'_, '_> {
             // The values of inputs are those of the class as a whole.
             let input = text.direction == Some(Direction::Input);
             self.scope.frame = if input { 0 } else { frame };
-            let dims = text.dims.iter().map(|dim| self.deferred(dim)).collect();
+            let mut dims: Vec<_> = text.dims.iter().map(|dim| self.deferred(dim)).collect();
+            dims.extend(self.dims_of_type(Scope { inst, frame }, &text));
             let value = text.modification.binding.as_ref().map(|value| self.deferred(value));
             let (name, direction, variability) = (text.name.clone(), text.direction, text.variability);
             variables.push(Declaration { name, frame, direction, variability, ty, dims, value, text });

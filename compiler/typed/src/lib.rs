@@ -21,4 +21,4 @@ pub use expression::{Call, Construction, Expr, Iterator, Kind, Local, Variable};
 pub use function::{Declaration, Function, Signature};
 pub use statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
 pub use types::{Base, RecordType, Type, scalar_of};
-pub use walk::{Visitor, any, any_local, any_variable, mentions, reads_run, walk, walk_statements};
+pub use walk::{any, any_local, any_variable, mentions, reads_run, walk_statements};

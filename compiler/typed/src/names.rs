@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use hyd_instance::{Env, InstId, LocalClass, Resolved, ScalarType, Scope};
 use hyd_source::{Code, Reported};
-use hyd_syntax::tree::{ClassKind, Component, ComponentRef, Element};
+use hyd_syntax::tree::{self as text, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Element};
 
 use crate::elaborate::Elaborator;
 use crate::expression::{Expr, Kind, Local, Variable};
@@ -113,10 +113,13 @@ impl Elaborator<'_, '_> {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
         let local = self.tree.find_class(scope, &component.class)?;
+        let shape = self.tree.table.shape(local.class)?;
+        // `type Vector = Real[3]` has dimensions of its own.
+        let rank = rank
+            + (0..shape.frames.len() as u32).map(|k| own_dims(shape.def(&self.tree.table, k)).len()).sum::<usize>();
         if let Some(enumeration) = self.tree.enumeration(local.class) {
             return Ok(Type { base: Base::Scalar(ScalarType::Enumeration(enumeration)), rank });
         }
-        let shape = self.tree.table.shape(local.class)?;
         if let Some(scalar) = shape.builtin.as_deref().and_then(predefined) {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
@@ -125,6 +128,28 @@ impl Elaborator<'_, '_> {
             return Err(self.error(Code::TypeMismatch, component.name.span, message));
         }
         Ok(Type { base: self.record_base(&local)?, rank })
+    }
+
+    /// The sizes that short definitions add to a declaration, each read where it is written.
+    pub(crate) fn dims_of_type(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
+        if matches!(component.class.parts.as_slice(), [only] if predefined(&only.name).is_some()) {
+            return Vec::new();
+        }
+        // The type of the declaration has been asked for before, with all that may be wrong with it.
+        let Ok(local) = self.tree.find_class(scope, &component.class) else { return Vec::new() };
+        let Ok(shape) = self.tree.table.shape(local.class) else { return Vec::new() };
+        let mut typed = Vec::new();
+        for frame in 0..shape.frames.len() as u32 {
+            let def = shape.def(&self.tree.table, frame).clone();
+            if own_dims(&def).is_empty() {
+                continue;
+            }
+            let Ok(inst) = self.tree.package_of(&local) else { continue };
+            let scope = Scope { inst, frame };
+            let mut there = Elaborator::new(&mut *self.tree, &mut *self.typing, scope, Vec::new());
+            typed.extend(own_dims(&def).iter().map(|dim| there.deferred(dim)));
+        }
+        typed
     }
 
     /// A record as its declaration has it.
@@ -155,6 +180,14 @@ impl Elaborator<'_, '_> {
         let record = Rc::new(RecordType { name, fields });
         self.typing.records.insert(inst, record.clone());
         Ok(Base::Record(record))
+    }
+}
+
+/// The dimensions that a short definition adds.
+fn own_dims(def: &ClassDef) -> &[text::Expr] {
+    match &def.body {
+        ClassBody::Short { dims, .. } => dims,
+        _ => &[],
     }
 }
 

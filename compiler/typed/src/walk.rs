@@ -7,8 +7,8 @@ use hyd_syntax::tree::Name;
 use crate::expression::{Expr, Iterator, Kind, Local, Variable};
 use crate::statement::{Statement, StatementKind};
 
-/// What is done at each place of an expression.  Loop variables of the expression itself are told apart by [`Visitor::own`].
-pub trait Visitor {
+/// What is done at each place of an expression.
+trait Visitor {
     /// A variable.
     fn variable(&mut self, variable: &Variable) {
         let _ = variable;
@@ -26,8 +26,7 @@ pub trait Visitor {
     }
 }
 
-/// Goes through an expression.
-pub fn walk<V: Visitor>(visitor: &mut V, expr: &Expr) {
+fn walk<V: Visitor>(visitor: &mut V, expr: &Expr) {
     Walk { visitor, own: Vec::new() }.expr(expr);
 }
 

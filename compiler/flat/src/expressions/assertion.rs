@@ -20,7 +20,7 @@ impl Flattener<'_, '_> {
         holds: Option<NodeId>,
     ) -> Result<(), Fail> {
         let scope = cx.scope;
-        let (message, values) = self.message(&parts.text, scope, parts.error);
+        let (message, values) = self.message(&parts.text, cx, parts.error)?;
         let before = std::mem::replace(&mut cx.no_event, true);
         let test = self.lower(&parts.condition, cx, &[]);
         cx.no_event = before;
@@ -42,7 +42,7 @@ impl Flattener<'_, '_> {
 
     /// `terminate(text)` in a `when` of an algorithm.
     pub(crate) fn run_terminate(&mut self, span: Span, text: &Expr, cx: &mut Context) -> Result<(), Fail> {
-        let (message, values) = self.message(text, cx.scope, false);
+        let (message, values) = self.message(text, cx, false)?;
         let values = self.message_values(message, &values, cx)?;
         let acts = cx.holds.unwrap_or_else(|| self.model.templates.arena.constant(1.0));
         let origin = Origin { path: self.path(cx.scope.inst), span };

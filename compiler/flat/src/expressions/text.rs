@@ -4,7 +4,7 @@
 //! of an `assert` or `terminate` is a sum of Strings, of which `String(x)` may depend on the run: its expressions become
 //! rows of their own, written into the text when the message is given.
 
-use hyd_instance::{Env, ScalarType, Scope, Value};
+use hyd_instance::{ScalarType, Value};
 use hyd_symbolic::Relation;
 use hyd_syntax::tree::{Arguments, BinaryOp};
 use hyd_system::ValueKind;
@@ -53,9 +53,12 @@ impl Flattener<'_, '_> {
     }
 
     /// Adds the message of an `assert` or `terminate`: its number, and the expressions whose values it shows.
-    pub(crate) fn message(&mut self, text: &Expr, scope: Scope, error: bool) -> (u32, Vec<Expr>) {
+    ///
+    /// # Errors
+    /// When a String of the text differs between the turns of a loop.
+    pub(crate) fn message(&mut self, text: &Expr, cx: &Context, error: bool) -> Result<(u32, Vec<Expr>), Fail> {
         let (mut parts, mut values) = (Vec::new(), Vec::new());
-        let shown = self.message_parts(text, scope, &mut parts, &mut values);
+        let shown = self.message_parts(text, cx, &mut parts, &mut values)?;
         if values.is_empty() {
             parts.clear();
         }
@@ -63,38 +66,43 @@ impl Flattener<'_, '_> {
         // An assertion in a loop that is run through has one text.
         let known = self.newest_message().filter(|(_, last)| values.is_empty() && **last == message);
         let number = known.map(|(number, _)| number);
-        (number.unwrap_or_else(|| self.add_message(message)), values)
+        Ok((number.unwrap_or_else(|| self.add_message(message)), values))
     }
 
     /// The pieces of a text; returns it as it is written.
     fn message_parts(
         &mut self,
         expr: &Expr,
-        scope: Scope,
+        cx: &Context,
         parts: &mut Vec<MessagePart>,
         values: &mut Vec<Expr>,
-    ) -> String {
+    ) -> Result<String, Fail> {
         if let Kind::Binary(BinaryOp::Add, a, b) = &expr.kind {
-            return self.message_parts(a, scope, parts, values) + &self.message_parts(b, scope, parts, values);
+            let first = self.message_parts(a, cx, parts, values)?;
+            return Ok(first + &self.message_parts(b, cx, parts, values)?);
         }
         // A number shown stays one of the run, so that parameters can still be set.
         let number = matches!(&expr.kind, Kind::Format(..));
         let known = matches!(expr.kind, Kind::Text(_)) || !number && self.known_before_run(expr);
-        let fixed = match known.then(|| self.tree.evaluate(&expr.written(), scope, &Env::default())) {
+        if known && self.mentions_counter(expr, cx) {
+            return Err(Fail::NeedsExpansion);
+        }
+        let (env, _) = cx.env();
+        let fixed = match known.then(|| self.tree.evaluate(&expr.written(), cx.scope, &env)) {
             Some(Ok(Value::Text(text))) => Some(text.to_string()),
             _ => None,
         };
         if let (None, Kind::Format(value, arguments)) = (&fixed, &expr.kind)
             && let Arguments::List { positional, named } = &**arguments
-            && let Ok(format) = self.tree.text_format(expr.span, positional, named, scope, &Env::default())
+            && let Ok(format) = self.tree.text_format(expr.span, positional, named, cx.scope, &env)
         {
             // Which type it is shows when the value is lowered.
             parts.push(MessagePart::Value(format, ValueKind::Real));
             values.push(Expr::clone(value));
-            return self.tree.table.files.snippet(expr.span).to_string();
+            return Ok(self.tree.table.files.snippet(expr.span).to_string());
         }
         let text = fixed.unwrap_or_else(|| self.tree.table.files.snippet(expr.span).to_string());
         parts.push(MessagePart::Text(text.clone().into()));
-        text
+        Ok(text)
     }
 }

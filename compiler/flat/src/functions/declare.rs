@@ -7,7 +7,7 @@ use hyd_instance::modifier::AstMod;
 use hyd_instance::{ScalarType, Scope};
 use hyd_source::Code;
 use hyd_syntax::tree::{ClassKind, Component, Element};
-use hyd_typed::{Declaration, Function};
+use hyd_typed::{Base, Declaration, Function};
 
 use crate::expressions::record_made::Nodes;
 use crate::state::context::{Context, Fail, Local};
@@ -117,7 +117,8 @@ impl Flattener<'_, '_> {
                 if sizes.is_empty() {
                     return Ok(());
                 }
-                let zero = self.literal(0.0, ScalarType::Real);
+                let Base::Scalar(scalar) = component.ty.base.clone() else { return Ok(()) };
+                let zero = self.literal(0.0, scalar);
                 Local::array(vec![zero; sizes.iter().product()], sizes)
             }
         };

@@ -189,7 +189,6 @@ impl Flattener<'_, '_> {
         match &part.equation.kind {
             EquationKind::Reinit(state, value) => self.reinit(part, state, value, whole),
             EquationKind::Terminate(text) => {
-                let (message, values) = self.message(text, scope, false);
                 let origin = Origin { path: self.path(scope.inst), span };
                 self.with_loops(start, &mut |flat, cx| {
                     let (fires, empty) = flat.enter_part(cx, whole, &part.loops)?;
@@ -197,6 +196,7 @@ impl Flattener<'_, '_> {
                         return Ok(());
                     }
                     let acts = flat.guarded(fires[part.branch], &part.guards, cx)?;
+                    let (message, values) = flat.message(text, cx, false)?;
                     let values = flat.message_values(message, &values, cx)?;
                     flat.emit(Section::Terminate(message), acts, values, &cx.loop_counts(), &origin);
                     Ok(())

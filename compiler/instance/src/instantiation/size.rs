@@ -3,12 +3,13 @@
 use std::rc::Rc;
 
 use hyd_source::{Code, Diagnostic, Reported};
-use hyd_syntax::tree::{ClassBody, ComponentRef, Expr};
+use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Expr};
 
 use crate::classes::modifier::Mods;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
 
@@ -108,6 +109,14 @@ impl InstanceTree<'_> {
             }
         }
         Ok(sizes)
+    }
+
+    /// Sizes that the type of a variable of a function adds to those of its declaration.
+    pub(crate) fn sizes_of_type(&mut self, component: &Component, scope: Scope) -> Result<Vec<usize>, Reported> {
+        match self.type_of(scope, &component.class)? {
+            TypeOf::Class(local, shape) => self.alias_sizes(&local, &shape),
+            TypeOf::Scalar(_) => Ok(Vec::new()),
+        }
     }
 
     pub(crate) fn check_size(&mut self, inst: InstId) -> Result<(), Reported> {

@@ -271,7 +271,8 @@ impl InstanceTree<'_> {
                         (Some(expr), _) => {
                             let sizes = self.shape_of(expr, scope, env)?;
                             // More dimensions than declared: one call per element (12.4.6).
-                            let more = sizes.len().saturating_sub(component.dims.len());
+                            let of_type = self.sizes_of_type(&component, own)?.len();
+                            let more = sizes.len().saturating_sub(component.dims.len() + of_type);
                             if outer.is_empty() {
                                 outer = sizes[..more].to_vec();
                             }

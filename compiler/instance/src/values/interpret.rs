@@ -175,8 +175,10 @@ impl InstanceTree<'_> {
         if let Some(record) = self.unset_record(component, scope, env)? {
             return Ok(Some(record));
         }
-        let (Some(first), Some(last)) = (component.dims.first(), component.dims.last()) else { return Ok(None) };
-        let span = first.span.to(last.span);
+        let span = match (component.dims.first(), component.dims.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => component.name.span,
+        };
         let zero = match component.class.parts[0].name.as_ref() {
             "Integer" => Value::Integer(0),
             "Boolean" => Value::Boolean(false),
@@ -187,6 +189,9 @@ impl InstanceTree<'_> {
             return Ok(None);
         }
         let sizes = self.local_sizes(component, scope, env)?;
+        if sizes.is_empty() {
+            return Ok(None);
+        }
         let count = volume(&sizes).unwrap_or(0);
         self.spend(ELEMENT * count as u64, span)?;
         let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
@@ -220,6 +225,7 @@ impl InstanceTree<'_> {
             self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
             return Err(Reported);
         }
+        sizes.extend(self.sizes_of_type(component, scope)?);
         Ok(sizes)
     }
 

@@ -99,3 +99,24 @@ end M;";
     local y: Real := (local a: Real ^ local n: Integer): Real
     ");
 }
+
+/// `type Vec = Real[3]` brings dimensions with it, and so does a short definition of one.
+#[test]
+fn short_definitions_have_dimensions() {
+    let text = "model M
+  type Vec = Real[3];
+  type Rows = Vec[2];
+  function f
+    input Vec v;
+    output Rows y;
+  algorithm
+    y := {v, v};
+  end f;
+  Rows x;
+equation
+  x = f({1, 2, 3});
+end M;";
+    insta::assert_snapshot!(check_text(text), @r"
+    x: Real[:, :] = M.f({1: Integer, 2: Integer, 3: Integer}: Integer[:]): Real[:, :]
+    ");
+}
