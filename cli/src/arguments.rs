@@ -59,7 +59,7 @@ pub enum Verb {
     Simulate(Box<Simulate>),
     /// Make an executable of a model that runs without hyd
     Build(Build),
-    /// Give the linear model at a point of a run, with its eigenvalues
+    /// Linearize a model at a point of a run, with its eigenvalues
     Linearize(Linearize),
     /// Print a stage of the translation
     Equations(Equations),
@@ -67,17 +67,17 @@ pub enum Verb {
     Plot(Plot),
     /// Run a model many times with varied parameters, on all cores
     Sweep(Box<Sweep>),
-    /// Turn a lab's files into a set of shots, and look at it
+    /// Turn a lab's files into a set of shots, and inspect it
     Bench(BenchArguments),
     /// Fit what may be off to the shots of a bench
     Fit(Fit),
     /// Find where model and bench disagree, name what is missing, write the model that has it
     Discover(Discover),
-    /// Hold two results against each other
+    /// Compare two results
     Compare(Compare),
     /// Explain an error code, or list all of them
     Explain(Explain),
-    /// Bring the texts of models into their layout
+    /// Format the texts of models
     Fmt(Fmt),
     /// Write the map of a library as one HTML page
     Doc(Doc),
@@ -308,7 +308,7 @@ pub struct Compare {
     /// Another one
     #[arg(value_name = "B.csv|B.mat|B.parquet")]
     pub second: PathBuf,
-    /// Largest deviation, as a part of a variable's range, that counts as equal
+    /// Largest deviation, as a fraction of a variable's range, that counts as equal
     #[arg(long, value_name = "R", default_value_t = 1e-3, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Jumps may lie this far apart in s [default: 1e-4 of the common time]
@@ -348,7 +348,7 @@ mod tests {
     }
 }
 
-/// What the verbs that hold a model against a bench share.
+/// What the verbs that compare a model with a bench share.
 #[derive(Args, Debug)]
 pub struct StudyArguments {
     /// The study: which model, which channel is which variable, what may be off
@@ -374,7 +374,7 @@ pub struct Fit {
     /// Study and set
     #[command(flatten)]
     pub study: StudyArguments,
-    /// The 95 % interval of what may be off, from its profile likelihood (may be given several times)
+    /// The 95 % interval of what may be off, from its profile likelihood (repeatable)
     #[arg(long, value_name = "NAME")]
     pub profile: Vec<String>,
     /// Writes the parameters as fitted, with the conditions of the first fitted shot, for `hyd simulate --parameters`
@@ -397,7 +397,7 @@ pub struct Discover {
     /// Go on where an earlier call for the same report was ended
     #[arg(long)]
     pub resume: bool,
-    /// First search so many sets made from the fitted model; a name then needs more than 95 of 100 of them show by chance
+    /// First search so many sets simulated with the fitted model; a name then needs a larger drop of the cost than 95 of 100 of them show by chance
     #[arg(long, value_name = "SETS")]
     pub calibrate: Option<std::num::NonZeroUsize>,
     /// Print the outcome as one JSON object

@@ -1,6 +1,6 @@
 //! `hyd bench import FOLDER`: a lab's files as tables, an import file, a set and a first study.
 //!
-//! What is assumed about the files is made by `hyd_discovery::import`; here they are found, read and written.  All files are
+//! What is assumed about the files is made by `hyd_discovery::Plan`; here they are found, read and written.  All files are
 //! written before one of them gets its name, so that a fault leaves nothing behind.  What a person has edited is not written over: the set
 //! carries a checksum of itself, and tables are replaced only where a set that was imported names them.
 
@@ -9,8 +9,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
-use hyd_discovery::Fault;
-use hyd_discovery::import::{Asked, Content, Outcome, Plan, RawFile, assume, carry_out};
+use hyd_discovery::{Asked, Content, Fault, Imported, Plan, RawFile};
 use hyd_frames::{Cells, Frame, is_parquet};
 use hyd_results::{WholeFile, mat_columns, note_read};
 use hyd_run::{read_text, read_to_limit};
@@ -74,14 +73,14 @@ fn folder(arguments: &Import) -> Result<(), Failure> {
     }
     let asked = Asked { rate: arguments.rate, trigger: arguments.trigger.clone(), skip: arguments.skip.clone() };
     let inside = |fault: Fault| failure(within(source, fault));
-    let (plan, notes) = assume(&stem, &way(&target, source), &files, &asked).map_err(inside)?;
+    let (plan, notes) = Plan::assume(&stem, &way(&target, source), &files, &asked).map_err(inside)?;
     let mut contents: BTreeMap<String, Content> = files.into_iter().map(|file| (file.name, file.content)).collect();
     let mut taken = |name: &str| contents.remove(name).ok_or_else(|| Fault::new(format!("there is no file `{name}`")));
-    let outcome = carry_out(&plan, &notes, &mut taken).map_err(inside)?;
+    let outcome = plan.carry_out(&notes, &mut taken).map_err(inside)?;
     let left_out = if others.is_empty() {
         String::new()
     } else {
-        format!("left out, for they are no tables: {}\n", shortened(&others))
+        format!("left out, because they are not tables: {}\n", shortened(&others))
     };
     write(&target, &outcome, Some(plan.text()), &left_out)
 }
@@ -110,7 +109,7 @@ fn again(arguments: &Import) -> Result<(), Failure> {
         }
         read(&folder.join(name))
     };
-    let outcome = carry_out(&plan, &BTreeMap::new(), &mut contents).map_err(|fault| failure(within(&folder, fault)))?;
+    let outcome = plan.carry_out(&BTreeMap::new(), &mut contents).map_err(|fault| failure(within(&folder, fault)))?;
     match &arguments.output {
         None => write(if own.as_os_str().is_empty() { Path::new(".") } else { &own }, &outcome, None, ""),
         Some(target) => {
@@ -235,7 +234,7 @@ fn imported(text: &str) -> Option<BTreeSet<String>> {
 }
 
 /// Writes everything, or nothing.
-fn write(target: &Path, outcome: &Outcome, plan: Option<String>, left_out: &str) -> Result<(), Failure> {
+fn write(target: &Path, outcome: &Imported, plan: Option<String>, left_out: &str) -> Result<(), Failure> {
     let set_path = target.join(SET);
     let before = match fs::read_to_string(&set_path) {
         Ok(text) => Some(imported(&text).ok_or_else(|| {

@@ -1,10 +1,9 @@
 //! `hyd bench show SET.json`: a page with all shots and channels of a set, before any model.
 //!
-//! What is shown is computed by `hyd_discovery::sheet`; the page draws it without a network (`bench_page/page.html`, `page.js`).
+//! What is shown is computed by `Study::sheet`; the page draws it without a network (`bench_page/page.html`, `page.js`).
 
 use std::path::Path;
 
-use hyd_discovery::sheet::{sheet, study_of_columns};
 use hyd_discovery::{Bench, Fault, Study};
 use hyd_results::write_whole;
 use hyd_run::read_text;
@@ -36,7 +35,7 @@ pub(crate) fn show(arguments: &Show) -> Result<(), Failure> {
         }
         None => {
             let headers = headers(&set, &mut read).map_err(failure)?;
-            study_of_columns(&headers)
+            Study::of_columns(&headers)
                 .map_err(|fault| Failure::Fault(format!("`{}`: {fault}", arguments.set.display())))?
         }
     };
@@ -46,7 +45,7 @@ pub(crate) fn show(arguments: &Show) -> Result<(), Failure> {
             output::sentence("warning", sentence, MessageFormat::Text);
         }
     }
-    let data = sheet(&bench, &study);
+    let data = study.sheet(&bench);
     write_whole(&arguments.output, page(&data).as_bytes())
         .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", arguments.output.display())))?;
     output::print(&words(&data, &arguments.output))

@@ -6,17 +6,7 @@ use std::time::Instant;
 
 use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
-use hyd_discovery::Setup;
-use hyd_discovery::calibration::calibrate;
-use hyd_discovery::catalogue::{Candidate, candidates, effects, same_places};
-use hyd_discovery::considered::considered;
-use hyd_discovery::data_files::data_files;
-use hyd_discovery::natural::natural;
-use hyd_discovery::places::{beside_declared, found};
-use hyd_discovery::report::{Folder, MODEL, Report, report, table};
-use hyd_discovery::same_ids::tell_apart;
-use hyd_discovery::search::{NEEDED, Search};
-use hyd_discovery::variant::Workshop;
+use hyd_discovery::{Calibration, Candidate, Folder, Report, Search, Setup, Workshop};
 use hyd_results::{refuse_read, write_whole};
 
 use crate::arguments::{Discover, MessageFormat};
@@ -32,7 +22,7 @@ use crate::{Failure, output};
 
 /// The files of a report.
 pub(crate) const FILES: [&str; 7] =
-    ["report.json", "trajectories.csv", "report.html", "gap.svg", "parameters.toml", MODEL, MEMORY];
+    ["report.json", "trajectories.csv", "report.html", "gap.svg", "parameters.toml", Report::MODEL, MEMORY];
 
 /// Runs the verb.
 pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
@@ -61,7 +51,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
     }
     let folder = ReportFolder::new(&arguments.report);
-    let read = data_files(&workshop, &[]).map_err(failure)?;
+    let read = workshop.data_files(&[]).map_err(failure)?;
     folder.check(&read, setup.bench.shots.iter().map(|shot| shot.number))?;
     let needed = threshold(arguments, (setup, &workshop, &candidates), hash, &progress)?;
     let memory = FitsFile::open(&arguments.report, hash, arguments.resume);
@@ -78,7 +68,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let built_in = |name: &str| name.starts_with("<built-in>/");
     let seconds = begin.elapsed().as_secs_f64();
     let place = Folder { built_in: &built_in, taken: &FILES };
-    let mut report = report(setup, &workshop, &findings, seconds, place).map_err(failure)?;
+    let mut report = Report::of(setup, &workshop, &findings, seconds, place).map_err(failure)?;
     tell_whole_loops(setup);
     folder.write(&mut report)?;
     let json = format!("{:#}\n", report.json);
@@ -88,7 +78,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     output::print(if arguments.json { json } else { report.summary + &command }.as_str())
 }
 
-/// The fall of the cost that a name needs: the usual one, or what was found for this study.
+/// The drop of the cost that a name needs: the usual one, or what was found for this study.
 fn threshold(
     arguments: &Discover,
     (setup, workshop, candidates): (&Setup, &Workshop<'_>, &[Candidate]),
@@ -99,12 +89,12 @@ fn threshold(
         None => calibration::known(&arguments.study.study, hash),
         Some(sets) => {
             let by = (sets.get(), arguments.study.seed);
-            let made = calibrate(setup, workshop, candidates, by, progress).map_err(failure)?;
+            let made = Calibration::of(setup, workshop, candidates, by, progress).map_err(failure)?;
             calibration::keep(&arguments.study.study, hash, &made)?;
             Some(made)
         }
     };
-    Ok(known.map_or(NEEDED, |known| known.needed()))
+    Ok(known.map_or(Search::NEEDED, |known| known.needed()))
 }
 
 /// Writes the files of a report.
@@ -114,15 +104,15 @@ fn write(arguments: &Discover, setup: &Setup, report: &Report, json: &str) -> Re
         write_whole(&path, text.as_bytes()).map_err(|error| unwritable(&path, &error))
     };
     save("report.json", json)?;
-    save("trajectories.csv", &table(&report.curves))?;
+    save("trajectories.csv", &report.table())?;
     save("report.html", &page(report))?;
     save("parameters.toml", &report.parameters)?;
     if let Some(figure) = gap_picture(setup, report) {
         write_picture(&arguments.report.join("gap.svg"), &figure)?;
     }
-    let stale = arguments.report.join(MODEL);
+    let stale = arguments.report.join(Report::MODEL);
     match &report.model {
-        Some(text) => save(MODEL, text)?,
+        Some(text) => save(Report::MODEL, text)?,
         // The model of an earlier call is not that of this one.
         None if stale.exists() => std::fs::remove_file(&stale)
             .map_err(|error| Failure::Fault(format!("`{}` cannot be removed: {error}", stale.display())))?,
@@ -148,34 +138,8 @@ fn all_candidates(opened: &Opened, workshop: &Workshop<'_>) -> Result<Vec<Candid
     if diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
         return Err(Failure::Reported);
     }
-    let mut effects = effects(&classes).map_err(failure)?;
-    let idle = considered(&setup.study, &mut effects);
-    idle.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
-    let mut places = workshop.places().map_err(failure)?;
-    if places.is_empty() {
-        // A model that says nothing of places has them all the same.
-        places = found(setup, workshop).map_err(failure)?;
-    }
-    places.extend(beside_declared(&places));
-    if let Some(sentence) = same_places(&places) {
-        output::sentence("warning", &sentence, MessageFormat::Text);
-    }
-    let measured = |name: &str| setup.data.channel(name).is_some();
-    let base_model = setup.bench.base_model.as_deref();
-    let mut all = candidates(&effects, &places, base_model, &measured);
-    let told = tell_apart(&mut all);
-    told.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
-    let (all, left_out) = natural(setup, workshop, all).map_err(failure)?;
-    left_out.iter().for_each(|sentence| output::sentence("warning", sentence, MessageFormat::Text));
-    if all.is_empty() {
-        let count = match effects.len() {
-            0 => "there are no effects, so that".to_string(),
-            count => format!("0 of {count} effects fit a place of this model:"),
-        };
-        let sentence = format!("{count} only terms at its equations are tried");
-        output::sentence("warning", &sentence, MessageFormat::Text);
-    }
-    Ok(all)
+    let mut warn = |sentence: &str| output::sentence("warning", sentence, MessageFormat::Text);
+    Candidate::all(setup, workshop, &classes, &mut warn).map_err(failure)
 }
 
 /// A number that changes with whatever decides a search.

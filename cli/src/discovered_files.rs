@@ -7,8 +7,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use hyd_discovery::data_files::{DataFiles, is_below};
-use hyd_discovery::report::{MODEL, Report, quoted};
+use hyd_discovery::{DataFiles, Report, is_below, quoted};
 use hyd_results::{read_as, refuse_read, write_whole};
 use serde_json::{Value, json};
 
@@ -99,14 +98,16 @@ impl ReportFolder {
                 }
                 Place::There => written.push(name),
                 Place::Other => warn(&format!(
-                    "`{}` is another file than the model reads as `{name}`, so that it is not replaced and `{MODEL}` does not run as it was found",
-                    self.path.join(name).display()
+                    "`{}` is another file than the model reads as `{name}`, so that it is not replaced and `{}` does not run as it was found",
+                    self.path.join(name).display(),
+                    Report::MODEL
                 )),
             }
         }
         for name in &report.lost {
             warn(&format!(
-                "`{MODEL}` reads `{name}`, whose name does not stand in its text, so that it needs the file in its old place"
+                "`{}` reads `{name}`, whose name does not stand in its text, so that it needs the file in its old place",
+                Report::MODEL
             ));
         }
         let ours = self
@@ -140,7 +141,7 @@ impl ReportFolder {
     pub(crate) fn command(&self, report: &Report) -> Option<String> {
         let shot = report.shots.iter().find(|shot| shot.is_fitted)?;
         let shown = |name: &str| quoted(&self.path.join(name).display().to_string());
-        Some(format!("to run it: {}\n", shot.command(MODEL, &shown)))
+        Some(format!("to run it: {}\n", shot.command(Report::MODEL, &shown)))
     }
 }
 

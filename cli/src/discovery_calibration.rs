@@ -1,10 +1,10 @@
-//! `STUDY.calibration.json`, beside the study: falls of the cost on sets on which nothing is missing, for later searches of the same set.
+//! `STUDY.calibration.json`, beside the study: drops of the cost on sets on which nothing is missing, for later searches of the same set.
 //!
 //! The file holds a hash of study, set, tables, model and libraries' effects; of anything else it is not taken.
 
 use std::path::{Path, PathBuf};
 
-use hyd_discovery::calibration::Calibration;
+use hyd_discovery::Calibration;
 use serde_json::{Value, json};
 
 use crate::Failure;
@@ -19,14 +19,15 @@ pub(crate) fn known(study: &Path, hash: u64) -> Option<Calibration> {
     if own["search"] != format!("{hash:016x}") {
         return None;
     }
-    let falls = own["falls"].as_array()?.iter().map(Value::as_f64).collect::<Option<_>>()?;
-    Some(Calibration { falls })
+    let cost_drops = own["cost_drops"].as_array()?.iter().map(Value::as_f64).collect::<Option<_>>()?;
+    Some(Calibration { cost_drops })
 }
 
 /// Keeps it.
 pub(crate) fn keep(study: &Path, hash: u64, calibration: &Calibration) -> Result<(), Failure> {
     let path = path(study);
-    let text = json!({"search": format!("{hash:016x}"), "needed": calibration.needed(), "falls": calibration.falls});
+    let text =
+        json!({"search": format!("{hash:016x}"), "needed": calibration.needed(), "cost_drops": calibration.cost_drops});
     hyd_results::write_whole(&path, format!("{text:#}\n").as_bytes())
         .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))
 }

@@ -10,7 +10,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use hyd_discovery::search::memory::Memory;
+use hyd_discovery::Memory;
 use serde_json::{Value, json};
 
 /// Name in the folder of the report.

@@ -3,7 +3,7 @@
 //! Findings, curves and texts become JSON in front of a script, which draws them; page, style and script (`discovery_page/page.html`,
 //! `page.css`, `page.js` and `curves.js`) stand in files of their own and are put together here.
 
-use hyd_discovery::report::{Report, ShotCurves};
+use hyd_discovery::{Report, ShotCurves};
 use serde_json::{Value, json};
 
 const PAGE: &str = include_str!("discovery_page/page.html");

@@ -3,8 +3,7 @@
 
 use std::sync::Arc;
 
-use hyd_discovery::Setup;
-use hyd_discovery::report::{ChannelCurves, Report, ShotCurves};
+use hyd_discovery::{ChannelCurves, Report, Setup, ShotCurves};
 use hyd_report::{Curve, Figure, Panel};
 use hyd_system::math::square;
 

@@ -3,14 +3,7 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use hyd_discovery::Setup;
-use hyd_discovery::fit::Fit as FitOf;
-use hyd_discovery::fit::profile::{Profile, profiles};
-use hyd_discovery::fit::schedule::{self, Record};
-use hyd_discovery::problem::{Problem, Weighing};
-use hyd_discovery::proof::{Gap, gap};
-use hyd_discovery::report::parameter_file;
-use hyd_discovery::unknowns::{LIMIT, Meaning, Unknown};
+use hyd_discovery::{Fit as FitOf, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
 use hyd_results::{refuse_read, write_whole};
 use hyd_system::math::log10;
 use hyd_system::significant;
@@ -55,28 +48,21 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     let begin = Instant::now();
     let tau = setup.study.shots.time_tolerance;
     let whole = Weighing::whole(&setup.train, tau);
-    let start = vec![0.0; problem.unknowns.len()];
-    let (mut found, mut record) = schedule::fit(&problem, &start, &setup.train, tau).map_err(failure)?;
-    let expected = problem.expected(&whole);
-    if found.misfit / expected > schedule::GOOD {
-        found = schedule::retry(&problem, found, &setup.train, (tau, arguments.study.seed), &mut record);
-    }
-    found = schedule::follow(&problem, found, &setup.train, tau, &mut record);
-    problem.check_misfit(&found, &whole).map_err(failure)?;
-    let (found, all) = profiles(&problem, found, &whole, &wanted).map_err(failure)?;
+    let (found, record) = FitOf::of(&problem, &setup.train, (tau, arguments.study.seed)).map_err(failure)?;
+    let (found, all) = Profile::of(&problem, found, &whole, &wanted).map_err(failure)?;
     let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
     let profiles = names.zip(all).collect();
-    let train = gap(&problem, &found.xi, &setup.train, false).map_err(failure)?;
+    let train = Gap::of(&problem, &found.xi, &setup.train, false).map_err(failure)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,
-        false => Some(gap(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
+        false => Some(Gap::of(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
     };
     if let Some(path) = &arguments.write_parameters {
-        let text = parameter_file(&problem, &found.xi, setup.train[0], &setup.bench.name);
+        let text = problem.parameter_file(&found.xi, setup.train[0], &setup.bench.name);
         let done = refuse_read(path).and_then(|()| write_whole(path, text.as_bytes()));
         done.map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))?;
     }
-    let (ratio, seconds) = (found.misfit / expected, begin.elapsed().as_secs_f64());
+    let (ratio, seconds) = (found.misfit / problem.expected(&whole), begin.elapsed().as_secs_f64());
     let whole_loops = tell_whole_loops(setup);
     let outcome =
         Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds, whole_loops };
@@ -147,7 +133,7 @@ impl Outcome<'_> {
     fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "{}: misfit {:.3} of what noise makes", self.setup.bench.name, self.ratio);
+        let _ = writeln!(text, "{}: misfit {:.3} times that of noise alone", self.setup.bench.name, self.ratio);
         for attempt in &self.record.attempts {
             let ended = if attempt.converged { "converged" } else { "not converged" };
             let misfit = attempt.misfit;
@@ -182,8 +168,9 @@ impl Outcome<'_> {
         if held.next().is_some() {
             let _ = writeln!(
                 text,
-                "  (at the limit): the measurement would have it farther than {LIMIT} standard deviations, where it is held; is its \
-                 tolerance right?"
+                "  (at the limit): the measurement would have it farther than {} standard deviations, where it is held; is its \
+                 tolerance right?",
+                Unknown::LIMIT
             );
         }
         if !self.profiles.is_empty() {
@@ -193,7 +180,8 @@ impl Outcome<'_> {
             let end = |end: Option<f64>| end.map_or("open".to_string(), |value| format!("{value:.5e}"));
             let _ = writeln!(text, "  {name:22}  {} to {}", end(own.interval.0), end(own.interval.1));
             if own.lower_found {
-                let _ = writeln!(text, "    the fit was not a minimum: the cost falls on the way; try another --seed");
+                let _ =
+                    writeln!(text, "    the fit was not a minimum: the cost decreases on the way; try another --seed");
             }
         }
         let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);

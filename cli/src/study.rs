@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use hyd_compiler::Sources;
-use hyd_discovery::translated::Translated;
-use hyd_discovery::variant::Workshop;
-use hyd_discovery::{Bench, Fault, Setup, Study};
+use hyd_discovery::{Bench, Fault, Setup, Study, Translated, Workshop};
 
 use crate::arguments::{LibraryArguments, MessageFormat, StudyArguments};
 use crate::library::LibraryPath;

@@ -83,6 +83,21 @@ struct Stated {
 }
 
 impl Bench {
+    /// Keys of a set.
+    pub const KEYS: [&str; 9] = [
+        "set",
+        "base_model",
+        "pre_trigger_s",
+        "noise_std",
+        "quantisation",
+        "sensor_offset_1sigma",
+        "sensor_gain_1sigma",
+        "parameter_tolerance_1sigma",
+        "experiments",
+    ];
+    /// Keys that tell people of the bench and decide nothing.
+    pub const REMARKS: [&str; 4] = ["channels", "sampling_Hz", "remarks", "imported"];
+
     /// Reads a set; `read` gives the text of a file that stands beside it.
     ///
     /// # Errors
@@ -114,7 +129,7 @@ impl Bench {
         check_numbers(&bench, text).map_err(|fault| Fault::new(format!("`{shown}`: {fault}")))?;
         let mut columns = BTreeSet::new();
         for (k, Once(experiment)) in stated.experiments.iter().enumerate() {
-            let wrong = |sentence: String| Fault::new(format!("`{shown}`: experiment {}{sentence}", k + 1));
+            let wrong = |sentence: String| Fault::new(format!("`{shown}`: shot {} in its list{sentence}", k + 1));
             let Some(file) = experiment.get("file").and_then(Value::as_str) else {
                 return Err(wrong(" names no file".to_string()));
             };
@@ -147,7 +162,7 @@ impl Bench {
         }
         if bench.shots.is_empty() {
             let line = line_of(text, &["experiments"]).map_or_else(String::new, |line| format!("line {line}: "));
-            return Err(Fault::new(format!("`{shown}`: {line}it holds no experiments")));
+            return Err(Fault::new(format!("`{shown}`: {line}it holds no shots")));
         }
         warnings.extend(unused(&bench, study, text, &columns));
         warnings.extend(same_number(&bench));

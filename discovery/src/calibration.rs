@@ -1,4 +1,4 @@
-//! How far does the cost fall where nothing is missing?  The threshold of names for one study and set.
+//! How far does the cost drop where nothing is missing?  The threshold of names for one study and set.
 //!
 //! The fitted model is run under the conditions of all shots, noise like that of the set is added, and the whole search
 //! runs on sets made in this way (parametric bootstrap: Efron, Tibshirani, "An Introduction to the Bootstrap", 1993,
@@ -10,60 +10,69 @@ use crate::fit::Fit;
 use crate::fit::schedule;
 use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
-use crate::search::memory::Forgetful;
-use crate::search::{NEEDED, Search};
+use crate::search::{Forgetful, Search};
+use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 use crate::{Bench, Fault, Setup};
 use hyd_system::random::SplitMix;
 
-/// Share of the sets whose fall must lie below the threshold.
+/// Share of the sets whose drop must lie below the threshold.
 const BELOW: f64 = 0.95;
 
-/// Falls on sets on which nothing is missing.
+/// Drops of the cost on sets on which nothing is missing.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Calibration {
-    /// The largest fall of each set, ascending.
-    pub falls: Vec<f64>,
+    /// The largest drop of each set, ascending.
+    pub cost_drops: Vec<f64>,
 }
 
 impl Calibration {
-    /// The fall that a name needs: that of 95 of 100 such sets, and no less than the usual one.
+    /// The drop that a name needs: that of 95 of 100 such sets, and no less than the usual one.
     pub fn needed(&self) -> f64 {
-        let place = (BELOW * self.falls.len() as f64).ceil() as usize;
-        self.falls.get(place.saturating_sub(1)).copied().unwrap_or(0.0).max(NEEDED)
+        let place = (BELOW * self.cost_drops.len() as f64).ceil() as usize;
+        self.cost_drops.get(place.saturating_sub(1)).copied().unwrap_or(0.0).max(NEEDED)
     }
 }
 
-/// Searches `sets` sets on which nothing is missing.
-///
-/// # Errors
-/// When the base model does not run, or a text cannot be translated.
-pub fn calibrate(
-    setup: &Setup,
-    workshop: &Workshop<'_>,
-    candidates: &[Candidate],
-    (sets, seed): (usize, u64),
-    progress: &dyn Fn(&str),
-) -> Result<Calibration, Fault> {
-    let base = Hypothesis::new(setup, workshop, Vec::new())?;
-    let problem = base.problem(setup)?;
-    let zero = vec![0.0; problem.unknowns.len()];
-    let (fit, _) = schedule::fit(&problem, &zero, &setup.train, setup.study.shots.time_tolerance)?;
-    let mut falls = Vec::with_capacity(sets);
-    for set in 0..sets {
-        progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
-        let mut draws = SplitMix(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
-        let bench = like(setup, &problem, &fit, &mut draws)?;
-        let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
-        made.whole_loops = setup.whole_loops.clone();
-        let candidates = candidates.to_vec();
-        let search =
-            Search { setup: &made, workshop, candidates, seed, needed: NEEDED, progress: &|_| {}, memory: &Forgetful };
-        let findings = search.run()?;
-        falls.push(findings.passes.first().map_or(0.0, |pass| search.largest_fall(pass)));
+impl Calibration {
+    /// Searches `sets` sets on which nothing is missing.
+    ///
+    /// # Errors
+    /// When the base model does not run, or a text cannot be translated.
+    pub fn of(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        candidates: &[Candidate],
+        (sets, seed): (usize, u64),
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, Fault> {
+        let base = Hypothesis::new(setup, workshop, Vec::new())?;
+        let problem = base.problem(setup)?;
+        let zero = vec![0.0; problem.unknowns.len()];
+        let (fit, _) = schedule::fit(&problem, &zero, &setup.train, setup.study.shots.time_tolerance)?;
+        let mut cost_drops = Vec::with_capacity(sets);
+        for set in 0..sets {
+            progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
+            let mut draws = SplitMix(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
+            let bench = like(setup, &problem, &fit, &mut draws)?;
+            let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
+            made.whole_loops = setup.whole_loops.clone();
+            let candidates = candidates.to_vec();
+            let search = Search {
+                setup: &made,
+                workshop,
+                candidates,
+                seed,
+                needed: NEEDED,
+                progress: &|_| {},
+                memory: &Forgetful,
+            };
+            let findings = search.run()?;
+            cost_drops.push(findings.passes.first().map_or(0.0, |pass| search.largest_drop(pass)));
+        }
+        cost_drops.sort_by(f64::total_cmp);
+        Ok(Self { cost_drops })
     }
-    falls.sort_by(f64::total_cmp);
-    Ok(Calibration { falls })
 }
 
 /// A set like that of the study, of which the fitted model is the truth.
@@ -91,13 +100,13 @@ fn like(setup: &Setup, problem: &Problem<'_>, fit: &Fit, draws: &mut SplitMix) -
 #[cfg(test)]
 mod tests {
     use super::Calibration;
-    use crate::search::NEEDED;
+    use crate::thresholds::NEEDED;
 
     #[test]
     fn the_threshold_is_that_of_95_of_100_sets() {
-        let falls = (1..=100).map(f64::from).collect();
-        assert_eq!(Calibration { falls }.needed(), 95.0);
-        assert_eq!(Calibration { falls: vec![0.0, 3.0, 17.0] }.needed(), NEEDED);
+        let cost_drops = (1..=100).map(f64::from).collect();
+        assert_eq!(Calibration { cost_drops }.needed(), 95.0);
+        assert_eq!(Calibration { cost_drops: vec![0.0, 3.0, 17.0] }.needed(), NEEDED);
         assert_eq!(Calibration::default().needed(), NEEDED);
     }
 }

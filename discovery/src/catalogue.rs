@@ -185,7 +185,7 @@ impl Candidate {
 ///
 /// # Errors
 /// A sentence on the first annotation that is not an effect's.
-pub fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
+pub(crate) fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fault> {
     classes.iter().map(|class| effect(class).map(Arc::new)).collect()
 }
 
@@ -307,7 +307,7 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
 }
 
 /// Reads the places among annotated components.
-pub fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
+pub(crate) fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
     let read = components.iter().filter_map(|component| {
         let place = component.note.get("place")?;
         Some(Site {
@@ -331,7 +331,7 @@ pub fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
 
 /// All ways to put the effects into a model with these places.  Effects of other base models and measuring chains of channels
 /// that are not measured are left out.
-pub fn candidates(
+pub(crate) fn candidates(
     effects: &[Arc<Effect>],
     sites: &[Site],
     base_model: Option<&str>,
@@ -373,7 +373,7 @@ pub fn candidates(
 }
 
 /// A sentence on places of one id, of which effects take the first only.
-pub fn same_places(sites: &[Site]) -> Option<String> {
+pub(crate) fn same_places(sites: &[Site]) -> Option<String> {
     let declared = sites.iter().enumerate().filter(|(_, site)| site.door == Door::Component);
     let (k, site) = declared.into_iter().find(|(k, site)| sites[..*k].iter().any(|other| other.id == site.id))?;
     let first = sites[..k].iter().find(|other| other.id == site.id)?;

@@ -1,13 +1,58 @@
-//! The effects that a study leaves out.
+//! What may be missing: all effects of the libraries at all places of the base model, but those that the study leaves out.
 
 use std::sync::Arc;
 
-use crate::catalogue::Effect;
+use hyd_compiler::inquiry::AnnotatedClass;
+
+use crate::catalogue::{Candidate, Effect, candidates, effects, same_places};
+use crate::fault::Fault;
+use crate::natural::natural;
+use crate::places::{beside_declared, found};
+use crate::same_ids::tell_apart;
+use crate::setup::Setup;
 use crate::study::Study;
+use crate::variant::Workshop;
+
+impl Candidate {
+    /// The effects that `classes` declare, at the places where they fit; `warn` is told what is not as one may expect.
+    ///
+    /// # Errors
+    /// A declaration that cannot be read; the messages of the compiler.
+    pub fn all(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        classes: &[AnnotatedClass],
+        warn: &mut dyn FnMut(&str),
+    ) -> Result<Vec<Self>, Fault> {
+        let mut effects = effects(classes)?;
+        considered(&setup.study, &mut effects).iter().for_each(|sentence| warn(sentence));
+        let mut places = workshop.places()?;
+        if places.is_empty() {
+            // A model that says nothing of places has them all the same.
+            places = found(setup, workshop)?;
+        }
+        places.extend(beside_declared(&places));
+        same_places(&places).iter().for_each(|sentence| warn(sentence));
+        let measured = |name: &str| setup.data.channel(name).is_some();
+        let base_model = setup.bench.base_model.as_deref();
+        let mut all = candidates(&effects, &places, base_model, &measured);
+        tell_apart(&mut all).iter().for_each(|sentence| warn(sentence));
+        let (all, left_out) = natural(setup, workshop, all)?;
+        left_out.iter().for_each(|sentence| warn(sentence));
+        if all.is_empty() {
+            let count = match effects.len() {
+                0 => "there are no effects, so that".to_string(),
+                count => format!("0 of {count} effects fit a place of this model:"),
+            };
+            warn(&format!("{count} only terms at its equations are tried"));
+        }
+        Ok(all)
+    }
+}
 
 /// Takes out the effects that a study leaves out, by the full names of their classes or packages; with sentences on names that leave
 /// out nothing.
-pub fn considered(study: &Study, effects: &mut Vec<Arc<Effect>>) -> Vec<String> {
+fn considered(study: &Study, effects: &mut Vec<Arc<Effect>>) -> Vec<String> {
     let is_meant = |effect: &Effect, name: &str| {
         effect.class.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };

@@ -62,12 +62,14 @@ pub(crate) fn watched<T>(
     Ok((made, files))
 }
 
-/// The data files that a model with effects reads.
-///
-/// # Errors
-/// The messages of the compiler.
-pub fn data_files(workshop: &Workshop<'_>, inserts: &[Insert]) -> Result<DataFiles, Fault> {
-    watched(workshop, &DataFiles::new(), &|watched| watched.files(inserts)).map(|(_, files)| files)
+impl Workshop<'_> {
+    /// The data files that a model with effects reads.
+    ///
+    /// # Errors
+    /// The messages of the compiler.
+    pub fn data_files(&self, inserts: &[Insert]) -> Result<DataFiles, Fault> {
+        watched(self, &DataFiles::new(), &|watched| watched.files(inserts)).map(|(_, files)| files)
+    }
 }
 
 /// True for a name that leads to a file in a folder or below, whatever the folder is.

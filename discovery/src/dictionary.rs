@@ -41,7 +41,7 @@ pub struct Term {
 }
 
 /// An equation that may lack a term, with what can be seen from it.
-pub struct Place {
+pub(crate) struct Place {
     /// The equation.
     pub site: InjectionSite,
     /// Variables by the names of the component, and in full.
@@ -49,7 +49,7 @@ pub struct Place {
 }
 
 /// Equations that may lack a term.
-pub fn places(
+pub(crate) fn places(
     sites: Vec<InjectionSite>,
     (tables, channels): (&Tables, &ChannelNames),
     exchangeable: &[&str],
@@ -138,7 +138,7 @@ fn around(site: &InjectionSite, tables: &Tables, channels: &ChannelNames) -> Vec
 
 /// What a variable shows in runs of the model.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Shown {
+pub(crate) struct Shown {
     /// Smallest and largest value.
     pub ends: (f64, f64),
     /// Values below which a quarter, a half and three quarters of all lie.
@@ -147,7 +147,7 @@ pub struct Shown {
 
 impl Shown {
     /// From values in any order; none from nothing, or from what is not a number.
-    pub fn of(mut values: Vec<f64>) -> Option<Self> {
+    pub(crate) fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let (&low, &high) = (values.first()?, values.last()?);
         let at = |share: usize| values[share * (values.len() - 1) / 4];
@@ -164,7 +164,7 @@ impl Shown {
 
 /// The terms of a place, given what variables show by their full names.  `is_rich`: no effect was made for the model's places, so that
 /// there are cubes, hinges, absolute values and products of two variables, too.
-pub fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tables, is_rich: bool) -> Vec<Term> {
+pub(crate) fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tables, is_rich: bool) -> Vec<Term> {
     let mut terms = Vec::new();
     let mut add = |shape: String, unit: Option<String>| {
         let site = &place.site;

@@ -19,7 +19,7 @@ const NOISE: f64 = 3e-3;
 
 /// A measurement that was not made.
 #[derive(Clone, Debug)]
-pub struct Further {
+pub(crate) struct Further {
     /// What to do.
     pub words: String,
     /// The two effects.
@@ -29,7 +29,7 @@ pub struct Further {
 }
 
 /// The measurements that would tell the two best effects of an ambiguous set apart, the best first.
-pub fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> Vec<Further> {
+pub(crate) fn further(setup: &Setup, workshop: &Workshop<'_>, findings: &Findings) -> Vec<Further> {
     let Some(last) = findings.passes.last().filter(|_| findings.ambiguous.len() > 1) else { return Vec::new() };
     let label = |k: usize| findings.ambiguous[k].label();
     let tried = |k: usize| last.tried.iter().find(|tried| tried.hypothesis.ends_with(&findings.ambiguous[k]));

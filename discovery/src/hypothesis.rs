@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 use crate::catalogue::Candidate;
 use crate::dictionary::Term;
-use crate::fit::Fit;
+use crate::fit::{Effort, Fit};
 use crate::machine::Machine;
 use crate::prior::Prior;
 use crate::problem::{Problem, Weighing};
@@ -36,7 +36,7 @@ pub struct Hypothesis {
     pub machine: Machine,
 }
 
-/// An effect held against the residuals of a fit without it.
+/// An effect compared with the residuals of a fit without it.
 #[derive(Clone, Debug)]
 pub struct Look {
     /// The score at the best size.
@@ -45,18 +45,18 @@ pub struct Look {
     pub size: f64,
     /// Unknowns of the effect at the size that the score claims.
     pub start: Vec<f64>,
-    /// Largest fall of the sum of squares at any size with the nuisances held where they are.
+    /// Largest drop of the sum of squares at any size with the nuisances held where they are.
     pub alone: f64,
     /// Score and signature at the typical size.
     pub typical: Option<(f64, Score, DVector<f64>)>,
-    /// Fall of the cost that a few steps of a fit brought, and where they ended.
+    /// Drop of the cost that a few steps of a fit brought, and where they ended.
     pub probed: Option<(f64, Vec<f64>)>,
 }
 
 impl Look {
-    /// The fall of the cost that may be expected.
+    /// The drop of the cost that may be expected.
     pub fn promise(&self) -> f64 {
-        self.probed.as_ref().map_or(self.score.gain, |(fall, _)| fall.max(self.score.gain))
+        self.probed.as_ref().map_or(self.score.gain, |(cost_drop, _)| cost_drop.max(self.score.gain))
     }
 }
 
@@ -105,6 +105,21 @@ impl Hypothesis {
             ));
         }
         Ok(problem)
+    }
+
+    /// Gives a fit of this model a Jacobian at its own unknowns.
+    ///
+    /// # Errors
+    /// A run that failed.
+    pub(crate) fn refresh(&self, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
+        if fit.fresh {
+            return Ok(());
+        }
+        let problem = self.problem(setup)?;
+        let all: Vec<usize> = (0..problem.unknowns.len()).collect();
+        let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
+        (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
+        Ok(())
     }
 
     /// Number of the last thing put in: among the effects, the term after them.

@@ -1,9 +1,9 @@
-//! Where is something missing?  Every term of every equation held against the residuals of a fit, without a fit of its own.
+//! Where is something missing?  Every term of every equation compared with the residuals of a fit, without a fit of its own.
 //!
 //! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients
 //! along: the change of the channels per unit of a term, with everything that follows from it.  What the nuisances can
-//! imitate is taken out ([`crate::projection`]); what is left says by how much the cost would fall (the score test, Rao
-//! 1948).  Where terms are many, the shot that is farthest from the model chooses those that are held against all
+//! imitate is taken out ([`crate::projection`]); what is left says by how much the cost would drop (the score test, Rao
+//! 1948).  Where terms are many, the shot that is farthest from the model chooses those that are compared with all
 //! shots.  Models with delays are not located by equation: a hundred directions through delays take minutes.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
 use crate::problem::{Problem, Weighing};
 use crate::projection::{Projection, Score};
-use crate::search::LEAD;
+use crate::thresholds::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 
@@ -29,7 +29,7 @@ const SCREENED: usize = TOGETHER;
 /// Coefficients of any size are taken.
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// A term held against the residuals.
+/// A term compared with the residuals.
 #[derive(Clone, Debug)]
 pub struct Located {
     /// The term.
@@ -43,7 +43,7 @@ pub struct Located {
 ///
 /// # Errors
 /// When the model with terms cannot be translated or run.
-pub fn locate(
+pub(crate) fn locate(
     setup: &Setup,
     workshop: &Workshop<'_>,
     hypothesis: &Hypothesis,

@@ -42,16 +42,16 @@ impl ParameterPlace {
 }
 
 /// Channels at the output points of a run, or why it failed.
-pub type Answer = Result<Vec<Vec<f64>>, Fault>;
+pub(crate) type Answer = Result<Vec<Vec<f64>>, Fault>;
 
 /// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
-pub type Derivatives = Vec<Vec<Vec<f64>>>;
+pub(crate) type Derivatives = Vec<Vec<Vec<f64>>>;
 
 /// Channels at the output points and their derivatives.
 type Derived = (Vec<Vec<f64>>, Derivatives);
 
 /// Channels and their derivatives, or why the run failed.
-pub type DerivedAnswer = Result<Derived, Fault>;
+pub(crate) type DerivedAnswer = Result<Derived, Fault>;
 
 /// Times of a run.
 #[derive(Clone, PartialEq, Debug)]

@@ -25,7 +25,7 @@ const RANGE: char = 'd';
 ///
 /// # Errors
 /// When the base model cannot be translated with what is asked of it, or does not run.
-pub fn natural(
+pub(crate) fn natural(
     setup: &Setup,
     workshop: &Workshop<'_>,
     candidates: Vec<Candidate>,

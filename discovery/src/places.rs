@@ -93,7 +93,7 @@ const KINDS: [Kind; 5] = [
 ///
 /// # Errors
 /// When the base model cannot be translated.
-pub fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
+pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
     let base = setup.machine(workshop.translate(&[])?)?;
     let sites = workshop.injection_sites(&[], base.channel_names());
     let mut found: Vec<Site> = Vec::new();
@@ -120,7 +120,7 @@ pub fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault>
 
 /// The places of a force that a model declares (`place(id = "force", scale = "mass.m*mass.a")`, at a component with the base
 /// `Hyd.Places.PartialForce`) as places of laws: forces that are connected beside whatever stands there, as many as there are.
-pub fn beside_declared(declared: &[Site]) -> Vec<Site> {
+pub(crate) fn beside_declared(declared: &[Site]) -> Vec<Site> {
     let force = &KINDS[0];
     let Some((adapter, socket, _)) = force.adapter else { return Vec::new() };
     let own = declared.iter().filter(|site| *site.id == *force.id && site.door == Door::Component);

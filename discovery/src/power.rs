@@ -1,8 +1,8 @@
 //! What these shots could have shown: how large an effect must be to be seen, and which effects look alike.
 //!
-//! The fall of the cost to expect from an effect of typical size is the squared length of its signature after the nuisances have
+//! The drop of the cost to expect from an effect of typical size is the squared length of its signature after the nuisances have
 //! taken their share, `d'Pd`.  An effect is taken for seen with the probability that a normal variable stays below
-//! `sqrt(d'Pd) - 5`, since a fall of 25 is asked for; two effects are told apart where `d'Pd (1 - cos^2) > 45`, with the
+//! `sqrt(d'Pd) - 5`, since a drop of 25 is asked for; two effects are told apart where `d'Pd (1 - cos^2) > 45`, with the
 //! cosine of their projected signatures.
 
 use std::sync::Arc;
@@ -12,13 +12,13 @@ use nalgebra::DVector;
 
 use crate::projection::Projection;
 
-/// The fall with which an effect is seen in 95 of 100 sets, and at which two are told apart.
-pub const CLEAR: f64 = 45.0;
-/// Root of the fall that a name needs.
+/// The drop of the cost with which an effect is seen in 95 of 100 sets, and at which two are told apart.
+pub(crate) const CLEAR: f64 = 45.0;
+/// Root of the drop that a name needs.
 const NEEDED: f64 = 5.0;
 /// Pairs with a smaller cosine are not listed.
 const ALIKE: f64 = 0.6;
-/// Effects that fall less than this are seen by nobody and taken for nothing else.
+/// Effects that drop the cost by less than this are seen by nobody and taken for nothing else.
 const INVISIBLE: f64 = 1.0;
 
 /// How well an effect can be seen.
@@ -30,8 +30,8 @@ pub struct Power {
     pub effect: String,
     /// Typical size.
     pub typical: f64,
-    /// Fall of the cost to expect at that size.
-    pub fall: f64,
+    /// Drop of the cost to expect at that size.
+    pub cost_drop: f64,
     /// Share of the squared signature that the nuisances leave.
     pub left: f64,
 }
@@ -39,12 +39,12 @@ pub struct Power {
 impl Power {
     /// Probability that an effect of typical size is seen.
     pub fn chance(&self) -> f64 {
-        normal_share(self.fall.sqrt() - NEEDED)
+        normal_share(self.cost_drop.sqrt() - NEEDED)
     }
 
     /// Size that is seen in 95 of 100 sets, if the signature grows with the size.
     pub fn smallest(&self) -> f64 {
-        self.typical * (CLEAR / self.fall).sqrt()
+        self.typical * (CLEAR / self.cost_drop).sqrt()
     }
 }
 
@@ -55,21 +55,22 @@ pub struct Confusion {
     pub effects: (String, String),
     /// Cosine of their signatures after the nuisances have taken their share.
     pub cosine: f64,
-    /// Fall of the cost by which the weaker one at typical size is told from the other.
+    /// Drop of the cost by which the weaker one at typical size is told from the other.
     pub apart: f64,
 }
 
 /// Pairs that look alike, those that are hardest to tell apart first.
-pub fn confusions(signatures: &[(Power, DVector<f64>)], projection: &Projection<'_>) -> Vec<Confusion> {
-    let visible: Vec<&(Power, DVector<f64>)> = signatures.iter().filter(|(power, _)| power.fall > INVISIBLE).collect();
+pub(crate) fn confusions(signatures: &[(Power, DVector<f64>)], projection: &Projection<'_>) -> Vec<Confusion> {
+    let visible: Vec<&(Power, DVector<f64>)> =
+        signatures.iter().filter(|(power, _)| power.cost_drop > INVISIBLE).collect();
     let mut found = Vec::new();
     for (k, (one, a)) in visible.iter().enumerate() {
         for (other, b) in &visible[k + 1..] {
-            let cosine = projection.inner(a, b) / (one.fall * other.fall).sqrt();
+            let cosine = projection.inner(a, b) / (one.cost_drop * other.cost_drop).sqrt();
             if cosine.abs() < ALIKE {
                 continue;
             }
-            let apart = one.fall.min(other.fall) * (1.0 - cosine * cosine).max(0.0);
+            let apart = one.cost_drop.min(other.cost_drop) * (1.0 - cosine * cosine).max(0.0);
             found.push(Confusion { effects: (one.effect.clone(), other.effect.clone()), cosine, apart });
         }
     }

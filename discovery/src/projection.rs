@@ -2,7 +2,7 @@
 //!
 //! With the Jacobian `J` of the residuals by the nuisances and their unit prior, `P = I - J (J'J + I)^-1 J'` takes out
 //! all that nuisances can imitate.  For residuals `r` and a signature `d` (the change of the residuals when an effect
-//! is switched on) the best amplitude is `a = -d'Pr/d'Pd`, and the cost falls by `(d'Pr)^2/(d'Pd)`: the score test (Rao
+//! is switched on) the best amplitude is `a = -d'Pr/d'Pd`, and the cost drops by `(d'Pr)^2/(d'Pd)`: the score test (Rao
 //! 1948) with a prior.
 
 use std::ops::Range;
@@ -25,20 +25,20 @@ pub struct Projection<'a> {
     pull: DVector<f64>,
 }
 
-/// A signature held against residuals.
+/// A signature compared with residuals.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Score {
-    /// `d'Pd`: the fall of the cost that an effect of this size would bring, were it the truth.
+    /// `d'Pd`: the drop of the cost that an effect of this size would bring, were it the truth.
     pub power: f64,
     /// Best amplitude in units of the signature, from `from` to `to`.
     pub amplitude: f64,
-    /// Fall of the cost at that amplitude.
+    /// Drop of the cost at that amplitude.
     pub gain: f64,
-    /// Fall of the cost at the best amplitude of the other sign, down to `-to`; 0 where `from` admits it.
+    /// Drop of the cost at the best amplitude of the other sign, down to `-to`; 0 where `from` admits it.
     pub opposite: f64,
     /// Share of `d'd` that the nuisances leave.
     pub left: f64,
-    /// Fall of the sum of squares alone, at the amplitude best for that, were the nuisances held where they are.
+    /// Drop of the sum of squares alone, at the amplitude best for that, were the nuisances held where they are.
     pub alone: f64,
 }
 
@@ -103,9 +103,9 @@ impl<'a> Projection<'a> {
         let power = (square - j.dot(&self.factor.solve(&j))).max(0.0);
         let along = self.along(signature);
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
-        let fall = |amplitude: f64| 2.0 * amplitude * along - amplitude * amplitude * power;
-        let gain = fall(amplitude);
-        let opposite = if from < 0.0 || power <= 0.0 { 0.0 } else { fall((along / power).clamp(-to, 0.0)) };
+        let cost_drop = |amplitude: f64| 2.0 * amplitude * along - amplitude * amplitude * power;
+        let gain = cost_drop(amplitude);
+        let opposite = if from < 0.0 || power <= 0.0 { 0.0 } else { cost_drop((along / power).clamp(-to, 0.0)) };
         let plain = -signature.dot(self.residuals);
         let own = if square > 0.0 { (plain / square).clamp(from, to) } else { 0.0 };
         let alone = 2.0 * own * plain - own * own * square;

@@ -30,7 +30,7 @@ pub struct Gap {
 ///
 /// # Errors
 /// A run that failed.
-pub fn unseen(problem: &Problem<'_>, xi: &[f64], shots: &[usize], tau: f64) -> Result<f64, Fault> {
+pub(crate) fn unseen(problem: &Problem<'_>, xi: &[f64], shots: &[usize], tau: f64) -> Result<f64, Fault> {
     let whole = Weighing::whole(shots, tau);
     let own = of_shots(problem, shots);
     let fit = match own.is_empty() {
@@ -46,38 +46,40 @@ fn of_shots(problem: &Problem<'_>, shots: &[usize]) -> Vec<usize> {
     (0..problem.unknowns.len()).filter(is_own).collect()
 }
 
-/// The gap of `shots` under the unknowns `xi`; with `refit` what belongs to these shots alone is fitted again.
-///
-/// # Errors
-/// A run that failed, a gap that is too wide to be a number that shows anything.
-pub fn gap(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> Result<Gap, Fault> {
-    let plain = Weighing::whole(shots, 0.0);
-    let own = of_shots(problem, shots);
-    let fit = match refit && !own.is_empty() {
-        true => minimise_over(problem, xi, &plain, &own, Effort::FULL, None)?,
-        false => Fit::at(problem, xi, &plain)?,
-    };
-    problem.check_misfit(&fit, &plain)?;
-    let channels = problem.data.channels.len();
-    let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);
-    let (mut counted, mut expected) = (0.0, 0.0);
-    let mut row = 0;
-    for &shot in shots {
-        for channel in 0..channels {
-            for weight in problem.weights(shot, channel, &plain) {
-                let level = &problem.data.channels[channel].level;
-                if weight > 0.0 {
-                    let square = math::square(fit.residuals[row]);
-                    squares[channel] += square * math::square(level.factor);
-                    counts[channel] += 1.0;
-                    counted += square;
-                    expected += 1.0 / level.samples();
+impl Gap {
+    /// The gap of `shots` under the unknowns `xi`; with `refit` what belongs to these shots alone is fitted again.
+    ///
+    /// # Errors
+    /// A run that failed, a gap that is too wide to be a number that shows anything.
+    pub fn of(problem: &Problem<'_>, xi: &[f64], shots: &[usize], refit: bool) -> Result<Self, Fault> {
+        let plain = Weighing::whole(shots, 0.0);
+        let own = of_shots(problem, shots);
+        let fit = match refit && !own.is_empty() {
+            true => minimise_over(problem, xi, &plain, &own, Effort::FULL, None)?,
+            false => Fit::at(problem, xi, &plain)?,
+        };
+        problem.check_misfit(&fit, &plain)?;
+        let channels = problem.data.channels.len();
+        let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);
+        let (mut counted, mut expected) = (0.0, 0.0);
+        let mut row = 0;
+        for &shot in shots {
+            for channel in 0..channels {
+                for weight in problem.weights(shot, channel, &plain) {
+                    let level = &problem.data.channels[channel].level;
+                    if weight > 0.0 {
+                        let square = math::square(fit.residuals[row]);
+                        squares[channel] += square * math::square(level.factor);
+                        counts[channel] += 1.0;
+                        counted += square;
+                        expected += 1.0 / level.samples();
+                    }
+                    row += 1;
                 }
-                row += 1;
             }
         }
+        let all = (squares.iter().sum::<f64>() / counts.iter().sum::<f64>()).sqrt();
+        let channels = squares.iter().zip(&counts).map(|(square, count): (&f64, &f64)| (square / count).sqrt());
+        Ok(Self { all, left: counted / expected, channels: channels.collect(), xi: fit.xi.clone(), fit })
     }
-    let all = (squares.iter().sum::<f64>() / counts.iter().sum::<f64>()).sqrt();
-    let channels = squares.iter().zip(&counts).map(|(square, count): (&f64, &f64)| (square / count).sqrt());
-    Ok(Gap { all, left: counted / expected, channels: channels.collect(), xi: fit.xi.clone(), fit })
 }

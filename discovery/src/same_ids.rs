@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::catalogue::Candidate;
 
 /// Gives effects of one id the full names of their classes as ids, also where others name them, and says so.
-pub fn tell_apart(candidates: &mut [Candidate]) -> Vec<String> {
+pub(crate) fn tell_apart(candidates: &mut [Candidate]) -> Vec<String> {
     let mut classes: BTreeMap<Arc<str>, Vec<String>> = BTreeMap::new();
     for Candidate { effect, .. } in candidates.iter() {
         let known = classes.entry(effect.id.clone()).or_default();

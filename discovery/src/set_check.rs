@@ -15,20 +15,6 @@ use crate::magnitude::{is_plausible, shown};
 use crate::study::{Nuisance, Study};
 use crate::{Bench, Fault};
 
-/// Keys of a set.
-pub const KEYS: [&str; 9] = [
-    "set",
-    "base_model",
-    "pre_trigger_s",
-    "noise_std",
-    "quantisation",
-    "sensor_offset_1sigma",
-    "sensor_gain_1sigma",
-    "parameter_tolerance_1sigma",
-    "experiments",
-];
-/// Keys that tell people of the bench and decide nothing.
-pub const REMARKS: [&str; 4] = ["channels", "sampling_Hz", "remarks", "imported"];
 /// Names that one message lists.
 const MOST_NAMES: usize = 6;
 
@@ -90,9 +76,10 @@ fn or_nothing(hint: Option<String>) -> String {
 pub(crate) fn check_keys(text: &str) -> Result<Vec<String>, Fault> {
     let Ok(Value::Object(set)) = serde_json::from_str(text) else { return Ok(Vec::new()) };
     let mut warnings = Vec::new();
-    for key in set.keys().filter(|key| !KEYS.contains(&key.as_str()) && !REMARKS.contains(&key.as_str())) {
+    for key in set.keys().filter(|key| !Bench::KEYS.contains(&key.as_str()) && !Bench::REMARKS.contains(&key.as_str()))
+    {
         let line = at_line(text, &[key]);
-        match did_you_mean(key, KEYS) {
+        match did_you_mean(key, Bench::KEYS) {
             Some(hint) => return Err(Fault::new(format!("{line}a set has no `{key}`; {hint}"))),
             None => warnings.push(format!("{line}a set has no `{key}`, and nothing uses it")),
         }
@@ -174,7 +161,9 @@ pub(crate) fn same_number(bench: &Bench) -> Option<String> {
     let mut first = BTreeMap::new();
     let again = |(k, shot): (usize, &Shot)| first.insert(shot.number, k).map(|other| (other + 1, k + 1, shot.number));
     let (one, other, number) = bench.shots.iter().enumerate().find_map(again)?;
-    Some(format!("experiments {one} and {other} are both shot {number}: reports do not tell them apart"))
+    Some(format!(
+        "the shots {one} and {other} of the list both have the number {number}: reports do not tell them apart"
+    ))
 }
 
 #[cfg(test)]
@@ -245,14 +234,14 @@ mod tests {
             (set("\"sensor_gain_1sigma\": 1e300,"), "`set.json`: line 2: `sensor_gain_1sigma` is 1e300, larger than"),
             (" ".repeat((4 << 20) + 1), "`set.json`: it is longer than 4 MB, as no set is"),
             (set("\"noise_std\": {\"y_mm\": 1e999},"), "`set.json`: number out of range at line 2"),
-            ("{\"experiments\": []}".to_string(), "`set.json`: line 1: it holds no experiments"),
+            ("{\"experiments\": []}".to_string(), "`set.json`: line 1: it holds no shots"),
             (
                 "{\"experiments\": [{\"file\": \"a.csv\", \"p\": \"1e5\"}]}".to_string(),
-                "`set.json`: experiment 1: `p` is the text \"1e5\"",
+                "`set.json`: shot 1 in its list: `p` is the text \"1e5\"",
             ),
             (
                 "{\"experiments\": [{\"file\": \"a.csv\", \"shot\": 1.5}]}".to_string(),
-                "`set.json`: experiment 1: `shot` is 1.5",
+                "`set.json`: shot 1 in its list: `shot` is 1.5",
             ),
         ] {
             let said = read(&set, &plain).unwrap_err();

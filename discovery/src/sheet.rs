@@ -26,37 +26,42 @@ const MOST_MARKS: usize = 200;
 /// Words in the names of conditions that tell shots apart and do not make them different.
 const CLOCKS: [&str; 5] = ["minutes", "since", "date", "clock", "time_of_day"];
 
-/// A study of all columns of some tables, for sets that are looked at without one.
-///
-/// # Errors
-/// When there is no column besides the times.
-pub fn study_of_columns(headers: &[Vec<String>]) -> Result<Study, Fault> {
-    let first = headers.first().ok_or_else(|| Fault::new("the set holds no experiments"))?;
-    let is_time = |name: &&String| matches!(name.as_str(), "time_s" | "time" | "t");
-    let time = first.iter().find(is_time).or(first.first()).cloned().unwrap_or_default();
-    let quoted = |text: &str| toml::Value::String(text.to_string()).to_string();
-    let mut names: Vec<&String> = headers.iter().flatten().filter(|name| **name != time && !name.is_empty()).collect();
-    names.sort();
-    names.dedup();
-    let channels: Vec<String> =
-        names.iter().map(|name| format!("{0} = {{ variable = {0} }}\n", quoted(name))).collect();
-    if channels.is_empty() {
-        return Err(Fault::new("the tables hold no column besides the times"));
+impl Study {
+    /// A study of all columns of some tables, for sets that are looked at without one.
+    ///
+    /// # Errors
+    /// When there is no column besides the times.
+    pub fn of_columns(headers: &[Vec<String>]) -> Result<Study, Fault> {
+        let first = headers.first().ok_or_else(|| Fault::new("the set holds no shots"))?;
+        let is_time = |name: &&String| matches!(name.as_str(), "time_s" | "time" | "t");
+        let time = first.iter().find(is_time).or(first.first()).cloned().unwrap_or_default();
+        let quoted = |text: &str| toml::Value::String(text.to_string()).to_string();
+        let mut names: Vec<&String> =
+            headers.iter().flatten().filter(|name| **name != time && !name.is_empty()).collect();
+        names.sort();
+        names.dedup();
+        let channels: Vec<String> =
+            names.iter().map(|name| format!("{0} = {{ variable = {0} }}\n", quoted(name))).collect();
+        if channels.is_empty() {
+            return Err(Fault::new("the tables hold no column besides the times"));
+        }
+        Study::parse(&format!(
+            "file = \"-\"\n[models]\ndefault = \"M\"\n[channels]\n{}[shots]\ntime = {}\n",
+            channels.concat(),
+            quoted(&time)
+        ))
     }
-    Study::parse(&format!(
-        "file = \"-\"\n[models]\ndefault = \"M\"\n[channels]\n{}[shots]\ntime = {}\n",
-        channels.concat(),
-        quoted(&time)
-    ))
-}
 
-/// The data of a page on a set.
-pub fn sheet(bench: &Bench, study: &Study) -> Value {
-    let groups = groups(&bench.shots);
-    let names: Vec<&String> =
-        study.channels.keys().filter(|name| bench.shots.iter().any(|shot| shot.values.contains_key(*name))).collect();
-    let channels: Vec<Value> = names.iter().map(|name| channel(bench, study, name, &groups)).collect();
-    let shots: Vec<Value> = bench
+    /// The data of a page on a set.
+    pub fn sheet(&self, bench: &Bench) -> Value {
+        let groups = groups(&bench.shots);
+        let names: Vec<&String> = self
+            .channels
+            .keys()
+            .filter(|name| bench.shots.iter().any(|shot| shot.values.contains_key(*name)))
+            .collect();
+        let channels: Vec<Value> = names.iter().map(|name| channel(bench, self, name, &groups)).collect();
+        let shots: Vec<Value> = bench
         .shots
         .iter()
         .map(|shot| {
@@ -66,9 +71,10 @@ pub fn sheet(bench: &Bench, study: &Study) -> Value {
                 "uneven": own.as_ref().map(|own| own.uneven), "conditions": shot.conditions})
         })
         .collect();
-    let groups: Vec<Vec<usize>> =
-        groups.iter().map(|group| group.iter().map(|&k| bench.shots[k].number).collect()).collect();
-    json!({"set": bench.name, "title": study.title, "shots": shots, "channels": channels, "groups": groups})
+        let groups: Vec<Vec<usize>> =
+            groups.iter().map(|group| group.iter().map(|&k| bench.shots[k].number).collect()).collect();
+        json!({"set": bench.name, "title": self.title, "shots": shots, "channels": channels, "groups": groups})
+    }
 }
 
 /// Positions of shots that repeat each other.
@@ -274,7 +280,7 @@ mod tests {
 
     /// Six shots of 1.5 s, the first two of equal conditions.
     fn bench(change: impl Fn(usize, usize, f64) -> f64) -> (Bench, Study) {
-        let study = study_of_columns(&[vec!["time_s".into(), "p".into()]]).unwrap();
+        let study = Study::of_columns(&[vec!["time_s".into(), "p".into()]]).unwrap();
         let shots = (0..6).map(|shot| {
             let mut draws = SplitMix(shot as u64);
             let times: Vec<f64> = (0..3000).map(|k| f64::from(k) * 5e-4 - 0.5).collect();
@@ -296,7 +302,7 @@ mod tests {
 
     fn notes_of(change: impl Fn(usize, usize, f64) -> f64) -> Vec<String> {
         let (bench, study) = bench(change);
-        let sheet = sheet(&bench, &study);
+        let sheet = study.sheet(&bench);
         sheet["channels"][0]["notes"]
             .as_array()
             .unwrap()
@@ -340,7 +346,7 @@ mod tests {
     #[test]
     fn shots_of_equal_conditions_repeat_each_other() {
         let (bench, study) = bench(|shot, _, value| if shot == 1 { value + 0.2 } else { value });
-        let sheet = sheet(&bench, &study);
+        let sheet = study.sheet(&bench);
         assert_eq!(sheet["groups"], json!([[1, 2]]));
         // Two levels that are 0.2 apart have a standard deviation of 0.2/sqrt(2).
         let level = sheet["channels"][0]["repeats"][0]["level"].as_f64().unwrap();

@@ -13,7 +13,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
-pub use crate::initial::{Initial, StatedInitial};
+use crate::initial::Initial;
 use crate::study_check::{check, line, unreadable};
 
 /// Longest text of a study (bytes): reading it takes fifty times as much memory.

@@ -6,8 +6,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
+use crate::initial::Initial;
 use crate::magnitude::{is_plausible, shown};
-use crate::study::{Initial, Mask, Nuisance, Shots, Study};
+use crate::study::{Mask, Nuisance, Shots, Study};
 
 /// Most windows of a table.
 const MOST_WINDOWS: usize = 10_000;

@@ -6,7 +6,7 @@
 use hyd_compiler::head;
 
 /// Puts texts together: packages first, each with its classes, then texts that belong to no package.
-pub fn bundle(texts: &[String]) -> String {
+pub(crate) fn bundle(texts: &[String]) -> String {
     let mut root = Package::default();
     for text in texts {
         let head = head(text);

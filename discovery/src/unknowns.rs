@@ -7,7 +7,7 @@ use crate::disturbance::Course;
 use crate::prior::Prior;
 
 /// Farthest that an unknown may go, in standard deviations.
-pub const LIMIT: f64 = 12.0;
+pub(crate) const LIMIT: f64 = 12.0;
 /// Part of it that is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -98,6 +98,9 @@ pub struct EffectPart {
 }
 
 impl Unknown {
+    /// Farthest that one may go, in standard deviations.
+    pub const LIMIT: f64 = LIMIT;
+
     /// An unknown that is limited by its prior alone.
     pub fn new(name: String, meaning: Meaning, shot: Option<usize>, effect: Option<EffectPart>) -> Self {
         Self { name, meaning, shot, effect, bounds: (-LIMIT, LIMIT) }

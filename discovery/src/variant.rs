@@ -436,7 +436,7 @@ impl Workshop<'_> {
 }
 
 /// Name of the parameter that is the coefficient of a term.
-pub fn coefficient(term: usize) -> String {
+pub(crate) fn coefficient(term: usize) -> String {
     format!("{COEFFICIENT}{term}")
 }
 

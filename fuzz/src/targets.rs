@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use hyd::LibraryPath;
 use hyd_compiler::{Diagnostic, Goal, Options, Sources, compile};
-use hyd_discovery::variant::Workshop;
-use hyd_discovery::{Bench, Fault, Setup, Study};
+use hyd_discovery::{Bench, Fault, Setup, Study, Workshop};
 use hyd_frames::Frame;
 use hyd_results::{Table, Trajectory};
 use hyd_runtime::Simulator;

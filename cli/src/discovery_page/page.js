@@ -73,13 +73,13 @@ function cameNearest() {
   const size = (p) => short(p.value) + (p.stderr === null ? "" : ` &plusmn; ${short(Number(p.stderr.toPrecision(2)))}`);
   const sizes = (own) => Object.entries(own.parameters).map(([name, p]) =>
     `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${size(p)}</code>`).join("<br>");
-  const why = (own) => own.before ? "found in an earlier pass and kept in the model; what is left needs more than it" : own.criterion;
+  const why = (own) => own.before ? "found in an earlier pass and kept in the model; the residuals need more than that" : own.criterion;
   const columns = [["effect", (r) => `<code>${safe(r.effect)}</code><br>${safe(r.words)}`],
     ["place", (r) => `<code>${safe(r.component)}</code>`], ["size", sizes], ["misfit", (r) => fixed(r.misfit), true],
-    ["fall", (r) => (r.before ? "" : fixed(r.fall, 1)), true], ["size / error", (r) => (r.before ? "" : fixed(r.size_in_errors, 1)), true],
+    ["drop of the cost", (r) => (r.before ? "" : fixed(r.cost_drop, 1)), true], ["size / error", (r) => (r.before ? "" : fixed(r.size_in_errors, 1)), true],
     ["why it is not the answer", (r) => safe(why(r))]];
   const part = section("What came nearest", table(rows, columns), {
-    wide: true, note: "Misfit: mean square of what is left with this effect in the model; 1.00 is noise. Fall: of the cost, by a fit of everything." +
+    wide: true, note: "Misfit: mean square of the residuals with this effect in the model; 1.00 is noise. Drop of the cost: by a fit of all unknowns." +
       (R.resembles ? ` What is missing resembles <b>${safe(R.resembles)}</b> most.` : "") });
   part.classList.add("sizes");
 }
@@ -122,7 +122,7 @@ function structure() {
   const own = root.own.slice(0, 2).map((eq) => `<code>${safe(eq.equation)}</code> ${place(eq)}`).join("; ");
   section("The structure, and where something seems to be missing",
     `<div class="tree scroll"><ul><li>${own}<ul>${print(root)}</ul></li></ul></div>`,
-    { note: "Bars: by how much the cost would fall with the best term of an equation, or the best effect of a place. Marked: the likeliest." });
+    { note: "Bars: by how much the cost would drop with the best term of an equation, or the best effect of a place. Marked: the likeliest." });
 }
 
 function text() {
@@ -157,11 +157,11 @@ function change() {
 function candidates() {
   const several = R.candidates.some((own) => own.pass > 1);
   const columns = [["effect or term", (r) => `<code>${safe(r.effect)}</code>`], ["promise", (r) => fixed(r.promise, 1), true],
-    ["fall", (r) => (r.fitted ? fixed(r.fall, 1) : ""), true], ["size / error", (r) => (r.fitted ? fixed(r.size_in_errors, 1) : ""), true],
+    ["drop of the cost", (r) => (r.fitted ? fixed(r.cost_drop, 1) : ""), true], ["size / error", (r) => (r.fitted ? fixed(r.size_in_errors, 1) : ""), true],
     ["misfit", (r) => fixed(r.misfit, 3), true], ["why not", (r) => safe(r.verdict)]];
   if (several) columns.unshift(["pass", (r) => r.pass, true]);
   section("Candidates", table(R.candidates, columns, (r) => r.fitted && !r.verdict), {
-    note: "Promise: fall of the cost that the signature explains without a fit. Fall: after a fit of everything. A name needs a fall of " + fixed(R.needed, 0) + ", " +
+    note: "Promise: drop of the cost that the signature explains without a fit (screening). Drop of the cost: by a fit of all unknowns. A name needs a drop of " + fixed(R.needed, 0) + ", " +
       "a size of four standard errors and a lead of 10." });
 }
 
@@ -176,7 +176,7 @@ function parameters() {
 
 function power() {
   const columns = [["effect", (r) => `<code>${safe(r.effect)}</code>`], ["typical size", (r) => short(r.typical), true],
-    ["fall to expect", (r) => fixed(r.fall, 0), true], ["left by nuisances", (r) => fixed(100 * r.left_by_nuisances, 0) + " %", true],
+    ["drop to expect", (r) => fixed(r.cost_drop, 0), true], ["left by nuisances", (r) => fixed(100 * r.left_by_nuisances, 0) + " %", true],
     ["seen in", (r) => fixed(100 * r.chance, 0) + " %", true], ["smallest visible", (r) => short(r.smallest_visible), true]];
   section("What these shots could have shown", table(R.power, columns), {
     note: "For effects that are not in the last model. Smallest visible: seen in 95 of 100 sets. The figures are linear, so optimistic where nuisances are not." });
@@ -191,7 +191,7 @@ function record() {
   const rows = R.attempts.flatMap((pass, k) => pass.map((own) => ({ pass: k + 1, ...own })));
   const columns = [["pass", (r) => r.pass, true], ["start", (r) => safe(r.start)], ["misfit", (r) => fixed(r.misfit, 3), true],
     ["cost", (r) => fixed(r.cost, 1), true], ["steps", (r) => r.steps, true], ["", (r) => (r.converged ? "converged" : "not converged")]];
-  section("Fits of the model without", table(rows, columns), { note: "Attempts that end far apart make a name impossible." });
+  section("Fits of the model without", table(rows, columns), { note: "No effect is named if the attempts end far apart." });
   const noise = Object.entries(R.noise).map(([name, own]) => ({ name, ...own, masked: R.masked[name] }));
   const names = [["channel", (r) => safe(r.name)], ["noise used", (r) => short(r.used), true], ["before the trigger", (r) => short(r.before_trigger), true],
     ["samples", (r) => r.samples, true], ["correlation", (r) => fixed(r.correlation), true], ["left out", (r) => fixed(100 * r.masked, 1) + " %", true]];

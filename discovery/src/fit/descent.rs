@@ -25,7 +25,7 @@ const OLD: usize = usize::MAX;
 ///
 /// # Errors
 /// When the model does not run at the start, or no derivative can be had.
-pub fn minimise(
+pub(crate) fn minimise(
     problem: &Problem<'_>,
     start: &[f64],
     weighing: &Weighing,
@@ -40,7 +40,7 @@ pub fn minimise(
 ///
 /// # Errors
 /// As [`minimise`].
-pub fn minimise_over(
+pub(crate) fn minimise_over(
     problem: &Problem<'_>,
     start: &[f64],
     weighing: &Weighing,

@@ -4,10 +4,10 @@
 //! normal equations.
 
 mod descent;
-pub mod profile;
-pub mod schedule;
+pub(crate) mod profile;
+pub(crate) mod schedule;
 
-pub use descent::{minimise, minimise_over};
+pub(crate) use descent::{minimise, minimise_over};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::Fault;
@@ -16,7 +16,7 @@ use crate::unknowns::LIMIT;
 
 /// How hard to try.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub(crate) struct Effort {
     /// Most steps.
     pub steps: usize,
     /// Converged when the next step promises less than this (units of the cost).
@@ -35,9 +35,9 @@ pub struct Effort {
 
 impl Effort {
     /// For stages on the way.
-    pub const SHORT: Effort = Effort { steps: 5, gain: 2.0, difference: 0.1, ..Effort::FULL };
+    pub(crate) const SHORT: Effort = Effort { steps: 5, gain: 2.0, difference: 0.1, ..Effort::FULL };
     /// For what is reported.
-    pub const FULL: Effort = Effort {
+    pub(crate) const FULL: Effort = Effort {
         steps: 20,
         gain: 0.2,
         difference: 0.05,
@@ -47,11 +47,11 @@ impl Effort {
         rival: f64::INFINITY,
     };
 
-    /// Along valleys that bend, where a part of the misfit is explained already and the rest is worth the time.
-    pub const LONG: Effort = Effort { steps: 60, reuse: 2, ..Effort::FULL };
+    /// Along a narrow curved minimum, where a part of the misfit is explained already and the rest is worth the time.
+    pub(crate) const LONG: Effort = Effort { steps: 60, reuse: 2, ..Effort::FULL };
 
     /// The same against a rival of this cost.
-    pub fn against(self, rival: f64) -> Self {
+    pub(crate) fn against(self, rival: f64) -> Self {
         Self { rival, ..self }
     }
 }

@@ -11,7 +11,7 @@ use crate::fit::{Effort, Fit, minimise, minimise_over};
 use crate::problem::{Problem, Weighing};
 
 /// 95 % point of chi-square with one degree of freedom.
-pub const RISE: f64 = 3.841;
+pub(crate) const RISE: f64 = 3.841;
 /// Step outwards, in standard errors, and most steps to a side.
 const STEP: f64 = 0.7;
 const STEPS: usize = 8;
@@ -29,24 +29,26 @@ pub struct Profile {
     pub lower_found: bool,
 }
 
-/// The profiles of the unknowns `which` around a fit, and that fit taken to the very minimum.  Values are those of
-/// [`crate::unknowns::Unknown::value`].
-///
-/// # Errors
-/// When no derivatives can be had.
-pub fn profiles(
-    problem: &Problem<'_>,
-    fit: Fit,
-    weighing: &Weighing,
-    which: &[usize],
-) -> Result<(Fit, Vec<Profile>), Fault> {
-    if which.is_empty() {
-        return Ok((fit, Vec::new()));
+impl Profile {
+    /// The profiles of the unknowns `which` around a fit, and that fit taken to the very minimum.  Values are those of
+    /// [`crate::unknowns::Unknown::value`].
+    ///
+    /// # Errors
+    /// When no derivatives can be had.
+    pub fn of(
+        problem: &Problem<'_>,
+        fit: Fit,
+        weighing: &Weighing,
+        which: &[usize],
+    ) -> Result<(Fit, Vec<Self>), Fault> {
+        if which.is_empty() {
+            return Ok((fit, Vec::new()));
+        }
+        let sharp = minimise(problem, &fit.xi, weighing, Effort { gain: 2e-3, ..Effort::FULL }, None)?;
+        let fit = lower(fit, sharp);
+        let all = which.iter().map(|&k| profile(problem, &fit, weighing, k)).collect::<Result<_, _>>()?;
+        Ok((fit, all))
     }
-    let sharp = minimise(problem, &fit.xi, weighing, Effort { gain: 2e-3, ..Effort::FULL }, None)?;
-    let fit = lower(fit, sharp);
-    let all = which.iter().map(|&k| profile(problem, &fit, weighing, k)).collect::<Result<_, _>>()?;
-    Ok((fit, all))
 }
 
 fn profile(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing, which: usize) -> Result<Profile, Fault> {

@@ -1,7 +1,7 @@
 //! The way to the minimum: a growing horizon, then restarts where the first way ended too high.
 //!
 //! A stop or a seat met a little too late makes the objective many-valued; fitting the first third of the record, then half,
-//! three quarters, and all, with inflated deviations and a wide tolerance of time, keeps the fit in the right valley (Michalik,
+//! three quarters, and all, with inflated deviations and a wide tolerance of time, keeps the fit in the right local minimum (Michalik,
 //! Hannemann, Marquardt 2009: incremental single shooting).  What was tried and how far apart the ends lie is kept.
 
 use hyd_system::random::SplitMix;
@@ -14,7 +14,7 @@ use crate::problem::{Problem, Weighing};
 /// Inflation of deviations and of the tolerance of time on the way, and by how much the latter is raised at first.
 const WIDE: (f64, f64, f64) = (3.5, 2.5, 5.0);
 /// A fit is good when its misfit per expected one is below this.
-pub const GOOD: f64 = 1.08;
+pub(crate) const GOOD: f64 = 1.08;
 
 /// Up to which misfit per expected one an end with something far off is doubted, and how often another start is drawn.
 const ALL_BUT_NOISE: f64 = 1.3;
@@ -63,11 +63,28 @@ impl Record {
     }
 }
 
+impl Fit {
+    /// Fits all unknowns to `shots` from what is expected: on a growing horizon, again where that is not good, and on to its end.
+    ///
+    /// # Errors
+    /// When the model does not run at the start; a misfit that shows nothing.
+    pub fn of(problem: &Problem<'_>, shots: &[usize], (tau, seed): (f64, u64)) -> Result<(Self, Record), Fault> {
+        let whole = Weighing::whole(shots, tau);
+        let (mut found, mut record) = fit(problem, &vec![0.0; problem.unknowns.len()], shots, tau)?;
+        if found.misfit / problem.expected(&whole) > GOOD {
+            found = retry(problem, found, shots, (tau, seed), &mut record);
+        }
+        found = follow(problem, found, shots, tau, &mut record);
+        problem.check_misfit(&found, &whole)?;
+        Ok((found, record))
+    }
+}
+
 /// Fits all unknowns to `shots` from `start` on a growing horizon; once more from the end of that where it is not good.
 ///
 /// # Errors
 /// When the model does not run at the start.
-pub fn fit(problem: &Problem<'_>, start: &[f64], shots: &[usize], tau: f64) -> Result<(Fit, Record), Fault> {
+pub(crate) fn fit(problem: &Problem<'_>, start: &[f64], shots: &[usize], tau: f64) -> Result<(Fit, Record), Fault> {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut record = Record::default();
     let best = along(problem, start, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])?;
@@ -76,7 +93,13 @@ pub fn fit(problem: &Problem<'_>, start: &[f64], shots: &[usize], tau: f64) -> R
 }
 
 /// Tries again: on another growing horizon from where the fit ended, then from random starts.  Returns the lowest of all.
-pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
+pub(crate) fn retry(
+    problem: &Problem<'_>,
+    fit: Fit,
+    shots: &[usize],
+    (tau, seed): (f64, u64),
+    record: &mut Record,
+) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut best = fit;
     if let Ok(next) = along(problem, &best.xi, (shots, tau), &[0.25, 0.4, 0.6, 0.8, 1.0]) {
@@ -98,8 +121,14 @@ pub fn retry(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64
 }
 
 /// Tries once more where an unknown ended far from what is expected although the misfit is all but noise: it may be the
-/// end of another valley.
-pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f64, u64), record: &mut Record) -> Fit {
+/// end of another local minimum.
+pub(crate) fn unpull(
+    problem: &Problem<'_>,
+    fit: Fit,
+    shots: &[usize],
+    (tau, seed): (f64, u64),
+    record: &mut Record,
+) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut best = fit;
     let mut draws = SplitMix(seed | 1);
@@ -123,7 +152,7 @@ pub fn unpull(problem: &Problem<'_>, fit: Fit, shots: &[usize], (tau, seed): (f6
 }
 
 /// The fit with all that is far off held at what may be; none where nothing is pulled.  What only unlikely numbers explain is left.
-pub fn held_back(problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Option<Fit> {
+pub(crate) fn held_back(problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Option<Fit> {
     if !problem.is_pulled(&fit.xi) {
         return None;
     }
@@ -145,7 +174,13 @@ pub fn held_back(problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Option<F
 }
 
 /// Goes on from a fit that ended above noise: once more from there, then on a growing horizon.  Returns the lowest.
-pub fn go_on(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, is_enough: &dyn Fn(&Fit) -> bool) -> Fit {
+pub(crate) fn go_on(
+    problem: &Problem<'_>,
+    fit: Fit,
+    shots: &[usize],
+    tau: f64,
+    is_enough: &dyn Fn(&Fit) -> bool,
+) -> Fit {
     let whole = Weighing::whole(shots, tau);
     let mut best = fit;
     if let Ok(next) = minimise(problem, &best.xi, &whole, Effort::LONG, None) {
@@ -160,7 +195,7 @@ pub fn go_on(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, is_enou
 }
 
 /// Follows a fit that ran out of steps to its end, as far as a few hundred steps lead.
-pub fn follow(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, record: &mut Record) -> Fit {
+pub(crate) fn follow(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, record: &mut Record) -> Fit {
     let whole = Weighing::whole(shots, tau);
     let expected = problem.expected(&whole);
     let mut best = fit;
@@ -180,7 +215,7 @@ pub fn follow(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, record
 }
 
 /// The one with the lower cost.
-pub fn lower(a: Fit, b: Fit) -> Fit {
+pub(crate) fn lower(a: Fit, b: Fit) -> Fit {
     if b.cost < a.cost { b } else { a }
 }
 

@@ -44,46 +44,48 @@ struct Assumed {
     triggers: BTreeSet<String>,
 }
 
-/// Assumes how the files are to be read; with the sentences by file.
-///
-/// # Errors
-/// A sentence with the file and line at fault.
-pub fn assume(
-    name: &str,
-    folder: &str,
-    files: &[RawFile],
-    asked: &Asked,
-) -> Result<(Plan, BTreeMap<String, Vec<String>>), Fault> {
-    let mut plan = Plan { name: name.to_string(), folder: folder.to_string(), ..Plan::default() };
-    let mut notes = BTreeMap::new();
-    let mut triggers: Vec<BTreeSet<String>> = Vec::new();
-    let mut skipped: BTreeSet<&String> = BTreeSet::new();
-    let numbers = numbers(files);
-    for (file, number) in files.iter().zip(numbers) {
-        let own = one(&file.content, asked).map_err(|fault| Fault::new(format!("`{}`: {fault}", file.name)))?;
-        skipped.extend(asked.skip.iter().filter(|name| is_named(&own.layout, name)));
-        notes.insert(file.name.clone(), own.notes);
-        plan.shot.push(ShotPlan { file: file.name.clone(), number, zero: None, conditions: own.conditions });
-        match plan.layout.iter().position(|layout| Layout { files: Vec::new(), ..layout.clone() } == own.layout) {
-            Some(k) => {
-                plan.layout[k].files.push(file.name.clone());
-                // A trigger is clear where it is so in all files that are read alike.
-                triggers[k] = triggers[k].intersection(&own.triggers).cloned().collect();
-            }
-            None => {
-                plan.layout.push(Layout { files: vec![file.name.clone()], ..own.layout });
-                triggers.push(own.triggers);
+impl Plan {
+    /// Assumes how the files are to be read; with the sentences by file.
+    ///
+    /// # Errors
+    /// A sentence with the file and line at fault.
+    pub fn assume(
+        name: &str,
+        folder: &str,
+        files: &[RawFile],
+        asked: &Asked,
+    ) -> Result<(Self, BTreeMap<String, Vec<String>>), Fault> {
+        let mut plan = Plan { name: name.to_string(), folder: folder.to_string(), ..Plan::default() };
+        let mut notes = BTreeMap::new();
+        let mut triggers: Vec<BTreeSet<String>> = Vec::new();
+        let mut skipped: BTreeSet<&String> = BTreeSet::new();
+        let numbers = numbers(files);
+        for (file, number) in files.iter().zip(numbers) {
+            let own = one(&file.content, asked).map_err(|fault| Fault::new(format!("`{}`: {fault}", file.name)))?;
+            skipped.extend(asked.skip.iter().filter(|name| is_named(&own.layout, name)));
+            notes.insert(file.name.clone(), own.notes);
+            plan.shot.push(ShotPlan { file: file.name.clone(), number, zero: None, conditions: own.conditions });
+            match plan.layout.iter().position(|layout| Layout { files: Vec::new(), ..layout.clone() } == own.layout) {
+                Some(k) => {
+                    plan.layout[k].files.push(file.name.clone());
+                    // A trigger is clear where it is so in all files that are read alike.
+                    triggers[k] = triggers[k].intersection(&own.triggers).cloned().collect();
+                }
+                None => {
+                    plan.layout.push(Layout { files: vec![file.name.clone()], ..own.layout });
+                    triggers.push(own.triggers);
+                }
             }
         }
+        if let Some(name) = asked.skip.iter().find(|name| !skipped.contains(name)) {
+            return Err(Fault::new(format!("no file has a column `{name}` that could be left out")));
+        }
+        for (layout, clear) in plan.layout.iter_mut().zip(triggers) {
+            layout.trigger = trigger(layout, &clear, asked, &mut notes)?;
+        }
+        plan.shot.sort_by_key(|shot| shot.number);
+        Ok((plan, notes))
     }
-    if let Some(name) = asked.skip.iter().find(|name| !skipped.contains(name)) {
-        return Err(Fault::new(format!("no file has a column `{name}` that could be left out")));
-    }
-    for (layout, clear) in plan.layout.iter_mut().zip(triggers) {
-        layout.trigger = trigger(layout, &clear, asked, &mut notes)?;
-    }
-    plan.shot.sort_by_key(|shot| shot.number);
-    Ok((plan, notes))
 }
 
 /// Is this the heading or the name of a column?

@@ -18,7 +18,7 @@ use crate::record::{Scatter, sampling, scatter};
 const EXACT: f64 = 1e-9;
 
 /// What came of a plan.
-pub struct Outcome {
+pub struct Imported {
     /// Names and texts of the tables.
     pub tables: Vec<(String, String)>,
     /// The set.
@@ -45,51 +45,54 @@ pub(super) struct Channel {
     steps: Vec<f64>,
 }
 
-/// Follows a plan; `read` gives what a file of the folder holds, `notes` are sentences by file.
-///
-/// # Errors
-/// A sentence with the file and line at fault.
-pub fn carry_out(
-    plan: &Plan,
-    notes: &BTreeMap<String, Vec<String>>,
-    read: &mut dyn FnMut(&str) -> Result<Content, Fault>,
-) -> Result<Outcome, Fault> {
-    let mut channels: Vec<Channel> = Vec::new();
-    let (mut tables, mut names, mut words) = (Vec::new(), BTreeSet::new(), String::new());
-    let (mut experiments, mut begins, mut periods) = (Vec::new(), Vec::new(), Vec::new());
-    let mut before: Option<(&Layout, &str)> = None;
-    for shot in &plan.shot {
-        let wrong = |fault: Fault| Fault::new(format!("`{}`: {fault}", shot.file));
-        // A plan that was checked has one for each shot.
-        let layout = plan.layout_of(&shot.file).ok_or_else(|| Fault::new(format!("`{}` has no layout", shot.file)))?;
-        let raw = raw(&read(&shot.file)?, layout).map_err(wrong)?;
-        let own = table(&raw, layout, shot).map_err(wrong)?;
-        let name = table_name(&shot.file, &mut names);
-        begins.push(own.times[0]);
-        periods.extend(sampling(&own.times).map(|own| own.period));
-        for column in &own.columns {
-            let place = channels.iter().position(|channel| channel.name == column.name).unwrap_or_else(|| {
-                channels.push(Channel::new(&column.name, &column.heading, &column.unit));
-                channels.len() - 1
-            });
-            channels[place].add(&own.times, &column.values);
+impl Plan {
+    /// Follows a plan; `read` gives what a file of the folder holds, `notes` are sentences by file.
+    ///
+    /// # Errors
+    /// A sentence with the file and line at fault.
+    pub fn carry_out(
+        &self,
+        notes: &BTreeMap<String, Vec<String>>,
+        read: &mut dyn FnMut(&str) -> Result<Content, Fault>,
+    ) -> Result<Imported, Fault> {
+        let mut channels: Vec<Channel> = Vec::new();
+        let (mut tables, mut names, mut words) = (Vec::new(), BTreeSet::new(), String::new());
+        let (mut experiments, mut begins, mut periods) = (Vec::new(), Vec::new(), Vec::new());
+        let mut before: Option<(&Layout, &str)> = None;
+        for shot in &self.shot {
+            let wrong = |fault: Fault| Fault::new(format!("`{}`: {fault}", shot.file));
+            // A self that was checked has one for each shot.
+            let layout =
+                self.layout_of(&shot.file).ok_or_else(|| Fault::new(format!("`{}` has no layout", shot.file)))?;
+            let raw = raw(&read(&shot.file)?, layout).map_err(wrong)?;
+            let own = table(&raw, layout, shot).map_err(wrong)?;
+            let name = table_name(&shot.file, &mut names);
+            begins.push(own.times[0]);
+            periods.extend(sampling(&own.times).map(|own| own.period));
+            for column in &own.columns {
+                let place = channels.iter().position(|channel| channel.name == column.name).unwrap_or_else(|| {
+                    channels.push(Channel::new(&column.name, &column.heading, &column.unit));
+                    channels.len() - 1
+                });
+                channels[place].add(&own.times, &column.values);
+            }
+            let same = before.filter(|(other, _)| std::ptr::eq(*other, layout)).map(|(_, file)| file);
+            say(&mut words, (layout, &raw, &own), (&shot.file, &name), (notes.get(&shot.file), same));
+            before = Some((layout, before.filter(|_| same.is_some()).map_or(&shot.file, |(_, file)| file)));
+            let mut experiment = Map::new();
+            experiment.insert("file".into(), name.clone().into());
+            experiment.insert("shot".into(), shot.number.into());
+            experiment.extend(shot.conditions.iter().map(|(name, value)| (name.clone(), json!(value))));
+            experiments.push(Value::Object(experiment));
+            tables.push((name, own.csv()));
         }
-        let same = before.filter(|(other, _)| std::ptr::eq(*other, layout)).map(|(_, file)| file);
-        say(&mut words, (layout, &raw, &own), (&shot.file, &name), (notes.get(&shot.file), same));
-        before = Some((layout, before.filter(|_| same.is_some()).map_or(&shot.file, |(_, file)| file)));
-        let mut experiment = Map::new();
-        experiment.insert("file".into(), name.clone().into());
-        experiment.insert("shot".into(), shot.number.into());
-        experiment.extend(shot.conditions.iter().map(|(name, value)| (name.clone(), json!(value))));
-        experiments.push(Value::Object(experiment));
-        tables.push((name, own.csv()));
+        let set = set(self, &channels, experiments, (&begins, &periods), &mut words);
+        // A time anywhere within a period has a variance of a twelfth of its square.
+        let jitter = middle(&periods).map(|period| three(period / 12.0_f64.sqrt()));
+        let has_trigger = self.layout.iter().any(|layout| layout.trigger.is_some());
+        let study = starter::study(self, &channels, jitter.filter(|_| has_trigger));
+        Ok(Imported { tables, set, study, words })
     }
-    let set = set(plan, &channels, experiments, (&begins, &periods), &mut words);
-    // A time anywhere within a period has a variance of a twelfth of its square.
-    let jitter = middle(&periods).map(|period| three(period / 12.0_f64.sqrt()));
-    let has_trigger = plan.layout.iter().any(|layout| layout.trigger.is_some());
-    let study = starter::study(plan, &channels, jitter.filter(|_| has_trigger));
-    Ok(Outcome { tables, set, study, words })
 }
 
 /// The columns of a file by its layout.

@@ -16,9 +16,8 @@ mod table;
 mod tests;
 mod unit;
 
-pub use assume::assume;
-pub use carry::{Outcome, carry_out};
-pub use plan::{ColumnPlan, Layout, Plan, ShotPlan, Stated};
+pub use carry::Imported;
+pub use plan::Plan;
 pub use raw::Content;
 
 /// A file of a folder.

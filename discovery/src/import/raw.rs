@@ -48,7 +48,9 @@ impl Raw {
         }
         if let Some((name, own)) = columns.iter().find(|(_, own)| own.len() != values.len()) {
             let (rows, others) = (own.len(), values.len());
-            return Err(Fault::new(format!("`{name}` has {rows} rows and `{first}` has {others}; they are no table")));
+            return Err(Fault::new(format!(
+                "`{name}` has {rows} rows and `{first}` has {others}; they are not one table"
+            )));
         }
         for (name, values) in columns {
             raw.headings.push(name.clone());

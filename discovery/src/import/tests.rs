@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::{Asked, Content, Outcome, Plan, RawFile, assume, carry_out};
+use super::{Asked, Content, Imported, Plan, RawFile};
 use crate::Fault;
 use hyd_system::random::SplitMix;
 
@@ -37,10 +37,10 @@ fn german() -> String {
     text(head, |[t, p, y, u]| format!("{:.1};{p:.3};{:.0};{u:.1}", t * 1e3, y * 1e3).replace('.', ","))
 }
 
-fn run(bytes: Vec<u8>, asked: &Asked) -> Result<(Plan, Outcome), Fault> {
+fn run(bytes: Vec<u8>, asked: &Asked) -> Result<(Plan, Imported), Fault> {
     let files = [RawFile { name: "shot_07.csv".into(), content: Content::Text(bytes.clone()) }];
-    let (plan, notes) = assume("bench", "raw", &files, asked)?;
-    let outcome = carry_out(&plan, &notes, &mut |_| Ok(Content::Text(bytes.clone())))?;
+    let (plan, notes) = Plan::assume("bench", "raw", &files, asked)?;
+    let outcome = plan.carry_out(&notes, &mut |_| Ok(Content::Text(bytes.clone())))?;
     Ok((plan, outcome))
 }
 
@@ -105,7 +105,7 @@ fn the_set_has_conditions_and_estimated_noise() {
     // What the lab states is not estimated.
     let edited = plan.text().replace("# noise_std = { p = 3e4 }", "noise_std = { Druck = 3e4 }");
     let plan = Plan::parse(&edited).expect("an edited plan");
-    let outcome = carry_out(&plan, &BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).expect("again");
+    let outcome = plan.carry_out(&BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).expect("again");
     let set: serde_json::Value = serde_json::from_str(&outcome.set).expect("JSON");
     assert_eq!(set["noise_std"]["Druck"].as_f64(), Some(3e4));
     assert!(set["remarks"][0].as_str().is_some_and(|remark| !remark.contains("`Druck`")));
@@ -200,7 +200,7 @@ fn import_files_are_refused_with_their_line() {
         assert!(said.starts_with(expected), "{said}\n{edited}");
     }
     let edited = Plan::parse(&text.replace("\"Weg\" = {", "\"Wege\" = {")).expect("a plan");
-    let said = carry_out(&edited, &BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).err();
+    let said = edited.carry_out(&BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes()))).err();
     let said = said.expect("a fault").sentence;
     assert!(said.starts_with("`shot_07.csv`: there is no column `Wege`; did you mean `Weg`?"), "{said}");
 }

@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter};
 use crate::fit::Fit;
 use crate::problem::{Problem, Weighing};
-use crate::search::adequate;
+use crate::thresholds::adequate;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
 use explain::{Columns, Explained, explained};

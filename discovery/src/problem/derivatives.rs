@@ -7,9 +7,17 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, Runs, Weighing};
 use crate::Fault;
-use crate::machine::Job;
+use crate::machine::{Job, Span};
 use crate::threads::each;
 use crate::unknowns::Meaning;
+
+/// How a change of a run shows in a shot: the same for all parameters, so that it is computed once.
+struct Sight {
+    /// Output points of the run.
+    span: Span,
+    /// Measured channels with the weights of their samples; by sample the time of the run that it shows and its factor, if it counts.
+    channels: Vec<(usize, Vec<f64>, Vec<(f64, Option<f64>)>)>,
+}
 
 impl Problem<'_> {
     /// Derivatives of the residuals by the unknowns `which`; `step` is that of differences, in standard deviations.
@@ -116,6 +124,7 @@ impl Problem<'_> {
         let rows = |k: usize| -> Option<Vec<(usize, Vec<f64>)>> {
             let (job, Ok((_, derivatives))) = (&jobs[k], &answers[k]) else { return None };
             let touching = varied.iter().filter(|&&column| self.unknowns[which[column]].touches(job.span));
+            let sight = self.sight((xi, runs), job.span, weighing)?;
             let part = |&column: &usize| {
                 let shares = self.shares(xi, which[column], job);
                 let change = |channel: usize| -> Vec<f64> {
@@ -123,7 +132,7 @@ impl Problem<'_> {
                     let sum = |k| shares.iter().map(|&(by, share)| share * derivatives[by][channel][k]).sum();
                     points.map(sum).collect()
                 };
-                Some((column, self.response((xi, runs), job.span, &change, weighing)?))
+                Some((column, self.response_of(&sight, &change)?))
             };
             touching.map(part).collect()
         };
@@ -161,25 +170,44 @@ impl Problem<'_> {
     /// Change of the whitened residuals of a shot with a change of the channels of its run; none where it is not a number.
     pub(crate) fn response(
         &self,
-        (xi, runs): (&[f64], &Runs),
+        at: (&[f64], &Runs),
         shot: usize,
         change: &dyn Fn(usize) -> Vec<f64>,
         weighing: &Weighing,
     ) -> Option<Vec<f64>> {
-        let (data, span) = (&self.data.shots[shot], &self.spans(weighing.horizon)[shot]);
+        self.response_of(&self.sight(at, shot, weighing)?, change)
+    }
+
+    /// How changes of the run of a shot show; none for a shot that was not run.
+    fn sight(&self, (xi, runs): (&[f64], &Runs), shot: usize, weighing: &Weighing) -> Option<Sight> {
+        let (data, span) = (&self.data.shots[shot], self.spans(weighing.horizon).swap_remove(shot));
         let run = runs[shot].as_ref()?;
-        let mut all = Vec::with_capacity(self.rows_of(shot));
-        for (channel, _) in data.traces.iter().enumerate().filter(|(_, trace)| trace.is_some()) {
-            let begin = all.len();
+        let measured = data.traces.iter().enumerate().filter(|(_, trace)| trace.is_some());
+        let channels = measured.map(|(channel, _)| {
             let chain = self.chain(xi, shot, channel);
             let weights = self.weights(shot, channel, weighing);
-            let series = change(channel);
-            for (&time, &weight) in data.times.iter().zip(&weights) {
+            let factor = |(&time, &weight): (&f64, &f64)| {
                 let at = chain.machine_time(time);
                 let counts = weight > 0.0 && !chain.is_clipped(span.at(&run[channel], at).0, time);
-                all.push(if counts { -chain.gain * weight * span.at(&series, at).0 } else { 0.0 });
-            }
-            self.whiten(channel, &weights, &mut all[begin..]);
+                (at, if counts { Some(-chain.gain * weight) } else { None })
+            };
+            let factors = data.times.iter().zip(&weights).map(factor).collect();
+            (channel, weights, factors)
+        });
+        let channels = channels.collect();
+        Some(Sight { span, channels })
+    }
+
+    /// The change of the whitened residuals with one change of the channels; none where it is not a number.
+    fn response_of(&self, sight: &Sight, change: &dyn Fn(usize) -> Vec<f64>) -> Option<Vec<f64>> {
+        let mut all = Vec::with_capacity(sight.channels.iter().map(|(_, weights, _)| weights.len()).sum());
+        for (channel, weights, factors) in &sight.channels {
+            let begin = all.len();
+            let series = change(*channel);
+            all.extend(
+                factors.iter().map(|&(at, factor)| factor.map_or(0.0, |own| own * sight.span.at(&series, at).0)),
+            );
+            self.whiten(*channel, weights, &mut all[begin..]);
         }
         all.iter().all(|value| value.is_finite()).then_some(all)
     }

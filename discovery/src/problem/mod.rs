@@ -19,7 +19,7 @@ use crate::threads::each;
 use crate::unknowns::{Meaning, Unknown};
 
 /// Channels of every shot on its output points; none for shots that were not run.
-pub type Runs = Vec<Option<Vec<Vec<f64>>>>;
+pub(crate) type Runs = Vec<Option<Vec<Vec<f64>>>>;
 
 /// A model, the shots, and what may be changed.
 pub struct Problem<'a> {

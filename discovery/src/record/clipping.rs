@@ -23,7 +23,7 @@ const CHANCE: f64 = 1e-4;
 
 /// Values at the end of the range.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Clipping {
+pub(crate) struct Clipping {
     /// Largest value, its samples within runs, and the longest run; none where nothing is clipped there.
     pub top: Option<Limit>,
     /// The same for the smallest value.
@@ -32,7 +32,7 @@ pub struct Clipping {
 
 /// One end of the range.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Limit {
+pub(crate) struct Limit {
     /// The value.
     pub value: f64,
     /// Samples that stand there.
@@ -47,7 +47,10 @@ pub struct Limit {
 /// does not.
 ///
 /// The end of a range hides the noise that is seen elsewhere: so many equal samples at the extreme of all records are no chance.
-pub fn end_of_range<'r>(records: impl Iterator<Item = (&'r [f64], &'r [f64])>, (low, high): (f64, f64)) -> (f64, f64) {
+pub(crate) fn end_of_range<'r>(
+    records: impl Iterator<Item = (&'r [f64], &'r [f64])>,
+    (low, high): (f64, f64),
+) -> (f64, f64) {
     let (mut bottom, mut top) = (f64::NEG_INFINITY, f64::INFINITY);
     for (times, values) in records {
         let is_seen = |sigma: f64| sigma > SEEN * (high - low);
@@ -87,7 +90,7 @@ fn share_within(deviations: f64) -> f64 {
 }
 
 /// Where a record is clipped; none where it is not.
-pub fn clipping(values: &[f64]) -> Option<Clipping> {
+pub(crate) fn clipping(values: &[f64]) -> Option<Clipping> {
     let finite: Vec<(usize, f64)> = values.iter().copied().enumerate().filter(|(_, v)| v.is_finite()).collect();
     let (low, high) = finite.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &(_, v)| (l.min(v), h.max(v)));
     let between = finite.iter().filter(|(_, v)| *v > low && *v < high).count();

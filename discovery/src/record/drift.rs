@@ -12,7 +12,7 @@ const LARGEST: f64 = 0.98;
 
 /// A straight line.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Drift {
+pub(crate) struct Drift {
     /// Mean of the values.
     pub mean: f64,
     /// Slope (units of the values per s, or per unit of what stands in the place of times).
@@ -29,13 +29,13 @@ pub struct Drift {
 
 impl Drift {
     /// Is the slope more than noise?
-    pub fn stands_out(&self) -> bool {
+    pub(crate) fn stands_out(&self) -> bool {
         self.slope.abs() > SIGNIFICANT * self.error
     }
 }
 
 /// The line through points; none for fewer than four, or where all times are equal.
-pub fn drift(times: &[f64], values: &[f64]) -> Option<Drift> {
+pub(crate) fn drift(times: &[f64], values: &[f64]) -> Option<Drift> {
     let points: Vec<(f64, f64)> =
         times.iter().copied().zip(values.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
     let samples = points.len();

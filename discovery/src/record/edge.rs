@@ -19,7 +19,7 @@ const AGAIN: f64 = 0.25;
 
 /// An edge.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Edge {
+pub(crate) struct Edge {
     /// When it passes halfway (s).
     pub time: f64,
     /// Position of the first sample beyond.
@@ -33,7 +33,7 @@ pub struct Edge {
 }
 
 /// The first edge of a channel; none where it stays at its first level, or begins in the middle of a move.
-pub fn edge(times: &[f64], values: &[f64]) -> Option<Edge> {
+pub(crate) fn edge(times: &[f64], values: &[f64]) -> Option<Edge> {
     let points: Vec<(usize, f64, f64)> = times
         .iter()
         .zip(values)
@@ -68,7 +68,7 @@ pub fn edge(times: &[f64], values: &[f64]) -> Option<Edge> {
 }
 
 /// True for a channel that stands at one of two levels nearly always, as a trigger or a switch does.
-pub fn is_two_level(values: &[f64]) -> bool {
+pub(crate) fn is_two_level(values: &[f64]) -> bool {
     let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let (low, high) = finite.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     let half = 0.5 * (low + high);

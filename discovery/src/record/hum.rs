@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 use hyd_system::math::{cos, sin_cos};
 
 /// Frequencies of the mains (Hz).
-pub const MAINS: [f64; 2] = [50.0, 60.0];
+pub(crate) const MAINS: [f64; 2] = [50.0, 60.0];
 /// Harmonics that are looked at, the fundamental among them.
-pub const HARMONICS: u32 = 5;
+pub(crate) const HARMONICS: u32 = 5;
 /// Longest part (s).
 const LONGEST: f64 = 1.0;
 /// Fewest periods of a line in a part: below, the window does not part it from a slow signal.
@@ -29,7 +29,7 @@ const MEDIAN: f64 = std::f64::consts::LN_2;
 
 /// One line.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Line {
+pub(crate) struct Line {
     /// Frequency (Hz).
     pub frequency: f64,
     /// Amplitude of the sine (unit of the values).
@@ -41,7 +41,7 @@ pub struct Line {
 }
 
 /// The lines of the mains for which the record is long and fast enough.
-pub fn hum(times: &[f64], values: &[f64]) -> Vec<Line> {
+pub(crate) fn hum(times: &[f64], values: &[f64]) -> Vec<Line> {
     let points: Vec<(f64, f64)> =
         times.iter().copied().zip(values.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };

@@ -12,18 +12,18 @@ mod sampling;
 mod scatter;
 mod spikes;
 
-pub use clipping::{Clipping, clipping, end_of_range};
-pub use drift::{Drift, drift};
-pub use edge::{Edge, edge, is_two_level};
-pub use hum::{HARMONICS, Line, MAINS, hum};
-pub use repeats::{Repeats, repeats};
-pub use sampling::{Gap, Sampling, sampling};
-pub use scatter::{Quiet, Scatter, quiet, scatter, step};
-pub use spikes::{Spike, spikes};
+pub(crate) use clipping::{Clipping, clipping, end_of_range};
+pub(crate) use drift::{Drift, drift};
+pub(crate) use edge::{edge, is_two_level};
+pub(crate) use hum::{Line, MAINS, hum};
+pub(crate) use repeats::repeats;
+pub(crate) use sampling::{Gap, sampling};
+pub(crate) use scatter::{Quiet, Scatter, quiet, scatter};
+pub(crate) use spikes::{Spike, spikes};
 
 /// What one channel of one shot shows.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Findings {
+pub(crate) struct Findings {
     /// Samples with a value.
     pub samples: usize,
     /// Smallest and largest value.
@@ -47,7 +47,7 @@ pub struct Findings {
 /// Looks at one channel of one shot whose trigger is at `trigger` (s).
 ///
 /// None where no value is finite.
-pub fn examine(times: &[f64], values: &[f64], trigger: f64) -> Option<Findings> {
+pub(crate) fn examine(times: &[f64], values: &[f64], trigger: f64) -> Option<Findings> {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let samples = finite().count();
     if samples == 0 {

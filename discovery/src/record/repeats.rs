@@ -8,7 +8,7 @@ use hyd_system::math::square;
 
 /// Records of the same conditions.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Repeats {
+pub(crate) struct Repeats {
     /// Number of records.
     pub records: usize,
     /// Times at which all have a value.
@@ -24,7 +24,7 @@ pub struct Repeats {
 }
 
 /// How far these records scatter; none for fewer than two that share some time.
-pub fn repeats(records: &[(&[f64], &[f64])]) -> Option<Repeats> {
+pub(crate) fn repeats(records: &[(&[f64], &[f64])]) -> Option<Repeats> {
     let (first, others) = records.split_first()?;
     if others.is_empty() {
         return None;

@@ -11,7 +11,7 @@ const UNEVEN: f64 = 0.01;
 
 /// How a record is sampled.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Sampling {
+pub(crate) struct Sampling {
     /// Median step between samples (s).
     pub period: f64,
     /// Share of the steps that differ from the period by more than a hundredth of it, gaps left out.
@@ -24,7 +24,7 @@ pub struct Sampling {
 
 /// A part of a record without values.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Gap {
+pub(crate) struct Gap {
     /// Time of the last sample before it (s).
     pub from: f64,
     /// Time of the first sample after it (s).
@@ -34,7 +34,7 @@ pub struct Gap {
 }
 
 /// The sampling of a record; none for fewer than two times.
-pub fn sampling(times: &[f64]) -> Option<Sampling> {
+pub(crate) fn sampling(times: &[f64]) -> Option<Sampling> {
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let mut positive: Vec<f64> = steps().filter(|step| *step > 0.0 && step.is_finite()).collect();
     let period = median(&mut positive)?;

@@ -33,7 +33,7 @@ const SHARE: f64 = 0.98;
 
 /// Noise by the differences of neighbouring samples.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Standard deviation of the noise and rounding together (unit of the values).
     pub sigma: f64,
     /// Step of the numbers, if they have one.
@@ -47,7 +47,7 @@ pub struct Scatter {
 
 impl Scatter {
     /// Standard deviation without the rounding to steps, whose variance is a twelfth of the square of the step.
-    pub fn without_rounding(&self) -> f64 {
+    pub(crate) fn without_rounding(&self) -> f64 {
         let rounding = square(self.step.unwrap_or(0.0)) / 12.0;
         (self.sigma * self.sigma - rounding).max(0.0).sqrt()
     }
@@ -55,7 +55,7 @@ impl Scatter {
 
 /// The part of a record before the trigger.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Quiet {
+pub(crate) struct Quiet {
     /// Mean.
     pub level: f64,
     /// Standard deviation about a straight line.
@@ -67,7 +67,7 @@ pub struct Quiet {
 /// Noise by differences of neighbours; none where there are fewer than twenty.
 ///
 /// Where a channel has a value in every tenth row only, those rows are its neighbours.
-pub fn scatter(times: &[f64], values: &[f64]) -> Option<Scatter> {
+pub(crate) fn scatter(times: &[f64], values: &[f64]) -> Option<Scatter> {
     let record = Neighbours::of(times, values)?;
     let own = |order: usize| record.sigma(order);
     let (mut order, (mut sigma, samples)) = (ORDERS.0, own(ORDERS.0)?);
@@ -146,14 +146,14 @@ fn quartile(sorted: &[f64], number: usize, step: Option<f64>) -> f64 {
 }
 
 /// Level and noise before `trigger` (s) about a straight line; none for fewer than twenty samples.
-pub fn quiet(times: &[f64], values: &[f64], trigger: f64) -> Option<Quiet> {
+pub(crate) fn quiet(times: &[f64], values: &[f64], trigger: f64) -> Option<Quiet> {
     let end = times.partition_point(|&t| t < trigger).min(values.len());
     let line = drift(times.get(..end)?, values.get(..end)?)?;
     (line.samples >= FEWEST).then_some(Quiet { level: line.mean, sigma: line.sigma, samples: line.samples })
 }
 
 /// The step of which the distances of the values are multiples; none where there is none, or too few values to tell.
-pub fn step(values: &[f64]) -> Option<f64> {
+pub(crate) fn step(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).take(MOST).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let largest = sorted.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));

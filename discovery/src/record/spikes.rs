@@ -17,7 +17,7 @@ const MOST: usize = 1000;
 
 /// One spike.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Spike {
+pub(crate) struct Spike {
     /// Position of its first sample.
     pub index: usize,
     /// Number of its samples.
@@ -29,7 +29,7 @@ pub struct Spike {
 }
 
 /// The spikes of a record in their order.
-pub fn spikes(times: &[f64], values: &[f64]) -> Vec<Spike> {
+pub(crate) fn spikes(times: &[f64], values: &[f64]) -> Vec<Spike> {
     let (times, values) = (&times[..times.len().min(values.len())], &values[..values.len().min(times.len())]);
     let Some(noise) = unevenness(times, values) else { return Vec::new() };
     let least = FAR * noise.sigma.max(noise.step.unwrap_or(0.0) / 12.0_f64.sqrt());

@@ -160,7 +160,7 @@ pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         return Value::Null;
     }
     let levels = &scene.setup.disturbances.levels;
-    let is_open = scene.last.tried.iter().chain(&scene.last.terms).any(|own| own.fall >= scene.findings.needed);
+    let is_open = scene.last.tried.iter().chain(&scene.last.terms).any(|own| own.cost_drop >= scene.findings.needed);
     let looks_like = match levels.is_empty() {
         _ if is_open => "another effect",
         true => "noise",

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{AllGaps, MODEL, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
+use super::{AllGaps, Report, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
 use crate::location::Located;
@@ -68,7 +68,7 @@ pub(super) fn run<'a>(shots: &[ShotFiles], data: impl Iterator<Item = &'a String
         json!({"shot": own.number, "parameters": own.file, "inputs": own.inputs.as_ref().map(|(name, _)| name),
             "options": own.options.trim_start()})
     });
-    json!({"model": MODEL, "shots": shots.collect::<Vec<_>>(), "data": data.collect::<Vec<_>>()})
+    json!({"model": Report::MODEL, "shots": shots.collect::<Vec<_>>(), "data": data.collect::<Vec<_>>()})
 }
 
 /// A gap before and after, over all and by channel; after is before where nothing was added.
@@ -88,19 +88,19 @@ fn candidates(findings: &Findings) -> Vec<Value> {
             let id = tried.hypothesis.own_id();
             json!({"pass": pass + 1, "id": id, "effect": tried.hypothesis.own_label(),
                 "promise": tried.look.as_ref().map(|look| number(look.score.gain)),
-                "probed": tried.look.as_ref().and_then(|look| look.probed.as_ref().map(|(fall, _)| number(*fall))),
+                "probed": tried.look.as_ref().and_then(|look| look.probed.as_ref().map(|(cost_drop, _)| number(*cost_drop))),
                 "alone": tried.look.as_ref().map(|look| number(look.alone)),
                 "power": tried.look.as_ref().map(|look| number(look.score.power)),
                 "left_by_nuisances": tried.look.as_ref().map(|look| number(look.score.left)),
                 "fitted": tried.fit.is_some(), "misfit": tried.fit.as_ref().map(|fit| number(fit.misfit / found.expected)),
-                "verdict": tried.verdict, "fall": number(tried.fall), "size_in_errors": tried.errors.map(number)})
+                "verdict": tried.verdict, "cost_drop": number(tried.cost_drop), "size_in_errors": tried.errors.map(number)})
         })
     });
     all.collect()
 }
 
 fn power(power: &Power) -> Value {
-    json!({"id": &*power.id, "effect": power.effect, "typical": number(power.typical), "fall": number(power.fall),
+    json!({"id": &*power.id, "effect": power.effect, "typical": number(power.typical), "cost_drop": number(power.cost_drop),
         "left_by_nuisances": number(power.left), "chance": number(power.chance()), "smallest_visible": number(power.smallest())})
 }
 
@@ -130,7 +130,7 @@ fn masked(setup: &Setup) -> Value {
 }
 
 /// Equations and places, the likeliest first: those of effects that were named, those of terms that were fitted by the
-/// fall of the cost, then the others by how much it would fall with the best term of the equation or the best effect of
+/// drop of the cost, then the others by how much it would drop with the best term of the equation or the best effect of
 /// the place.
 fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Vec::new() };
@@ -152,22 +152,23 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     for insert in last.base.inserts.iter().filter(|_| named) {
         let is_own = |tried: &&Tried| tried.hypothesis.ends_with(insert);
         // The pass that named it; which one that was an effect taken out again does not tell.
-        let falls = findings.passes.iter().flat_map(|pass| pass.tried.iter().filter(is_own)).map(|tried| tried.fall);
-        let fall = falls.fold(0.0, f64::max);
+        let cost_drops =
+            findings.passes.iter().flat_map(|pass| pass.tried.iter().filter(is_own)).map(|tried| tried.cost_drop);
+        let cost_drop = cost_drops.fold(0.0, f64::max);
         for site in &insert.sites {
             add(
                 0,
-                fall,
+                cost_drop,
                 (&site.path, &site.file, site.line),
                 json!({"equation": &*site.words, "id": &*insert.effect.id, "effect": insert.label()}),
             );
         }
     }
-    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.fall >= findings.needed;
+    let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.cost_drop >= findings.needed;
     for tried in first.terms.iter().filter(|tried| beaten(tried)) {
         let Some((term, _)) = &tried.hypothesis.term else { continue };
         let rest = json!({"equation": term.equation, "shape": term.shape, "unit": term.unit});
-        add(1, tried.fall, (&term.component, &term.file, term.line), rest);
+        add(1, tried.cost_drop, (&term.component, &term.file, term.line), rest);
     }
     for Located { term, score } in &first.located {
         let rest = json!({"equation": term.equation, "shape": term.shape, "coefficient": number(score.amplitude), "unit": term.unit});
@@ -191,14 +192,14 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         return Ok(Vec::new());
     }
     let mut values = Vec::new();
-    for tried in last.terms.iter().filter(|tried| tried.fall >= findings.needed && tried.has_size()) {
+    for tried in last.terms.iter().filter(|tried| tried.cost_drop >= findings.needed && tried.has_size()) {
         let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
         let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
         let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);
         values.push(
             json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file),
             "line": term.line, "shape": term.shape, "unit": term.unit, "coefficient": number(fit.xi[own] * spread),
-            "stderr": number(error), "fall": number(tried.fall), "misfit": number(fit.misfit / last.expected)}),
+            "stderr": number(error), "cost_drop": number(tried.cost_drop), "misfit": number(fit.misfit / last.expected)}),
         );
     }
     Ok(values)

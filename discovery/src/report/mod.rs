@@ -19,15 +19,15 @@ use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
 use crate::data_files::DataFiles;
-use crate::proof::{Gap, gap};
+use crate::proof::Gap;
 use crate::search::{Findings, Pass, Status};
 use crate::unknowns::EffectPart;
 use crate::variant::{Insert, Workshop};
 use crate::{Fault, Setup};
 
-pub use parameter_file::parameter_file;
-pub use shot_files::{ShotFiles, quoted};
-pub use trajectories::{ChannelCurves, ShotCurves, table};
+pub(crate) use shot_files::ShotFiles;
+pub use shot_files::quoted;
+pub use trajectories::{ChannelCurves, ShotCurves};
 
 /// Everything that is written down.
 pub struct Report {
@@ -50,9 +50,6 @@ pub struct Report {
     /// Names of data files that the model reads and that cannot stand in that folder.
     pub lost: Vec<String>,
 }
-
-/// The file of the model that has what was found, in the folder of a report.
-pub const MODEL: &str = "discovered.hyd";
 
 /// Gaps of one model on the shots that were fitted and on those held out.
 struct Gaps {
@@ -86,58 +83,63 @@ pub struct Folder<'a> {
     pub taken: &'a [&'a str],
 }
 
-/// Writes everything down.
-///
-/// # Errors
-/// When the written model cannot be translated or run.
-pub fn report(
-    setup: &Setup,
-    workshop: &Workshop<'_>,
-    findings: &Findings,
-    seconds: f64,
-    folder: Folder<'_>,
-) -> Result<Report, Fault> {
-    let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
-        return Err(Fault::run("nothing was fitted"));
-    };
-    // What was tried on the way is not part of the answer that nothing is missing.
-    let last = if findings.status == Status::Adequate { first } else { last };
-    let scene = Scene { setup, workshop, findings, first, last };
-    let base = first.base.problem(setup)?;
-    let raw = gap(&base, &vec![0.0; base.unknowns.len()], &setup.train, false).ok();
-    let before = gaps(setup, &base, &first.fit.xi)?;
-    let extended = if is_named(findings.status) { Some(scene.extend(folder)?) } else { None };
-    let with = extended.as_ref().map(|own| own.problem(&scene)).transpose()?;
-    let after = match &with {
-        Some(problem) => Some(gaps(setup, problem, &last.fit.xi)?),
-        None => None,
-    };
-    let parameters = {
-        let (shot, class) = (setup.train[0], &workshop.class);
-        match &with {
-            Some(problem) => {
-                let title = format!("{} ({class} with what was found)", workshop.extended_name());
-                parameter_file(problem, &last.fit.xi, shot, &title)
+impl Report {
+    /// The file of the model that has what was found, in the folder of a report.
+    pub const MODEL: &str = "discovered.hyd";
+
+    /// Writes everything down.
+    ///
+    /// # Errors
+    /// When the written model cannot be translated or run.
+    pub fn of(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        findings: &Findings,
+        seconds: f64,
+        folder: Folder<'_>,
+    ) -> Result<Self, Fault> {
+        let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
+            return Err(Fault::run("nothing was fitted"));
+        };
+        // What was tried on the way is not part of the answer that nothing is missing.
+        let last = if findings.status == Status::Adequate { first } else { last };
+        let scene = Scene { setup, workshop, findings, first, last };
+        let base = first.base.problem(setup)?;
+        let raw = Gap::of(&base, &vec![0.0; base.unknowns.len()], &setup.train, false).ok();
+        let before = gaps(setup, &base, &first.fit.xi)?;
+        let extended = if is_named(findings.status) { Some(scene.extend(folder)?) } else { None };
+        let with = extended.as_ref().map(|own| own.problem(&scene)).transpose()?;
+        let after = match &with {
+            Some(problem) => Some(gaps(setup, problem, &last.fit.xi)?),
+            None => None,
+        };
+        let parameters = {
+            let (shot, class) = (setup.train[0], &workshop.class);
+            match &with {
+                Some(problem) => {
+                    let title = format!("{} ({class} with what was found)", workshop.extended_name());
+                    problem.parameter_file(&last.fit.xi, shot, &title)
+                }
+                None => base.parameter_file(&first.fit.xi, shot, class),
             }
-            None => parameter_file(&base, &first.fit.xi, shot, class),
+        };
+        let gaps = AllGaps { raw, before, after };
+        let curves = trajectories::curves(&scene, &gaps)?;
+        let shots = match (&extended, &with) {
+            (Some(own), Some(problem)) => shot_files::shot_files(&scene, (&gaps, own), problem, Self::MODEL),
+            _ => Vec::new(),
+        };
+        let mut json = json::json(&scene, &gaps, seconds)?;
+        let texts = scene.pointed_at(&json)?;
+        if let (Value::Object(object), Some(own)) = (&mut json, &extended) {
+            object.insert("change".into(), json!(own.own));
+            object.insert("run".into(), json::run(&shots, own.data.keys()));
         }
-    };
-    let gaps = AllGaps { raw, before, after };
-    let curves = trajectories::curves(&scene, &gaps)?;
-    let shots = match (&extended, &with) {
-        (Some(own), Some(problem)) => shot_files::shot_files(&scene, (&gaps, own), problem, MODEL),
-        _ => Vec::new(),
-    };
-    let mut json = json::json(&scene, &gaps, seconds)?;
-    let texts = scene.pointed_at(&json)?;
-    if let (Value::Object(object), Some(own)) = (&mut json, &extended) {
-        object.insert("change".into(), json!(own.own));
-        object.insert("run".into(), json::run(&shots, own.data.keys()));
+        let summary = summary::summary(&scene, &gaps, seconds, &json)?;
+        drop(with);
+        let (model, data, lost) = extended.map_or_else(Default::default, |own| (Some(own.whole), own.data, own.lost));
+        Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost })
     }
-    let summary = summary::summary(&scene, &gaps, seconds, &json)?;
-    drop(with);
-    let (model, data, lost) = extended.map_or_else(Default::default, |own| (Some(own.whole), own.data, own.lost));
-    Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost })
 }
 
 /// Where a model comes from, for its annotation.
@@ -151,10 +153,10 @@ fn is_named(status: Status) -> bool {
 }
 
 fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Result<Gaps, Fault> {
-    let train = gap(problem, xi, &setup.train, false)?;
+    let train = Gap::of(problem, xi, &setup.train, false)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,
-        false => Some(gap(problem, xi, &setup.held_out, true)?),
+        false => Some(Gap::of(problem, xi, &setup.held_out, true)?),
     };
     Ok(Gaps { train, held_out })
 }

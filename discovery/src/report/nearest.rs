@@ -40,7 +40,7 @@ pub(super) fn nearest(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         let parameters = sizes(&problem, fit, tried.hypothesis.inserts.len() - 1);
         values.push(json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words,
             "component": candidate.sites[0].path, "parameters": parameters, "misfit": number(fit.misfit / last.expected),
-            "fall": number(tried.fall), "size_in_errors": tried.errors.map(number),
+            "cost_drop": number(tried.cost_drop), "size_in_errors": tried.errors.map(number),
             "criterion": criterion(scene, last, tried, fit)}));
     }
     Ok(values)
@@ -68,7 +68,7 @@ fn criterion(scene: &Scene<'_>, pass: &Pass, tried: &Tried, fit: &Fit) -> String
     let is_one_of_several =
         tried.hypothesis.inserts.last().is_some_and(|own| findings.ambiguous.iter().any(|other| other.is_same(own)));
     if is_one_of_several {
-        return "another one explains it equally well".to_string();
+        return "another candidate explains it equally well".to_string();
     }
     if !tried.verdict.is_empty() {
         return tried.verdict.clone();

@@ -7,15 +7,17 @@ use hyd_system::ValueKind;
 use crate::initial::StartOf;
 use crate::problem::Problem;
 
-/// The text of a TOML file with everything that is set for a shot: conditions, what was fitted for all shots, and what was fitted for
-/// this one.
-pub fn parameter_file(problem: &Problem<'_>, xi: &[f64], shot: usize, title: &str) -> String {
-    let number = problem.data.shots[shot].number;
-    let mut text = format!("# {}: parameters under the conditions of shot {number}, as fitted\n", plain(title));
-    for (k, value) in problem.values(xi, shot).into_iter().enumerate() {
-        text.push_str(&line(problem, k, value));
+impl Problem<'_> {
+    /// The text of a TOML file with everything that is set for a shot: conditions, what was fitted for all shots, and what was fitted for
+    /// this one.
+    pub fn parameter_file(&self, xi: &[f64], shot: usize, title: &str) -> String {
+        let number = self.data.shots[shot].number;
+        let mut text = format!("# {}: parameters under the conditions of shot {number}, as fitted\n", plain(title));
+        for (k, value) in self.values(xi, shot).into_iter().enumerate() {
+            text.push_str(&line(self, k, value));
+        }
+        text
     }
-    text
 }
 
 /// A text without what would end a comment.

@@ -15,7 +15,7 @@ use crate::unknowns::LIMIT;
 pub(super) fn sentence(scene: &Scene<'_>) -> String {
     let findings = scene.findings;
     match findings.status {
-        Status::Adequate => "adequate: nothing is missing; what is left is noise".to_string(),
+        Status::Adequate => "adequate: nothing is missing; the residuals are noise".to_string(),
         Status::Named | Status::Sensor => {
             let inserts = &scene.last.base.inserts;
             let names: Vec<String> = inserts.iter().map(|c| format!("{} ({})", c.label(), c.effect.words)).collect();

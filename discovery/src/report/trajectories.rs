@@ -60,26 +60,28 @@ pub(super) fn curves(scene: &Scene<'_>, gaps: &AllGaps) -> Result<Vec<ShotCurves
     Ok(all)
 }
 
-/// `trajectories.csv`: shot, channel, time, measured, base, extended, mask.
-pub fn table(shots: &[ShotCurves]) -> String {
-    let mut text = String::from("shot,channel,time_s,measured,base,extended,mask\n");
-    for shot in shots {
-        for channel in &shot.channels {
-            for (k, time) in shot.times.iter().enumerate() {
-                let used = channel.used[k];
-                let measured = if used { format!("{}", channel.measured[k]) } else { String::new() };
-                // Writing to a String cannot fail.
-                let _ = writeln!(
-                    text,
-                    "{},{},{time},{measured},{:.8e},{:.8e},{}",
-                    shot.number,
-                    channel.name,
-                    channel.base[k],
-                    channel.extended[k],
-                    u8::from(!used)
-                );
+impl super::Report {
+    /// `trajectories.csv`: shot, channel, time, measured, base, extended, mask.
+    pub fn table(&self) -> String {
+        let mut text = String::from("shot,channel,time_s,measured,base,extended,mask\n");
+        for shot in &self.curves {
+            for channel in &shot.channels {
+                for (k, time) in shot.times.iter().enumerate() {
+                    let used = channel.used[k];
+                    let measured = if used { format!("{}", channel.measured[k]) } else { String::new() };
+                    // Writing to a String cannot fail.
+                    let _ = writeln!(
+                        text,
+                        "{},{},{time},{measured},{:.8e},{:.8e},{}",
+                        shot.number,
+                        channel.name,
+                        channel.base[k],
+                        channel.extended[k],
+                        u8::from(!used)
+                    );
+                }
             }
         }
+        text
     }
-    text
 }

@@ -7,8 +7,8 @@
 
 use hyd_system::math::{exp, ln};
 
-use super::Search;
-use crate::Fault;
+use super::context::Search;
+use crate::fault::Fault;
 use crate::fit::schedule::{GOOD, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;

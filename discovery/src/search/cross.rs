@@ -1,11 +1,14 @@
 //! Fits from each other's nuisances, so that no name rests on a fit that only ended early (equal effort).
 
-use super::shortlist::patience;
-use super::{APART, CLOSE, Pass, Search, Tried, by_cost, plausible};
-use crate::Fault;
+use super::context::{Search, patience};
+use super::pass::{CLOSE, Pass, Tried, by_cost};
+use super::plausible;
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 
+/// A drop of the cost that exceeds the square of the size in standard errors so many times is none within one local minimum.
+const APART: f64 = 2.0;
 /// Most candidates that are fitted again because they were given up, and their sizes as multiples of the typical one.
 const MOST_GIVEN_UP: usize = 6;
 const GIVEN_UP: [f64; 8] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.35, 1.0, 2.0];
@@ -101,8 +104,8 @@ impl Search<'_> {
     }
 
     /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go
-    /// without it.  Where the fall of the cost is much larger than the size in standard errors tells, the two lie in
-    /// different valleys.
+    /// without it.  Where the drop of the cost is much larger than the size in standard errors tells, the two lie in
+    /// different local minima.
     fn without(&self, pass: &mut Pass, best: usize) -> Result<(), Fault> {
         (self.progress)("fitting again from each other's parameters");
         let tried = &pass.tried[best];

@@ -1,14 +1,16 @@
-//! What follows from the fits: falls of the cost, sizes in errors, a name or none, and what speaks against it.
+//! What follows from the fits: drops of the cost, sizes in errors, a name or none, and what speaks against it.
 
+use super::context::Search;
+use super::pass::{Findings, Pass, Status, Tried};
 use super::plausible::{implausible, is_plausible, size_in_errors};
 use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
-use super::{ADEQUATE, Findings, LEAD, PROMISING, Pass, Search, Status, Tried, adequate};
-use crate::Fault;
 use crate::catalogue::{Candidate, Kind};
+use crate::fault::Fault;
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
 use crate::hypothesis::Look;
-use crate::proof::{Gap, gap, unseen};
+use crate::proof::{Gap, unseen};
+use crate::thresholds::{ADEQUATE, LEAD, PROMISING, adequate, noise};
 
 /// How many times more a further effect takes where what is left is adequate, and the share of what was explained
 /// before that it takes then, up to this share of the expected misfit.
@@ -31,12 +33,10 @@ const HIDDEN: (f64, f64) = (5.0, 0.1);
 const NEXT_TO_NOTHING: f64 = 0.05;
 /// What is said of a candidate whose numbers cannot be.
 const IMPLAUSIBLE: &str = "its numbers are beyond what is plausible";
-/// Standard deviations of the sum of squares of noise within which a misfit is that of noise.
-const SPREAD: f64 = 3.0;
 
 impl Search<'_> {
-    /// Falls of the cost and sizes in standard errors; candidates that have a size come first, in the order of their cost.  One
-    /// whose size ends within [`NOTHING`] errors of nothing is the fit without: it may lower the cost that others are held against.
+    /// Drops of the cost and sizes in standard errors; candidates that have a size come first, in the order of their cost.  One
+    /// whose size ends within [`NOTHING`] errors of nothing is the fit without: it may lower the cost that others are compared with.
     pub(super) fn judge(&self, pass: &mut Pass) {
         let mut without = pass.fit.cost;
         for tried in pass.tried.iter_mut().chain(&mut pass.terms) {
@@ -49,7 +49,7 @@ impl Search<'_> {
         }
         for tried in pass.tried.iter_mut().chain(&mut pass.terms) {
             let Some(fit) = &tried.fit else { continue };
-            tried.fall = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
+            tried.cost_drop = (without - fit.cost) / (fit.misfit / pass.expected).max(1.0);
         }
         let key = |tried: &Tried| match &tried.fit {
             Some(fit) => (tried.is_nothing(), fit.cost),
@@ -63,7 +63,7 @@ impl Search<'_> {
         }
         let standings = self.standings(pass);
         let leader = rule::leader(&standings);
-        let best = leader.map_or(0.0, |k| pass.tried[k].fall);
+        let best = leader.map_or(0.0, |k| pass.tried[k].cost_drop);
         for (k, (tried, standing)) in pass.tried.iter_mut().zip(&standings).enumerate() {
             tried.verdict = verdict(tried, standing.as_ref(), leader == Some(k), best);
             if tried.verdict == IMPLAUSIBLE
@@ -94,7 +94,7 @@ impl Search<'_> {
             Some(Standing {
                 cost: fit.cost,
                 scale: (fit.misfit / pass.expected).max(1.0),
-                fall: tried.fall,
+                cost_drop: tried.cost_drop,
                 needed: self.needed_for(pass, tried),
                 errors: tried.errors,
                 is_plausible: tried.is_plausible,
@@ -104,7 +104,7 @@ impl Search<'_> {
         pass.tried.iter().map(standing).collect()
     }
 
-    /// The fall that the next name needs.  Once an effect is named and what is left is adequate, the next one needs
+    /// The drop that the next name needs.  Once an effect is named and what is left is adequate, the next one needs
     /// more by [`FURTHER`]: what an effect does differently in truth is imitated by small amounts of others, and that
     /// is the more the more it explains. An effect with a size of its own for each shot needs more by [`OF_EACH_SHOT`]:
     /// it imitates what scatters from shot to shot.
@@ -129,9 +129,9 @@ impl Search<'_> {
         }
     }
 
-    /// The largest fall of a pass, in units of what each candidate needs times the usual threshold.
-    pub(crate) fn largest_fall(&self, pass: &Pass) -> f64 {
-        pass.tried.iter().map(|tried| tried.fall / self.scatter_of(tried)).fold(0.0, f64::max)
+    /// The largest drop of a pass, in units of what each candidate needs times the usual threshold.
+    pub(crate) fn largest_drop(&self, pass: &Pass) -> f64 {
+        pass.tried.iter().map(|tried| tried.cost_drop / self.scatter_of(tried)).fold(0.0, f64::max)
     }
 
     /// What a pass says once it is judged.
@@ -205,8 +205,8 @@ impl Search<'_> {
     /// must not make the gap on shots held out larger, and shots of one operating point cannot tell an effect from wrong numbers.
     fn doubt(&self, first: &Pass, last: &Pass) -> Result<Option<Doubt>, Fault> {
         let (setup, base) = (self.setup, last.base.problem(self.setup)?);
-        let train = gap(&base, &last.fit.xi, &setup.train, false)?;
-        let missing = gap(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
+        let train = Gap::of(&base, &last.fit.xi, &setup.train, false)?;
+        let missing = Gap::of(&first.base.problem(setup)?, &first.fit.xi, &setup.train, false)?;
         let excess = |gap: &Gap| gap.left - 1.0;
         let share = if last.base.inserts.is_empty() { 0.0 } else { LEFT };
         let allowed = (ADEQUATE - 1.0).max(share * excess(&missing));
@@ -248,7 +248,7 @@ impl Search<'_> {
             return Ok(false);
         }
         let base = pass.base.problem(self.setup)?;
-        let excess = |shots, refit| gap(&base, &pass.fit.xi, shots, refit).map(|gap| gap.left - 1.0);
+        let excess = |shots, refit| Gap::of(&base, &pass.fit.xi, shots, refit).map(|gap| gap.left - 1.0);
         Ok(excess(&self.setup.held_out, true)? > HIDDEN.0 * excess(&self.setup.train, false)?.max(HIDDEN.1))
     }
 }
@@ -293,13 +293,8 @@ fn is_adequate(pass: &Pass) -> bool {
     pass.fit.misfit <= adequate(pass.expected)
 }
 
-/// The largest misfit that noise alone leaves where it is expected to leave `expected`.
-pub(super) fn noise(expected: f64) -> f64 {
-    expected + SPREAD * (2.0 * expected).sqrt()
-}
-
 /// What is said of an effect that explains something with the wrong sign only.
-const OPPOSITE: &str = "what is left is the opposite of what it does: its size would have to be negative";
+const OPPOSITE: &str = "the residuals are the opposite of what it does: its size would have to be negative";
 
 /// Why a candidate was not named; nothing for one that could be.
 fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
@@ -310,15 +305,15 @@ fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64
         None if tried.fit.is_some() => IMPLAUSIBLE,
         None if tried.look.is_none() => "the model does not run with it",
         None if is_opposite && promise < PROMISING.0 => OPPOSITE,
-        None if promise < PROMISING.0 => "its signature explains nothing of what is left",
+        None if promise < PROMISING.0 => "its signature explains nothing of the residuals",
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
-        Some(own) if own.is_nothing() => "its size is nothing within its error",
+        Some(own) if own.is_nothing() => "its size is zero within its standard error",
         Some(own) if own.needed.is_infinite() => "a single fitted shot does not tell it from a parameter that is off",
-        Some(own) if own.fall < own.needed => "it brings the model hardly nearer to the measurement",
+        Some(own) if own.cost_drop < own.needed => "it hardly reduces the cost",
         Some(own) if !own.has_size() => "its size is uncertain",
         Some(own) if !own.is_plausible => IMPLAUSIBLE,
-        Some(own) if !is_first && best - own.fall > LEAD => "another one explains more",
+        Some(own) if !is_first && best - own.cost_drop > LEAD => "another candidate explains more",
         Some(_) => "",
     };
     words.to_string()

@@ -3,9 +3,9 @@
 //! What was named first may only have imitated what was found later.  Each earlier effect is taken out again and the rest fitted;
 //! it stays if that costs as much as a name takes ([`Search::needed`]).  So is, in the end, each whose size has become uncertain.
 
-use super::Search;
-use crate::Fault;
+use super::context::Search;
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 

@@ -1,22 +1,21 @@
 //! Looks at all candidates without a fit: scores, powers, and where in the equations something is missing.
 
-use super::decide::noise;
-use super::{NEEDED, Pass, Search, Tried, adequate};
+use super::context::Search;
+use super::pass::{Pass, Tried};
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::schedule;
-use crate::fit::{Effort, Fit};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::power::{Power, confusions};
-use crate::problem::Weighing;
 use crate::projection::Projection;
-use crate::{Fault, Setup};
+use crate::thresholds::{NEEDED, adequate, noise};
 
 impl Search<'_> {
     /// Looks at all candidates that can join, but those that were needless once.
     pub(super) fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
         let weighing = self.whole();
         let mut fit = pass.fit.clone();
-        refresh(&pass.base, self.setup, &mut fit, &weighing)?;
+        pass.base.refresh(self.setup, &mut fit, &weighing)?;
         pass.fit = fit;
         let is_quiet = pass.fit.misfit <= adequate(pass.expected);
         // Where the misfit is that of noise but something is far off, what is missing shows once that is held back.
@@ -26,7 +25,7 @@ impl Search<'_> {
         }
         let is_bent = pass.seen.is_some();
         let mut seen = pass.seen.take().unwrap_or_else(|| pass.fit.clone());
-        refresh(&pass.base, self.setup, &mut seen, &weighing)?;
+        pass.base.refresh(self.setup, &mut seen, &weighing)?;
         let is_quiet = is_quiet && !is_bent;
         let Some(projection) = Projection::new(&seen) else {
             return Err(Fault::run("no derivatives at the fit of the base model"));
@@ -43,7 +42,7 @@ impl Search<'_> {
             let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
             if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
                 let (id, effect) = (candidate.effect.id.clone(), candidate.label());
-                let power = Power { id, effect, typical, fall: score.power, left: score.left };
+                let power = Power { id, effect, typical, cost_drop: score.power, left: score.left };
                 signatures.push((power, signature));
             }
             pass.tried.push(Tried::new(hypothesis, look));
@@ -55,7 +54,7 @@ impl Search<'_> {
         self.probe(pass, &seen, is_quiet)?;
         pass.seen = is_bent.then_some(seen);
         pass.powers = signatures.into_iter().map(|(power, _)| power).collect();
-        pass.powers.sort_by(|a, b| b.fall.total_cmp(&a.fall));
+        pass.powers.sort_by(|a, b| b.cost_drop.total_cmp(&a.cost_drop));
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
         let promise = pass.tried.first().map_or(0.0, gain);
@@ -64,16 +63,4 @@ impl Search<'_> {
         }
         Ok(())
     }
-}
-
-/// Gives a fit a Jacobian at its own unknowns.
-pub(crate) fn refresh(hypothesis: &Hypothesis, setup: &Setup, fit: &mut Fit, weighing: &Weighing) -> Result<(), Fault> {
-    if fit.fresh {
-        return Ok(());
-    }
-    let problem = hypothesis.problem(setup)?;
-    let all: Vec<usize> = (0..problem.unknowns.len()).collect();
-    let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
-    (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
-    Ok(())
 }

@@ -3,9 +3,9 @@
 //! A fit is remembered by what was fitted and in which role.  Only the unknowns are kept: a fit that is recalled starts
 //! from them and ends at once, with derivatives of its own.
 
-use super::Search;
-use crate::Fault;
+use super::context::Search;
 use crate::disturbance::Disturbances;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 
@@ -18,7 +18,7 @@ pub trait Memory {
 }
 
 /// Remembers nothing.
-pub struct Forgetful;
+pub(crate) struct Forgetful;
 
 impl Memory for Forgetful {
     fn recall(&self, _key: &str) -> Option<Vec<f64>> {

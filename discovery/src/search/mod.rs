@@ -2,17 +2,19 @@
 //!
 //! Guards: every candidate is fitted from several sizes; the fit without is tried again from the nuisances of the best
 //! candidate and the candidates from those of their rivals, so that no name rests on a fit that only ended early; a
-//! candidate whose size ends within two standard errors of nothing is the fit without.  Where the fall of the cost is
-//! larger than that size accounts for, the fit without lies in another valley and the pass is begun again from a lower
-//! one.  A name needs a fall of the cost of 25, four standard errors, plausible numbers, a lead of 10 over the next one
+//! candidate whose size ends within two standard errors of nothing is the fit without.  Where the drop of the cost is
+//! larger than that size accounts for, the fit without lies in another local minimum and the pass is begun again from a lower
+//! one.  A name needs a drop of the cost of 25, four standard errors, plausible numbers, a lead of 10 over the next one
 //! and residuals that are noise; plain terms at equations are rivals of every effect.
 
 mod afar;
+mod context;
 mod cross;
 mod decide;
 mod drop;
 mod look;
-pub mod memory;
+mod memory;
+mod pass;
 mod plainer;
 mod plausible;
 mod probe;
@@ -23,197 +25,26 @@ mod shortlist;
 mod terms;
 
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::{Hypothesis, Look};
-use crate::location::Located;
-use crate::power::{Confusion, Power};
-use crate::problem::{Problem, Weighing};
-use crate::variant::Workshop;
-use crate::{Fault, Setup};
+use crate::hypothesis::Hypothesis;
+use crate::problem::Problem;
+use crate::thresholds::noise;
+pub use context::Search;
 pub(crate) use decide::is_beaten;
-use decide::noise;
-use memory::Memory;
+pub(crate) use memory::Forgetful;
+pub use memory::Memory;
+pub(crate) use pass::{Findings, Pass, Status, Tried};
 use rule::Outcome;
 use shortlist::Lowest;
 
-/// Fall of the cost (in units of the misfit per expected misfit) that a name needs.
-pub const NEEDED: f64 = 25.0;
-/// Lead over the next candidate.
-pub const LEAD: f64 = 10.0;
-/// Standard errors that the size must be away from nothing.
-pub const ERRORS: f64 = 4.0;
-/// Misfit per expected misfit up to which residuals count as noise.
-pub const ADEQUATE: f64 = 1.06;
-/// The largest misfit that counts as noise where noise leaves `expected`: of few independent samples the scatter of their sum decides.
-pub fn adequate(expected: f64) -> f64 {
-    (ADEQUATE * expected).max(noise(expected))
-}
-
 /// Most effects that are looked for.
 const MOST_EFFECTS: usize = 3;
-/// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's fall.
-const CLOSE: (f64, f64) = (60.0, 0.05);
-/// A fall of the cost that exceeds the square of the size in standard errors so many times is none of one valley.
-const APART: f64 = 2.0;
-/// Share of what a candidate explains that another valley of the fit without may explain as well.
-const VALLEY: f64 = 0.2;
-/// A look that promises less is not followed: where something is missing, and where nothing but noise is left.
-const PROMISING: (f64, f64) = (6.0, 12.0);
-
-/// What came out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Status {
-    /// Nothing is missing.
-    Adequate,
-    /// One effect (or several, one after the other) of the machine.
-    Named,
-    /// Several effects explain it equally well.
-    Ambiguous,
-    /// A measuring chain.
-    Sensor,
-    /// Something is missing that no library knows.
-    Unknown,
-    /// The fits did not end where they could be compared.
-    Unconverged,
-}
-
-impl Status {
-    /// The word of reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            Status::Adequate => "adequate",
-            Status::Named => "named",
-            Status::Ambiguous => "ambiguous",
-            Status::Sensor => "sensor",
-            Status::Unknown => "unknown",
-            Status::Unconverged => "unconverged",
-        }
-    }
-}
-
-/// A candidate that was looked at, and fitted if it was likely.
-pub struct Tried {
-    /// With the effects found before it.
-    pub hypothesis: Hypothesis,
-    /// The look without a fit.
-    pub look: Option<Look>,
-    /// The fit.
-    pub fit: Option<Fit>,
-    /// Fall of the cost against the fit without, in units of the noise left.
-    pub fall: f64,
-    /// Size in standard errors from nothing; none where it is not known.
-    pub errors: Option<f64>,
-    /// Its numbers are such as the library calls plausible.
-    pub is_plausible: bool,
-    /// Why it was not named, if there is a reason.
-    pub verdict: String,
-}
-
-impl Tried {
-    /// Before any fit.
-    fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
-        Self { hypothesis, look, fit: None, fall: 0.0, errors: None, is_plausible: true, verdict: String::new() }
-    }
-
-    /// True if its size is known well enough for a name.
-    pub fn has_size(&self) -> bool {
-        rule::has_size(self.errors)
-    }
-
-    /// True if its size is none within its error: the model without it.
-    fn is_nothing(&self) -> bool {
-        rule::is_nothing(self.errors)
-    }
-}
-
-/// One pass of the search.
-pub struct Pass {
-    /// The model that the pass began with.
-    pub base: Hypothesis,
-    /// Its fit.
-    pub fit: Fit,
-    /// Where the fit has noise left only with something far off: the fit with that held back, from which effects are looked at.
-    pub seen: Option<Fit>,
-    /// Expected misfit.
-    pub expected: f64,
-    /// Fall of the cost that the effects named before have brought.
-    pub explained: f64,
-    /// What was tried for it.
-    pub record: Record,
-    /// Candidates, the best first.
-    pub tried: Vec<Tried>,
-    /// Terms of equations held against what is left, the best first.
-    pub located: Vec<Located>,
-    /// The best of them, fitted; the best first.
-    pub terms: Vec<Tried>,
-    /// Runs that the look at the equations took.
-    pub located_runs: usize,
-    /// The pass was begun again because its base fell into a lower local minimum.
-    pub is_again: bool,
-    /// Runs of passes that were given up for this one.
-    pub dropped: usize,
-    /// How well each effect that can join could be seen.
-    pub powers: Vec<Power>,
-    /// Effects that look alike.
-    pub confusions: Vec<Confusion>,
-}
-
-impl Pass {
-    /// Runs of the model.
-    fn runs(&self) -> usize {
-        let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
-        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.dropped
-    }
-}
-
-/// The outcome of a search.
-pub struct Findings {
-    /// Status.
-    pub status: Status,
-    /// Passes; the last one found nothing more.
-    pub passes: Vec<Pass>,
-    /// Effects that explain the last pass equally well.
-    pub ambiguous: Vec<Candidate>,
-    /// Why what seemed to be the answer was not given, if so.
-    pub reason: Option<String>,
-    /// The best library effect where none is named.
-    pub resembles: Option<Candidate>,
-    /// Runs of the model.
-    pub runs: usize,
-    /// Seed of the random starts.
-    pub seed: u64,
-    /// Fall of the cost that a name needed.
-    pub needed: f64,
-    /// Nothing was named, and the shots held out show a gap that the fitted ones hide: others should be held out.
-    pub hidden: bool,
-    /// False if what the best model leaves still changed in the last round.
-    pub is_settled: bool,
-}
-
-/// A search.
-pub struct Search<'a> {
-    /// Study and set.
-    pub setup: &'a Setup,
-    /// Writer of models.
-    pub workshop: &'a Workshop<'a>,
-    /// All that may be missing.
-    pub candidates: Vec<Candidate>,
-    /// Seed of random starts.
-    pub seed: u64,
-    /// Fall of the cost that a name needs: [`NEEDED`], or more where [`crate::calibration`] says so.
-    pub needed: f64,
-    /// Told what is being done.
-    pub progress: &'a dyn Fn(&str),
-    /// Fits made before.
-    pub memory: &'a dyn Memory,
-}
+/// Share of what a candidate explains that another local minimum of the fit without may explain as well.
+const ELSEWHERE: f64 = 0.2;
 
 impl Search<'_> {
-    fn whole(&self) -> Weighing {
-        Weighing::whole(&self.setup.train, self.setup.study.shots.time_tolerance)
-    }
-
     /// Searches.
     ///
     /// # Errors
@@ -276,7 +107,7 @@ impl Search<'_> {
         }
     }
 
-    /// One pass: the fit without, the looks and the fits of candidates.  Begun again where the fit without falls into a
+    /// One pass: the fit without, the screening and the fits of candidates.  Begun again where the fit without reaches a
     /// lower local minimum on the way.
     fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
         let mut pass = self.begin(found.to_vec(), start)?;
@@ -286,7 +117,7 @@ impl Search<'_> {
         let fits = pass.tried.iter().filter_map(|tried| tried.fit.as_ref());
         let lowest = Lowest::of(fits, pass.expected);
         // What leaves nothing but noise explains much more than the way to the lower local minimum did.
-        let is_settled = lowest.is_noise() && begun - pass.fit.cost < VALLEY * (begun - lowest.cost);
+        let is_settled = lowest.is_noise() && begun - pass.fit.cost < ELSEWHERE * (begun - lowest.cost);
         if is_settled || begun - pass.fit.cost <= self.needed * scale {
             return Ok(pass);
         }
@@ -401,27 +232,4 @@ impl Search<'_> {
         record.note("from there", &next, expected);
         schedule::lower(fit, next)
     }
-}
-
-/// Positions of the candidates that were fitted, the lowest cost first.
-fn by_cost(tried: &[Tried]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].fit.is_some()).collect();
-    let cost = |k: usize| tried[k].fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);
-    order.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)));
-    order
-}
-
-/// Of the candidates that were fitted, the best first, those that explain about as much as the one at `best`, and more
-/// than chance would.
-fn contested(pass: &Pass, best: usize, needed: f64) -> Vec<usize> {
-    let fit = |k: usize| pass.tried[k].fit.as_ref();
-    let lowest = fit(best).map_or(f64::INFINITY, |fit| fit.cost);
-    let near = CLOSE.0.max(CLOSE.1 * (pass.fit.cost - lowest));
-    let is_contested = |&k: &usize| {
-        fit(k).is_some_and(|own| {
-            let scale = (own.misfit / pass.expected).max(1.0);
-            own.cost - lowest < near && pass.fit.cost - own.cost >= needed * scale
-        })
-    };
-    by_cost(&pass.tried).into_iter().filter(is_contested).collect()
 }

@@ -3,11 +3,12 @@
 //! Before the other one was found, an effect with further numbers (`refines`) may have imitated it with them.  The plainer one that it
 //! refines takes its place where that costs less than a lead ([`LEAD`]).
 
-use super::{LEAD, Search};
-use crate::Fault;
+use super::context::Search;
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
+use crate::thresholds::LEAD;
 use crate::unknowns::{LIMIT, Meaning};
 
 impl Search<'_> {

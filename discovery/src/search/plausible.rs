@@ -1,23 +1,22 @@
 //! Sizes in standard errors, and numbers that can be.
 //!
-//! A fit may end where an effect has numbers that its library calls implausible: another valley, or a number that the
+//! A fit may end where an effect has numbers that its library calls implausible: another local minimum, or a number that the
 //! measurement hardly decides.  Before such a fit speaks against the effect it is made again from plausible numbers,
 //! and once more with the numbers that leave their ranges again held at the ends; where that explains the measurement
 //! as well, the plausible fit is the effect's (a profile likelihood over the held numbers: Raue et al., Bioinformatics
 //! 25 (2009)).
 
-use super::look::refresh;
+use super::context::{Search, patience};
+use super::pass::{Pass, by_cost, contested};
 use super::rule::is_taken;
-use super::shortlist::patience;
-use super::{ERRORS, LEAD, Pass, Search, by_cost, contested};
+use crate::fault::Fault;
 use crate::fit::{Fit, minimise, minimise_over};
 use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
+use crate::setup::Setup;
+use crate::thresholds::{ERRORS, LEAD, NOTHING};
 use crate::unknowns::{LIMIT, Meaning};
-use crate::{Fault, Setup};
 
-/// A size of fewer standard errors is none.
-pub(super) const NOTHING: f64 = 2.0;
 /// Most candidates that are fitted again.
 const MOST: usize = 3;
 /// Part of the range of what is plausible by which a number may lie outside: the ends are judgements, and what else is
@@ -44,7 +43,7 @@ impl Search<'_> {
         Ok(has_fallen)
     }
 
-    /// The one of the lower cost, but no implausible one for a small fall.
+    /// The one of the lower cost, but no implausible one for a small drop.
     pub(super) fn preferred(&self, hypothesis: &Hypothesis, old: Fit, new: Fit, expected: f64) -> Fit {
         let scale = (new.misfit / expected).max(1.0);
         let plausible = |fit: &Fit| is_plausible(hypothesis, self.setup, fit);
@@ -86,7 +85,7 @@ impl Search<'_> {
         let Some(mut again) = again.ok().filter(|own| is_enough(own, lowest.cost)) else { return Ok(lowest) };
         drop(problem);
         // Derivatives by what was held, too.
-        refresh(hypothesis, self.setup, &mut again, &whole)?;
+        hypothesis.refresh(self.setup, &mut again, &whole)?;
         Ok(again)
     }
 }

@@ -5,9 +5,10 @@
 //! whose Jacobian is that of the fit without the effect, with the columns of the effect's own numbers, corrected by
 //! Broyden's update and never computed anew, so that a step costs one run of each shot.
 
-use super::{Pass, Search};
-use crate::Fault;
+use super::context::Search;
+use super::pass::Pass;
 use crate::catalogue::Kind;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Look;
 
@@ -24,7 +25,7 @@ const VISIBLE: f64 = 25.0;
 impl Search<'_> {
     /// Looks again at the effects that nuisances can imitate, from the fit `seen`.
     pub(super) fn probe(&self, pass: &mut Pass, seen: &Fit, is_quiet: bool) -> Result<(), Fault> {
-        (self.progress)("looking again at what could be imitated");
+        (self.progress)("screening again what nuisances could imitate");
         let whole = self.whole();
         let Some((jacobian, _)) = &seen.jacobian else { return Ok(()) };
         let (effort, limit) = if is_quiet { (FEWER, LEFT.1) } else { (STEPS, LEFT.0) };
@@ -46,9 +47,9 @@ impl Search<'_> {
             let starts = typical.into_iter().chain(claimed);
             for start in starts {
                 let Ok(fit) = minimise(&problem, &start, &whole, effort, Some((jacobian, &whole))) else { continue };
-                let fall = pass.fit.cost - fit.cost;
-                if fall > look.probed.as_ref().map_or(0.0, |(known, _)| *known) {
-                    look.probed = Some((fall, fit.xi));
+                let cost_drop = pass.fit.cost - fit.cost;
+                if cost_drop > look.probed.as_ref().map_or(0.0, |(known, _)| *known) {
+                    look.probed = Some((cost_drop, fit.xi));
                 }
             }
         }

@@ -1,16 +1,17 @@
 //! Was the right one named, now that its fit has found a lower local minimum?
 //!
-//! Rivals were fitted in the valley that all shared then, and so was the model without any of them.  Where the fit of
+//! Rivals were fitted in the local minimum that all shared then, and so was the model without any of them.  Where the fit of
 //! the model with the named effect falls further in the next pass, they are fitted again from there, and the name is
 //! given anew.
 
+use super::context::{Search, patience};
+use super::pass::Pass;
 use super::plausible::is_plausible;
 use super::rule::Outcome;
-use super::shortlist::patience;
-use super::{LEAD, Pass, Search};
-use crate::Fault;
+use crate::fault::Fault;
 use crate::fit::schedule::lower;
 use crate::fit::{Effort, minimise};
+use crate::thresholds::LEAD;
 
 /// Rivals that explained at least this share of what the named effect did are fitted again, so many of them.
 const RIVALS: (f64, usize) = (0.5, 3);
@@ -32,14 +33,14 @@ impl Search<'_> {
         (self.progress)("fitting the rivals again from a lower local minimum");
         let (count, whole) = (before.fit.xi.len(), self.whole());
         let nuisances = &pass.fit.xi[..count];
-        let enough = RIVALS.0 * named.fall;
+        let enough = RIVALS.0 * named.cost_drop;
         let fit = if is_plausible(&pass.base, self.setup, &pass.fit) {
             pass.fit.clone()
         } else {
             self.tamed(&pass.base, pass.fit.clone(), pass.expected)?
         };
         before.tried[first].fit = Some(fit);
-        let others = before.tried.iter_mut().filter(|tried| tried.hypothesis.key() != own && tried.fall >= enough);
+        let others = before.tried.iter_mut().filter(|tried| tried.hypothesis.key() != own && tried.cost_drop >= enough);
         for rival in others.take(RIVALS.1).chain(before.terms.first_mut()) {
             let Some(old) = rival.fit.clone() else { continue };
             let start = [nuisances, &old.xi[count..]].concat();

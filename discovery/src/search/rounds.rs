@@ -6,14 +6,15 @@
 //! own in every shot, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
 //! their place.
 
-use super::decide::noise;
-use super::look::refresh;
-use super::{Findings, LEAD, Pass, Search, Status, adequate};
+use super::context::Search;
+use super::pass::{Findings, Pass, Status};
 use crate::disturbance::Disturbances;
+use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
-use crate::leftover::leftover;
-use crate::{Fault, Setup};
+use crate::leftover::{Leftover, leftover};
+use crate::setup::Setup;
+use crate::thresholds::{LEAD, adequate, noise};
 
 /// Most rounds.
 const MOST: usize = 5;
@@ -132,10 +133,10 @@ impl Search<'_> {
         minimise(&problem, &start.collect::<Vec<_>>(), &self.whole(), Effort::LONG, None)
     }
 
-    fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<crate::leftover::Leftover, Fault> {
+    fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<Leftover, Fault> {
         let whole = self.whole();
         let mut fit = fit.clone();
-        refresh(hypothesis, self.setup, &mut fit, &whole)?;
+        hypothesis.refresh(self.setup, &mut fit, &whole)?;
         leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, &whole)
     }
 }

@@ -2,18 +2,18 @@
 //!
 //! It knows nothing of models and measurements, so that every case of it can be stated.
 
-use super::{ERRORS, LEAD, NEEDED, plausible::NOTHING};
+use crate::thresholds::{ERRORS, LEAD, NEEDED, NOTHING};
 
 /// What the fit of a candidate has brought.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Standing {
     /// Where its fit ended.
     pub cost: f64,
-    /// Its misfit per expected misfit, at least 1: what a fall of the cost is measured in.
+    /// Its misfit per expected misfit, at least 1: what a drop of the cost is measured in.
     pub scale: f64,
-    /// Fall of the cost against the fit without.
-    pub fall: f64,
-    /// The fall it needs.
+    /// Drop of the cost against the fit without.
+    pub cost_drop: f64,
+    /// The drop it needs.
     pub needed: f64,
     /// Its size in standard errors from nothing; none where it is not known.
     pub errors: Option<f64>,
@@ -36,7 +36,7 @@ impl Standing {
 
     /// True if it explains more than chance would.
     fn is_needed(&self) -> bool {
-        !self.is_nothing() && self.fall >= self.needed
+        !self.is_nothing() && self.cost_drop >= self.needed
     }
 }
 
@@ -53,7 +53,7 @@ pub(super) fn is_nothing(errors: Option<f64>) -> bool {
 /// How the model without any of the candidates stands.
 #[derive(Clone, Copy)]
 pub(super) struct Without {
-    /// What it leaves counts as noise ([`super::ADEQUATE`]).
+    /// What it leaves counts as noise ([`crate::thresholds::ADEQUATE`]).
     pub is_adequate: bool,
     /// What it leaves is within the scatter of noise, or effects were named already.
     pub is_noise: bool,
@@ -116,12 +116,12 @@ pub(super) fn outcome(
 /// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in
 /// place of a plausible one for less than the lead a name takes.
 pub(super) fn is_taken(
-    fall: f64,
+    cost_drop: f64,
     scale: f64,
     was_plausible: impl Fn() -> bool,
     is_plausible: impl Fn() -> bool,
 ) -> bool {
-    fall > 0.0 && (fall >= LEAD * scale || !was_plausible() || is_plausible())
+    cost_drop > 0.0 && (cost_drop >= LEAD * scale || !was_plausible() || is_plausible())
 }
 
 /// True if a term explains what the leading effect leaves: by more than a lead where something is left beside it, by
@@ -146,10 +146,10 @@ mod tests {
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
     const NOISE: Without = Without { is_adequate: true, is_noise: true };
 
-    /// A sound candidate whose cost is that of a fit without (1000) less the fall.
-    fn sound(fall: f64) -> Option<Standing> {
+    /// A sound candidate whose cost is that of a fit without (1000) less the drop.
+    fn sound(cost_drop: f64) -> Option<Standing> {
         let (scale, needed, errors) = (1.0, 25.0, Some(20.0));
-        Some(Standing { cost: 1000.0 - fall, scale, fall, needed, errors, is_plausible: true, plainer: None })
+        Some(Standing { cost: 1000.0 - cost_drop, scale, cost_drop, needed, errors, is_plausible: true, plainer: None })
     }
 
     fn with(own: Option<Standing>, change: impl FnOnce(&mut Standing)) -> Option<Standing> {
@@ -170,13 +170,13 @@ mod tests {
         // Whatever place it has in the list.
         assert_eq!(says(&[None, sound(100.0), sound(300.0)], UNEXPLAINED), Outcome::Name(2));
         // Where more than noise is left beside the effect, a lead is measured in that.
-        let loud = |fall| with(sound(fall), |own| own.scale = 2.0);
+        let loud = |cost_drop| with(sound(cost_drop), |own| own.scale = 2.0);
         assert_eq!(says(&[loud(300.0), loud(281.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
     }
 
     #[test]
     fn further_numbers_that_explain_no_more_do_not_make_a_choice() {
-        let refined = |fall, plainer| with(sound(fall), |own| own.plainer = Some(plainer));
+        let refined = |cost_drop, plainer| with(sound(cost_drop), |own| own.plainer = Some(plainer));
         assert_eq!(says(&[refined(305.0, 1), sound(300.0)], UNEXPLAINED), Outcome::Name(1));
         // Where they explain more than a lead they are needed.
         assert_eq!(says(&[refined(311.0, 1), sound(300.0)], UNEXPLAINED), Outcome::Name(0));
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn what_needs_more_blocks_but_does_not_hide() {
-        let demanding = |fall| with(sound(fall), |own| own.needed = 400.0);
+        let demanding = |cost_drop| with(sound(cost_drop), |own| own.needed = 400.0);
         // It leads by more than the lead: the other one is not the explanation.
         assert_eq!(says(&[demanding(320.0), sound(300.0)], UNEXPLAINED), Outcome::Unexplained);
         assert_eq!(says(&[demanding(320.0), sound(300.0)], NOISE), Outcome::Nothing);
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_lower_cost_is_taken_unless_it_is_bought_with_odd_numbers() {
-        let taken = |fall, was: bool, is: bool| is_taken(fall, 2.0, || was, || is);
+        let taken = |cost_drop, was: bool, is: bool| is_taken(cost_drop, 2.0, || was, || is);
         assert!(taken(0.1, true, true) && taken(0.1, false, false) && taken(0.1, false, true));
         assert!(!taken(0.1, true, false) && !taken(19.9, true, false) && taken(20.1, true, false));
         assert!(!taken(0.0, true, true) && !taken(-1.0, false, true) && !taken(f64::NAN, false, true));

@@ -6,14 +6,15 @@
 //! if nothing comes near the measurement and nuisances are bent; those whose runs are long come last, but for one that
 //! promises most of all.
 
-use super::decide::noise;
+use super::context::{Search, patience};
+use super::pass::{Pass, Tried, by_cost};
 use super::rule;
-use super::{NEEDED, PROMISING, Pass, Search, Tried, adequate, by_cost};
-use crate::Fault;
+use crate::fault::Fault;
 use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
-use crate::problem::{Problem, Weighing};
+use crate::problem::Problem;
+use crate::thresholds::{NEEDED, PROMISING, adequate, noise};
 use hyd_system::random::SplitMix;
 
 /// Candidates fitted, at a misfit close to the expected one and far above it.
@@ -219,7 +220,7 @@ impl Search<'_> {
         if !problem.machine.is_fast() {
             return fit;
         }
-        // Small misses of steep parts make valleys of their own, which wide weights do not see.
+        // Small misses of steep parts make local minima of their own, which wide weights do not see.
         if fit.misfit > adequate(expected)
             && let Ok(over) = minimise(problem, &fit.xi, &self.wide(), Effort::FULL, None)
             && let Ok(next) = minimise(problem, &over.xi, &whole, patience, None)
@@ -281,8 +282,8 @@ impl Search<'_> {
                 let tried = &mut pass.tried[rank];
                 let is_done = |fit: &Fit| if turn == 0 { fit.fresh } else { fit.converged };
                 let Some(fit) = tried.fit.take_if(|fit| !is_done(fit)) else { continue };
-                let fall = pass.fit.cost - fit.cost;
-                let is_good = fall >= self.needed && fall >= CONTENDERS.1 * (pass.fit.cost - lowest.cost);
+                let cost_drop = pass.fit.cost - fit.cost;
+                let is_good = cost_drop >= self.needed && cost_drop >= CONTENDERS.1 * (pass.fit.cost - lowest.cost);
                 tried.fit = Some(if is_good { self.followed(&tried.hypothesis, fit, turn, lowest)? } else { fit });
                 followed.extend(is_good.then_some(rank));
             }
@@ -384,11 +385,6 @@ impl Search<'_> {
         let known = begun.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
         Ok(minimise(&problem, &begun.fit.xi, &whole, Effort::FULL.against(lowest.cost), known).ok())
     }
-
-    pub(super) fn wide(&self) -> Weighing {
-        let whole = self.whole();
-        Weighing { inflation: 3.5, tau: schedule::widened(whole.tau), ..whole }
-    }
 }
 
 /// Effects beside the chosen ones that fit the places where terms promise most, if those promise more than any effect:
@@ -405,11 +401,6 @@ fn at_located_places(pass: &Pass, chosen: &[usize]) -> Vec<usize> {
         is_there && tried.look.is_some() && tried.hypothesis.machine.is_fast() && !chosen.contains(&rank)
     };
     (0..pass.tried.len()).filter(fits).take(MOST_PLACED).collect()
-}
-
-/// How hard a fit is followed on: derivatives through delays are dear.
-pub(super) fn patience(problem: &Problem<'_>) -> Effort {
-    if problem.machine.is_fast() { Effort::LONG } else { Effort { reuse: 8, ..Effort::FULL } }
 }
 
 /// In which role fits of candidates are remembered.

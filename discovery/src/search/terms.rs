@@ -1,15 +1,17 @@
-//! Terms at equations: all held against what is left, the best fitted like effects.
+//! Terms at equations: all compared with what is left, the best fitted like effects.
 //!
 //! A term that explains what no effect explains says where something is missing and what it looks like, never what it is.
 
-use super::shortlist::{Lowest, patience};
-use super::{NEEDED, Pass, Search, Tried, adequate, by_cost};
-use crate::Fault;
+use super::context::{Search, patience};
+use super::pass::{Pass, Tried, by_cost};
+use super::shortlist::Lowest;
 use crate::door::Door;
+use crate::fault::Fault;
 use crate::fit::minimise;
 use crate::hypothesis::{Hypothesis, Look};
 use crate::location::{Located, locate};
 use crate::projection::Projection;
+use crate::thresholds::{NEEDED, adequate};
 
 /// Terms fitted: where the effects leave nothing but noise, and where they do not.
 const FITTED: (usize, usize) = (1, 3);
@@ -21,7 +23,7 @@ const SPREAD: f64 = 5.0;
 impl Search<'_> {
     /// Holds all terms against what is left.
     pub(super) fn look_at_equations(&self, pass: &mut Pass) -> Result<(), Fault> {
-        (self.progress)("looking at the equations");
+        (self.progress)("screening the equations");
         let Some(projection) = Projection::new(&pass.fit) else { return Ok(()) };
         let sites = self.candidates.iter().flat_map(|candidate| &candidate.sites);
         let declared = sites.filter(|site| site.door == Door::Component);

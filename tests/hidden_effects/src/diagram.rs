@@ -1,5 +1,5 @@
-//! The reliability diagram: what share of effects is seen, over the fall of the cost that the generator expects, beside
-//! what that fall foretells.  Points are groups of equally many trials with exact 95 % intervals; written as SVG.
+//! The reliability diagram: what share of effects is seen, over the drop of the cost that the generator expects, beside
+//! what that drop foretells.  Points are groups of equally many trials with exact 95 % intervals; written as SVG.
 
 use crate::rows::{End, Row};
 use crate::statistics::{Share, quantile};
@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// Size of the picture, and of the margins to the left and below.
 const SIZE: (f64, f64) = (640.0, 360.0);
 const MARGIN: (f64, f64) = (60.0, 48.0);
-/// Powers of ten of the expected fall from which to which the axis goes.
+/// Powers of ten of the expected drop from which to which the axis goes.
 const DECADES: (f64, f64) = (-1.0, 8.0);
 /// Most groups, and fewest trials of one.
 const GROUPS: usize = 10;
@@ -96,7 +96,7 @@ fn frame() -> String {
     }
     let _ = writeln!(
         text,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">expected fall of the cost</text>",
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">expected drop of the cost</text>",
         0.5 * (MARGIN.0 + width),
         height - 10.0
     );

@@ -157,7 +157,7 @@ fn take(report: &Value, row: &mut Value) {
         row["gap"][part] = json!({"before": gap["before"], "after": gap["after"]});
     }
     row["held_out"] = json!(list(&report["shots"]["heldout"]).len());
-    let candidate = |found: &Value| json!({"effect": found["effect"], "fall": found["fall"], "power": found["power"], "promise": found["promise"]});
+    let candidate = |found: &Value| json!({"effect": found["effect"], "fall": found["cost_drop"], "power": found["power"], "promise": found["promise"]});
     let all = list(&report["candidates"]);
     row["candidates"] = all.iter().take(6).map(candidate).collect();
     // Before any candidate was fitted: with and without the share that nuisances take.

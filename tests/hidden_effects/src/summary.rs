@@ -11,7 +11,7 @@ use std::fmt::Write;
 /// Marks of a page between which the tables stand.
 pub const MARKS: (&str, &str) =
     ("<!-- trials: written by hidden-effects summary -->", "<!-- end of what hidden-effects wrote -->");
-/// Predicted falls of the cost that divide trials.
+/// Predicted drops of the cost that divide trials.
 const FALLS: [f64; 4] = [25.0, 100.0, 400.0, f64::INFINITY];
 /// Fall that a name needs, and its root.
 const NEEDED: f64 = 25.0;
@@ -88,9 +88,9 @@ fn goals(rows: &[Row]) -> String {
     };
     let right = |row: &&Row| row.end() == End::Right;
     add("right among those named, one effect", "97 %, bound 94 %", Share::of(&named, right).shown());
-    add("named or in a choice of three, expected fall above 400", "97 %", Share::of(&clear, is_found).shown());
+    add("named or in a choice of three, expected drop above 400", "97 %", Share::of(&clear, is_found).shown());
     add(
-        "named, expected fall above 400 (the rest is ambiguous, unknown or absorbed)",
+        "named, expected drop above 400 (the rest is ambiguous, unknown or absorbed)",
         "",
         Share::of(&clear, right).shown(),
     );
@@ -154,7 +154,7 @@ fn cost(rows: &[Row], add: Add<'_>) {
 fn confusion(rows: &[Row]) -> String {
     let mut text = String::from(
         "Trials with one effect by what was hidden:\n\n\
-         | hidden | trials | right | in a choice | other name | `unknown` | `adequate` | no answer | other names | expected fall, median | size within 1.96 errors |\n\
+         | hidden | trials | right | in a choice | other name | `unknown` | `adequate` | no answer | other names | expected drop, median | size within 1.96 errors |\n\
          |---|---:|---:|---:|---:|---:|---:|---:|---|---:|---:|\n",
     );
     for effect in &CATALOGUE {
@@ -210,7 +210,7 @@ fn outside(rows: &[Row]) -> String {
     text
 }
 
-/// Probability of being seen that the expected fall foretells.
+/// Probability of being seen that the expected drop foretells.
 pub fn foretold(power: f64) -> f64 {
     normal_share(power.max(0.0).sqrt() - NEEDED.sqrt())
 }
@@ -218,9 +218,9 @@ pub fn foretold(power: f64) -> f64 {
 fn reliability(rows: &[Row]) -> String {
     let effect = of(rows, "effect");
     let mut text = String::from(
-        "Is what should be seen seen? The expected fall of the cost is computed by the generator alone (squared signature after projection). Seen: \
+        "Is what should be seen seen? The expected drop of the cost is computed by the generator alone (squared signature after projection). Seen: \
          any status but `adequate` and none.\n\n\
-         | expected fall | trials | foretold | seen | right or in a choice |\n|---|---:|---:|---:|---:|\n",
+         | expected drop | trials | foretold | seen | right or in a choice |\n|---|---:|---:|---:|---:|\n",
     );
     let mut from = 0.0;
     for to in FALLS {
@@ -275,7 +275,7 @@ fn baselines(rows: &[Row]) -> String {
             row.best(key).filter(|(_, fall)| *fall > NEEDED).map(|(id, _)| vec![id.to_string()]).unwrap_or_default()
         }
     };
-    add("(b) the effect with the largest fall of the misfit, parameters held where they were fitted", &best("alone"));
+    add("(b) the effect with the largest drop of the misfit, parameters held where they were fitted", &best("alone"));
     add("the effect with the largest score, nuisances projected out, without a fit", &best("promised"));
     if rows.iter().all(|row| row.by_derivatives().is_some()) {
         let matched =

@@ -30,7 +30,7 @@ fn a_folder_is_imported_and_imported_again() {
     let made = run(scratch.path(), &["bench", "import", "raw"]);
     assert_eq!((made.code, made.stderr.as_str()), (Some(0), ""));
     assert!(made.stdout.contains("the edge of `Trig` at 0.0505 s is time 0"), "{}", made.stdout);
-    assert!(made.stdout.contains("left out, for they are no tables: `photo.jpg`"), "{}", made.stdout);
+    assert!(made.stdout.contains("left out, because they are not tables: `photo.jpg`"), "{}", made.stdout);
     let table = scratch.read("raw_bench/shot1.csv");
     assert!(table.starts_with("time_s,p,Trig\n-0.0505,10050000,0\n"), "{table}");
     let set: serde_json::Value = serde_json::from_str(&scratch.read("raw_bench/set.json")).unwrap();

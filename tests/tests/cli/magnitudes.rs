@@ -41,7 +41,7 @@ fn the_plain_study_is_fitted() {
     let folder = bench();
     let fitted = run(folder.path(), &["fit", "study.toml", "--bench", "set.json"]);
     assert_eq!((fitted.code, fitted.stderr.as_str()), (Some(0), ""));
-    assert!(fitted.stdout.starts_with("set: misfit 0.000 of what noise makes\n"), "{}", fitted.stdout);
+    assert!(fitted.stdout.starts_with("set: misfit 0.000 times that of noise alone\n"), "{}", fitted.stdout);
 }
 
 /// What is put in place of what, and how the message begins.
@@ -174,7 +174,8 @@ fn names_of_studies_are_told_apart() {
     };
     let set = folder.read("set.json");
     let same = set.replace("\"shot\": 2", "\"shot\": 1");
-    let warning = "warning: `other.json`: experiments 1 and 2 are both shot 1: reports do not tell them apart\n";
+    let warning =
+        "warning: `other.json`: the shots 1 and 2 of the list both have the number 1: reports do not tell them apart\n";
     let refused = "error: line 12 of the study: `hold_out` names shot 1, and several shots have this number\n";
     assert_eq!(said(STUDY.replace("[2]", "[1]"), &same), (Some(1), format!("{warning}{refused}")));
     assert_eq!(said(STUDY.replace("hold_out = [2]\n", ""), &same), (Some(0), warning.to_string()));

@@ -193,7 +193,7 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
         assert!(entries.iter().all(|own| own["id"] == own["effect"]), "{list}: {entries:#?}");
     }
     let pouring = report["candidates"].as_array().unwrap().iter().find(|own| own["id"] == "pouring").unwrap();
-    let wanted = "what is left is the opposite of what it does: its size would have to be negative";
+    let wanted = "the residuals are the opposite of what it does: its size would have to be negative";
     assert_eq!((&pouring["pass"], &pouring["verdict"]), (&1.into(), &wanted.into()));
     // Nothing but the report is there.
     let alone = Scratch::new();

@@ -2,9 +2,7 @@
 
 use std::fs;
 
-use hyd_tests::models::root;
-
-use crate::{OWN_LIBRARY, folder, report_of, study_with};
+use crate::{OWN_LIBRARY, folder, report_of, study_with, thinned};
 
 /// Another effect that differs from the first by one or two hundredths over the pressures of a bench.
 const OOZING: &str = "  model Ooze \"oil oozes\"
@@ -25,7 +23,7 @@ fn effects_that_look_alike_are_not_named_but_told_apart_by_another_shot() {
     let library = OWN_LIBRARY.replace("end Workshop;", OOZING);
     fs::write(folder.join("libraries/Workshop/package.hyd"), library).expect("written");
     study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
-    let report = report_of(&folder, &root().join("tests/data/bench/B03.json").display().to_string());
+    let report = report_of(&folder, &thinned(&folder, "bench/B03", 4));
     assert_eq!(report["status"], "ambiguous", "{report:#}");
     let mut ids: Vec<&str> =
         report["ambiguous"].as_array().expect("a list").iter().filter_map(|id| id.as_str()).collect();

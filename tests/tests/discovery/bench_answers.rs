@@ -10,9 +10,7 @@ use std::path::Path;
 
 use hyd::LibraryPath;
 use hyd_compiler::{Compilation, Goal, Options, compile};
-use hyd_discovery::bench::Shot;
-use hyd_discovery::study::Nuisance;
-use hyd_discovery::{Bench, Study};
+use hyd_discovery::{Bench, Nuisance, Shot, Study};
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::simulate;
 use hyd_system::{DaeSystem, Place};

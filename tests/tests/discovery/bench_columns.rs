@@ -8,10 +8,7 @@ use std::fs;
 
 use hyd::LibraryPath;
 use hyd_compiler::Sources;
-use hyd_discovery::problem::{Problem, Weighing};
-use hyd_discovery::unknowns::Meaning;
-use hyd_discovery::variant::Workshop;
-use hyd_discovery::{Bench, Setup, Study};
+use hyd_discovery::{Bench, Meaning, Problem, Setup, Study, Weighing, Workshop};
 use hyd_tests::models::{root, text_of};
 
 /// Set B01 with a study and a change of its text.

@@ -2,11 +2,9 @@
 
 use std::fs;
 
-use hyd_tests::models::root;
+use crate::{OWN_LIBRARY, folder, hyd, json, study_with, thinned};
 
-use crate::{OWN_LIBRARY, folder, hyd, json, study_with};
-
-/// By chance less falls than a name needs anyway, so that the leak is still named; a threshold that is kept beside the
+/// By chance the cost drops by less than a name needs anyway, so that the leak is still named; a threshold that is kept beside the
 /// study is asked for by later searches of the same set, and a leak that does not reach it has no name.
 #[test]
 fn a_threshold_is_kept_with_the_study() {
@@ -14,7 +12,7 @@ fn a_threshold_is_kept_with_the_study() {
     fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
     fs::write(folder.join("libraries/Workshop/package.hyd"), OWN_LIBRARY).expect("written");
     study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
-    let set = root().join("tests/data/bench/B03.json").display().to_string();
+    let set = thinned(&folder, "bench/B03", 4);
     let arguments =
         ["discover", "study.toml", "--bench", &set, "--library", "libraries", "--report", "report", "--json"];
     let found = hyd(&folder, &[&arguments[..], &["--calibrate", "2"]].concat());
@@ -23,9 +21,10 @@ fn a_threshold_is_kept_with_the_study() {
     assert_eq!((&report["status"], &report["needed"]), (&"named".into(), &25.0.into()), "{report:#}");
     let kept = folder.join("study.calibration.json");
     let mut calibration = json(&fs::read_to_string(&kept).expect("kept"));
-    let falls: Vec<f64> = calibration["falls"].as_array().expect("a list").iter().filter_map(|f| f.as_f64()).collect();
-    assert!(falls.len() == 2 && falls.iter().all(|fall| (0.0..25.0).contains(fall)), "{falls:?}");
-    calibration["falls"] = [1e9, 1e9].into();
+    let drops: Vec<f64> =
+        calibration["cost_drops"].as_array().expect("a list").iter().filter_map(|own| own.as_f64()).collect();
+    assert!(drops.len() == 2 && drops.iter().all(|drop| (0.0..25.0).contains(drop)), "{drops:?}");
+    calibration["cost_drops"] = [1e9, 1e9].into();
     fs::write(&kept, calibration.to_string()).expect("written");
     let found = hyd(&folder, &arguments);
     assert_eq!(found.code, Some(0), "{}", found.stderr);

@@ -3,14 +3,12 @@
 
 use std::fs;
 
-use hyd_tests::models::root;
+use super::{folder, hyd, json, study, thinned};
 
-use super::{folder, hyd, json, study};
-
-/// What is said of a set, and how much what is left exceeds the noise as stated.
-fn said(set: &str) -> (String, f64) {
+/// What is said of a set of which one sample of `every` is kept, and how much what is left exceeds the noise as stated.
+fn said(set: &str, every: usize) -> (String, f64) {
     let folder = folder(&format!("disturbed_{set}"));
-    let bench = root().join(format!("tests/data/disturbed/{set}.json")).display().to_string();
+    let bench = thinned(&folder, &format!("disturbed/{set}"), every);
     let found = hyd(&folder, &["discover", &study(), "--bench", &bench, "--report", "."]);
     let is_expected = |line: &str| line.ends_with("of the study stands in no table and is left out");
     assert!(found.code == Some(0) && found.stderr.lines().all(is_expected), "{}", found.stderr);
@@ -19,10 +17,11 @@ fn said(set: &str) -> (String, f64) {
     (found.stdout, report["gap"]["heldout"]["before"].as_f64().expect("a number"))
 }
 
-/// Spikes before the trigger hide that noise is correlated, and noise that is correlated over two samples is noise.
+/// Spikes before the trigger hide that noise is correlated, and noise that is correlated over two samples is noise; so all samples are
+/// needed.
 #[test]
 fn correlated_noise_with_heavy_tails_is_noise() {
-    let (said, left) = said("tails");
+    let (said, left) = said("tails", 1);
     for channel in ["i_A", "x_m", "y_m", "pR_Pa", "p0_Pa"] {
         assert!(said.contains(&format!("noise of {channel} is 1.4 times what was stated")), "{said}");
     }
@@ -32,13 +31,13 @@ fn correlated_noise_with_heavy_tails_is_noise() {
 /// A coil that is warmer in every shot by another amount explains what resistances that scatter do.
 #[test]
 fn resistances_that_scatter_are_not_a_coil_that_heats_up() {
-    let (said, left) = said("scatter");
+    let (said, left) = said("scatter", 2);
     assert!(said.contains("R_w scatters from shot to shot by about") && left < 1.1, "{said}");
 }
 
 /// Two fitted shots show that a resistance scatters; a coil that is warmer in each by another amount would explain it, too.
 #[test]
 fn two_shots_are_enough_to_scatter() {
-    let (said, left) = said("few");
+    let (said, left) = said("few", 4);
     assert!(said.contains("R scatters from shot to shot by about") && left < 1.1, "{said}");
 }

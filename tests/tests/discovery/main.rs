@@ -127,6 +127,24 @@ fn healthy_bench(folder: &Path, seed: u64) {
     fs::write(folder.join("healthy.json"), text).expect("written");
 }
 
+/// A recorded set with one sample of `every` only, in a folder; the path of its file.  The work of a search goes with the number of
+/// samples, and what is asked of these sets stands out of far fewer than they have.
+fn thinned(folder: &Path, set: &str, every: usize) -> String {
+    let data = root().join("tests/data").join(set);
+    let text = fs::read_to_string(data.with_extension("json")).expect("readable");
+    for shot in json(&text)["experiments"].as_array().expect("a list") {
+        let file = shot["file"].as_str().expect("a name");
+        let table = fs::read_to_string(data.with_file_name(file)).expect("readable");
+        let mut lines = table.lines();
+        let heading = lines.next().expect("a heading");
+        let rows: Vec<&str> = std::iter::once(heading).chain(lines.step_by(every)).collect();
+        fs::write(folder.join(file), rows.join("\n")).expect("written");
+    }
+    let path = folder.join("set.json");
+    fs::write(&path, text).expect("written");
+    path.display().to_string()
+}
+
 fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
@@ -200,7 +218,7 @@ fn check_tables(report: &serde_json::Value) {
 #[test]
 fn a_leak_is_named_and_the_model_that_has_it_is_written() {
     let folder = folder("leak");
-    let set = root().join("tests/data/bench/B03.json").display().to_string();
+    let set = thinned(&folder, "bench/B03", 2);
     let found = hyd(&folder, &["discover", &study(), "--bench", &set, "--report", "."]);
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     let report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));
@@ -298,8 +316,8 @@ fn an_effect_of_the_users_own_is_named_but_not_on_a_single_shot() {
     fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
     fs::write(folder.join("libraries/Workshop/package.hyd"), OWN_LIBRARY).expect("written");
     study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
-    let data = root().join("tests/data/bench");
-    let report = report_of(&folder, &data.join("B03.json").display().to_string());
+    let path = thinned(&folder, "bench/B03", 4);
+    let report = report_of(&folder, &path);
     assert_eq!((&report["status"], &report["effects"][0]["id"]), (&"named".into(), &"seeping".into()), "{report:#}");
     // Plain terms at equations are tried beside the effects.
     let tried = report["candidates"].as_array().expect("a list").iter();
@@ -314,10 +332,9 @@ fn an_effect_of_the_users_own_is_named_but_not_on_a_single_shot() {
     let checked = hyd(&folder.join("report"), &["check", "discovered.hyd"]);
     assert_eq!(checked.code, Some(0), "{}", checked.stderr);
     // The same with the first shot alone: nothing is left on which a name could be proved.
-    let mut set = json(&fs::read_to_string(data.join("B03.json")).expect("readable"));
+    let mut set = json(&fs::read_to_string(&path).expect("readable"));
     set["experiments"].as_array_mut().expect("a list").truncate(1);
     fs::write(folder.join("one.json"), set.to_string()).expect("written");
-    fs::copy(data.join("B03_exp1.csv"), folder.join("B03_exp1.csv")).expect("copied");
     let report = report_of(&folder, "one.json");
     assert!(report["status"] != "named" && report["status"] != "sensor", "{report:#}");
     assert_eq!(report["effects"].as_array().map(Vec::len), Some(0));
@@ -362,12 +379,13 @@ fn what_no_library_knows_gets_no_name() {
         &[("trigger_jitter = 1e-5", "trigger_jitter = 1e-5\ntime_tolerance = 0.25")],
     );
     fs::create_dir_all(folder.join("libraries")).expect("made");
-    let report = report_of(&folder, &root().join("tests/data/bench/B10.json").display().to_string());
+    let set = thinned(&folder, "bench/B10", 2);
+    let report = report_of(&folder, &set);
     assert_eq!(report["status"], "unknown", "{report:#}");
     assert_eq!(report["resembles"], "seat_cushion", "the temptation is there: {report:#}");
     assert!(!folder.join("report/discovered.hyd").exists());
     study_with(&folder, &format!("without = [{without}]"), &[]);
-    let report = report_of(&folder, &root().join("tests/data/bench/B10.json").display().to_string());
+    let report = report_of(&folder, &set);
     assert_eq!(report["status"], "unknown", "{report:#}");
     // The truth is 5.5e12 q|q| in the pressure of the drain; other equations come close, none comes before it.
     for first in [&report["location"][0], &report["proposed"][0]] {

@@ -1,12 +1,17 @@
 //! The recorded sets of another simulator with the whole library and nothing but defaults: each must get the answer that
 //! `tests/data/bench/answers.json` holds, with values of the drawn size, and the shots that were held out must be met.
+//!
+//! A quarter of the samples is kept: which effects compete is what is guarded here, and a name is the harder to give the fewer samples
+//! there are.
 
 use std::fs;
 
-use hyd_tests::models::root;
 use serde_json::Value;
 
-use super::{folder, hyd, json, study};
+use super::{folder, hyd, json, study, thinned};
+
+/// One sample of so many is kept.
+const EVERY: usize = 4;
 
 /// Largest ratio of what is left on unseen shots to noise.
 const MET: f64 = 1.1;
@@ -18,7 +23,7 @@ const ERRORS: (f64, f64) = (4.0, 0.1);
 /// Returns the report.
 fn answers(set: &str, status: &str, effects: &[&str], sizes: &[(&str, &str, f64)]) -> Value {
     let folder = folder(set);
-    let bench = root().join(format!("tests/data/bench/{set}.json")).display().to_string();
+    let bench = thinned(&folder, &format!("bench/{set}"), EVERY);
     let found = hyd(&folder, &["discover", &study(), "--bench", &bench, "--report", "."]);
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     let report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));

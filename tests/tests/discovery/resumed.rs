@@ -5,9 +5,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use hyd_tests::models::root;
-
-use crate::{OWN_LIBRARY, folder, hyd, json, study_with};
+use crate::{OWN_LIBRARY, folder, hyd, json, study_with, thinned};
 
 #[test]
 fn a_search_that_was_killed_goes_on() {
@@ -15,7 +13,7 @@ fn a_search_that_was_killed_goes_on() {
     fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
     fs::write(folder.join("libraries/Workshop/package.hyd"), OWN_LIBRARY).expect("written");
     study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
-    let set = root().join("tests/data/bench/B03.json").display().to_string();
+    let set = thinned(&folder, "bench/B03", 4);
     let arguments = ["discover", "study.toml", "--bench", &set, "--library", "libraries", "--report", "report"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
     let command = command.args(arguments).current_dir(&folder).env_remove("HYD_LIBRARY").stdout(Stdio::null());

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hyd_discovery::{SET_KEYS, SET_REMARKS, Study};
+use hyd_discovery::{Bench, Study};
 use hyd_tests::models::root;
 use serde_json::{Value, json};
 
@@ -212,14 +212,14 @@ fn no_field_is_missing() {
     }
     let set = schema("set");
     let known: BTreeSet<&str> = set["properties"].as_object().expect("properties").keys().map(String::as_str).collect();
-    let fields: BTreeSet<&str> = SET_KEYS.iter().chain(&SET_REMARKS).copied().collect();
+    let fields: BTreeSet<&str> = Bench::KEYS.iter().chain(&Bench::REMARKS).copied().collect();
     assert_eq!(known, fields);
     // The keys are those of the structure that is read.
     let text = fs::read_to_string(root().join("discovery/src/bench.rs")).expect("the source");
     let (_, rest) = text.split_once("struct Stated {\n").expect("the structure");
     let body = rest.split_once("\n}").expect("its end").0;
     let names = body.lines().filter_map(|line| line.trim().split_once(": ")).map(|(name, _)| name);
-    assert_eq!(names.collect::<BTreeSet<_>>(), SET_KEYS.into_iter().collect());
+    assert_eq!(names.collect::<BTreeSet<_>>(), Bench::KEYS.into_iter().collect());
 }
 
 #[test]
