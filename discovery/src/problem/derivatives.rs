@@ -15,8 +15,16 @@ use crate::unknowns::Meaning;
 struct Sight {
     /// Output points of the run.
     span: Span,
-    /// Measured channels with the weights of their samples; by sample the time of the run that it shows and its factor, if it counts.
-    channels: Vec<(usize, Vec<f64>, Vec<(f64, Option<f64>)>)>,
+    channels: Vec<SeenChannel>,
+}
+
+/// A measured channel of it.
+struct SeenChannel {
+    channel: usize,
+    /// Reciprocal standard deviations of the samples.
+    weights: Vec<f64>,
+    /// By sample the time of the run that it shows, and its factor if it counts.
+    factors: Vec<(f64, Option<f64>)>,
 }
 
 impl Problem<'_> {
@@ -192,7 +200,7 @@ impl Problem<'_> {
                 (at, if counts { Some(-chain.gain * weight) } else { None })
             };
             let factors = data.times.iter().zip(&weights).map(factor).collect();
-            (channel, weights, factors)
+            SeenChannel { channel, weights, factors }
         });
         let channels = channels.collect();
         Some(Sight { span, channels })
@@ -200,8 +208,8 @@ impl Problem<'_> {
 
     /// The change of the whitened residuals with one change of the channels; none where it is not a number.
     fn response_of(&self, sight: &Sight, change: &dyn Fn(usize) -> Vec<f64>) -> Option<Vec<f64>> {
-        let mut all = Vec::with_capacity(sight.channels.iter().map(|(_, weights, _)| weights.len()).sum());
-        for (channel, weights, factors) in &sight.channels {
+        let mut all = Vec::with_capacity(sight.channels.iter().map(|own| own.weights.len()).sum());
+        for SeenChannel { channel, weights, factors } in &sight.channels {
             let begin = all.len();
             let series = change(*channel);
             all.extend(

@@ -18,6 +18,7 @@ mod renamed;
 mod resumed;
 mod rubbing;
 mod schema;
+mod thinned;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -26,6 +27,7 @@ use std::process::Command;
 
 use hyd_tests::drive_equations::{Experiment, inductance};
 use hyd_tests::models::root;
+use thinned::thinned;
 
 struct Outcome {
     code: Option<i32>,
@@ -125,24 +127,6 @@ fn healthy_bench(folder: &Path, seed: u64) {
         experiments.join(",\n")
     );
     fs::write(folder.join("healthy.json"), text).expect("written");
-}
-
-/// A recorded set with one sample of `every` only, in a folder; the path of its file.  The work of a search goes with the number of
-/// samples, and what is asked of these sets stands out of far fewer than they have.
-fn thinned(folder: &Path, set: &str, every: usize) -> String {
-    let data = root().join("tests/data").join(set);
-    let text = fs::read_to_string(data.with_extension("json")).expect("readable");
-    for shot in json(&text)["experiments"].as_array().expect("a list") {
-        let file = shot["file"].as_str().expect("a name");
-        let table = fs::read_to_string(data.with_file_name(file)).expect("readable");
-        let mut lines = table.lines();
-        let heading = lines.next().expect("a heading");
-        let rows: Vec<&str> = std::iter::once(heading).chain(lines.step_by(every)).collect();
-        fs::write(folder.join(file), rows.join("\n")).expect("written");
-    }
-    let path = folder.join("set.json");
-    fs::write(&path, text).expect("written");
-    path.display().to_string()
 }
 
 fn json(text: &str) -> serde_json::Value {
@@ -379,7 +363,7 @@ fn what_no_library_knows_gets_no_name() {
         &[("trigger_jitter = 1e-5", "trigger_jitter = 1e-5\ntime_tolerance = 0.25")],
     );
     fs::create_dir_all(folder.join("libraries")).expect("made");
-    let set = thinned(&folder, "bench/B10", 2);
+    let set = root().join("tests/data/bench/B10.json").display().to_string();
     let report = report_of(&folder, &set);
     assert_eq!(report["status"], "unknown", "{report:#}");
     assert_eq!(report["resembles"], "seat_cushion", "the temptation is there: {report:#}");
