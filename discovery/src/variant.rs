@@ -382,7 +382,7 @@ impl Workshop<'_> {
 
     /// Why a text that was put together cannot be translated.
     fn refused(&self, composed: &Composed, files: &Files, diagnostics: &[Diagnostic], words: &str) -> Fault {
-        let is_syntax = |diagnostic: &Diagnostic| diagnostic.code.number().starts_with("E01");
+        let is_syntax = |diagnostic: &Diagnostic| diagnostic.code.is_syntax();
         let heading = format!("{words} of the study `{}` cannot be translated", self.study);
         if diagnostics.iter().any(is_syntax) && composed.own > 0 {
             // A file whose last `end` is missing goes on in what was put behind it; on its own it tells what is wrong.

@@ -20,6 +20,11 @@ macro_rules! codes {
                 match self { $(Code::$name => $number),* }
             }
 
+            /// True if the text was not understood, so that what follows may be a consequence.
+            pub fn is_syntax(self) -> bool {
+                matches!(self, Code::Syntax | Code::OutsideProfile | Code::Limit | Code::EndName)
+            }
+
             /// A few words.
             pub fn title(self) -> &'static str {
                 match self { $(Code::$name => $title),* }

@@ -74,7 +74,7 @@ pub fn parse(file: FileId, text: &str) -> Outcome<StoredDefinition> {
 }
 
 /// Both lists in the order of the text, without the consequences of foreign characters and of what has no end.
-fn merge(scan: Scan, text: &str, built: Vec<Diagnostic>) -> Vec<Diagnostic> {
+pub(crate) fn merge(scan: Scan, text: &str, built: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let place = |d: &Diagnostic| d.labels.iter().find(|l| l.primary).map_or(0, |l| l.span.start);
     let limit = scan.unreliable_from.map(|at| at as u32);
     let mut all = scan.diagnostics;

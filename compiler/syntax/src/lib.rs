@@ -14,6 +14,7 @@ mod build_file;
 mod build_modification;
 mod grammar;
 mod head;
+mod lone;
 mod printer;
 mod recovery;
 mod scan;
@@ -28,5 +29,6 @@ mod tests;
 
 pub use build_file::parse;
 pub use head::{Head, head};
+pub use lone::parse_expression;
 pub use printer::{print_expr, print_path, print_reference, print_string};
 pub use recovery::is_keyword;

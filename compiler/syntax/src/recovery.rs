@@ -433,7 +433,7 @@ fn rule_for(words: &[&str], place: Place) -> Rule {
 }
 
 /// `a, b or c`.
-fn expected_list(words: &[&str]) -> Option<String> {
+pub(crate) fn expected_list(words: &[&str]) -> Option<String> {
     match words {
         [] => None,
         [one] => Some((*one).to_string()),
@@ -442,7 +442,7 @@ fn expected_list(words: &[&str]) -> Option<String> {
 }
 
 /// A token in backquotes, or the words for the end of the text; long strings are cut.
-fn quoted(token: &str) -> String {
+pub(crate) fn quoted(token: &str) -> String {
     if token.is_empty() {
         return "the end of the file".to_string();
     }

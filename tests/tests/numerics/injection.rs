@@ -1,8 +1,8 @@
 //! Terms injected into equations: found by path and line, zero until set, checked against closed forms.
 
 use hyd_compiler::{
-    Code, Compilation, CompiledSystem, Goal, Injection, InjectionSite, Options as CompilerOptions, TermShape,
-    compile_with, injection_sites,
+    Code, Compilation, Goal, Injection, InjectionSite, Instance, Options as CompilerOptions, TermShape, compile_with,
+    injection_sites,
 };
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::{Options, simulate};
@@ -35,19 +35,19 @@ fn translate(text: &str, terms: &[Injection]) -> Compilation {
     compile_with(&mut hyd::LibraryPath::new(), "case.hyd", text, &CHOICES, terms)
 }
 
-fn system(compilation: &Compilation) -> CompiledSystem {
+fn system(compilation: &Compilation) -> Instance {
     assert!(!compilation.has_errors(), "{}", messages(compilation));
     compilation.model.as_ref().expect("translated").instantiate()
 }
 
-fn set(system: &mut CompiledSystem, name: &str, value: f64) {
+fn set(system: &mut Instance, name: &str, value: f64) {
     let tables = system.tables().clone();
     let (variable, element) = tables.find(name).unwrap_or_else(|| panic!("no `{name}`"));
     let Place::Parameter(index) = variable.sources[element].place else { panic!("`{name}` is not a parameter") };
     system.set_parameter(index as usize, value).expect("settable");
 }
 
-fn run(system: &mut CompiledSystem, sensitivity: &[&str]) -> Trajectory {
+fn run(system: &mut Instance, sensitivity: &[&str]) -> Trajectory {
     let sensitivity = sensitivity.iter().map(|name| name.to_string()).collect();
     let options = Options { intervals: 100, sensitivity, ..Options::new(0.0, 1.0).with_tolerance(1e-10) };
     let mut rows = Trajectory::new();
@@ -136,8 +136,10 @@ fn terms_without_a_place_are_refused_with_the_reason() {
     assert!(text.contains("ascending"), "{text}");
     let unknown = translate(PENDULUM, &[term("", 6, TermShape::Expression("nobody".to_string()))]);
     assert!(messages(&unknown).contains("nobody") && unknown.has_errors());
-    let broken = translate(PENDULUM, &[term("", 6, TermShape::Expression("1 +".to_string()))]);
-    assert!(broken.has_errors());
+    for (shape, said) in [("1 +", "found the end of the text"), ("v; x", "found `;`"), ("", "expected an expression")] {
+        let broken = translate(PENDULUM, &[term("", 6, TermShape::Expression(shape.to_string()))]);
+        assert!(broken.has_errors() && messages(&broken).contains(said), "{shape}: {}", messages(&broken));
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@
 
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{Function, Node, NodeId};
-use hyd_syntax::tree::{ClassBody, EquationKind, Expr};
+use hyd_syntax::tree::Expr;
 use hyd_system::{Settable, ValueKind, Variability};
 
 use crate::model::VarId;
@@ -71,25 +71,10 @@ impl Flattener<'_, '_> {
     }
 
     fn read_expression(&mut self, name: &str, text: &str) -> Option<Expr> {
-        let whole = format!("model Term equation 0 =\n{text}\n; end Term;");
-        let file = self.tree.table.files.add(format!("term {name}"), whole.as_str());
-        let parsed = hyd_syntax::parse(file, &whole);
-        let clean = parsed.diagnostics.is_empty();
+        let file = self.tree.table.files.add(format!("term {name}"), text);
+        let parsed = hyd_syntax::parse_expression(file, text);
         parsed.diagnostics.into_iter().for_each(|diagnostic| self.report(diagnostic));
-        let body = &parsed.value.classes.first()?.body;
-        let ClassBody::Long { equations, .. } = body else { return None };
-        match equations.first()?.equations.as_slice() {
-            [equation] if clean => match &equation.kind {
-                EquationKind::Equal(_, right) => Some(right.clone()),
-                _ => None,
-            },
-            _ if clean => {
-                let message = format!("the text of the term `{name}` is not one expression");
-                self.report(Diagnostic::error(Code::Injection, message));
-                None
-            }
-            _ => None,
-        }
+        parsed.value
     }
 
     /// The right side of an equation with its terms; `index`: subscripts of the element, if it is an array equation.
