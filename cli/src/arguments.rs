@@ -192,9 +192,6 @@ pub struct Simulate {
     pub model: ModelArguments,
     #[command(flatten)]
     pub run: RunArguments,
-    /// Adds derivatives d(x)/d(P) of all recorded variables; P is a parameter, or a variable for its start value
-    #[arg(long, value_name = "P,...", value_parser = names)]
-    pub sensitivity: Option<Names>,
     /// Draws the results
     #[arg(long, value_name = "F.svg|F.png")]
     pub plot: Option<PathBuf>,

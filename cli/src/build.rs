@@ -31,7 +31,12 @@ pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     let compilation = translate_with(&arguments.model, Goal::Run, &extras)?;
     let model = compilation.model.as_ref();
     let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
-    let mut payload = model.payload().clone();
+    let mut payload = model.stored().map_err(|reason| {
+        Failure::Fault(format!(
+            "no code could be generated for the derivatives of `{}`: {reason}",
+            model.tables().model
+        ))
+    })?;
     let sites = &payload.structure.inputs;
     if let Some(name) = driven.iter().find(|name| sites.iter().all(|site| *site.name != ***name)) {
         let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, CompiledModel, CompiledSystem, Goal};
+use hyd_compiler::{Compilation, CompiledModel, Goal, Instance};
 use hyd_flat::{BlockId, FlatModel};
 use hyd_results::{Matrices, RowKind, Sink, write_whole};
 use hyd_run::parameters::varied;
@@ -30,7 +30,7 @@ pub(crate) fn linearize(arguments: &Linearize) -> Result<(), Failure> {
     let input_names = named_or(&arguments.input, compilation.flat.as_deref(), |flat| &flat.inputs);
     let output_names = named_or(&arguments.output, compilation.flat.as_deref(), |flat| &flat.outputs);
     let (mut system, options) = ready(arguments, &compilation, &model)?;
-    let found = |system: &CompiledSystem| -> Result<_, Failure> {
+    let found = |system: &Instance| -> Result<_, Failure> {
         Ok((inputs(system.tables(), &input_names)?, outputs(system.tables(), &output_names)?))
     };
     let (mut inputs, mut outputs) = found(&system)?;
@@ -89,7 +89,7 @@ fn ready(
     arguments: &Linearize,
     compilation: &Compilation,
     model: &CompiledModel,
-) -> Result<(CompiledSystem, Options), Failure> {
+) -> Result<(Instance, Options), Failure> {
     let mut system = model.instantiate();
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
     let experiment = &model.payload().experiment;

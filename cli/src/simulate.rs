@@ -84,9 +84,8 @@ fn run(
     parameters::apply(&mut system, &arguments.model.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
     let code = model.statistics();
     warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
-    let sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
     let experiment = InputTable::experiment(table, &model.payload().experiment, arguments.run.start);
-    let options = options(&arguments.run, &experiment, sensitivity)?;
+    let options = options(&arguments.run, &experiment)?;
     if let Some(table) = table {
         let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         warnings.extend(table.recorded(&mut system, (options.start, options.stop), &known)?.warnings);

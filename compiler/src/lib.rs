@@ -15,7 +15,7 @@ mod pipeline;
 pub mod render;
 
 pub use balance::{Balance, balances};
-pub use hyd_codegen::{CodeStatistics, CompiledModel, CompiledSystem};
+pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::Loops;
 pub use hyd_flat::{FlatModel, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources};

@@ -8,7 +8,7 @@ use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use hyd_compiler::{CompiledSystem, did_you_mean};
+use hyd_compiler::{Instance, did_you_mean};
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
@@ -104,7 +104,7 @@ struct Limit {
 }
 
 struct Worker {
-    system: CompiledSystem,
+    system: Instance,
     simulator: Simulator,
     grid: Grid,
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use hyd::LibraryPath;
 use hyd::clock::cpu_seconds;
-use hyd_compiler::{Compilation, CompiledSystem, Goal, compile};
+use hyd_compiler::{Compilation, Goal, Instance, compile};
 use hyd_results::Trajectory;
 use hyd_runtime::{Options, Simulator};
 use hyd_system::DaeSystem;
@@ -88,7 +88,7 @@ fn translate(file: &str) -> Compilation {
 }
 
 /// Rows, steps of the solution and of the sensitivities.
-fn run(simulator: &mut Simulator, system: &mut CompiledSystem, options: &Options) -> (Trajectory, u64, u64) {
+fn run(simulator: &mut Simulator, system: &mut Instance, options: &Options) -> (Trajectory, u64, u64) {
     let mut rows = Trajectory::new();
     let summary = simulator.run(system, options, &mut rows, &|| false).expect("the drive runs");
     (rows, summary.statistics.steps, summary.statistics.sensitivity_steps)

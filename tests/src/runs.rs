@@ -3,7 +3,7 @@
 //! Parameters that the compiler did not use (`Compilation::set_at_translation`) are set on the system as run-time data, as
 //! the command does it.  Rows of events are off: a grid point is one row, whatever happens there.
 
-use hyd_compiler::{Compilation, CompiledSystem, Goal};
+use hyd_compiler::{Compilation, Goal, Instance};
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::{Options, Summary, simulate};
 
@@ -41,7 +41,7 @@ pub fn translated(file: &str, set: &[(&str, &str)]) -> Compilation {
 }
 
 /// An instance of a compilation with the remaining parameters set.
-pub fn instance(compilation: &Compilation, set: &[(&str, &str)]) -> CompiledSystem {
+pub fn instance(compilation: &Compilation, set: &[(&str, &str)]) -> Instance {
     let mut system = compilation.model.as_ref().expect("translated").instantiate();
     let set: Vec<(String, String)> = set.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect();
     hyd_run::parameters::apply(&mut system, &set, &compilation.set_at_translation)

@@ -119,7 +119,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
     set.extend(arguments.set.iter().cloned());
     let table = arguments.run.inputs.read()?;
     let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment, arguments.run.start);
-    let options = hyd_run::options(&arguments.run, &experiment, Vec::new())?;
+    let options = hyd_run::options(&arguments.run, &experiment)?;
     let mut system = loaded.instantiate();
     let recorded = recorded(table.as_ref(), &mut system, (options.start, options.stop))?;
     let cut = table.as_ref().and_then(|table| table.left_over(arguments.run.stop, options.stop));

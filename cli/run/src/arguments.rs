@@ -74,6 +74,9 @@ pub struct RunArguments {
     /// Variables that are written, drawn and listed: those whose full name matches
     #[arg(long, value_name = "REGEX")]
     pub variables: Option<String>,
+    /// Adds derivatives d(x)/d(P) of all recorded variables; P is a parameter, or a variable for its start value
+    #[arg(long, value_name = "P,...", value_parser = names)]
+    pub sensitivity: Option<Names>,
     /// What runs the code: native, or vm, the interpreter
     #[arg(long, value_name = "BACKEND", default_value = "native")]
     pub backend: BackendName,

@@ -139,11 +139,7 @@ pub fn check_usage(arguments: &RunArguments, model: Option<&Path>) -> Result<(),
 ///
 /// # Errors
 /// Wrong usage.
-pub fn options(
-    arguments: &RunArguments,
-    experiment: &Experiment,
-    sensitivity: Vec<String>,
-) -> Result<Options, Failure> {
+pub fn options(arguments: &RunArguments, experiment: &Experiment) -> Result<Options, Failure> {
     let start = arguments.start.or(experiment.start).unwrap_or(0.0);
     let stop = arguments.stop.or(experiment.stop).unwrap_or(start + 1.0);
     let mut options = Options::new(start, stop);
@@ -156,7 +152,7 @@ pub fn options(
         Solver::Bdf => hyd_runtime::Solver::Bdf,
         Solver::Esdirk => hyd_runtime::Solver::Esdirk,
     };
-    options.sensitivity = sensitivity;
+    options.sensitivity = arguments.sensitivity.clone().unwrap_or_default().0;
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
 }

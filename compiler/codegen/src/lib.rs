@@ -18,15 +18,13 @@ pub mod native;
 mod nominals;
 mod shared;
 mod spans;
-mod system;
 mod tables;
 mod tangent;
 
 #[cfg(test)]
 mod tests;
 
-pub use hyd_payload::{Backend, memory, program, vm};
+pub use hyd_payload::{Backend, Instance, memory, program, vm};
 pub use lower::{Jacobians, Options};
 pub use model::{CompiledModel, generate};
 pub use shared::CodeStatistics;
-pub use system::CompiledSystem;

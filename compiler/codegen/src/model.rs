@@ -1,13 +1,13 @@
 //! A compiled model: code, layout and tables, shared by all its instances.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use hyd_equations::{Plan, Redundant, SortedSystem, equation_text};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_payload::{
-    Backend, Check, Checked, DataArea, Experiment, Identity, InitialTransfer, Loaded, MessagePiece, Model, Name, Names,
-    OutputRow, Parameters, PlanRoutines, RowNames, Wrap,
+    Backend, Check, Checked, DataArea, Experiment, Identity, InitialTransfer, Instance, Loaded, MessagePiece, Model,
+    Name, Names, OutputRow, Parameters, PlanRoutines, RowNames, Wrap,
 };
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::{NodeId, contains_homotopy};
@@ -23,7 +23,7 @@ use crate::program::Area;
 use crate::shared::{CodeStatistics, Shared};
 use crate::spans::span_of;
 use crate::tables::{Describe, output_row, row_equations};
-use crate::tangent::output_variables;
+use crate::tangent::{self, Source};
 
 /// A model ready to run.  Clones share code and tables.
 #[derive(Clone, Debug)]
@@ -60,16 +60,12 @@ impl CompiledModel {
         if backend == self.shared.backend {
             return Ok(self.clone());
         }
-        let loaded = Arc::new(Loaded::new(self.payload().clone(), backend)?);
+        let (lowered, starts) = (self.shared.lowered.clone(), self.shared.source.starts.clone());
+        let source = Arc::new(Source { lowered: lowered.clone(), starts, backend });
+        let loaded = Arc::new(Loaded::with_source(self.payload().clone(), backend, source.clone())?);
         let code_bytes = loaded.engine.code_bytes;
-        let shared = Shared {
-            statistics: CodeStatistics { code_bytes, ..self.shared.statistics },
-            backend,
-            output_variables: self.shared.output_variables.clone(),
-            tangents: OnceLock::new(),
-            lowered: self.shared.lowered.clone(),
-            loaded,
-        };
+        let statistics = CodeStatistics { code_bytes, ..self.shared.statistics };
+        let shared = Shared { lowered, statistics, backend, source, loaded };
         Ok(CompiledModel { shared: Arc::new(shared) })
     }
 
@@ -83,9 +79,22 @@ impl CompiledModel {
         &self.shared.loaded.model.tables
     }
 
-    /// The model as plain data, to be stored or to run without the compiler.
+    /// The model as plain data, to run without the compiler; without derivatives along directions.
     pub fn payload(&self) -> &Model {
         &self.shared.loaded.model
+    }
+
+    /// The model as plain data, to be stored, with derivatives along all that can be varied.
+    ///
+    /// # Errors
+    /// A sentence, when no code can be made for the derivatives.
+    pub fn stored(&self) -> Result<Model, String> {
+        tangent::stored(self.payload(), &self.shared.source)
+    }
+
+    /// A further instance with its own memory; instances may run on different threads.
+    pub fn instantiate(&self) -> Instance {
+        self.shared.loaded.instantiate()
     }
 
     /// Why the code is interpreted although it was to run natively.
@@ -119,17 +128,13 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
         rows: [rows(sorted, &sorted.simulation, &names), rows(sorted, &sorted.initial, &names)],
         row,
         delays,
+        tangents: None,
     };
-    let output_variables = outputs(sorted, &lowered.layout, &model.row);
-    let loaded = Arc::new(Loaded::new(model, options.backend)?);
-    Ok(Shared {
-        statistics: statistics(sorted, &lowered, loaded.engine.code_bytes),
-        backend: options.backend,
-        output_variables,
-        tangents: OnceLock::new(),
-        lowered,
-        loaded,
-    })
+    let starts = starts(sorted, &lowered.layout, &model.row).into();
+    let source = Arc::new(Source { lowered: Arc::new(lowered), starts, backend: options.backend });
+    let loaded = Arc::new(Loaded::with_source(model, options.backend, source.clone())?);
+    let statistics = statistics(sorted, &source.lowered, loaded.engine.code_bytes);
+    Ok(Shared { lowered: source.lowered.clone(), statistics, backend: options.backend, source, loaded })
 }
 
 fn identity(sorted: &SortedSystem, files: &Files) -> Identity {
@@ -202,11 +207,18 @@ fn area(lowered: &Lowered, names: &TargetNames<'_>) -> DataArea {
     }
 }
 
-fn outputs(sorted: &SortedSystem, layout: &Layout, row: &OutputRow) -> Vec<Option<VarId>> {
+/// For each output the position of its start value, where that may be varied: of unknowns and discrete variables.
+fn starts(sorted: &SortedSystem, layout: &Layout, row: &OutputRow) -> Vec<Option<u32>> {
     let plan = &sorted.simulation;
-    let assigned: Vec<Target> = plan.assignments.iter().map(|a| a.target).collect();
-    let unknowns: Vec<Target> = plan.unknowns.iter().map(|u| u.target).collect();
-    output_variables(&assigned, &unknowns, &row.states, &layout.discrete_vars)
+    let targets = plan.assignments.iter().map(|a| a.target).chain(plan.unknowns.iter().map(|u| u.target));
+    let start = |target: Target| match target {
+        Target::Var(v) => layout.start(v),
+        _ => None,
+    };
+    let mut list: Vec<Option<u32>> = targets.map(start).collect();
+    list.resize(list.len() + row.states.len(), None);
+    list.extend(layout.discrete_vars.iter().map(|&v| layout.start(v)));
+    list
 }
 
 fn statistics(sorted: &SortedSystem, lowered: &Lowered, code_bytes: usize) -> CodeStatistics {

@@ -1,12 +1,11 @@
 //! What all instances of a compiled model share.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use hyd_flat::VarId;
 use hyd_payload::{Backend, Loaded};
 
 use crate::lower::Lowered;
-use crate::tangent::TangentCode;
+use crate::tangent::Source;
 
 /// Sizes of the code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -23,11 +22,9 @@ pub struct CodeStatistics {
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub loaded: Arc<Loaded>,
-    pub lowered: Lowered,
+    pub lowered: Arc<Lowered>,
     pub statistics: CodeStatistics,
     pub backend: Backend,
-    /// Variable behind each output whose start value can be varied.
-    pub output_variables: Vec<Option<VarId>>,
-    /// Made when first asked for.
-    pub tangents: OnceLock<Result<Arc<TangentCode>, String>>,
+    /// What tangents are made from.
+    pub source: Arc<Source>,
 }

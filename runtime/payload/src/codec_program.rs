@@ -6,6 +6,7 @@ use hyd_symbolic::{Arena, Body, BodyId, BodyOutput, Function, Node, NodeId, Numb
 use crate::codec::{Damage, Input, Stored, choices, stored};
 use crate::memory::Extents;
 use crate::program::{Address, Kernel, Program, Routine, RoutineId, Store};
+use crate::tangent::{Branch, Rows, Spaces, Stage, Term};
 
 macro_rules! indices {
     ($($type:ident),*) => {$(
@@ -54,6 +55,11 @@ stored! {
     Extents { needed }
     Kernel { count, slots, stores }
     Store { value, to }
+    Branch { always, entries }
+    Rows { to, ends, terms }
+    Spaces { starts, initial_unknown, initial_work, length }
+    Stage { partials, coefficients, rows }
+    Term { coefficient, from }
 }
 
 impl Stored for Step {

@@ -13,13 +13,14 @@ use crate::mapping::Code;
 use crate::memory::Extents;
 use crate::model::Model;
 use crate::names::Names;
+use crate::tangent::{SweepModel, TangentModel};
 use crate::target::{self, Target};
 
 /// First bytes of every payload.
 pub const MAGIC: [u8; 8] = *b"hydmodel";
 /// Version of the format; another one is refused.  A change of the stored types or of the positions in the table of
 /// functions ([`crate::functions`]) is a new one.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// Bytes before the model.
 const HEADER: usize = 8 + 3 * 4 + 2 * 8;
 
@@ -147,10 +148,7 @@ fn hash(bytes: &[u8]) -> u64 {
 fn put_model(model: &Model, out: &mut Vec<u8>) {
     model.identity.put(out);
     model.experiment.put(out);
-    model.code.is_some().put(out);
-    if let Some(code) = &model.code {
-        put_code(code, out);
-    }
+    put_code(model.code.as_deref(), out);
     model.program.put(out);
     model.routines.put(out);
     model.area.put(out);
@@ -166,13 +164,17 @@ fn put_model(model: &Model, out: &mut Vec<u8>) {
     model.rows.put(out);
     model.candidates.put(out);
     model.delays.put(out);
+    model.tangents.is_some().put(out);
+    if let Some(tangents) = &model.tangents {
+        put_tangents(tangents, out);
+    }
 }
 
 fn get_model(input: &mut Input<'_>, features: u32) -> Result<Model, crate::Damage> {
     Ok(Model {
         identity: Stored::get(input)?,
         experiment: Stored::get(input)?,
-        code: if bool::get(input)? { Some(Arc::new(get_code(input, features)?)) } else { None },
+        code: get_code(input, features)?,
         program: Arc::new(Stored::get(input)?),
         routines: Arc::new(Stored::get(input)?),
         area: Stored::get(input)?,
@@ -188,10 +190,55 @@ fn get_model(input: &mut Input<'_>, features: u32) -> Result<Model, crate::Damag
         rows: Stored::get(input)?,
         candidates: Stored::get(input)?,
         delays: Stored::get(input)?,
+        tangents: if bool::get(input)? { Some(Arc::new(get_tangents(input, features)?)) } else { None },
     })
 }
 
-fn put_code(code: &Code, out: &mut Vec<u8>) {
+fn put_tangents(tangents: &TangentModel, out: &mut Vec<u8>) {
+    put_code(tangents.code.as_deref(), out);
+    tangents.program.put(out);
+    tangents.spaces.put(out);
+    tangents.stages.put(out);
+    tangents.starts.put(out);
+    tangents.sweep.is_some().put(out);
+    if let Some(sweep) = &tangents.sweep {
+        put_code(sweep.code.as_deref(), out);
+        sweep.program.put(out);
+        (sweep.routine, sweep.state_entries).put(out);
+        sweep.arguments.put(out);
+        sweep.branches.put(out);
+        sweep.entries.put(out);
+        sweep.still.put(out);
+    }
+}
+
+fn get_tangents(input: &mut Input<'_>, features: u32) -> Result<TangentModel, crate::Damage> {
+    Ok(TangentModel {
+        code: get_code(input, features)?,
+        program: Arc::new(Stored::get(input)?),
+        spaces: Stored::get(input)?,
+        stages: Stored::get(input)?,
+        starts: Stored::get(input)?,
+        sweep: if bool::get(input)? { Some(get_sweep(input, features)?) } else { None },
+    })
+}
+
+fn get_sweep(input: &mut Input<'_>, features: u32) -> Result<SweepModel, crate::Damage> {
+    Ok(SweepModel {
+        code: get_code(input, features)?,
+        program: Arc::new(Stored::get(input)?),
+        routine: Stored::get(input)?,
+        state_entries: Stored::get(input)?,
+        arguments: Stored::get(input)?,
+        branches: Stored::get(input)?,
+        entries: Stored::get(input)?,
+        still: Stored::get(input)?,
+    })
+}
+
+fn put_code(code: Option<&Code>, out: &mut Vec<u8>) {
+    code.is_some().put(out);
+    let Some(code) = code else { return };
     code.bytes().len().put(out);
     out.extend_from_slice(code.bytes());
     code.all_entries().put(out);
@@ -200,7 +247,10 @@ fn put_code(code: &Code, out: &mut Vec<u8>) {
     code.extents().put(out);
 }
 
-fn get_code(input: &mut Input<'_>, features: u32) -> Result<Code, crate::Damage> {
+fn get_code(input: &mut Input<'_>, features: u32) -> Result<Option<Arc<Code>>, crate::Damage> {
+    if !bool::get(input)? {
+        return Ok(None);
+    }
     let length = usize::get(input)?;
     let bytes = input.take(length)?.to_vec();
     let starts = (Stored::get(input)?, Stored::get(input)?);
@@ -208,5 +258,5 @@ fn get_code(input: &mut Input<'_>, features: u32) -> Result<Code, crate::Damage>
     // SAFETY: the hash has shown that these are the bytes that the compiler wrote for this target.
     #[allow(unsafe_code)]
     let code = unsafe { Code::new(bytes, starts, tables, extents, features) };
-    Ok(code)
+    Ok(Some(Arc::new(code)))
 }

@@ -18,6 +18,7 @@ use crate::program::{Area, INITIAL, Place, RoutineId, TIME};
 use crate::routines::{JacobianForm, PlanRoutines};
 use crate::search::Search;
 use crate::selection::{CandidateSet, Choice};
+use crate::tangent::memory::TangentMemory;
 use crate::vm::Registers;
 
 /// An instance of a compiled model.  [`Clone`] gives a further instance in the same condition for another thread.
@@ -25,6 +26,8 @@ use crate::vm::Registers;
 pub struct Instance {
     pub(crate) loaded: Arc<Loaded>,
     pub(crate) memory: Own,
+    /// Present once directions are set.
+    pub(crate) tangents: Option<Box<TangentMemory>>,
 }
 
 /// Memory of one instance.
@@ -108,7 +111,7 @@ impl Instance {
             contradiction: None,
             inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
         };
-        let mut instance = Self { loaded, memory };
+        let mut instance = Self { loaded, memory, tangents: None };
         for k in 0..instance.loaded.model.parameters.preset.len() {
             let (index, value) = instance.loaded.model.parameters.preset[k];
             // What the compiler has checked is settable; a value that is not changes nothing.

@@ -39,6 +39,7 @@ mod search;
 mod selection;
 mod start;
 mod system;
+pub mod tangent;
 pub mod target;
 mod timed;
 pub mod vm;

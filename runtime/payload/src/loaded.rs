@@ -1,7 +1,10 @@
 //! A model ready to run: its data and what runs its program, shared by all its instances.
 
+use std::sync::Arc;
+
 use crate::engine::{Backend, Engine};
 use crate::model::Model;
+use crate::tangent::{Derivatives, TangentSource};
 
 /// A model ready to run.
 #[derive(Debug)]
@@ -10,15 +13,29 @@ pub struct Loaded {
     pub model: Model,
     /// What runs its program.
     pub engine: Engine,
+    /// Where its tangents come from.
+    pub(crate) derivatives: Derivatives,
 }
 
 impl Loaded {
-    /// Maps the code of a model, or prepares its program for interpretation.
+    /// Maps the code of a model, or prepares its program for interpretation.  Its tangents are those that it was stored with.
     ///
     /// # Errors
     /// A sentence, when the program is inconsistent or its code does not suit this machine.
     pub fn new(model: Model, backend: Backend) -> Result<Self, String> {
+        Self::with(model, backend, None)
+    }
+
+    /// The same with tangents that are made when they are first asked for.
+    ///
+    /// # Errors
+    /// As for [`Loaded::new`].
+    pub fn with_source(model: Model, backend: Backend, source: Arc<dyn TangentSource>) -> Result<Self, String> {
+        Self::with(model, backend, Some(source))
+    }
+
+    fn with(model: Model, backend: Backend, source: Option<Arc<dyn TangentSource>>) -> Result<Self, String> {
         let engine = Engine::new(model.code.clone(), model.program.clone(), backend)?;
-        Ok(Self { model, engine })
+        Ok(Self { model, engine, derivatives: Derivatives::new(source, backend) })
     }
 }

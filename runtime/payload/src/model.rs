@@ -9,6 +9,7 @@ use crate::names::{Name, Names, RowNames};
 use crate::program::{Place, Program};
 use crate::routines::{DataArea, Given, Routines, SitePlaces};
 use crate::selection::CandidateSet;
+use crate::tangent::TangentModel;
 
 /// Everything that is needed to run a model; plain data.
 #[derive(Clone, Debug)]
@@ -49,6 +50,8 @@ pub struct Model {
     pub candidates: Vec<CandidateSet>,
     /// Delay sites.
     pub delays: Vec<SitePlaces>,
+    /// Derivatives along directions, if it was stored with them.
+    pub tangents: Option<Arc<TangentModel>>,
 }
 
 impl Model {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, LoopError, ParameterError, Series,
-    StateChoice, Structure, Tables, TimeEvent,
+    StateChoice, Structure, Tables, Tangents, TimeEvent,
 };
 
 use crate::clock::Clock;
@@ -234,5 +234,10 @@ impl DaeSystem for Instance {
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
         self.set_time(t0, true);
         self.find_failure(true, Point { unknown: z, rate: &[] })
+    }
+
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        // How these start values move with the parameters that the start finds is not carried along.
+        (!self.loaded.model.has_late_starts()).then_some(self)
     }
 }

@@ -5,7 +5,7 @@
 //! one-sided differences disagree stand at a kink and are left out; they must be few.  Entries outside the pattern must
 //! not show in the differences at all.  Models come by listing; those that need neighbours are seen in the test stands.
 
-use hyd_compiler::{CompiledSystem, Goal};
+use hyd_compiler::{Goal, Instance};
 use hyd_results::Discard;
 use hyd_runtime::simulate;
 use hyd_system::{DaeSystem, EventPhase, Pattern};
@@ -50,7 +50,7 @@ struct Tally {
 }
 
 /// The trajectory of the unknowns, perturbed.
-fn points(run: &Run, system: &CompiledSystem, nominals: &[f64], random: &mut Random) -> Vec<Point> {
+fn points(run: &Run, system: &Instance, nominals: &[f64], random: &mut Random) -> Vec<Point> {
     let tables = system.tables();
     let series: Vec<Vec<f64>> = (0..nominals.len()).map(|k| run.values(&tables.unknown_name(k))).collect();
     let times = run.rows.times();
@@ -70,7 +70,7 @@ fn points(run: &Run, system: &CompiledSystem, nominals: &[f64], random: &mut Ran
 }
 
 /// Settles relations and discrete variables at a point, so that later times see what holds there.
-fn settle(system: &mut CompiledSystem, point: &mut Point) {
+fn settle(system: &mut Instance, point: &mut Point) {
     let mut phase = EventPhase::First;
     for _ in 0..10 {
         let change = system.event_pass(phase, point.t, &mut point.y, &point.yp);
@@ -82,14 +82,14 @@ fn settle(system: &mut CompiledSystem, point: &mut Point) {
     panic!("relations do not settle at {} s", point.t);
 }
 
-fn residual(system: &mut CompiledSystem, t: f64, y: &[f64], yp: &[f64]) -> Vec<f64> {
+fn residual(system: &mut Instance, t: f64, y: &[f64], yp: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; y.len()];
     system.residual(t, y, yp, &mut out);
     out
 }
 
 /// Residuals with one unknown, or its rate, moved by `h`.
-fn moved(system: &mut CompiledSystem, point: &Point, column: usize, rate: bool, h: f64) -> Vec<f64> {
+fn moved(system: &mut Instance, point: &Point, column: usize, rate: bool, h: f64) -> Vec<f64> {
     let (mut y, mut yp) = (point.y.clone(), point.yp.clone());
     let values = if rate { &mut yp } else { &mut y };
     values[column] += h;
@@ -110,7 +110,7 @@ fn sizes(point: &Point, nominals: &[f64], patterns: [&Pattern; 2], values: [&[f6
 }
 
 /// Compares all entries at a point, those outside the pattern included.
-fn compare(system: &mut CompiledSystem, point: &Point, nominals: &[f64], tally: &mut Tally) {
+fn compare(system: &mut Instance, point: &Point, nominals: &[f64], tally: &mut Tally) {
     let n = nominals.len();
     let structure = system.structure().clone();
     let patterns = [&structure.state_pattern, &structure.rate_pattern];
@@ -141,13 +141,13 @@ fn compare(system: &mut CompiledSystem, point: &Point, nominals: &[f64], tally: 
 }
 
 /// The same for the initial system, around its first guess.
-fn compare_initial(file: &str, system: &mut CompiledSystem, tally: &mut Tally) {
+fn compare_initial(file: &str, system: &mut Instance, tally: &mut Tally) {
     let initial = system.structure().initial.clone();
     let n = initial.unknowns;
     let (mut guess, mut nominals) = (vec![0.0; n], vec![1.0; n]);
     system.initial_guess(0.0, &mut guess).unwrap_or_else(|failure| panic!("{file}: {failure:?}"));
     system.initial_nominals(&mut nominals);
-    let residual = |system: &mut CompiledSystem, z: &[f64]| {
+    let residual = |system: &mut Instance, z: &[f64]| {
         let mut out = vec![0.0; n];
         system.initial_residual(0.0, z, &mut out).unwrap_or_else(|failure| panic!("{file}: {failure:?}"));
         out

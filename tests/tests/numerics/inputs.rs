@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, CompiledSystem, Extras, Goal, Options as CompilerOptions, compile_extended};
+use hyd_compiler::{Compilation, Extras, Goal, Instance, Options as CompilerOptions, compile_extended};
 use hyd_payload::Backend;
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::{Options, Solver, Summary, simulate};
@@ -29,7 +29,7 @@ fn translate(text: &str, driven: &[&str]) -> Compilation {
     compile_extended(&mut hyd::LibraryPath::new(), "case.hyd", text, &options, &extras)
 }
 
-fn system(text: &str, inputs: &[(&str, Arc<Series>)]) -> CompiledSystem {
+fn system(text: &str, inputs: &[(&str, Arc<Series>)]) -> Instance {
     let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).collect();
     let compilation = translate(text, &names);
     assert!(!compilation.has_errors(), "{}", messages(&compilation));

@@ -7,7 +7,7 @@
 //! range of the difference over the run.  Close to contacts the estimate lets some points pass that it should not, so
 //! all but a few must agree, and those few not badly.
 
-use hyd_compiler::{Compilation, CompiledSystem, Goal};
+use hyd_compiler::{Compilation, Goal, Instance};
 use hyd_results::Trajectory;
 use hyd_runtime::{Options, simulate};
 use hyd_system::{DaeSystem, Place, Settable, ValueKind, Variability};
@@ -37,7 +37,7 @@ struct Parameter {
     value: f64,
 }
 
-fn parameters(system: &CompiledSystem) -> Vec<Parameter> {
+fn parameters(system: &Instance) -> Vec<Parameter> {
     let mut list = Vec::new();
     for variable in &system.tables().variables {
         if variable.settable != Settable::Yes || variable.kind != ValueKind::Real {
@@ -56,7 +56,7 @@ fn parameters(system: &CompiledSystem) -> Vec<Parameter> {
     list
 }
 
-fn run(system: &mut CompiledSystem, options: &Options) -> Option<Trajectory> {
+fn run(system: &mut Instance, options: &Options) -> Option<Trajectory> {
     let mut rows = Trajectory::new();
     simulate(system, options, &mut rows, &|| false).ok().map(|_| rows)
 }

@@ -9,95 +9,51 @@ use std::sync::Arc;
 use hyd_symbolic::{Arena, NodeId, contains_time, gradient, partial_time};
 use rustc_hash::FxHashMap;
 
-use super::rows::{MINUS, Rows, Spaces, Term};
+use hyd_payload::tangent::{MINUS, PARTS, Rows, Spaces, Stage, TangentModel, Term};
+use hyd_payload::{Backend, vm};
+
 use crate::lower::Lowered;
 use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store, TIME};
-use hyd_payload::vm;
-use hyd_payload::{Backend, Engine};
 
-/// What the tangents of one routine need.
-#[derive(Debug)]
-pub(crate) struct Stage {
-    /// Computes the coefficients that are not numbers.
-    pub(super) partials: RoutineId,
-    /// Coefficients before it has run.
-    pub(super) coefficients: Vec<f64>,
-    /// The chain rule.
-    pub(super) rows: Rows,
-}
-
-/// The stages by name.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(usize)]
-pub(crate) enum Part {
-    Bind,
-    InitialAssign,
-    InitialResidual,
-    Assign,
-    Residual,
-    Roots,
-    Instants,
-    Discrete,
-    Reinits,
-}
-
-/// Number of stages.
-pub(super) const PARTS: usize = 9;
-
-/// Code for all tangents of a model, shared by its instances.
-#[derive(Debug)]
-pub(crate) struct TangentCode {
-    pub(super) engine: Engine,
-    pub(super) spaces: Spaces,
-    pub(super) stages: [Stage; PARTS],
-}
-
-impl TangentCode {
-    /// Differentiates the routines of a model.
-    ///
-    /// # Errors
-    /// A sentence, when no code can be made.
-    pub(crate) fn new(lowered: &Lowered, backend: Backend) -> Result<Self, String> {
-        let base = &lowered.program;
-        let of = |routine: RoutineId| base.routines[routine].kernels.as_slice();
-        let events = &lowered.routines.events;
-        let (plain, start) = (&lowered.plain, &lowered.initial_plain);
-        let sources: [(&[Kernel], bool); PARTS] = [
-            (of(lowered.routines.bind), false),
-            (&start.assign, true),
-            (&start.residual, true),
-            (&plain.assign, false),
-            (&plain.residual, false),
-            (&plain.extra, false),
-            (of(events.instants), false),
-            (of(events.discrete), false),
-            (of(events.reinits), false),
-        ];
-        let results = [
-            lowered.routines.initial.state_pattern.rows,
-            lowered.routines.simulation.state_pattern.rows,
-            events.rooted.len(),
-            events.timed.len(),
-            events.reinit_unknowns.len(),
-        ];
-        let spaces = Spaces::new([
-            lowered.layout.data,
-            lowered.routines.simulation.state_pattern.rows as u32,
-            assigned(&plain.assign),
-            results.into_iter().max().unwrap_or(0) as u32,
-            lowered.routines.initial.state_pattern.rows as u32,
-            assigned(&start.assign),
-        ]);
-        let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
-        let stages = sources.map(|(kernels, initial)| stage(&mut program, kernels, spaces, initial));
-        let engine = crate::engine::engine(Arc::new(program), backend)?;
-        Ok(Self { engine, spaces, stages })
-    }
-
-    /// The stage of this name.
-    pub(super) fn stage(&self, part: Part) -> &Stage {
-        &self.stages[part as usize]
-    }
+/// Differentiates the routines of a model.
+///
+/// # Errors
+/// A sentence, when no code can be made.
+pub(super) fn tangents(lowered: &Lowered, starts: Vec<Option<u32>>, backend: Backend) -> Result<TangentModel, String> {
+    let base = &lowered.program;
+    let of = |routine: RoutineId| base.routines[routine].kernels.as_slice();
+    let events = &lowered.routines.events;
+    let (plain, start) = (&lowered.plain, &lowered.initial_plain);
+    let sources: [(&[Kernel], bool); PARTS] = [
+        (of(lowered.routines.bind), false),
+        (&start.assign, true),
+        (&start.residual, true),
+        (&plain.assign, false),
+        (&plain.residual, false),
+        (&plain.extra, false),
+        (of(events.instants), false),
+        (of(events.discrete), false),
+        (of(events.reinits), false),
+    ];
+    let results = [
+        lowered.routines.initial.state_pattern.rows,
+        lowered.routines.simulation.state_pattern.rows,
+        events.rooted.len(),
+        events.timed.len(),
+        events.reinit_unknowns.len(),
+    ];
+    let spaces = Spaces::new([
+        lowered.layout.data,
+        lowered.routines.simulation.state_pattern.rows as u32,
+        assigned(&plain.assign),
+        results.into_iter().max().unwrap_or(0) as u32,
+        lowered.routines.initial.state_pattern.rows as u32,
+        assigned(&start.assign),
+    ]);
+    let mut program = Program { arena: base.arena.clone(), tables: base.tables.clone(), ..Program::default() };
+    let stages = sources.map(|(kernels, initial)| stage(&mut program, kernels, spaces, initial));
+    let code = crate::engine::code(&program, backend)?;
+    Ok(TangentModel { code, program: Arc::new(program), spaces, stages, starts, sweep: None })
 }
 
 /// Number of instances that write.

@@ -1,17 +1,46 @@
-//! Forward-mode tangents of a compiled model, made on request.
+//! Forward-mode tangents of a model: the data that [`hyd_payload::tangent`] runs.
 //!
-//! Code computes the local partial derivatives of each row by what it reads (symbolic, loops as everywhere); the chain
-//! rule along the rows is a list of multiply-adds over blocks that hold all directions next to each other (vector forward
-//! mode, Griewank and Walther 2008, "Evaluating Derivatives", section 3.2).  So one evaluation of the partials
-//! serves any number of directions, and both backends run the same code.  [`code`] makes the routines, [`rows`] are the
-//! lists, [`memory`] what an instance keeps, [`sweep`] what steps of
-//! sensitivities ask for all the time, [`system`] the contract of [`hyd_system::Tangents`].
+//! [`code`] makes routines of the local partial derivatives of each row by what it reads (symbolic, loops as everywhere) and the rows that
+//! chain them; [`sweep`] makes one routine for what steps of sensitivities ask for all the time.  Both are made when they are first asked
+//! for ([`Source`]), the sweep for the chosen directions alone; a model that is to be stored gets them for all directions ([`stored`]).
 
 mod code;
-mod memory;
-mod rows;
 mod sweep;
-mod system;
 
-pub(crate) use code::TangentCode;
-pub(crate) use memory::{TangentMemory, output_variables};
+use std::sync::Arc;
+
+use hyd_payload::tangent::{SweepModel, TangentModel, TangentSource};
+use hyd_payload::{Backend, Model};
+
+use crate::lower::Lowered;
+
+/// Makes tangents when they are asked for.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// What is differentiated.
+    pub lowered: Arc<Lowered>,
+    /// For each output the position of its start value, where that can be varied.
+    pub starts: Arc<[Option<u32>]>,
+    /// What runs the code.
+    pub backend: Backend,
+}
+
+impl TangentSource for Source {
+    fn tangents(&self) -> Result<TangentModel, String> {
+        code::tangents(&self.lowered, self.starts.to_vec(), self.backend)
+    }
+
+    fn sweep(&self, reached: &[bool]) -> Option<SweepModel> {
+        sweep::sweep(&self.lowered, reached, self.backend)
+    }
+}
+
+/// The model with its tangents along whatever can be varied.
+///
+/// # Errors
+/// A sentence, when no code can be made.
+pub(crate) fn stored(model: &Model, source: &Source) -> Result<Model, String> {
+    let tangents = source.tangents()?;
+    let sweep = source.sweep(&tangents.reachable(model));
+    Ok(Model { tangents: Some(Arc::new(TangentModel { sweep, ..tangents })), ..model.clone() })
+}

@@ -10,7 +10,7 @@ use hyd_equations::differentiate;
 use hyd_instance::{ClassTable, SourceText, Sources, instantiate};
 use hyd_system::{DaeSystem, EventPhase, Pattern, Place};
 
-use crate::{Backend, CompiledSystem, Jacobians, Options, generate};
+use crate::{Backend, CompiledModel, Instance, Jacobians, Options, generate};
 
 struct NoLibrary;
 
@@ -20,7 +20,11 @@ impl Sources for NoLibrary {
     }
 }
 
-fn compile(text: &str, options: &Options) -> CompiledSystem {
+fn compile(text: &str, options: &Options) -> Instance {
+    model(text, options).instantiate()
+}
+
+fn model(text: &str, options: &Options) -> CompiledModel {
     let mut sources = NoLibrary;
     let mut table = ClassTable::new(&mut sources);
     let class = table.add_main("test.hyd", text)[0];
@@ -33,7 +37,7 @@ fn compile(text: &str, options: &Options) -> CompiledSystem {
     let simulation = differentiate(&mut sorted.system, &simulation);
     let initial = differentiate(&mut sorted.system, &initial);
     let jacobians = Jacobians { simulation: &simulation, initial: &initial };
-    generate(&sorted, jacobians, &tree.table.files, options).unwrap().instantiate()
+    generate(&sorted, jacobians, &tree.table.files, options).unwrap()
 }
 
 fn forms() -> [Options; 3] {
@@ -69,7 +73,7 @@ fn scatter(pattern: &Pattern, values: &[f64], wanted: impl Fn(usize) -> bool, ma
 }
 
 /// Rates of the states and values of the algebraic unknowns at given states.
-fn close(system: &mut CompiledSystem, t: f64, y: &mut [f64], yp: &mut [f64]) {
+fn close(system: &mut Instance, t: f64, y: &mut [f64], yp: &mut [f64]) {
     let structure = system.structure().clone();
     let n = y.len();
     let mut state = vec![0.0; structure.state_pattern.entries()];
@@ -88,7 +92,7 @@ fn close(system: &mut CompiledSystem, t: f64, y: &mut [f64], yp: &mut [f64]) {
     }
 }
 
-fn start(system: &mut CompiledSystem) -> (Vec<f64>, Vec<f64>) {
+fn start(system: &mut Instance) -> (Vec<f64>, Vec<f64>) {
     system.bind(0.0).unwrap();
     let structure = system.structure().clone();
     let n = structure.initial.unknowns;
@@ -112,7 +116,7 @@ fn start(system: &mut CompiledSystem) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// One Runge-Kutta step of the states.
-fn step(system: &mut CompiledSystem, t: f64, h: f64, y: &mut [f64], yp: &mut [f64]) {
+fn step(system: &mut Instance, t: f64, h: f64, y: &mut [f64], yp: &mut [f64]) {
     let base = y.to_vec();
     let differential = system.structure().differential.clone();
     let mut sum = vec![0.0; y.len()];
@@ -129,7 +133,7 @@ fn step(system: &mut CompiledSystem, t: f64, h: f64, y: &mut [f64], yp: &mut [f6
     close(system, t + h, y, yp);
 }
 
-fn value(system: &mut CompiledSystem, name: &str, t: f64, y: &[f64], yp: &[f64]) -> f64 {
+fn value(system: &mut Instance, name: &str, t: f64, y: &[f64], yp: &[f64]) -> f64 {
     let mut row = vec![0.0; system.structure().outputs];
     system.outputs(t, y, yp, &mut row);
     let tables = system.tables().clone();
@@ -220,7 +224,7 @@ fn a_line_of_cells_decays_as_its_mode_and_its_code_does_not_grow() {
         }
     }
     let options = Options { straight_nodes: 0, ..Options::default() };
-    let statistics = |n| compile(&text(n), &options).model().statistics();
+    let statistics = |n| model(&text(n), &options).statistics();
     assert_eq!(statistics(1_000), statistics(4_000));
 }
 
@@ -238,7 +242,7 @@ fn a_ball_bounces_and_a_clock_ticks() {
         let (mut y, mut yp) = start(&mut system);
         close(&mut system, 0.0, &mut y, &mut yp);
         assert_eq!(system.next_time_event(0.0).t, 0.3);
-        let settle = |system: &mut CompiledSystem, t: f64, y: &mut [f64], yp: &mut [f64]| {
+        let settle = |system: &mut Instance, t: f64, y: &mut [f64], yp: &mut [f64]| {
             let mut phase = EventPhase::First;
             for _ in 0..5 {
                 let change = system.event_pass(phase, t, y, yp).unwrap();

@@ -7,7 +7,7 @@ use hyd_symbolic::{Function, Node, Relation};
 use hyd_system::{DaeSystem, EventChange, EventPhase, ParameterError, Place, Settable};
 
 use super::support::{self, Maker};
-use crate::{Backend, CompiledSystem, Options};
+use crate::{Backend, Instance, Options};
 
 fn forms() -> [Options; 3] {
     let form = |straight_nodes, backend| Options { straight_nodes, backend };
@@ -85,7 +85,7 @@ fn ball() -> Maker {
     m
 }
 
-fn start(system: &mut CompiledSystem) -> (Vec<f64>, Vec<f64>) {
+fn start(system: &mut Instance) -> (Vec<f64>, Vec<f64>) {
     let (mut y, mut yp) = (vec![9.0; 2], vec![9.0; 2]);
     system.bind(0.0).unwrap();
     system.initial_guess(0.0, &mut []).unwrap();
@@ -95,7 +95,7 @@ fn start(system: &mut CompiledSystem) -> (Vec<f64>, Vec<f64>) {
     (y, yp)
 }
 
-fn output(system: &mut CompiledSystem, name: &str, y: &[f64], yp: &[f64]) -> f64 {
+fn output(system: &mut Instance, name: &str, y: &[f64], yp: &[f64]) -> f64 {
     let mut row = vec![0.0; system.structure().outputs];
     system.outputs(0.0, y, yp, &mut row);
     let tables = system.tables().clone();
@@ -376,7 +376,7 @@ fn a_reset_of_what_is_no_state_makes_no_code() {
         let y = m.scalar("y", Role::Algebraic);
         m.assign(y, 0, "y = time", |e| e.time());
         m.reinit(y, |e| e.c(0.0));
-        let said = m.try_compile(&options).map(|_| ()).unwrap_err();
+        let said = m.model(&options).map(|_| ()).unwrap_err();
         assert_eq!(said.code.number(), "E0501");
         assert_eq!(said.message, "no code could be generated for `Test`: `reinit` of a variable that is not a state");
     }

@@ -7,7 +7,7 @@ use hyd_symbolic::Function;
 use hyd_system::DaeSystem;
 
 use super::support::Maker;
-use crate::{Backend, CompiledSystem, Options};
+use crate::{Backend, Instance, Options};
 
 /// A line of `n` cells: flows `q[k]` between pressures, momentum-like products `w[k]` of neighbouring flows, and
 /// `c*der(p[k]) = q[k] - q[k+1] + 0.1*w[k]`.  Every third cell stores the negative of its pressure.
@@ -92,7 +92,7 @@ fn point(n: usize) -> (Vec<f64>, Vec<f64>) {
     (y, (0..n).map(|k| (k as f64 * 0.9).cos()).collect())
 }
 
-fn dense_jacobian(system: &mut CompiledSystem, t: f64, y: &[f64], yp: &[f64]) -> [Vec<Vec<f64>>; 2] {
+fn dense_jacobian(system: &mut Instance, t: f64, y: &[f64], yp: &[f64]) -> [Vec<Vec<f64>>; 2] {
     let structure = system.structure().clone();
     let mut state = vec![f64::NAN; structure.state_pattern.entries()];
     let mut rate = vec![f64::NAN; structure.rate_pattern.entries()];
@@ -157,8 +157,8 @@ fn jacobian_agrees_with_central_differences_in_every_form() {
 #[test]
 fn code_and_kernels_of_a_line_do_not_grow_with_its_cells() {
     let statistics = |n| {
-        let system = line(n).compile(&Options { straight_nodes: 0, ..Options::default() });
-        system.model().statistics()
+        let options = Options { straight_nodes: 0, ..Options::default() };
+        line(n).model(&options).unwrap().statistics()
     };
     // From here on all displacements have the same width.
     let (small, large) = (statistics(150), statistics(900));
@@ -198,7 +198,7 @@ fn outputs_hold_assigned_variables_unknowns_and_rates() {
 fn instances_run_on_threads_with_their_own_parameters() {
     let system = line(4).compile(&Options::default());
     let (y, yp) = point(4);
-    let run = |mut system: CompiledSystem, c: f64, y: Vec<f64>, yp: Vec<f64>| {
+    let run = |mut system: Instance, c: f64, y: Vec<f64>, yp: Vec<f64>| {
         let index = 0;
         system.set_parameter(index, c).unwrap();
         system.bind(0.0).unwrap();

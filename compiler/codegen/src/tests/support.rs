@@ -16,7 +16,7 @@ use hyd_source::{FileId, Files, Origin, Span};
 use hyd_symbolic::{Arena, Function, NodeId, Relation, SlotId, Template, gradient};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 
-use crate::{CompiledSystem, Jacobians, Options, generate};
+use crate::{CompiledModel, Instance, Jacobians, Options, generate};
 
 pub(crate) struct Maker {
     pub sorted: SortedSystem,
@@ -295,17 +295,17 @@ impl Maker {
     }
 
     /// Compiles what was made.
-    pub(crate) fn compile(&mut self, options: &Options) -> CompiledSystem {
-        self.try_compile(options).unwrap()
+    pub(crate) fn compile(&mut self, options: &Options) -> Instance {
+        self.model(options).unwrap().instantiate()
     }
 
-    /// Compiles what was made, or says why that cannot be.
-    pub(crate) fn try_compile(&mut self, options: &Options) -> Result<CompiledSystem, hyd_source::Diagnostic> {
+    /// The model of what was made, or why there is none.
+    pub(crate) fn model(&mut self, options: &Options) -> Result<CompiledModel, hyd_source::Diagnostic> {
         let files = self.files();
         let simulation = derivatives(&mut self.sorted, false);
         let initial = derivatives(&mut self.sorted, true);
         let jacobians = Jacobians { simulation: &simulation, initial: &initial };
-        generate(&self.sorted, jacobians, &files, options).map(|model| model.instantiate())
+        generate(&self.sorted, jacobians, &files, options)
     }
 
     fn files(&self) -> Files {

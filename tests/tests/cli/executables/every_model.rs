@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hyd_compiler::Goal;
 use hyd_payload::{executable, format};
-use hyd_run::{Facts, RunArguments};
+use hyd_run::{Facts, Names, RunArguments};
+use hyd_system::{Place, Settable, Tables, ValueKind};
 use hyd_tests::models::{compile_file, model_files, root};
 
 use super::scratch::{Scratch, messages};
@@ -17,8 +18,9 @@ fn launcher() -> Vec<u8> {
     fs::read(env!("CARGO_BIN_EXE_hyd-launcher-under-test")).unwrap()
 }
 
-fn arguments(result: &Path) -> RunArguments {
+fn arguments(result: &Path, sensitivity: Option<Names>) -> RunArguments {
     RunArguments {
+        sensitivity,
         start: None,
         stop: None,
         tolerance: None,
@@ -40,23 +42,49 @@ fn check(file: &str, launcher: &[u8]) -> Result<(), String> {
     // Files that hold parts only are not models.
     let Some(model) = &compilation.model else { return Ok(()) };
     let scratch = Scratch::new();
-    let payload = format::write(model.payload());
+    let payload = format::write(&model.stored().unwrap());
     let program = scratch.file("model");
     fs::write(&program, executable::join(launcher, &payload)).unwrap();
     #[cfg(unix)]
     fs::set_permissions(&program, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
-    let own = arguments(&scratch.file("own.csv"));
-    let options = hyd_run::options(&own, &model.payload().experiment, Vec::new()).unwrap();
-    let ran = hyd_run::simulate(&mut model.instantiate(), &own, &options, Facts::default(), false).unwrap();
-    let output = scratch.bare("model", &["--result", "exe.csv"]);
-    if ran.result.is_ok() != output.status.success() {
-        return Err(format!("{file}: {:?}, and the executable: {}", ran.result, messages(&output)));
+    for varied in [None, Some(varied(model.tables()))] {
+        let given = varied.as_ref().map(|names| names.join(","));
+        if given.as_ref().is_some_and(String::is_empty) {
+            continue;
+        }
+        let own = arguments(&scratch.file("own.csv"), varied.map(Names));
+        let options = hyd_run::options(&own, &model.payload().experiment).unwrap();
+        let ran = hyd_run::simulate(&mut model.instantiate(), &own, &options, Facts::default(), false);
+        let wanted: Vec<&str> = given.iter().flat_map(|names| ["--sensitivity", names.as_str()]).collect();
+        let output = scratch.bare("model", &[&["--result", "exe.csv"], wanted.as_slice()].concat());
+        let ran_well = ran.as_ref().is_ok_and(|ran| ran.result.is_ok());
+        if ran_well != output.status.success() {
+            let reason = ran.map(|ran| ran.result.err());
+            return Err(format!("{file} {given:?}: {reason:?}, and the executable: {}", messages(&output)));
+        }
+        let read = |name: &str| fs::read(scratch.file(name)).map_err(|error| format!("{file}: {name}: {error}"));
+        if ran_well && read("own.csv")? != read("exe.csv")? {
+            return Err(format!("{file} {given:?}: the results differ"));
+        }
     }
-    let read = |name: &str| fs::read(scratch.file(name)).map_err(|error| format!("{file}: {name}: {error}"));
-    match read("own.csv")? == read("exe.csv")? {
-        true => Ok(()),
-        false => Err(format!("{file}: the results differ")),
+    Ok(())
+}
+
+/// A few parameters, and start values of states.
+fn varied(tables: &Tables) -> Vec<String> {
+    let (mut parameters, mut starts) = (Vec::new(), Vec::new());
+    for (k, variable) in tables.variables.iter().enumerate().filter(|(_, info)| info.kind == ValueKind::Real) {
+        for (element, source) in variable.sources.iter().enumerate() {
+            let name = variable.name.element(element);
+            match source.place {
+                Place::Parameter(_) if variable.settable == Settable::Yes => parameters.push(name),
+                Place::Output(_) if tables.unknowns.contains(&(k as u32, element as u32)) => starts.push(name),
+                _ => {}
+            }
+        }
     }
+    let third = parameters.len().div_ceil(3).max(1);
+    parameters.into_iter().step_by(third).chain(starts.into_iter().take(1)).collect()
 }
 
 #[test]
