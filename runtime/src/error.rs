@@ -6,7 +6,7 @@
 
 use std::io;
 
-use hyd_system::{AssertionReport, DaeSystem, EquationInfo, EvalFailure, RootInfo};
+use hyd_system::{AssertionReport, EquationInfo, EvalFailure, RootInfo};
 
 use crate::OptionError;
 use crate::corrector::damped::NewtonFailure;

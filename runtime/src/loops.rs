@@ -4,7 +4,7 @@
 //! them grow.  So solutions are judged by the equations that close the loops: at the start, after events, and at rows of results, the
 //! first, second, fourth and so on, which costs next to nothing and sees coefficients that change during the run.
 
-use hyd_system::{DaeSystem, LoopError};
+use hyd_system::LoopError;
 
 use crate::error::{SolveError, Stage};
 use crate::problem::Problem;

@@ -4,7 +4,7 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, DaeSystem, EvalFailure, Instants, Place, Source, Structure};
+use hyd_system::{AssertionReport, EvalFailure, Instants, Place, Source, Structure};
 
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;

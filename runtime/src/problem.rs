@@ -2,8 +2,6 @@
 //!
 //! What made a value that is not finite is asked for only when a message needs it.
 
-use hyd_system::DaeSystem;
-
 use crate::Statistics;
 use crate::delay::Delaying;
 use crate::tiled::sum_of_pairs;

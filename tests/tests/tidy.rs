@@ -249,20 +249,3 @@ fn every_code_has_a_case() {
         .collect();
     assert!(open.is_empty(), "codes without a case in the tests: {}", open.join(", "));
 }
-
-/// A method of the contract with a body of its own would be answered by that body, not by the system behind the wrapper.
-#[test]
-fn wrappers_pass_every_call_on() {
-    let methods = |path: &str| -> Vec<String> {
-        let text = read(&root().join(path));
-        let names = text.lines().filter_map(|line| line.strip_prefix("    fn "));
-        names.filter_map(|rest| rest.split('(').next()).map(str::to_string).collect()
-    };
-    let text = read(&root().join("runtime/system/src/dae.rs"));
-    let start = text.find("pub trait DaeSystem").expect("the trait");
-    let wanted = text[start..].lines().filter_map(|line| line.strip_prefix("    fn ")?.split('(').next());
-    let passed = methods("runtime/src/delay/system.rs");
-    let wanted: Vec<&str> = wanted.collect();
-    let missing: Vec<&&str> = wanted.iter().filter(|name| !passed.iter().any(|known| known == **name)).collect();
-    assert!(missing.is_empty(), "not passed on by the wrapper of delays: {missing:?}");
-}

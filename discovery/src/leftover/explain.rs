@@ -20,7 +20,7 @@ pub(super) struct Explained {
     pub amplitudes: Vec<f64>,
     /// Residuals that are left.
     pub left: DVector<f64>,
-    /// Fall of the misfit; its unit is up to who asks.
+    /// Drop of the misfit; its unit is up to who asks.
     pub gain: f64,
 }
 

@@ -23,7 +23,7 @@ use explain::{Columns, Explained, explained};
 use hyd_system::math::square;
 use series::{Series, level};
 
-/// Fall of the misfit that a disturbance needs, and more for each of its numbers.
+/// Drop of the misfit that a disturbance needs, and more for each of its numbers.
 const NEEDED: (f64, f64) = (25.0, 3.0);
 /// Most disturbances that are taken up.
 const MOST: usize = 12;
@@ -288,7 +288,7 @@ impl State<'_> {
         Some(found)
     }
 
-    /// Fall of the misfit of a block, in what counts as noise afterwards.
+    /// Drop of the misfit of a block, in what counts as noise afterwards.
     fn fall(&self, block: &Block, left: &DVector<f64>, after: &[Level]) -> f64 {
         let rows = |values: &DVector<f64>| values.rows(block.first, block.rows).norm_squared();
         (rows(&self.residuals) - rows(left)) / square(after[block.channel].factor)

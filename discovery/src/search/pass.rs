@@ -46,7 +46,7 @@ impl Status {
 pub struct Tried {
     /// With the effects found before it.
     pub hypothesis: Hypothesis,
-    /// The look without a fit.
+    /// The screening without a fit.
     pub look: Option<Look>,
     /// The fit.
     pub fit: Option<Fit>,
@@ -97,7 +97,7 @@ pub struct Pass {
     pub located: Vec<Located>,
     /// The best of them, fitted; the best first.
     pub terms: Vec<Tried>,
-    /// Runs that the look at the equations took.
+    /// Runs that the screening of the equations took.
     pub located_runs: usize,
     /// The pass was begun again because its base fell into a lower local minimum.
     pub is_again: bool,

@@ -306,7 +306,7 @@ impl Search<'_> {
         Ok(fit)
     }
 
-    /// Sizes to start from beside the one that the look claims.
+    /// Sizes to start from beside the one that the screening claims.
     fn other_sizes(&self, hypothesis: &Hypothesis) -> Vec<f64> {
         let typical = hypothesis.inserts.last().map(|insert| insert.effect.probe * self.setup.scale(insert));
         typical.into_iter().flat_map(|typical| [0.5 * typical, 1.5 * typical]).collect()
@@ -335,7 +335,7 @@ impl Search<'_> {
         }
     }
 
-    /// Short fits from the size that the look claims and from others, under wide weights; the best of them.
+    /// Short fits from the size that the screening claims and from others, under wide weights; the best of them.
     fn begin_near(
         &self,
         hypothesis: &Hypothesis,

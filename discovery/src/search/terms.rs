@@ -17,7 +17,7 @@ use crate::thresholds::{NEEDED, adequate};
 const FITTED: (usize, usize) = (1, 3);
 /// Share of what the best effect explains that a term must explain if the fit without is to be made again from there.
 const WORTH_IT: f64 = 0.01;
-/// Spread of a coefficient before the measurement, by what the look at it claims.
+/// Spread of a coefficient before the measurement, by what its screening claims.
 const SPREAD: f64 = 5.0;
 
 impl Search<'_> {

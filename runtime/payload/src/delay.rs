@@ -9,14 +9,14 @@ use crate::program::Area;
 use crate::routines::Signed;
 
 impl Instance {
-    /// See [`hyd_system::DaeSystem::delay_bounds`].
+    /// See [`hyd_system::Delays::delay_bounds`].
     pub(crate) fn bounds_of_delays(&mut self, out: &mut [f64]) {
         for (bound, site) in out.iter_mut().zip(&self.loaded.model.delays) {
             *bound = signed(site.most, self.memory.data[site.most.0.index as usize]);
         }
     }
 
-    /// See [`hyd_system::DaeSystem::delay_points`]; time has been set.
+    /// See [`hyd_system::Delays::delay_points`]; time has been set.
     pub(crate) fn points_of_delays(&mut self, point: Point<'_>, sources: &mut [f64], times: &mut [f64]) {
         self.run(self.loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         for (k, site) in self.loaded.model.delays.iter().enumerate() {
@@ -25,7 +25,7 @@ impl Instance {
         }
     }
 
-    /// See [`hyd_system::DaeSystem::set_delayed`].
+    /// See [`hyd_system::Delays::set_delayed`].
     pub(crate) fn take_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         let layout = &self.loaded.model.area;
         let (first, first_rate) = (layout.delayed.start as usize, layout.delayed_rates.start as usize);

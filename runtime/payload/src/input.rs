@@ -12,7 +12,7 @@ use crate::follower::Follower;
 use crate::instance::Instance;
 
 impl Instance {
-    /// See [`hyd_system::DaeSystem::set_input`].
+    /// See [`hyd_system::Inputs::set_input`].
     pub(crate) fn follow(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
         let site = self.loaded.model.structure.inputs.get(input).ok_or(InputError::Unknown)?;
         if site.differentiated && series.hold() == Hold::Zero {
@@ -46,7 +46,7 @@ impl Instance {
         self.memory.inputs.get(input).map_or((0.0, 0.0), |follower| (follower.slope, follower.curvature))
     }
 
-    /// See [`hyd_system::DaeSystem::input_reach`].
+    /// See [`hyd_system::Inputs::input_reach`].
     pub(crate) fn reach_of_inputs(&self, t: f64) -> f64 {
         let reach = |follower: &Follower| match &follower.series {
             Some(series) if !follower.stepwise => series.reach(series.interval(t, follower.sample), t),

@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, LoopError, ParameterError, Series,
-    StateChoice, Structure, Tables, Tangents, TimeEvent,
+    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InputError, Inputs, LoopError,
+    ParameterError, Series, StateChoice, StateChoices, Structure, Tables, Tangents, TimeEvent, TornLoops,
 };
 
 use crate::clock::Clock;
@@ -66,14 +66,6 @@ impl DaeSystem for Instance {
         Ok(())
     }
 
-    fn has_homotopy(&self) -> bool {
-        self.loaded.model.initial.homotopy
-    }
-
-    fn set_homotopy(&mut self, share: f64) {
-        self.memory.data[HOMOTOPY as usize] = share;
-    }
-
     fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure> {
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.initial.residual;
@@ -110,16 +102,6 @@ impl DaeSystem for Instance {
         Ok(())
     }
 
-    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
-        self.set_time(t, false);
-        self.worst_loop(false, Point { unknown: y, rate: yp })
-    }
-
-    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
-        self.set_time(t0, true);
-        self.worst_loop(true, Point { unknown: z, rate: &[] })
-    }
-
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.set_time(t, false);
         self.run(self.loaded.model.routines.simulation.residual, Point { unknown: y, rate: yp }, out, &mut []);
@@ -128,35 +110,6 @@ impl DaeSystem for Instance {
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {
         self.set_time(t, false);
         self.run_jacobian(false, Point { unknown: y, rate: yp }, state_values, rate_values);
-    }
-
-    fn states(&self, out: &mut [bool]) {
-        out.copy_from_slice(&self.loaded.model.structure.differential);
-        for (set, choice) in self.loaded.model.candidates.iter().zip(&self.memory.choices) {
-            set.mark(choice, out);
-        }
-    }
-
-    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
-        if self.loaded.model.candidates.is_empty() {
-            return StateChoice::default();
-        }
-        self.set_time(t, false);
-        let loaded = self.loaded.clone();
-        let point = Point { unknown: y, rate: yp };
-        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
-        self.run_own(loaded.model.routines.events.pivots, point);
-        let mut first = 0;
-        let mut all = StateChoice::default();
-        for (set, choice) in loaded.model.candidates.iter().zip(&mut self.memory.choices) {
-            let judged = set.judge(&self.memory.out[first..first + set.entries.len()], choice);
-            all = StateChoice { changed: all.changed | judged.changed, room: all.room.min(judged.room) };
-            first += set.entries.len();
-        }
-        if all.changed {
-            self.write_choices();
-        }
-        all
     }
 
     fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
@@ -205,6 +158,89 @@ impl DaeSystem for Instance {
         self.failed_assertions(y, yp, out);
     }
 
+    fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
+        self.set_time(t, false);
+        self.find_failure(false, Point { unknown: y, rate: yp })
+    }
+
+    fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
+        self.set_time(t0, true);
+        self.find_failure(true, Point { unknown: z, rate: &[] })
+    }
+
+    fn homotopy(&mut self) -> Option<&mut dyn Homotopy> {
+        if self.loaded.model.initial.homotopy { Some(self) } else { None }
+    }
+
+    fn torn_loops(&mut self) -> Option<&mut dyn TornLoops> {
+        if self.loaded.model.has_torn_loops() { Some(self) } else { None }
+    }
+
+    fn state_choices(&mut self) -> Option<&mut dyn StateChoices> {
+        if self.loaded.model.candidates.is_empty() { None } else { Some(self) }
+    }
+
+    fn delays(&mut self) -> Option<&mut dyn Delays> {
+        if self.loaded.model.delays.is_empty() { None } else { Some(self) }
+    }
+
+    fn inputs(&mut self) -> Option<&mut dyn Inputs> {
+        if self.loaded.model.structure.inputs.is_empty() { None } else { Some(self) }
+    }
+
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        // How these start values move with the parameters that the start finds is not carried along.
+        (!self.loaded.model.has_late_starts()).then_some(self)
+    }
+}
+
+impl Homotopy for Instance {
+    fn set_homotopy(&mut self, share: f64) {
+        self.memory.data[HOMOTOPY as usize] = share;
+    }
+}
+
+impl TornLoops for Instance {
+    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
+        self.set_time(t, false);
+        self.worst_loop(false, Point { unknown: y, rate: yp })
+    }
+
+    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
+        self.set_time(t0, true);
+        self.worst_loop(true, Point { unknown: z, rate: &[] })
+    }
+}
+
+impl StateChoices for Instance {
+    fn states(&self, out: &mut [bool]) {
+        out.copy_from_slice(&self.loaded.model.structure.differential);
+        for (set, choice) in self.loaded.model.candidates.iter().zip(&self.memory.choices) {
+            set.mark(choice, out);
+        }
+    }
+
+    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
+        self.set_time(t, false);
+        let loaded = self.loaded.clone();
+        let point = Point { unknown: y, rate: yp };
+        self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+        self.run_own(loaded.model.routines.events.pivots, point);
+        let mut first = 0;
+        let mut all = StateChoice::default();
+        for (set, choice) in loaded.model.candidates.iter().zip(&mut self.memory.choices) {
+            let judged = set.judge(&self.memory.out[first..first + set.entries.len()], choice);
+            all = StateChoice { changed: all.changed | judged.changed, room: all.room.min(judged.room) };
+            first += set.entries.len();
+        }
+        if all.changed {
+            self.write_choices();
+        }
+        all
+    }
+}
+
+impl Delays for Instance {
     fn delay_bounds(&mut self, out: &mut [f64]) {
         self.bounds_of_delays(out);
     }
@@ -217,27 +253,14 @@ impl DaeSystem for Instance {
     fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
         self.take_delayed(values, rates, times);
     }
+}
 
+impl Inputs for Instance {
     fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
         self.follow(input, series)
     }
 
     fn input_reach(&mut self, t: f64) -> f64 {
         self.reach_of_inputs(t)
-    }
-
-    fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
-        self.set_time(t, false);
-        self.find_failure(false, Point { unknown: y, rate: yp })
-    }
-
-    fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
-        self.set_time(t0, true);
-        self.find_failure(true, Point { unknown: z, rate: &[] })
-    }
-
-    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        // How these start values move with the parameters that the start finds is not carried along.
-        (!self.loaded.model.has_late_starts()).then_some(self)
     }
 }

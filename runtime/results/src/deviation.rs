@@ -1,6 +1,6 @@
 //! How far two results lie apart, variable by variable.
 //!
-//! The results may have different times.  A value of one is held against all values that the other takes within a short
+//! The results may have different times.  A value of one is compared with all values that the other takes within a short
 //! window of time, so that a jump that comes a little earlier or later is not a deviation; this is done both ways.  The window
 //! makes a tube around each curve (as `csv-compare` of the Modelica Association does), here with flat sides.
 
@@ -31,7 +31,7 @@ impl Deviation {
 
 /// Deviations of all variables that both results have, in the order of `a`; `window` (s) is the half width of the window.
 /// Only the time that both cover is looked at.  A value that is not finite in one result only is infinitely far away.  What one
-/// result holds as a constant is held against the values of the other.
+/// result holds as a constant is compared with the values of the other.
 pub fn deviations(a: &Table, b: &Table, window: f64) -> Vec<Deviation> {
     let (a_to_b, b_to_a) = (windows(&a.times, &b.times, window), windows(&b.times, &a.times, window));
     let start = a.times.first().copied().unwrap_or(0.0);

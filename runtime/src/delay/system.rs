@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, InputError, Instants, LoopError, ParameterError,
-    Series, StateChoice, Structure, Tables, Tangents, TimeEvent,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, Instants, LoopError, StateChoice, Structure,
+    Tables, TimeEvent,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -12,7 +12,7 @@ use super::{DelayWork, SHORTEST_PART};
 /// Most evaluations until delayed values, sources and delay times agree.
 const MOST_PASSES: usize = 30;
 
-/// A system and its past.  Without delay sites every call goes straight through.
+/// A system and its past: what the solver evaluates.  Without delay sites every call goes straight through.
 pub(crate) struct Delaying<'a> {
     pub(super) inner: &'a mut dyn DaeSystem,
     pub(super) work: &'a mut DelayWork,
@@ -94,13 +94,17 @@ impl<'a> Delaying<'a> {
     }
 
     fn hand_over(&mut self) {
-        self.inner.set_delayed(&self.work.values, &self.work.rates, &self.work.times);
+        if let Some(delays) = self.inner.delays() {
+            delays.set_delayed(&self.work.values, &self.work.rates, &self.work.times);
+        }
     }
 
     /// Sources and delay times at a point with the delayed values as they are.
     fn ask(&mut self, t: f64, y: &[f64], yp: &[f64]) {
         let (sources, times) = (&mut self.work.new_sources, &mut self.work.new_times);
-        self.inner.delay_points(t, y, yp, sources, times);
+        if let Some(delays) = self.inner.delays() {
+            delays.delay_points(t, y, yp, sources, times);
+        }
     }
 
     /// The sources at a point, into `new_sources`.
@@ -150,7 +154,9 @@ impl<'a> Delaying<'a> {
 
     /// The first values of a run.
     fn begin_past(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        self.inner.delay_bounds(&mut self.work.bounds);
+        if let Some(delays) = self.inner.delays() {
+            delays.delay_bounds(&mut self.work.bounds);
+        }
         self.ask(t, y, yp);
         let work = &mut *self.work;
         for (site, &time) in work.new_times.iter().enumerate() {
@@ -168,88 +174,102 @@ impl<'a> Delaying<'a> {
     }
 }
 
-impl DaeSystem for Delaying<'_> {
-    fn structure(&self) -> &Structure {
+/// Evaluations: those of the system, with the delayed values that belong to the point; what has no part in the past goes straight through.
+impl Delaying<'_> {
+    pub(crate) fn structure(&self) -> &Structure {
         self.inner.structure()
     }
 
-    fn tables(&self) -> &Arc<Tables> {
+    pub(crate) fn tables(&self) -> &Arc<Tables> {
         self.inner.tables()
     }
 
-    fn parameters(&self) -> &[f64] {
+    pub(crate) fn parameters(&self) -> &[f64] {
         self.inner.parameters()
     }
 
-    fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError> {
-        self.inner.set_parameter(index, value)
-    }
-
-    fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
+    pub(crate) fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
         self.inner.bind(t0)
     }
 
-    fn nominals(&self, out: &mut [f64]) {
+    pub(crate) fn nominals(&self, out: &mut [f64]) {
         self.inner.nominals(out);
     }
 
-    fn initial_nominals(&self, out: &mut [f64]) {
+    pub(crate) fn initial_nominals(&self, out: &mut [f64]) {
         self.inner.initial_nominals(out);
     }
 
-    fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure> {
+    pub(crate) fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure> {
         self.inner.initial_guess(t0, z)
     }
 
-    fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure> {
+    pub(crate) fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure> {
         self.inner.initial_residual(t0, z, out)
     }
 
-    fn initial_jacobian(&mut self, t0: f64, z: &[f64], values: &mut [f64]) -> Result<(), EvalFailure> {
+    pub(crate) fn initial_jacobian(&mut self, t0: f64, z: &[f64], values: &mut [f64]) -> Result<(), EvalFailure> {
         self.inner.initial_jacobian(t0, z, values)
     }
 
-    fn initial_store(&mut self, t0: f64, z: &[f64], y: &mut [f64], yp: &mut [f64]) -> Result<(), EvalFailure> {
+    pub(crate) fn initial_store(
+        &mut self,
+        t0: f64,
+        z: &[f64],
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> Result<(), EvalFailure> {
         self.inner.initial_store(t0, z, y, yp)
     }
 
-    fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+    pub(crate) fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.residual(t, y, yp, out);
     }
 
-    fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
+    pub(crate) fn loop_error(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<LoopError> {
         self.prepare(t, y, yp);
-        self.inner.loop_error(t, y, yp)
+        self.inner.torn_loops()?.loop_error(t, y, yp)
     }
 
-    fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
-        self.inner.initial_loop_error(t0, z)
+    pub(crate) fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
+        self.inner.torn_loops()?.initial_loop_error(t0, z)
     }
 
-    fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {
+    pub(crate) fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+        state_values: &mut [f64],
+        rate_values: &mut [f64],
+    ) {
         self.prepare(t, y, yp);
         self.inner.jacobian(t, y, yp, state_values, rate_values);
     }
 
-    fn has_homotopy(&self) -> bool {
-        self.inner.has_homotopy()
+    pub(crate) fn has_homotopy(&mut self) -> bool {
+        self.inner.homotopy().is_some()
     }
 
-    fn set_homotopy(&mut self, share: f64) {
-        self.inner.set_homotopy(share);
+    /// See [`hyd_system::Homotopy`].
+    pub(crate) fn set_homotopy(&mut self, share: f64) {
+        if let Some(homotopy) = self.inner.homotopy() {
+            homotopy.set_homotopy(share);
+        }
     }
 
-    fn states(&self, out: &mut [bool]) {
+    /// Which unknowns are states at present.
+    pub(crate) fn states(&mut self, out: &mut [bool]) {
         self.inner.states(out);
     }
 
-    fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
+    pub(crate) fn choose_states(&mut self, t: f64, y: &[f64], yp: &[f64]) -> StateChoice {
         self.prepare(t, y, yp);
-        self.inner.choose_states(t, y, yp)
+        self.inner.state_choices().map_or_else(StateChoice::default, |choices| choices.choose_states(t, y, yp))
     }
 
-    fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+    pub(crate) fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.roots(t, y, yp, out);
         let varying = self.work.sites.iter().filter(|site| site.varying).count();
@@ -257,25 +277,31 @@ impl DaeSystem for Delaying<'_> {
         self.work.roots(t, &mut out[first..]);
     }
 
-    fn held(&self, out: &mut [bool]) {
+    pub(crate) fn held(&self, out: &mut [bool]) {
         self.inner.held(out);
         let varying = self.work.sites.iter().filter(|site| site.varying).count();
         let first = out.len() - varying;
         out[first..].fill(true);
     }
 
-    fn next_time_event(&mut self, t: f64) -> TimeEvent {
+    pub(crate) fn next_time_event(&mut self, t: f64) -> TimeEvent {
         let next = self.inner.next_time_event(t);
         let back = if self.work.recording { self.work.next_break(t) } else { f64::INFINITY };
         // What coincides happens at the system's own instant, so that breaks do not wander off by adding delays.
         if self.work.instants.lies_ahead(next.t, back) { TimeEvent::at(back) } else { next }
     }
 
-    fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
+    pub(crate) fn unchanged_until(&mut self, t: f64, until: f64) -> f64 {
         self.inner.unchanged_until(t, until)
     }
 
-    fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {
+    pub(crate) fn event_pass(
+        &mut self,
+        phase: EventPhase,
+        t: f64,
+        y: &mut [f64],
+        yp: &[f64],
+    ) -> Result<EventChange, EvalFailure> {
         self.prepare(t, y, yp);
         let mut change = self.inner.event_pass(phase, t, y, yp)?;
         // Values before the event are those before the break; the new ones count from the next pass on.
@@ -285,47 +311,26 @@ impl DaeSystem for Delaying<'_> {
         Ok(change)
     }
 
-    fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+    pub(crate) fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.outputs(t, y, yp, out);
     }
 
-    fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
+    pub(crate) fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
         self.prepare(t, y, yp);
         self.inner.assertions(t, y, yp, out);
     }
 
-    fn delay_bounds(&mut self, out: &mut [f64]) {
-        self.inner.delay_bounds(out);
+    pub(crate) fn input_reach(&mut self, t: f64) -> f64 {
+        self.inner.inputs().map_or(f64::INFINITY, |inputs| inputs.input_reach(t))
     }
 
-    fn delay_points(&mut self, t: f64, y: &[f64], yp: &[f64], sources: &mut [f64], times: &mut [f64]) {
-        self.prepare(t, y, yp);
-        self.inner.delay_points(t, y, yp, sources, times);
-    }
-
-    fn set_delayed(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
-        self.inner.set_delayed(values, rates, times);
-    }
-
-    fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
-        self.inner.set_input(input, series)
-    }
-
-    fn input_reach(&mut self, t: f64) -> f64 {
-        self.inner.input_reach(t)
-    }
-
-    fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
+    pub(crate) fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
         self.prepare(t, y, yp);
         self.inner.diagnose(t, y, yp)
     }
 
-    fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
+    pub(crate) fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
         self.inner.diagnose_initial(t0, z)
-    }
-
-    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        if self.work.sites.is_empty() { self.inner.tangents() } else { Some(self) }
     }
 }

@@ -7,7 +7,7 @@
 //! with the derivatives of instants the formula at events needs nothing more). Steps of the sensitivities are no longer
 //! than the shortest delay, so that what they read is known.
 
-use hyd_system::{Along, Direction, DirectionError, EventPhase, Tangents};
+use hyd_system::{Along, EventPhase, Tangents};
 
 use super::DelayWork;
 use super::past::{Past, Segment, Spot, Wanted};
@@ -91,6 +91,7 @@ impl DelayWork {
 }
 
 impl Delaying<'_> {
+    /// Derivatives of the system alone.
     fn inner_tangents(&mut self) -> &mut dyn Tangents {
         self.inner.tangents().expect("invariant: a system with tangents keeps them")
     }
@@ -289,29 +290,26 @@ impl Delaying<'_> {
     }
 }
 
-impl Tangents for Delaying<'_> {
-    fn set_directions(&mut self, directions: &[Direction]) -> Result<(), (usize, DirectionError)> {
-        self.inner_tangents().set_directions(directions)
-    }
-
-    fn bind_tangent(&mut self, t0: f64) {
+/// Derivatives of the evaluations, after those of the delayed values that belong to the point.
+impl Delaying<'_> {
+    pub(crate) fn bind_tangent(&mut self, t0: f64) {
         self.inner_tangents().bind_tangent(t0);
     }
 
-    fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]) {
+    pub(crate) fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]) {
         self.inner_tangents().initial_residual_tangent(t0, z, out);
     }
 
-    fn initial_store_tangent(&mut self, t0: f64, z: &[f64], dz: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
+    pub(crate) fn initial_store_tangent(&mut self, t0: f64, z: &[f64], dz: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
         self.inner_tangents().initial_store_tangent(t0, z, dz, dy, dyp);
     }
 
-    fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+    pub(crate) fn residual_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         self.lay(t, y, yp, Some(along.t), Some(along));
         self.inner_tangents().residual_tangent(t, y, yp, along, out);
     }
 
-    fn jacobian_tangent(
+    pub(crate) fn jacobian_tangent(
         &mut self,
         t: f64,
         y: &[f64],
@@ -323,18 +321,18 @@ impl Tangents for Delaying<'_> {
         self.inner_tangents().jacobian_tangent(t, y, yp, jacobians, out);
     }
 
-    fn branches(&mut self) -> usize {
+    pub(crate) fn branches(&mut self) -> usize {
         self.inner_tangents().branches()
     }
 
-    fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+    pub(crate) fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         let kept = self.keep();
         self.prepare(t, y, yp);
         self.inner_tangents().branch_values(t, y, yp, out);
         self.restore(kept);
     }
 
-    fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+    pub(crate) fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         self.lay(t, y, yp, Some(along.t), Some(along));
         let varying = self.work.sites.iter().filter(|site| site.varying).count();
         let (own, breaks) = out.split_at_mut(out.len() - varying * along.t.len());
@@ -342,16 +340,16 @@ impl Tangents for Delaying<'_> {
         self.break_roots_tangent(t, along.t, breaks);
     }
 
-    fn instant_tangent(&mut self, t: f64, out: &mut [f64]) -> bool {
+    pub(crate) fn instant_tangent(&mut self, t: f64, out: &mut [f64]) -> bool {
         self.inner_tangents().instant_tangent(t, out) || self.break_tangent(t, out)
     }
 
-    fn before_event_pass(&mut self, phase: EventPhase, t: f64, y: &[f64], yp: &[f64], along: Along<'_>) {
+    pub(crate) fn before_event_pass(&mut self, phase: EventPhase, t: f64, y: &[f64], yp: &[f64], along: Along<'_>) {
         self.lay(t, y, yp, Some(along.t), Some(along));
         self.inner_tangents().before_event_pass(phase, t, y, yp, along);
     }
 
-    fn after_event_pass(
+    pub(crate) fn after_event_pass(
         &mut self,
         phase: EventPhase,
         t: f64,
@@ -364,33 +362,12 @@ impl Tangents for Delaying<'_> {
         self.inner_tangents().after_event_pass(phase, t, y, yp, along, dy)
     }
 
-    fn set_delayed_tangents(&mut self, values: &[f64], rates: &[f64], times: &[f64]) {
-        self.inner_tangents().set_delayed_tangents(values, rates, times);
-    }
-
-    fn delay_points_tangent(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        yp: &[f64],
-        along: Along<'_>,
-        sources: &mut [f64],
-        times: &mut [f64],
-    ) {
-        self.lay(t, y, yp, Some(along.t), Some(along));
-        self.inner_tangents().delay_points_tangent(t, y, yp, along, sources, times);
-    }
-
-    fn select_outputs(&mut self, wanted: Option<&[u32]>) {
-        self.inner_tangents().select_outputs(wanted);
-    }
-
-    fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
+    pub(crate) fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]) {
         self.lay(t, y, yp, Some(along.t), Some(along));
         self.inner_tangents().outputs_tangent(t, y, yp, along, out);
     }
 
-    fn parameters_tangent(&mut self, out: &mut [f64]) {
+    pub(crate) fn parameters_tangent(&mut self, out: &mut [f64]) {
         self.inner_tangents().parameters_tangent(out);
     }
 }

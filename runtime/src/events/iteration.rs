@@ -5,7 +5,7 @@
 //! the run with the relation's text, because integration would take forever.  So are events at ever shorter distance: beyond
 //! the point where they accumulate the model says nothing, and rounding would let a ball fall through its floor.
 
-use hyd_system::{DaeSystem, EventChange, EventPhase};
+use hyd_system::{EventChange, EventPhase};
 
 use super::{held_changes, relations};
 use crate::error::{SolveError, Stage};

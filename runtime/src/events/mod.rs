@@ -8,7 +8,7 @@
 pub(crate) mod iteration;
 pub(crate) mod roots;
 
-use hyd_system::{DaeSystem, RootInfo};
+use hyd_system::RootInfo;
 
 use crate::problem::Problem;
 

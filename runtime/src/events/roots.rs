@@ -9,7 +9,7 @@
 //! to zero, or where lines through them meet below it.  Relations of time alone are known in advance instead
 //! ([`hyd_system::DaeSystem::unchanged_until`]).
 
-use hyd_system::{DaeSystem, Structure};
+use hyd_system::Structure;
 
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;

@@ -7,7 +7,7 @@
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
 use hyd_system::math::square;
-use hyd_system::{DaeSystem, Pattern, StateChoice, Structure};
+use hyd_system::{Pattern, StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::fold;
@@ -139,7 +139,7 @@ impl Consistency {
     }
 
     /// Takes over which unknowns are states.
-    pub(crate) fn read_states(&mut self, problem: &Problem<'_>) {
+    pub(crate) fn read_states(&mut self, problem: &mut Problem<'_>) {
         problem.system.states(&mut self.core.differential);
         self.have_matrix = false;
     }

@@ -9,7 +9,7 @@
 
 pub(crate) mod consistent;
 
-use hyd_system::{DaeSystem, EventPhase, Pattern, Structure};
+use hyd_system::{EventPhase, Pattern, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::error::{SolveError, Stage};

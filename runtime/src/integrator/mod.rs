@@ -7,7 +7,7 @@ mod crowding;
 mod monitor;
 mod phases;
 
-use hyd_system::{DaeSystem, Structure};
+use hyd_system::Structure;
 
 use crate::bdf::Bdf;
 use crate::corrector::StepFailure;

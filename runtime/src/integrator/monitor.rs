@@ -29,7 +29,7 @@ const WORSE: f64 = 0.5;
 /// Steps before the first suspicion, and in a trial of BDF of all orders.
 const PATIENCE: u64 = 30;
 const BDF_TRIAL: u64 = 60;
-/// Steps before a fall of the gain is believed.
+/// Steps before a drop of the gain is believed.
 const LEAST_CHANGE: u64 = 10;
 /// Steps after which an adopted rival is questioned for the first time; twice as many with each failure of BDF, up to a limit.
 const QUESTION: u64 = 20;

@@ -8,7 +8,6 @@
 use super::linear::Matrices;
 use super::trail::Trail;
 use crate::problem::Problem;
-use crate::sensitivity::tangents;
 
 /// Width of the enclosure, as a part of the distance of the points.
 const WIDTH: f64 = 1e-9;
@@ -48,13 +47,13 @@ impl Breaks {
     /// Forgets all breaks: the solution begins anew at a point.
     pub(super) fn restart(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) {
         self.list.clear();
-        let count = tangents(&mut problem.system).branches();
+        let count = problem.system.branches();
         for values in [&mut self.left, &mut self.right, &mut self.trial, &mut self.end] {
             values.resize(count, 0.0);
         }
         self.t = t;
         if count > 0 {
-            tangents(&mut problem.system).branch_values(t, y, yp, &mut self.left);
+            problem.system.branch_values(t, y, yp, &mut self.left);
         }
     }
 
@@ -84,7 +83,7 @@ impl Breaks {
         if self.left.is_empty() {
             return;
         }
-        tangents(&mut problem.system).branch_values(t, y, yp, &mut self.end);
+        problem.system.branch_values(t, y, yp, &mut self.end);
         for _ in 0..MOST_BREAKS {
             if same_sides(&self.left, &self.end) {
                 break;
@@ -115,7 +114,7 @@ impl Breaks {
             let before = b - a;
             let trial = a + part * before;
             trail.values(trial, &mut self.y, &mut self.yp);
-            tangents(&mut problem.system).branch_values(trial, &self.y, &self.yp, &mut self.trial);
+            problem.system.branch_values(trial, &self.y, &self.yp, &mut self.trial);
             if same_sides(&self.left, &self.trial) {
                 a = trial;
                 std::mem::swap(&mut self.left, &mut self.trial);

@@ -14,7 +14,7 @@
 
 use hyd_system::{Along, EventPhase};
 
-use super::{Sensitivity, tangents};
+use super::Sensitivity;
 use crate::error::{SolveError, Stage};
 use crate::problem::Problem;
 
@@ -60,7 +60,7 @@ impl Sensitivity {
             EventSource::Root(k) => {
                 self.dt[last] = 1.0;
                 let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-                tangents(&mut problem.system).roots_tangent(t, y, yp, along, &mut self.roots);
+                problem.system.roots_tangent(t, y, yp, along, &mut self.roots);
                 let root = &self.roots[k * width..(k + 1) * width];
                 let slope = root[last];
                 self.dt[last] = 0.0;
@@ -81,7 +81,7 @@ impl Sensitivity {
                 }
             }
             EventSource::Time => {
-                if tangents(&mut problem.system).instant_tangent(t, &mut self.dt) {
+                if problem.system.instant_tangent(t, &mut self.dt) {
                     self.dt[last] = 0.0;
                 } else {
                     self.dt.fill(0.0);
@@ -101,15 +101,14 @@ impl Sensitivity {
     pub(crate) fn before_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, y: &[f64], yp: &[f64]) {
         self.y_before.copy_from_slice(y);
         let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        tangents(&mut problem.system).before_event_pass(phase, t, y, yp, along);
+        problem.system.before_event_pass(phase, t, y, yp, along);
     }
 
     /// After it; true if a derivative of a discrete variable changed.
     pub(crate) fn after_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, yp: &[f64]) -> bool {
         self.base.copy_from_slice(&self.s);
         let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        let changed =
-            tangents(&mut problem.system).after_event_pass(phase, t, &self.y_before, yp, along, &mut self.base);
+        let changed = problem.system.after_event_pass(phase, t, &self.y_before, yp, along, &mut self.base);
         std::mem::swap(&mut self.s, &mut self.base);
         self.changed |= changed;
         changed

@@ -5,9 +5,8 @@
 //! factored at the point in question, because a linear system is solved once and has no iteration to make up for an old
 //! matrix.
 
-use hyd_system::{DaeSystem, Pattern, Structure, wide};
+use hyd_system::{Pattern, Structure, wide};
 
-use super::tangents;
 use super::trail::Trail;
 use crate::linear::{FactorError, LinearSolver, MergedPattern, subtract};
 use crate::problem::Problem;
@@ -71,7 +70,7 @@ impl Matrices {
         forcing: &mut [f64],
     ) -> Result<(), FactorError> {
         let (state, rate) = (&mut self.state_values, &mut self.rate_values);
-        tangents(&mut problem.system).jacobian_tangent(t, y, yp, (state, rate), forcing);
+        problem.system.jacobian_tangent(t, y, yp, (state, rate), forcing);
         self.merged.combine(&self.state_values, &self.rate_values, c, &mut self.values);
         self.solver.factor(&mut self.values)
     }
@@ -99,7 +98,7 @@ impl Matrices {
         forcing: &mut [f64],
     ) -> Result<(), FactorError> {
         let (state, rate) = (&mut self.state_values, &mut self.rate_values);
-        tangents(&mut problem.system).jacobian_tangent(t, y, yp, (state, rate), forcing);
+        problem.system.jacobian_tangent(t, y, yp, (state, rate), forcing);
         let parts = (&self.state_pattern, &self.rate_pattern);
         self.merged.select(parts, &self.state_values, &self.rate_values, differential, &mut self.values);
         self.solver.factor(&mut self.values)

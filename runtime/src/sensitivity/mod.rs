@@ -18,10 +18,11 @@ mod waiting;
 
 use std::sync::Arc;
 
-use hyd_system::{Along, DaeSystem, Direction, DirectionError, Place, Settable, Structure, Tables, Tangents};
+use hyd_system::{Along, DaeSystem, Direction, DirectionError, Place, Settable, Structure, Tables};
 
 use crate::OptionError;
 use crate::corrector::damped::NewtonFailure;
+use crate::delay::Delaying;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Inconsistent;
 use crate::linear::FactorError;
@@ -173,10 +174,10 @@ impl Sensitivity {
     }
 
     /// Parameter values followed by their derivatives.
-    pub(crate) fn parameters(&mut self, system: &mut dyn DaeSystem) -> &[f64] {
+    pub(crate) fn parameters(&mut self, system: &mut Delaying<'_>) -> &[f64] {
         self.extended.clear();
         self.extended.extend_from_slice(system.parameters());
-        tangents(system).parameters_tangent(&mut self.parameters);
+        system.parameters_tangent(&mut self.parameters);
         for block in self.parameters.chunks_exact(self.width) {
             self.extended.extend_from_slice(&block[..self.width - 1]);
         }
@@ -199,7 +200,7 @@ impl Sensitivity {
             };
             LEAST * nominals[unknown] / if value > 0.0 { value } else { 1.0 }
         });
-        tangents(&mut problem.system).bind_tangent(t);
+        problem.system.bind_tangent(t);
     }
 
     /// Derivatives of the solution `z` of the initial system and of what it stores.
@@ -212,7 +213,7 @@ impl Sensitivity {
         yp: &[f64],
     ) -> Result<(), SolveError> {
         if !z.is_empty() {
-            tangents(&mut problem.system).initial_residual_tangent(t, z, &mut self.z);
+            problem.system.initial_residual_tangent(t, z, &mut self.z);
             let solved = self.matrices.solve_initial(problem, t, z, &mut self.z, self.width);
             solved.map_err(|error| match error {
                 FactorError::Singular { row, column } | FactorError::NotFinite { row, column } => {
@@ -222,7 +223,7 @@ impl Sensitivity {
             })?;
             self.z.iter_mut().for_each(|value| *value = -*value);
         }
-        tangents(&mut problem.system).initial_store_tangent(t, z, &self.z, &mut self.s, &mut self.sp);
+        problem.system.initial_store_tangent(t, z, &self.z, &mut self.s, &mut self.sp);
         self.consistent(problem, (Stage::Start, t), y, yp)
     }
 
@@ -241,7 +242,7 @@ impl Sensitivity {
             block.fill(0.0);
         }
         let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        tangents(&mut problem.system).residual_tangent(t, y, yp, along, &mut self.rhs);
+        problem.system.residual_tangent(t, y, yp, along, &mut self.rhs);
         let factored = self.matrices.factor_consistent(problem, t, (y, yp), &self.differential);
         factored.map_err(|error| singular((stage, t), error, (y, yp), problem))?;
         self.matrices.solve(&mut self.rhs, width);
@@ -373,15 +374,11 @@ impl Sensitivity {
     /// Derivatives of the outputs at the current point, parameter by parameter, into `out`.
     pub(crate) fn outputs(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), out: &mut [f64]) {
         let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        tangents(&mut problem.system).outputs_tangent(t, y, yp, along, &mut self.row);
+        problem.system.outputs_tangent(t, y, yp, along, &mut self.row);
         for (target, block) in out.chunks_exact_mut(self.width - 1).zip(self.row.chunks_exact(self.width)) {
             target.copy_from_slice(&block[..self.width - 1]);
         }
     }
-}
-
-fn tangents(system: &mut dyn DaeSystem) -> &mut dyn Tangents {
-    system.tangents().expect("invariant: a system with tangents keeps them")
 }
 
 /// The matrix of the sensitivities has no solution: the same trouble as with the values, in the same words.

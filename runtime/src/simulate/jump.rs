@@ -6,7 +6,7 @@
 //! parameters follow the instant of the fold like that of any event.
 
 use hyd_results::RowKind;
-use hyd_system::{DaeSystem, EquationInfo, EventPhase};
+use hyd_system::{EquationInfo, EventPhase};
 
 use super::{Run, Simulator};
 use crate::corrector::{StepFailure, StepFault};

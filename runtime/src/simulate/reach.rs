@@ -1,8 +1,6 @@
 //! How far a step may lead: to the next time event, as far as relations of time stay what they are, not over a pulse of a recorded
 //! input, and for the one-step method not beyond the shortest delay.
 
-use hyd_system::DaeSystem;
-
 use super::{Run, Simulator};
 
 /// Steps of the smallest size that are taken at least, so that instants close to each other do not stop a run.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Series, Tables, Tangents};
+use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Tables, Tangents, TornLoops};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -61,7 +61,7 @@ impl Pattern {
 pub struct Structure {
     /// Number `n` of unknowns and of residual rows.
     pub unknowns: usize,
-    /// Per unknown: its derivative occurs (a state, or a candidate, see [`DaeSystem::states`]); the others are algebraic.
+    /// Per unknown: its derivative occurs (a state, or a candidate, see [`StateChoices::states`]); the others are algebraic.
     pub differential: Vec<bool>,
     /// Pattern of dF/dy, n by n.
     pub state_pattern: Pattern,
@@ -114,7 +114,7 @@ pub struct InitialStructure {
     pub pattern: Pattern,
 }
 
-/// What came of judging a choice of states, see [`DaeSystem::choose_states`].
+/// What came of judging a choice of states, see [`StateChoices::choose_states`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StateChoice {
     /// Other unknowns are states now.
@@ -258,20 +258,10 @@ pub trait DaeSystem: Send {
     fn nominals(&self, out: &mut [f64]);
 
     /// Size of each initial unknown for convergence tests, values > 0 (1 where nothing is known).
-    fn initial_nominals(&self, out: &mut [f64]) {
-        out.fill(1.0);
-    }
+    fn initial_nominals(&self, out: &mut [f64]);
 
     /// First guess of the initial unknowns `z` (start values).
     fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure>;
-
-    /// True if the initial system has simplified forms of expressions (`homotopy`).
-    fn has_homotopy(&self) -> bool {
-        false
-    }
-
-    /// Lets the initial system be the simplified one (0), the actual one (1, after `bind`), or one between.
-    fn set_homotopy(&mut self, _share: f64) {}
 
     /// Residual G(z) of the initial system.
     fn initial_residual(&mut self, t0: f64, z: &[f64], out: &mut [f64]) -> Result<(), EvalFailure>;
@@ -284,30 +274,6 @@ pub trait DaeSystem: Send {
 
     /// Residual F(t, y, y'), n values.  Values may come out non-finite; the solver checks and asks `diagnose`.
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
-
-    /// The worst of the equations that close loops whose other variables are computed one after the other, at a solution; none
-    /// where there are no such loops.  Where neither of its numbers is near the rounding of numbers, rounding errors grow on the way.
-    fn loop_error(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> Option<LoopError> {
-        None
-    }
-
-    /// The same for a solution of the initial system.
-    fn initial_loop_error(&mut self, _t0: f64, _z: &[f64]) -> Option<LoopError> {
-        None
-    }
-
-    /// Which unknowns are states at present.  Those of [`Structure::differential`], except that of some sets of candidates only
-    /// some are states at a time, the others following from constraints; see [`DaeSystem::choose_states`].
-    fn states(&self, out: &mut [bool]) {
-        out.copy_from_slice(&self.structure().differential);
-    }
-
-    /// Judges the choice of states at consistent values, and changes it where another one is clearly better.  Values
-    /// stay consistent and every unknown stays as smooth as it was, so that the past of an integrator keeps its worth;
-    /// matrices do not.
-    fn choose_states(&mut self, _t: f64, _y: &[f64], _yp: &[f64]) -> StateChoice {
-        StateChoice::default()
-    }
 
     /// Values of dF/dy and dF/dy' on their patterns.
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]);
@@ -325,9 +291,7 @@ pub trait DaeSystem: Send {
 
     /// How far after `t`, at most to `until`, the solver may step without passing over a change of relations that depend on time alone.
     /// Where that is before `until` a relation has just changed, or the question must be asked again from there.
-    fn unchanged_until(&mut self, _t: f64, until: f64) -> f64 {
-        until
-    }
+    fn unchanged_until(&mut self, t: f64, until: f64) -> f64;
 
     /// One pass of the event iteration at fixed `t`: recomputes relations and discrete equations, runs `when` and `reinit`.
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure>;
@@ -338,38 +302,46 @@ pub trait DaeSystem: Send {
     /// Appends the assertions that do not hold at this point.
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>);
 
-    /// Upper bounds of the delay times in s, one per delay site (the delay time itself where it is fixed).
-    fn delay_bounds(&mut self, _out: &mut [f64]) {}
-
-    /// What each delay site delays, and its delay time in s, at a point.
-    fn delay_points(&mut self, _t: f64, _y: &[f64], _yp: &[f64], _sources: &mut [f64], _times: &mut [f64]) {}
-
-    /// Hands over the values and rates of the sources at the delayed times, and the delay times (s) that they belong to; they
-    /// hold until the next call.  The solver calls this before every evaluation of which they are a part.  `initial_store`
-    /// sets the values itself: at the start they are those of the sources, with rate 0.
-    fn set_delayed(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
-
-    /// Lets an input (position in [`Structure::inputs`]) follow a series in the following runs; takes effect with `bind`.
-    ///
-    /// # Errors
-    /// Why it cannot.
-    fn set_input(&mut self, _input: usize, _series: &Arc<Series>) -> Result<(), InputError> {
-        Err(InputError::Unknown)
-    }
-
-    /// How far a step from `t` may lead (s) so that no feature of the inputs is stepped over.
-    fn input_reach(&mut self, _t: f64) -> f64 {
-        f64::INFINITY
-    }
-
     /// Finds the equation that makes an evaluation non-finite (slow, for messages).
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure>;
 
     /// The same for the initial system.
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure>;
 
+    /// Simplified forms of the initial equations; none where `homotopy` does not occur.
+    fn homotopy(&mut self) -> Option<&mut dyn Homotopy>;
+
+    /// Loops whose variables are computed one after the other; none where there are no such loops.
+    fn torn_loops(&mut self) -> Option<&mut dyn TornLoops>;
+
+    /// Sets of candidates of which only some are states at a time; none where the states are those of
+    /// [`Structure::differential`] always.
+    fn state_choices(&mut self) -> Option<&mut dyn StateChoices>;
+
+    /// Values of the past; none where [`Structure::delays`] is empty.
+    fn delays(&mut self) -> Option<&mut dyn Delays>;
+
+    /// Inputs that follow recorded samples; none where [`Structure::inputs`] is empty.
+    fn inputs(&mut self) -> Option<&mut dyn Inputs>;
+
     /// Derivatives of all evaluations along directions, for sensitivities; none where the system has no derivatives.
-    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        None
+    fn tangents(&mut self) -> Option<&mut dyn Tangents>;
+}
+
+impl dyn DaeSystem + '_ {
+    /// Which unknowns are states at present.
+    pub fn states(&mut self, out: &mut [bool]) {
+        match self.state_choices() {
+            Some(choices) => choices.states(out),
+            None => out.copy_from_slice(&self.structure().differential),
+        }
+    }
+
+    /// See [`Inputs::set_input`].
+    ///
+    /// # Errors
+    /// Why it cannot; a system without inputs has no such input.
+    pub fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        self.inputs().ok_or(InputError::Unknown)?.set_input(input, series)
     }
 }

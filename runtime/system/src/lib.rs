@@ -17,6 +17,7 @@ pub mod given;
 mod instant;
 mod lanes;
 pub mod math;
+mod parts;
 pub mod random;
 mod series;
 mod tables;
@@ -29,6 +30,7 @@ pub use dae::{
 };
 pub use instant::Instants;
 pub use lanes::wide;
+pub use parts::{Delays, Homotopy, Inputs, StateChoices, TornLoops};
 pub use series::{Gap, Hold, Sample, Series, SeriesError, fill_gaps};
 pub use tables::{
     EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,

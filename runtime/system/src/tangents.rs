@@ -71,12 +71,10 @@ pub trait Tangents {
     fn jacobian_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], jacobians: (&mut [f64], &mut [f64]), out: &mut [f64]);
 
     /// Number of branches without an event among the Jacobians.
-    fn branches(&mut self) -> usize {
-        0
-    }
+    fn branches(&mut self) -> usize;
 
     /// The quantities whose sign decides these branches, such as `a - b` of `noEvent(a < b)`.
-    fn branch_values(&mut self, _t: f64, _y: &[f64], _yp: &[f64], _out: &mut [f64]) {}
+    fn branch_values(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
 
     /// Tangents of the root functions.
     fn roots_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);
@@ -103,22 +101,21 @@ pub trait Tangents {
     /// Takes over the derivatives of all delayed values and of their rates, one block per delay site, at the delay
     /// times `times` (s), for the calls that follow.  That of a varying delay time through `rate * time` is not in
     /// them: the equations have it.
-    fn set_delayed_tangents(&mut self, _values: &[f64], _rates: &[f64], _times: &[f64]) {}
+    fn set_delayed_tangents(&mut self, values: &[f64], rates: &[f64], times: &[f64]);
 
     /// Tangents of `delay_points`: of what the sites delay, and of their delay times.
     fn delay_points_tangent(
         &mut self,
-        _t: f64,
-        _y: &[f64],
-        _yp: &[f64],
-        _along: Along<'_>,
-        _sources: &mut [f64],
-        _times: &mut [f64],
-    ) {
-    }
+        t: f64,
+        y: &[f64],
+        yp: &[f64],
+        along: Along<'_>,
+        sources: &mut [f64],
+        times: &mut [f64],
+    );
 
     /// Outputs (positions in a row) whose tangents are looked at from now on, all if none are named; the others may have any value.
-    fn select_outputs(&mut self, _wanted: Option<&[u32]>) {}
+    fn select_outputs(&mut self, wanted: Option<&[u32]>);
 
     /// Tangents of the row of outputs.
     fn outputs_tangent(&mut self, t: f64, y: &[f64], yp: &[f64], along: Along<'_>, out: &mut [f64]);

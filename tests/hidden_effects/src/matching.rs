@@ -13,7 +13,7 @@ use crate::power::solve;
 
 /// Samples to each side of the parabola.
 const REACH: usize = 5;
-/// Fall of the criterion that a name takes.
+/// Drop of the criterion that a name takes.
 const NEEDED: f64 = 10.0;
 /// Softness of a sign, m/s.
 const SLOW: f64 = 5e-3;
@@ -287,7 +287,7 @@ mod tests {
         }
     }
 
-    /// Where every signal is measured a large change of a law is found: the method is no straw man.
+    /// Where every signal is measured a large change of a law is found: the method is not a straw man.
     #[test]
     fn a_wrong_flux_law_is_named() {
         for seed in 1..40 {

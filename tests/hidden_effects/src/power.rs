@@ -2,7 +2,7 @@
 //! after everything that a lab may fit - parameters within their tolerances, supply pressure and voltage, gains,
 //! offsets, a jitter of each shot's trigger - has been projected out with its prior (generalised least squares;
 //! whitening of first-order correlation by (r_k - rho r_{k-1})/sqrt(1 - rho^2)).  The lift after its first return below
-//! 5 %, where bounces do not repeat, is left out.  This is the expected fall of the cost, from this side alone.  It is
+//! 5 %, where bounces do not repeat, is left out.  This is the expected drop of the cost, from this side alone.  It is
 //! optimistic where nuisances act non-linearly.
 
 use crate::draft::{Draft, GAIN, OFFSET, TOLERANCES};

@@ -136,7 +136,7 @@ fn terms_without_a_place_are_refused_with_the_reason() {
     assert!(text.contains("ascending"), "{text}");
     let unknown = translate(PENDULUM, &[term("", 6, TermShape::Expression("nobody".to_string()))]);
     assert!(messages(&unknown).contains("nobody") && unknown.has_errors());
-    for (shape, said) in [("1 +", "found the end of the text"), ("v; x", "found `;`"), ("", "expected an expression")] {
+    for (shape, said) in [("1 +", "found the end of the file"), ("v; x", "found `;`"), ("", "expected an expression")] {
         let broken = translate(PENDULUM, &[term("", 6, TermShape::Expression(shape.to_string()))]);
         assert!(broken.has_errors() && messages(&broken).contains(said), "{shape}: {}", messages(&broken));
     }

@@ -11,7 +11,7 @@ use hyd_compiler::{Compilation, Extras, Goal, Instance, Options as CompilerOptio
 use hyd_payload::Backend;
 use hyd_results::{Side, Trajectory};
 use hyd_runtime::{Options, Solver, Summary, simulate};
-use hyd_system::{DaeSystem, Hold, InputError, Series};
+use hyd_system::{DaeSystem, Hold, InputError, Inputs, Series};
 use hyd_tests::models::messages;
 
 const LAG: &str = "model Lag

@@ -324,7 +324,7 @@ fn whole_loops() {
     let mut rows = Trajectory::new();
     let mut system = instance(&compilation, &[("ratio", "1e3")]);
     simulate(&mut system, &on_grid(0.5, 5, 1e-6), &mut rows, &|| false).expect("runs");
-    assert!(system.loop_error(0.0, &[], &[]).is_none());
+    assert!(system.torn_loops().is_none());
     let value = |k| rows.series(&format!("across[{k}].p.v")).expect("a variable").value(0.0, Side::After);
     assert_near("whole ladder", &(1..=60).map(value).collect::<Vec<_>>(), &right, 1.0, ALLOWED);
 }

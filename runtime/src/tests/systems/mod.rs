@@ -139,10 +139,6 @@ fn tables<M: Model>(model: &M) -> Tables {
 }
 
 impl<M: Model> DaeSystem for Hand<M> {
-    fn loop_error(&mut self, t: f64, _y: &[f64], _yp: &[f64]) -> Option<LoopError> {
-        self.model.loop_error(t)
-    }
-
     fn structure(&self) -> &Structure {
         &self.structure
     }
@@ -161,6 +157,9 @@ impl<M: Model> DaeSystem for Hand<M> {
     }
     fn nominals(&self, out: &mut [f64]) {
         out.copy_from_slice(&self.model.nominals());
+    }
+    fn initial_nominals(&self, out: &mut [f64]) {
+        out.fill(1.0);
     }
     fn initial_guess(&mut self, _t0: f64, z: &mut [f64]) -> Result<(), EvalFailure> {
         z.copy_from_slice(&self.model.guess());
@@ -196,6 +195,9 @@ impl<M: Model> DaeSystem for Hand<M> {
     fn next_time_event(&mut self, t: f64) -> TimeEvent {
         TimeEvent::at(self.model.next_time_event(t))
     }
+    fn unchanged_until(&mut self, _t: f64, until: f64) -> f64 {
+        until
+    }
     fn event_pass(&mut self, phase: EventPhase, t: f64, y: &mut [f64], yp: &[f64]) -> Result<EventChange, EvalFailure> {
         Ok(self.model.event(phase, t, y, yp))
     }
@@ -223,6 +225,33 @@ impl<M: Model> DaeSystem for Hand<M> {
         })
     }
     fn diagnose_initial(&mut self, _t0: f64, _z: &[f64]) -> Option<EvalFailure> {
+        None
+    }
+    fn homotopy(&mut self) -> Option<&mut dyn Homotopy> {
+        None
+    }
+    fn torn_loops(&mut self) -> Option<&mut dyn TornLoops> {
+        Some(self)
+    }
+    fn state_choices(&mut self) -> Option<&mut dyn StateChoices> {
+        None
+    }
+    fn delays(&mut self) -> Option<&mut dyn Delays> {
+        None
+    }
+    fn inputs(&mut self) -> Option<&mut dyn Inputs> {
+        None
+    }
+    fn tangents(&mut self) -> Option<&mut dyn Tangents> {
+        None
+    }
+}
+
+impl<M: Model> TornLoops for Hand<M> {
+    fn loop_error(&mut self, t: f64, _y: &[f64], _yp: &[f64]) -> Option<LoopError> {
+        self.model.loop_error(t)
+    }
+    fn initial_loop_error(&mut self, _t0: f64, _z: &[f64]) -> Option<LoopError> {
         None
     }
 }
