@@ -5,9 +5,11 @@ import subprocess
 import sys
 
 import DyMat
+import duckdb
 import numpy as np
 import pandas as pd
 import polars as pl
+import pyarrow
 import pyarrow.parquet as parquet
 import scipy.io
 
@@ -50,9 +52,30 @@ def check_parquet(path, table):
     assert list(by_pandas.columns) == list(table.columns) == by_polars.columns
     assert np.array_equal(by_pandas.to_numpy(), table.to_numpy(), equal_nan=True)
     assert np.array_equal(by_polars.to_numpy(), table.to_numpy(), equal_nan=True)
-    metadata = parquet.read_metadata(path).metadata
+    by_duckdb = duckdb.sql(f"select * from read_parquet('{path}')").fetchnumpy()
+    assert all(np.array_equal(by_duckdb[name], table[name].to_numpy()) for name in table.columns)
+    # A column alone, and some whose pages are shared, each by its own way of reading.
+    some = [table.columns[k] for k in (0, len(table.columns) // 2, -1)]
+    for names in ([name] for name in some):
+        assert np.array_equal(pd.read_parquet(path, columns=names).to_numpy(), table[names].to_numpy())
+        assert np.array_equal(pl.scan_parquet(path).select(names).collect().to_numpy(), table[names].to_numpy())
+    for options in ({"pre_buffer": True}, {"pre_buffer": False, "use_threads": False}):
+        assert parquet.read_table(path, **options).column_names == list(table.columns)
+    about = parquet.read_metadata(path)
     for key in (b"units", b"descriptions", b"parameters"):
-        assert isinstance(json.loads(metadata[key]), dict)
+        assert isinstance(json.loads(about.metadata[key]), dict)
+    chunks = [about.row_group(0).column(k) for k in range(about.num_columns)]
+    assert {chunk.compression for chunk in chunks} == {"ZSTD"}
+    assert {chunk.encodings for chunk in chunks} == {("BYTE_STREAM_SPLIT",)}
+    # Aliases are stored once.
+    assert len({chunk.data_page_offset for chunk in chunks}) < about.num_columns
+
+
+def check_sizes(parquet_file, csv_file):
+    text = pyarrow.compress(csv_file.read_bytes(), codec="zstd", asbytes=True)
+    size = parquet_file.stat().st_size
+    print(f"{parquet_file.name}: {size} bytes, the text compressed by zstd {len(text)}")
+    assert size < len(text), f"{parquet_file} is larger than the text compressed by zstd"
 
 
 def check_linear(model, time):
@@ -73,7 +96,33 @@ def check_linear(model, time):
     print(f"{model}: {len(ours)} eigenvalues at {time} s agree with numpy")
 
 
+def check_sweep():
+    """Rows and members of a sweep with their units; what was measured is what the rows show."""
+    folder = WORK / "swept"
+    model = MODELS / "single_acting_drive/drive.hyd"
+    command = [HYD, "sweep", model, "--vary", "p0=8e6:20e6:4", "--variables", "^(y|p_R|i)$", "--rows", "--stop", "0.02", "--result", folder]
+    measures = ["max(y)", "min(i)", "when(y > 2e-3)"]
+    subprocess.run([*command, *(part for text in measures for part in ("--measure", text))], check=True, stdout=subprocess.DEVNULL)
+    members, rows = (pd.read_parquet(folder / f"{name}.parquet") for name in ("members", "rows"))
+    assert list(pl.read_parquet(folder / "members.parquet").columns) == list(members.columns)
+    units = json.loads(parquet.read_metadata(folder / "rows.parquet").metadata[b"units"])
+    assert units == {"y": "m", "p_R": "Pa", "i": "A"}, units
+    by_member = rows.groupby("member")
+    # Rows stand at output points only, so what is measured within the steps lies at most a little further out.
+    for name, extreme in (("max(y)", by_member["y"].max()), ("min(i)", by_member["i"].min())):
+        span = by_member[name[4]].max() - by_member[name[4]].min()
+        beyond = np.abs(members[name] - extreme) / span
+        assert np.all(beyond < 2e-3), f"{name}: {beyond.tolist()}"
+    for member, group in by_member:
+        t, y = group["time"].to_numpy(), group["y"].to_numpy()
+        k = int(np.argmax(y > 2e-3))
+        first = t[k - 1] + (2e-3 - y[k - 1]) / (y[k] - y[k - 1]) * (t[k] - t[k - 1])
+        assert abs(members["when(y > 2e-3)"][member] - first) < 0.1 * (t[k] - t[k - 1])
+    print("sweep: rows, members and measures read by pandas and polars agree")
+
+
 def main():
+    check_sweep()
     check_linear("single_acting_drive/drive.hyd", 0.004)
     check_linear("servo_drive/drive.hyd", 0.05)
     for model in CASES:
@@ -83,6 +132,7 @@ def main():
         table = pd.read_csv(files["csv"])
         check_mat(files["mat"], table)
         check_parquet(files["parquet"], table)
+        check_sizes(files["parquet"], files["csv"])
         print(f"{model}: {len(table)} rows of {len(table.columns)} columns agree in csv, mat and parquet")
 
 

@@ -191,7 +191,7 @@ fn result_file(path: Option<&Path>, selection: &Selection) -> Result<Option<Resu
         false => selection.keeps(variable, name),
     };
     let opened = match is_parquet(path) {
-        true => ResultFile::with(path, |file| Ok(Box::new(RunStream::new(file, keep)))),
+        true => ResultFile::with(path, |file| Ok(Box::new(RunStream::new(file, path, keep)))),
         false => ResultFile::create(path, keep),
     };
     opened.map(Some).map_err(|error| unwritable(path, &error))

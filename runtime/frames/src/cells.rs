@@ -50,6 +50,17 @@ impl Cells {
         }
     }
 
+    /// Appends cells of the same kind; false, and nothing is appended, if they are of another one.
+    pub fn append(&mut self, other: Cells) -> bool {
+        match (self, other) {
+            (Cells::Numbers(own), Cells::Numbers(mut other)) => own.append(&mut other),
+            (Cells::Wholes(own), Cells::Wholes(mut other)) => own.append(&mut other),
+            (Cells::Texts(own), Cells::Texts(mut other)) => own.append(&mut other),
+            _ => return false,
+        }
+        true
+    }
+
     /// True without values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

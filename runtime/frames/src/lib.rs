@@ -4,14 +4,16 @@
 //! back whole.  The only crate that knows the Parquet library; it is apart from `hyd-results` because that library is large.
 
 mod cells;
+mod page;
 mod reader;
+mod rows;
 mod run_stream;
 mod writer;
 
 pub use cells::{Cells, Kind};
 pub use reader::Frame;
 pub use run_stream::RunStream;
-pub use writer::FrameWriter;
+pub use writer::{Chunk, FrameWriter, GroupWriter};
 
 /// Whether the name of a file says that it is one of Parquet.
 pub fn is_parquet(path: &std::path::Path) -> bool {

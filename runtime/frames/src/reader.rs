@@ -1,7 +1,7 @@
 //! A Parquet file read back, of this crate or of another program.
 //!
-//! Takes flat tables of numbers, integers, Booleans, texts and timestamps, uncompressed or by snappy; anything else is refused by
-//! name.  Columns with gaps are numbers, NaN where they have none, and timestamps are seconds since the first one of the file,
+//! Takes flat tables of numbers, integers, Booleans, texts and timestamps, uncompressed or by zstd or snappy; anything else is refused
+//! by name.  Columns with gaps are numbers, NaN where they have none, and timestamps are seconds since the first one of the file,
 //! because a double has no room for nanoseconds since 1970.  The library behind asserts what it takes for granted, so that
 //! damaged files may end in a panic of its own; that is an error here.
 
@@ -36,8 +36,16 @@ impl Frame {
     /// # Errors
     /// The system's where the file cannot be read, else a sentence on what is wrong with its contents.
     pub fn read(path: &Path) -> io::Result<Self> {
+        Self::read_columns(path, |_| true)
+    }
+
+    /// Reads the columns whose names `keep` accepts, and of the rest of the file only where they stand.
+    ///
+    /// # Errors
+    /// Those of [`Frame::read`], for these columns.
+    pub fn read_columns(path: &Path, mut keep: impl FnMut(&str) -> bool) -> io::Result<Self> {
         let file = File::open(path)?;
-        guarded(|| read(&SerializedFileReader::new(file)?)).map_err(into_io)
+        guarded(|| read(&SerializedFileReader::new(file)?, &mut keep)).map_err(into_io)
     }
 
     /// The column with this name.
@@ -119,30 +127,32 @@ impl Meaning {
     }
 }
 
-fn read(reader: &SerializedFileReader<File>) -> Result<Frame, ParquetError> {
+fn read(reader: &SerializedFileReader<File>, keep: &mut dyn FnMut(&str) -> bool) -> Result<Frame, ParquetError> {
     let metadata = reader.metadata().file_metadata();
     let pairs = metadata.key_value_metadata().into_iter().flatten();
     let pairs = pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect();
     let mut frame = Frame { columns: Vec::new(), metadata: pairs };
     let mut meanings = Vec::new();
-    for column in metadata.schema_descr().columns() {
-        let meaning = Meaning::of(column)?;
-        frame.columns.push((column.name().to_string(), Cells::new(meaning.kind)));
-        meanings.push(meaning);
+    for (k, column) in metadata.schema_descr().columns().iter().enumerate() {
+        if keep(column.name()) {
+            let meaning = Meaning::of(column)?;
+            frame.columns.push((column.name().to_string(), Cells::new(meaning.kind)));
+            meanings.push((k, meaning));
+        }
     }
     // The first timestamp (ns): one for all columns, so that clocks keep their distance.
     let mut origin = None;
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group)?;
-        for (k, (name, cells)) in frame.columns.iter_mut().enumerate() {
+        for ((name, cells), &(k, meaning)) in frame.columns.iter_mut().zip(&meanings) {
             let compression = group.metadata().column(k).compression();
-            if !matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY) {
+            if !matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_)) {
                 let name_of = compression.to_string().split('(').next().unwrap_or_default().to_lowercase();
                 return Err(fault(format!(
-                    "column `{name}` is compressed with {name_of}, which is not supported; write it with snappy, or uncompressed"
+                    "column `{name}` is compressed with {name_of}, which is not supported; write it with zstd or snappy, or uncompressed"
                 )));
             }
-            append(group.as_ref(), k, cells, meanings[k], &mut origin)?;
+            append(group.as_ref(), k, cells, meaning, &mut origin)?;
         }
     }
     Ok(frame)

@@ -21,7 +21,7 @@ const INTEGERS: u32 = 20;
 const TEXT: u32 = 51;
 
 /// Bytes that are collected before they are written.
-const BUFFER: usize = 1 << 16;
+const BUFFER: usize = 1 << 18;
 
 /// Offset of the number of columns within the header of a matrix.
 const COLUMNS_AT: u64 = 8;

@@ -18,6 +18,8 @@ pub enum RowKind {
     BeforeEvent,
     /// The first values after an event, at the same time.
     AfterEvent,
+    /// A point on the way that nobody asked to be shown: only runs that are measured have them.
+    Within,
 }
 
 /// A receiver of rows.

@@ -106,7 +106,7 @@ impl WholeFile {
 }
 
 /// Where the bytes go: behind symbolic links, even if they lead to a file that is still to be made.
-fn target(path: &Path) -> io::Result<PathBuf> {
+pub(crate) fn target(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         match fs::read_link(&path) {
@@ -119,7 +119,7 @@ fn target(path: &Path) -> io::Result<PathBuf> {
 }
 
 /// A new file beside `target` that is hidden from most listings.
-fn temporary(target: &Path) -> io::Result<(File, PathBuf)> {
+pub(crate) fn temporary(target: &Path) -> io::Result<(File, PathBuf)> {
     let no_name = || io::Error::new(io::ErrorKind::InvalidInput, "it is not a file name");
     let name = target.file_name().ok_or_else(no_name)?;
     for attempt in 0..u32::MAX {

@@ -163,8 +163,41 @@ fn trajectory_finds_outputs_aliases_parameters_and_constants() {
 proptest::proptest! {
     #[test]
     fn digits_read_back_to_the_same_number(value in proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL) {
+        digits(value)?;
+    }
+
+    /// Where the standard library changes from one notation to the other.
+    #[test]
+    fn digits_are_those_of_the_standard_library(value in -1.0..1.0f64, exponent in -8..20i32) {
+        digits(value * 10f64.powi(exponent))?;
+        digits((value * 1e3).round() * 10f64.powi(exponent))?;
+    }
+
+    /// Few binary digits, so that texts may be equally close.
+    #[test]
+    fn digits_halfway_are_those_of_the_standard_library(value in proptest::num::u64::ANY, bits in 1..53u32, halves in -12..1074i32) {
+        digits((value >> (64 - bits)) as f64 * 2f64.powi(-halves))?;
+    }
+}
+
+fn digits(value: f64) -> Result<(), proptest::test_runner::TestCaseError> {
+    let mut text = String::new();
+    format_number(value, &mut text);
+    proptest::prop_assert_eq!(text.parse::<f64>().unwrap(), value);
+    let plain = format!("{:?}", value + 0.0);
+    proptest::prop_assert_eq!(text.as_str(), plain.strip_suffix(".0").unwrap_or(&plain));
+    Ok(())
+}
+
+#[test]
+fn numbers_out_of_the_ordinary_have_their_texts() {
+    let text = |value| {
         let mut text = String::new();
         format_number(value, &mut text);
-        proptest::prop_assert_eq!(text.parse::<f64>().unwrap(), value);
-    }
+        text
+    };
+    assert_eq!(text(2f64.powi(-24)), "5.960464477539063e-8");
+    let values = [0.0, -0.0, 1e-5, -1e-5, 9.9999e-5, 1e-4, 1e15, 1e16, -1e300, 5e-324, f64::NAN, f64::INFINITY];
+    let texts = "0 0 1e-5 -1e-5 9.9999e-5 0.0001 1000000000000000 1e16 -1e300 5e-324 NaN inf";
+    assert_eq!(values.map(text).join(" "), texts);
 }
