@@ -25,8 +25,11 @@ impl Progress {
 
     /// Shows that the time `t` between `start` and `stop` (s) has been reached.
     pub(crate) fn at(&mut self, t: f64, start: f64, stop: f64) {
+        if !self.active {
+            return;
+        }
         let now = Instant::now();
-        if !self.active || now < self.last + PERIOD {
+        if now < self.last + PERIOD {
             return;
         }
         (self.shown, self.last) = (true, now);

@@ -27,11 +27,21 @@ struct Factor {
     starts: Vec<u32>,
     rows: Vec<u32>,
     values: Vec<f64>,
+    /// Columns with values other than zero.  Where rates are solved for, most have none: their matrix is nearly diagonal, in the
+    /// pattern of one that is not.
+    busy: Vec<bool>,
 }
 
 impl Factor {
     fn column(&self, c: usize) -> std::ops::Range<usize> {
         self.starts[c] as usize..self.starts[c + 1] as usize
+    }
+
+    /// Looks which columns have values other than zero.
+    fn find_busy(&mut self) {
+        let busy = self.starts.windows(2).map(|ends| &self.values[ends[0] as usize..ends[1] as usize]);
+        self.busy.clear();
+        self.busy.extend(busy.map(|values| values.iter().any(|&value| value != 0.0)));
     }
 
     /// Copies a factor of faer, sorted and without entries for which `skip(row, column)`.
@@ -100,10 +110,12 @@ impl Sparse {
 
     /// Factors the matrix with scaled `values` on `pattern`: along the known pivots if they serve, else with new ones.
     pub(super) fn factor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<(), FactorError> {
-        if self.pivoted && self.refactor(pattern, values) {
-            return Ok(());
+        if !(self.pivoted && self.refactor(pattern, values)) {
+            self.pivot(pattern, values)?;
         }
-        self.pivot(pattern, values)
+        self.lower.find_busy();
+        self.upper.find_busy();
+        Ok(())
     }
 
     /// Left-looking factorisation with fixed pivots; false if a pivot is too small.
@@ -196,7 +208,7 @@ impl Sparse {
         let n = x.len();
         for c in 0..n {
             let value = x[c];
-            if value != 0.0 {
+            if value != 0.0 && self.lower.busy[c] {
                 for l in self.lower.column(c) {
                     x[self.lower.rows[l] as usize] -= self.lower.values[l] * value;
                 }
@@ -205,7 +217,7 @@ impl Sparse {
         for c in (0..n).rev() {
             let value = x[c] / self.diagonal[c];
             x[c] = value;
-            if value != 0.0 {
+            if value != 0.0 && self.upper.busy[c] {
                 for u in self.upper.column(c) {
                     x[self.upper.rows[u] as usize] -= self.upper.values[u] * value;
                 }
