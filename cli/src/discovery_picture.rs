@@ -34,6 +34,7 @@ pub(crate) fn gap_picture(setup: &Setup, report: &Report) -> Option<Figure> {
     Some(Figure {
         title: Some(title(report, shot)),
         runs,
+        family: false,
         panels: vec![Panel { unit: own.unit.clone(), curves: values }, Panel { unit: "1".into(), curves: differences }],
         width: Figure::PAGE_WIDTH,
         panel_height: None,

@@ -1,8 +1,9 @@
 //! `hyd plot F.csv ...`: results of one or several runs as a picture.
 //!
-//! Result files carry no units; they come from `--unit NAME=UNIT`, from the model (`--model-file`), or from a header such as
-//! `p [Pa]`.  Variables without unit get a panel each.
+//! Units come from `--unit NAME=UNIT`, from the model (`--model-file`), from a Parquet file, or from a header such as `p [Pa]`.
+//! Variables without unit get a panel each.  The rows of a sweep are drawn as a family: a panel per variable, a curve per member.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,27 +14,70 @@ use hyd_results::Table;
 
 use crate::arguments::{MessageFormat, ModelArguments, Plot};
 use crate::picture::{check_picture, write_picture};
+use crate::result_table::{self, Runs};
 use crate::translate::translate;
-use crate::{Failure, output, result_table};
+use crate::{Failure, output};
 use hyd_run::{MOST_CURVES, Selection};
 
 /// Panels that are drawn when nobody says which variables.
 const FEW: usize = 12;
+/// Panels of a family likewise.
+const FEW_OF_FAMILY: usize = 4;
+/// Members of a family that are drawn.
+const MOST_MEMBERS: usize = 100;
+/// Curves of a family that one picture holds.
+const MOST_OF_FAMILY: usize = 1000;
 
 /// Runs the verb.
 pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("svg"));
     check_picture("--output", &path)?;
     let selection = Selection::new(arguments.variables.as_deref())?;
-    let tables =
-        arguments.files.iter().map(|file| result_table::read(file)).collect::<Result<Vec<Table>, Failure>>()?;
+    let read = |file: &PathBuf| {
+        // Of a file with a hundred thousand columns only those are read that are drawn.
+        let left = Cell::new(if selection.is_explicit() { usize::MAX } else { FEW });
+        result_table::read_runs(file, &|name| {
+            let wanted = left.get() > 0 && selection.matches(name);
+            left.set(left.get() - usize::from(wanted));
+            wanted
+        })
+    };
+    let files = arguments.files.iter().map(read).collect::<Result<Vec<Runs>, Failure>>()?;
     // Only now is it known which files are read.
     check_picture("--output", &path)?;
-    let units = units(arguments)?;
-    let curves = curves(&tables, &selection, &units)?;
-    let figure = Figure { title: arguments.title.clone(), ..Figure::by_unit(labels(&arguments.files), curves) };
+    let mut known = BTreeMap::new();
+    let (mut names, mut tables, mut family) = (Vec::new(), Vec::new(), false);
+    for (file, label) in files.into_iter().zip(labels(&arguments.files)) {
+        known.extend(file.units);
+        for (member, table) in file.runs {
+            family |= member.is_some();
+            names.push(match member {
+                Some(member) if arguments.files.len() > 1 => format!("{label}: {member}"),
+                Some(member) => member,
+                None => label.clone(),
+            });
+            tables.push(table);
+        }
+    }
+    if family && tables.len() > MOST_MEMBERS {
+        let all = tables.len();
+        (names, tables) = thinned(names, tables);
+        output::message(&format!("note: {MOST_MEMBERS} of {all} runs are drawn\n"));
+    }
+    known.extend(units(arguments)?);
+    let curves = curves(&tables, &selection, &known, family)?;
+    let figure = if family { Figure::of_family(names, curves) } else { Figure::by_unit(names, curves) };
+    let figure = Figure { title: arguments.title.clone(), ..figure };
     write_picture(&path, &figure)?;
     output::print(&format!("picture in {}\n", path.display()))
+}
+
+/// As many runs as are drawn, at equal distances from the first to the last.
+fn thinned(names: Vec<String>, tables: Vec<Table>) -> (Vec<String>, Vec<Table>) {
+    let all = tables.len();
+    let kept: Vec<usize> = (0..MOST_MEMBERS).map(|k| k * (all - 1) / (MOST_MEMBERS - 1)).collect();
+    let runs = names.into_iter().zip(tables).enumerate();
+    runs.filter(|(k, _)| kept.binary_search(k).is_ok()).map(|(_, run)| run).unzip()
 }
 
 /// Labels of the runs: file names without extension, or whole paths where these are alike.
@@ -77,6 +121,7 @@ fn curves(
     tables: &[Table],
     selection: &Selection,
     units: &BTreeMap<String, String>,
+    family: bool,
 ) -> Result<Vec<(String, Curve)>, Failure> {
     let mut names: Vec<&String> = Vec::new();
     for name in tables.iter().flat_map(|table| &table.names) {
@@ -88,10 +133,14 @@ fn curves(
         return Err(Failure::Usage("no variable of these files matches".to_string()));
     }
     if !selection.is_explicit() {
-        names.truncate(FEW);
-    } else if names.len() > MOST_CURVES {
+        names.truncate(if family { FEW_OF_FAMILY } else { FEW });
+    } else if !family && names.len() > MOST_CURVES {
         let count = names.len();
         return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
+    } else if family && names.len() * tables.len() > MOST_OF_FAMILY {
+        let (count, runs) = (names.len(), tables.len());
+        let most = format!("a picture holds {MOST_OF_FAMILY} curves of a family");
+        return Err(Failure::Usage(format!("{count} variables of {runs} runs match, and {most}")));
     }
     let times: Vec<Arc<[f64]>> = tables.iter().map(|table| Arc::from(table.times.as_slice())).collect();
     let mut curves = Vec::new();

@@ -34,6 +34,8 @@ pub struct Figure {
     pub title: Option<String>,
     /// Labels of the runs; shown if there are several.
     pub runs: Vec<String>,
+    /// The runs are members of one family: colour tells their order, and the legend names a few of them.
+    pub family: bool,
     /// Panels from top to bottom.
     pub panels: Vec<Panel>,
     /// Width of the picture in pixels of 1/96 inch.
@@ -58,7 +60,19 @@ impl Figure {
                 None => panels.push(Panel { unit, curves: vec![curve] }),
             }
         }
-        Self { title: None, runs, panels, width: Self::PAGE_WIDTH, panel_height: None }
+        Self { title: None, runs, family: false, panels, width: Self::PAGE_WIDTH, panel_height: None }
+    }
+
+    /// The runs of a family: one panel per variable.
+    pub fn of_family(runs: Vec<String>, curves: impl IntoIterator<Item = (String, Curve)>) -> Self {
+        let mut panels: Vec<Panel> = Vec::new();
+        for (unit, curve) in curves {
+            match panels.iter_mut().find(|panel| panel.curves[0].name == curve.name) {
+                Some(panel) => panel.curves.push(curve),
+                None => panels.push(Panel { unit, curves: vec![curve] }),
+            }
+        }
+        Self { title: None, runs, family: true, panels, width: Self::PAGE_WIDTH, panel_height: None }
     }
 
     /// Lays the picture out.

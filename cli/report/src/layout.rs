@@ -21,6 +21,9 @@ const SAMPLE: f64 = 26.0;
 /// Ranges smaller than this part of the values are rounding noise and drawn as a constant.
 const SMALLEST_RANGE: f64 = 1e-5;
 
+/// Members of a family that its legend names.
+const FAMILY_NAMES: usize = 5;
+
 /// A range of values, and how it is shown.
 struct Axis {
     low: f64,
@@ -87,7 +90,9 @@ pub(crate) fn lay_out(figure: &Figure) -> Drawing {
         y += GAP;
     }
     if figure.runs.len() > 1 {
-        let entries = figure.runs.iter().enumerate().map(|(run, name)| (run_stroke(coding, run), name.as_str()));
+        let named = |&(run, _): &(usize, &String)| !figure.family || is_named(run, figure.runs.len());
+        let entries = figure.runs.iter().enumerate().filter(named);
+        let entries = entries.map(|(run, name)| (run_stroke(coding, run), name.as_str()));
         y = legend(shapes, &entries.collect::<Vec<_>>(), left, right, y);
     }
     for (k, (panel, axis)) in figure.panels.iter().zip(&axes).enumerate() {
@@ -111,7 +116,16 @@ pub(crate) fn lay_out(figure: &Figure) -> Drawing {
     drawing
 }
 
+/// True for the members of a family that the legend names: the first, the last, and some at equal distances.
+fn is_named(run: usize, runs: usize) -> bool {
+    let entry = |k: usize| k * (runs - 1) / (FAMILY_NAMES - 1);
+    runs <= FAMILY_NAMES || (0..FAMILY_NAMES).any(|k| entry(k) == run)
+}
+
 fn coding(figure: &Figure) -> Coding {
+    if figure.family {
+        return Coding::Family(figure.runs.len());
+    }
     let single = figure.panels.iter().all(|panel| panel.names().len() <= 1);
     if single && figure.runs.len() > 1 { Coding::ByRun } else { Coding::ByVariable }
 }

@@ -1,6 +1,7 @@
 //! Colours and dashes of curves, sizes of texts.
 //!
-//! The palette is that of Okabe and Ito, "Color Universal Design" (2008), without its yellow, which white paper swallows.
+//! The palette is that of Okabe and Ito, "Color Universal Design" (2008), without its yellow, which white paper swallows; for the same
+//! reason the ramp of a family, after viridis (Smith, van der Walt 2015), ends before yellow.
 
 use crate::drawing::{Colour, Stroke};
 
@@ -19,6 +20,9 @@ const PALETTE: [Colour; 7] = [
     [0x00, 0x00, 0x00],
 ];
 
+/// Colours of a family from its first run to its last one.
+const RAMP: [Colour; 4] = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98]];
+
 const DASHES: [&[f64]; 5] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[9.0, 3.0, 2.0, 3.0], &[12.0, 4.0]];
 
 /// The line of the axes' frame and ticks.
@@ -34,6 +38,8 @@ pub(crate) enum Coding {
     ByRun,
     /// Colour tells the variable, dash the run.
     ByVariable,
+    /// Colour tells where a run stands among so many.
+    Family(usize),
 }
 
 /// The stroke of a curve: `variable` is its position in the panel.
@@ -41,6 +47,7 @@ pub(crate) fn curve_stroke(coding: Coding, variable: usize, run: usize) -> Strok
     let (colour, dash) = match coding {
         Coding::ByRun => (run, run),
         Coding::ByVariable => (variable, run + variable / PALETTE.len()),
+        Coding::Family(runs) => return Stroke { colour: ramp(run, runs), width: 1.0, dash: &[] },
     };
     Stroke { colour: PALETTE[colour % PALETTE.len()], width: 1.5, dash: DASHES[dash % DASHES.len()] }
 }
@@ -48,7 +55,16 @@ pub(crate) fn curve_stroke(coding: Coding, variable: usize, run: usize) -> Strok
 /// The stroke that stands for a run in the legend.
 pub(crate) fn run_stroke(coding: Coding, run: usize) -> Stroke {
     match coding {
-        Coding::ByRun => curve_stroke(coding, 0, run),
+        Coding::ByRun | Coding::Family(_) => curve_stroke(coding, 0, run),
         Coding::ByVariable => Stroke { colour: FRAME.colour, ..curve_stroke(coding, 0, run) },
     }
+}
+
+/// The colour of a run of a family.
+fn ramp(run: usize, runs: usize) -> Colour {
+    let place = run as f64 / runs.saturating_sub(1).max(1) as f64 * (RAMP.len() - 1) as f64;
+    let below = (place as usize).min(RAMP.len() - 2);
+    let share = (place - below as f64).clamp(0.0, 1.0);
+    let mixed = |k: usize| f64::from(RAMP[below][k]) * (1.0 - share) + f64::from(RAMP[below + 1][k]) * share;
+    [0, 1, 2].map(|k| mixed(k).round() as u8)
 }
