@@ -1,23 +1,87 @@
 //! The results of a few members, collected and written as whole files.
 
+use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use hyd_frames::{Cells, Frame, FrameWriter, Kind};
-use hyd_results::{Column, RowKind, Sink, WholeFile};
-use hyd_system::Tables;
+use hyd_results::{Column, RowKind, Sink, WholeFile, described_columns};
+use hyd_system::{Tables, VariableInfo};
+
+use crate::Measure;
+use crate::measure::Follower;
+
+/// What stands above the values.
+pub(crate) struct Head {
+    /// Names of the varied parameters.
+    varied: Vec<String>,
+    /// What is measured.
+    measures: Vec<String>,
+    /// What is kept.
+    pub(crate) columns: Vec<Column>,
+    model: String,
+    /// By name, of what has one.
+    units: BTreeMap<String, String>,
+}
+
+impl Head {
+    pub(crate) fn new(
+        tables: &Tables,
+        varied: Vec<String>,
+        measures: &[Measure],
+        keep: impl FnMut(&VariableInfo, &str) -> bool,
+    ) -> Self {
+        let described = described_columns(tables, keep);
+        let unit =
+            |name: &String| tables.find(name).map_or_else(String::new, |(variable, _)| variable.unit.to_string());
+        let kept = described.iter().map(|(column, variable)| (column.name.clone(), variable.unit.to_string()));
+        let varying = varied.iter().map(|name| (name.clone(), unit(name)));
+        let measured = measures.iter().map(|measure| (measure.text.clone(), measure.unit(tables)));
+        let units = kept.chain(varying).chain(measured).filter(|(_, unit)| !unit.is_empty());
+        Self {
+            model: tables.model.to_string(),
+            units: units.collect(),
+            measures: measures.iter().map(|measure| measure.text.clone()).collect(),
+            columns: described.into_iter().map(|(column, _)| column).collect(),
+            varied,
+        }
+    }
+
+    /// Metadata of a file with these columns: the model, and units by name.
+    fn metadata(&self, columns: &[(&str, Kind)]) -> Vec<(String, String)> {
+        let unit = |(name, _): &(&str, Kind)| Some((name.to_string(), self.units.get(*name)?.as_str().into()));
+        let units = serde_json::Value::Object(columns.iter().filter_map(unit).collect());
+        vec![("model".to_string(), self.model.clone()), ("units".to_string(), units.to_string())]
+    }
+
+    /// True if files with these heads have the same columns.
+    pub(crate) fn is_like(&self, other: &Head) -> bool {
+        self.columns.len() == other.columns.len()
+            && self.columns.iter().zip(&other.columns).all(|(own, other)| own.name == other.name)
+    }
+}
 
 /// What is collected of one run.
 pub(crate) struct Recorder<'a> {
     columns: &'a [Column],
     parameters: Vec<f64>,
     /// Values of the last row.
-    pub(crate) last: Vec<f64>,
+    last: Vec<f64>,
     /// All rows: member, time, then the columns; `None` if they are not wanted.
     rows: Option<&'a mut Rows>,
+    follower: Follower,
+    begun: bool,
     member: i64,
+}
+
+/// What was taken of a run.
+pub(crate) struct Taken {
+    /// Values of the last row.
+    last: Vec<f64>,
+    /// What was measured.
+    measured: Vec<f64>,
 }
 
 /// Rows of several members, column by column.
@@ -40,9 +104,14 @@ impl Rows {
 }
 
 impl<'a> Recorder<'a> {
-    pub(crate) fn new(columns: &'a [Column], rows: Option<&'a mut Rows>, member: usize) -> Self {
-        let last = vec![f64::NAN; columns.len()];
-        Self { columns, parameters: Vec::new(), last, rows, member: member as i64 }
+    pub(crate) fn new(columns: &'a [Column], rows: Option<&'a mut Rows>, follower: Follower, member: usize) -> Self {
+        let (last, parameters) = (vec![f64::NAN; columns.len()], Vec::new());
+        Self { columns, parameters, last, rows, follower, begun: false, member: member as i64 }
+    }
+
+    /// The run is over.
+    pub(crate) fn taken(mut self) -> Taken {
+        Taken { last: self.last, measured: self.follower.values() }
     }
 }
 
@@ -52,7 +121,15 @@ impl Sink for Recorder<'_> {
         Ok(())
     }
 
-    fn row(&mut self, t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
+    fn row(&mut self, t: f64, values: &[f64], kind: RowKind) -> io::Result<()> {
+        // The start is a sample, too; other output points lie between those of the steps.
+        if kind != RowKind::Normal || !self.begun {
+            self.follower.sample(t, values, &self.parameters);
+            self.begun = true;
+        }
+        if kind == RowKind::Within {
+            return Ok(());
+        }
         for (column, last) in self.columns.iter().zip(&mut self.last) {
             *last = column.value(values, &self.parameters);
         }
@@ -71,10 +148,11 @@ impl Sink for Recorder<'_> {
 /// One row per member.
 pub(crate) struct Table {
     varied: usize,
+    measures: usize,
     members: Vec<i64>,
     status: Vec<String>,
     messages: Vec<String>,
-    /// Varied parameters, time reached, last values.
+    /// Varied parameters, time reached, measures, last values.
     values: Vec<Vec<f64>>,
 }
 
@@ -91,50 +169,55 @@ pub(crate) struct Ending {
 }
 
 impl Table {
-    pub(crate) fn new(varied: usize, columns: usize) -> Self {
-        let values = vec![Vec::new(); varied + 1 + columns];
-        Self { varied, members: Vec::new(), status: Vec::new(), messages: Vec::new(), values }
+    pub(crate) fn new(head: &Head) -> Self {
+        let (varied, measures) = (head.varied.len(), head.measures.len());
+        let values = vec![Vec::new(); varied + 1 + measures + head.columns.len()];
+        Self { varied, measures, members: Vec::new(), status: Vec::new(), messages: Vec::new(), values }
     }
 
-    pub(crate) fn push(&mut self, member: usize, varied: &[f64], ending: Ending, last: &[f64]) {
+    pub(crate) fn push(&mut self, member: usize, varied: &[f64], ending: Ending, taken: Taken) {
         self.members.push(member as i64);
         self.status.push(ending.status.to_string());
         self.messages.push(ending.message);
-        let values = varied.iter().chain(std::iter::once(&ending.time)).chain(last);
+        let taken = taken.measured.iter().chain(&taken.last);
+        let values = varied.iter().chain(std::iter::once(&ending.time)).chain(taken);
         for (value, column) in values.zip(&mut self.values) {
             column.push(*value);
         }
     }
 
-    /// Writes `member`, the varied parameters, `status`, `message`, `time` and the last values.
-    pub(crate) fn write(self, path: &Path, varied: &[String], columns: &[Column]) -> io::Result<()> {
-        let mut head: Vec<(&str, Kind)> = vec![("member", Kind::Whole)];
-        head.extend(varied.iter().map(|name| (name.as_str(), Kind::Number)));
-        head.extend([("status", Kind::Text), ("message", Kind::Text), ("time", Kind::Number)]);
-        // A varied parameter that is also kept as a variable is one column.
-        let kept: Vec<bool> = columns.iter().map(|column| !varied.contains(&column.name)).collect();
-        let own = columns.iter().zip(&kept).filter(|(_, kept)| **kept);
-        head.extend(own.map(|(column, _)| (column.name.as_str(), Kind::Number)));
-
+    /// Writes `member`, the varied parameters, `status`, `message`, `time`, what was measured and the last values.
+    pub(crate) fn write(self, path: &Path, head: &Head) -> io::Result<()> {
+        let mut columns: Vec<(&str, Kind)> = vec![("member", Kind::Whole)];
+        columns.extend(head.varied.iter().map(|name| (name.as_str(), Kind::Number)));
+        columns.extend([("status", Kind::Text), ("message", Kind::Text), ("time", Kind::Number)]);
         let mut numbers = self.values.into_iter();
         let mut cells = vec![Cells::Wholes(self.members)];
         cells.extend(numbers.by_ref().take(self.varied).map(Cells::Numbers));
         cells.extend([Cells::Texts(self.status), Cells::Texts(self.messages)]);
         cells.extend(numbers.by_ref().take(1).map(Cells::Numbers));
-        cells.extend(numbers.zip(kept).filter(|(_, kept)| *kept).map(|(values, _)| Cells::Numbers(values)));
-        whole(path, &head, &cells)
+        // A name is a column once: a varied parameter that is also kept as a variable, a measure that is the last value of a variable.
+        let mut known: HashSet<&str> = columns.iter().map(|(name, _)| *name).collect();
+        let measured = head.measures.iter().take(self.measures).map(String::as_str);
+        for (name, values) in measured.chain(head.columns.iter().map(|column| column.name.as_str())).zip(numbers) {
+            if known.insert(name) {
+                columns.push((name, Kind::Number));
+                cells.push(Cells::Numbers(values));
+            }
+        }
+        whole(path, &columns, &cells, &head.metadata(&columns))
     }
 }
 
 impl Rows {
     /// Writes `member`, `time` and the columns.
-    pub(crate) fn write(self, path: &Path, columns: &[Column]) -> io::Result<()> {
-        let mut head = vec![("member", Kind::Whole), ("time", Kind::Number)];
-        head.extend(columns.iter().map(|column| (column.name.as_str(), Kind::Number)));
+    pub(crate) fn write(self, path: &Path, head: &Head) -> io::Result<()> {
+        let mut columns = vec![("member", Kind::Whole), ("time", Kind::Number)];
+        columns.extend(head.columns.iter().map(|column| (column.name.as_str(), Kind::Number)));
         let mut cells = vec![Cells::Wholes(self.members)];
         cells.extend(self.values.into_iter().map(Cells::Numbers));
-        cells.resize(head.len(), Cells::Numbers(Vec::new()));
-        whole(path, &head, &cells)
+        cells.resize(columns.len(), Cells::Numbers(Vec::new()));
+        whole(path, &columns, &cells, &head.metadata(&columns))
     }
 }
 
@@ -156,10 +239,10 @@ pub(crate) fn failed_members(path: &Path) -> Vec<(usize, String)> {
     failed.map(|((&member, _), message)| (member as usize, message.clone())).collect()
 }
 
-fn whole(path: &Path, head: &[(&str, Kind)], cells: &[Cells]) -> io::Result<()> {
+fn whole(path: &Path, head: &[(&str, Kind)], cells: &[Cells], metadata: &[(String, String)]) -> io::Result<()> {
     let whole = WholeFile::create(path)?;
     let file: File = whole.writer()?;
-    let mut writer = FrameWriter::new(file, head.iter().copied(), &[])?;
+    let mut writer = FrameWriter::new(file, head.iter().copied(), metadata)?;
     writer.group(cells)?;
     writer.finish()?;
     whole.finish().map(|_| ())

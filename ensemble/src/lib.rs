@@ -2,11 +2,13 @@
 //!
 //! A [`Plan`] says what varies; [`Members`] are its parameter values, number by number, the same on every machine; [`run`] works
 //! a share of them off in chunks, each of which becomes a whole file, so that a killed sweep goes on where it was; [`merge`]
-//! joins the files.  A member that fails is a row that says so.  The crate knows no compiler and no command line.
+//! joins the files.  A member that fails is a row that says so, and a [`Measure`] is a
+//! column.  The crate knows no compiler and no command line.
 
 mod chunk;
 mod failures;
 mod folder;
+mod measure;
 mod members;
 mod merge;
 mod normal;
@@ -16,6 +18,7 @@ mod variation;
 
 pub use failures::Failure;
 pub use folder::{Folder, FolderError};
+pub use measure::{Measure, MeasureError, Resolved};
 pub use members::Members;
 pub use merge::{MergeError, merge};
 pub use plan::{Method, Plan, PlanError, Shard, Vary};

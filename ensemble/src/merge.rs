@@ -1,15 +1,19 @@
 //! The chunks of an ensemble joined: `members.parquet`, and `rows.parquet` where rows were kept.
 //!
-//! Chunks are read one at a time, so memory does not grow with the ensemble.
+//! Chunks are read one at a time and written some together, so that row groups are large and memory does not grow with the ensemble.
 
 use std::fmt;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use hyd_frames::{Cells, Frame, FrameWriter, Kind};
+use hyd_frames::{Cells, Frame, FrameWriter};
 use hyd_results::WholeFile;
 
 use crate::Folder;
+
+/// Values of a row group, after which the next one begins.
+const GROUP: usize = 1 << 21;
 
 /// Why the chunks cannot be joined.
 #[derive(Debug)]
@@ -57,25 +61,64 @@ fn join(target: &Path, parts: impl Iterator<Item = PathBuf>) -> Result<PathBuf, 
         move |error| MergeError::Io(path, error)
     };
     let whole = WholeFile::create(target).map_err(failed(target))?;
-    let mut writer: Option<(FrameWriter, Vec<(String, Kind)>)> = None;
+    let mut joined: Option<Joined> = None;
     for part in parts {
         let frame = Frame::read(&part).map_err(failed(&part))?;
-        let head: Vec<(String, Kind)> =
-            frame.columns.iter().map(|(name, cells)| (name.clone(), cells.kind())).collect();
-        if writer.is_none() {
-            let file = whole.writer().map_err(failed(target))?;
-            let columns = head.iter().map(|(name, kind)| (name.as_str(), *kind));
-            writer = Some((FrameWriter::new(file, columns, &[]).map_err(failed(target))?, head.clone()));
-        }
-        let Some((writer, expected)) = &mut writer else { break };
-        if *expected != head {
+        let joined = match &mut joined {
+            Some(joined) => joined,
+            none => {
+                let file = whole.writer().map_err(failed(target))?;
+                none.insert(Joined::new(file, &frame).map_err(failed(target))?)
+            }
+        };
+        if !joined.append(frame) {
             return Err(MergeError::Unlike(part));
         }
-        let cells: Vec<Cells> = frame.columns.into_iter().map(|(_, cells)| cells).collect();
-        writer.group(&cells).map_err(failed(target))?;
+        if joined.values() >= GROUP {
+            joined.group().map_err(failed(target))?;
+        }
     }
-    if let Some((writer, _)) = writer {
-        writer.finish().map_err(failed(target))?;
+    if let Some(mut joined) = joined {
+        joined.group().map_err(failed(target))?;
+        joined.writer.finish().map_err(failed(target))?;
     }
     whole.finish().map_err(failed(target))
+}
+
+/// A joined file in the making.
+struct Joined {
+    writer: FrameWriter,
+    names: Vec<String>,
+    /// Cells that are not written yet.
+    cells: Vec<Cells>,
+}
+
+impl Joined {
+    /// With the columns and the metadata of the first part.
+    fn new(file: File, first: &Frame) -> io::Result<Self> {
+        let columns = || first.columns.iter().map(|(name, cells)| (name.as_str(), cells.kind()));
+        Ok(Self {
+            writer: FrameWriter::new(file, columns(), &first.metadata)?,
+            names: columns().map(|(name, _)| name.to_string()).collect(),
+            cells: columns().map(|(_, kind)| Cells::new(kind)).collect(),
+        })
+    }
+
+    /// Takes the cells of a part; false if it has other columns.
+    fn append(&mut self, part: Frame) -> bool {
+        let alike = self.names.len() == part.columns.len()
+            && self.names.iter().zip(&part.columns).all(|(name, (other, _))| name == other);
+        alike && self.cells.iter_mut().zip(part.columns).all(|(cells, (_, own))| cells.append(own))
+    }
+
+    fn values(&self) -> usize {
+        self.cells.iter().map(Cells::len).sum()
+    }
+
+    /// Writes what there is as a row group.
+    fn group(&mut self) -> io::Result<()> {
+        self.writer.group(&self.cells)?;
+        self.cells.iter_mut().for_each(|cells| *cells = Cells::new(cells.kind()));
+        Ok(())
+    }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use hyd_system::ValueKind;
 
 use crate::members::count;
-use crate::{Members, Variation, VariationError};
+use crate::{Measure, MeasureError, Members, Variation, VariationError};
 
 /// How drawn values fill their space.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -59,6 +59,9 @@ pub struct Plan {
     pub variables: Option<String>,
     /// Keeps all rows of every run, not only the last.
     pub rows: bool,
+    /// What is measured of every run, as [`Measure::parse`] reads it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<String>,
     /// Varied parameters; the first changes slowest.
     pub vary: Vec<Vary>,
 }
@@ -76,6 +79,8 @@ pub enum PlanError {
     Twice(String),
     /// Nothing is varied.
     Nothing,
+    /// Something that is measured.
+    Measure(MeasureError),
     /// Values are drawn, but nobody says how many: the parameter and the text of its values.
     NoSamples(String, String),
     /// Nobody wants a sample.
@@ -90,6 +95,7 @@ impl fmt::Display for PlanError {
             PlanError::Text(reason) => write!(f, "{reason}"),
             PlanError::Values(name, reason) => write!(f, "values of `{name}`: {reason}"),
             PlanError::Kind(name, reason) => write!(f, "values of `{name}`: {reason}"),
+            PlanError::Measure(error) => write!(f, "{error}"),
             PlanError::Twice(name) => write!(f, "`{name}` is varied twice"),
             PlanError::Nothing => write!(f, "nothing is varied"),
             PlanError::NoSamples(name, values) => {
@@ -116,7 +122,23 @@ impl Plan {
     /// # Errors
     /// What makes no sense whatever the model is.
     pub fn check(&self) -> Result<(), PlanError> {
+        self.measures()?;
         self.variations().map(|_| ())
+    }
+
+    /// What is measured of every run; what is asked for twice is there once.
+    ///
+    /// # Errors
+    /// A text that cannot be read.
+    pub fn measures(&self) -> Result<Vec<Measure>, PlanError> {
+        let mut measures: Vec<Measure> = Vec::new();
+        for text in &self.measure {
+            let measure = Measure::parse(text).map_err(PlanError::Measure)?;
+            if measures.iter().all(|other| other.text != measure.text) {
+                measures.push(measure);
+            }
+        }
+        Ok(measures)
     }
 
     /// The members that it asks for; `kinds` are the types of the varied parameters.

@@ -8,13 +8,13 @@ use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use hyd_results::{Column, columns};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, VariableInfo};
 
-use crate::chunk::{Ending, FAILED, Recorder, Rows, Table, failed_members};
+use crate::chunk::{Ending, FAILED, Head, Recorder, Rows, Table, Taken, failed_members};
 use crate::failures::{Failure, Failures};
-use crate::{Folder, Members, Shard};
+use crate::measure::Follower;
+use crate::{Folder, Measure, MeasureError, Members, Resolved, Shard};
 
 /// What is kept of each run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -51,6 +51,8 @@ pub struct Job<'a> {
     pub keep: &'a (dyn Fn(&VariableInfo, &str) -> bool + Sync),
     /// What is kept of each run.
     pub kept: Kept,
+    /// What is measured of each run.
+    pub measures: Vec<Measure>,
     /// Where results go.
     pub folder: &'a Folder,
     /// Which chunks.
@@ -124,7 +126,14 @@ pub fn run(
     std::thread::scope(|scope| {
         for _ in 0..job.threads.clamp(1, left.len().max(1)) {
             scope.spawn(|| {
-                let mut worker = Worker::new(job);
+                let mut worker = match Worker::new(job) {
+                    Ok(worker) => worker,
+                    Err(error) => {
+                        let error = io::Error::other(error.to_string());
+                        fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                        return;
+                    }
+                };
                 while let Some(&chunk) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
                     if halt() {
                         break;
@@ -161,38 +170,39 @@ struct Worker<'a> {
 struct Runner {
     system: Box<dyn DaeSystem>,
     simulator: Simulator,
-    columns: Vec<Column>,
+    head: Head,
+    measures: Vec<Resolved>,
     places: Places,
 }
 
 impl<'a> Worker<'a> {
-    fn new(job: &'a Job<'a>) -> Self {
-        Self { job, torn: Runner::new(job, (job.system)(), job.places.clone()), whole: None }
+    fn new(job: &'a Job<'a>) -> Result<Self, MeasureError> {
+        Ok(Self { job, torn: Runner::new(job, (job.system)(), job.places.clone())?, whole: None })
     }
 
     fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize, &Ending), halt: &dyn Fn() -> bool) -> io::Result<()> {
         let job = self.job;
-        let mut table = Table::new(job.names.len(), self.torn.columns.len());
+        let mut table = Table::new(&self.torn.head);
         let mut rows = Rows::default();
         for member in job.folder.members_of(chunk) {
             let values = job.members.values(member);
             let Some((ending, last)) = self.member((member, &values), &mut rows, halt)? else { return Ok(()) };
             counted(member, &ending);
-            table.push(member, &values, ending, &last);
+            table.push(member, &values, ending, last);
         }
         if job.kept == Kept::Rows {
-            rows.write(&job.folder.rows_file(chunk), &self.torn.columns)?;
+            rows.write(&job.folder.rows_file(chunk), &self.torn.head)?;
         }
-        table.write(&job.folder.members_file(chunk), &job.names, &self.torn.columns)
+        table.write(&job.folder.members_file(chunk), &self.torn.head)
     }
 
-    /// How a member ended and its last values; its rows are added where rows are kept.  `None` if it was stopped from outside.
+    /// How a member ended and what was taken of it; its rows are added where rows are kept.  `None` if it was stopped from outside.
     fn member(
         &mut self,
         member: (usize, &[f64]),
         rows: &mut Rows,
         halt: &dyn Fn() -> bool,
-    ) -> io::Result<Option<(Ending, Vec<f64>)>> {
+    ) -> io::Result<Option<(Ending, Taken)>> {
         let job = self.job;
         let mut own = Rows::default();
         let Some(mut run) = self.torn.one(job, member, &mut own, halt)? else { return Ok(None) };
@@ -215,37 +225,38 @@ impl<'a> Worker<'a> {
         let (job, torn) = (self.job, &self.torn);
         let make = || {
             let (system, places) = (job.whole_loops)()?;
-            let runner = Runner::new(job, system, places);
-            let names = |runner: &Runner| runner.columns.iter().map(|column| column.name.clone()).collect::<Vec<_>>();
-            (names(&runner) == names(torn)).then_some(runner)
+            let runner = Runner::new(job, system, places).ok()?;
+            runner.head.is_like(&torn.head).then_some(runner)
         };
         self.whole.get_or_insert_with(make).as_mut()
     }
 }
 
 impl Runner {
-    fn new(job: &Job<'_>, system: Box<dyn DaeSystem>, places: Places) -> Self {
+    fn new(job: &Job<'_>, system: Box<dyn DaeSystem>, places: Places) -> Result<Self, MeasureError> {
         let simulator = Simulator::new(system.structure());
-        let columns = columns(system.tables(), |variable, name| (job.keep)(variable, name));
-        Self { system, simulator, columns, places }
+        let tables = system.tables();
+        let measures = job.measures.iter().map(|measure| measure.resolve(tables)).collect::<Result<_, _>>()?;
+        let head = Head::new(tables, job.names.clone(), &job.measures, |variable, name| (job.keep)(variable, name));
+        Ok(Self { system, simulator, head, measures, places })
     }
 
-    /// One run and the last values of its columns; `None` if it was stopped from outside.
+    /// One run and what was taken of it; `None` if it was stopped from outside.
     fn one(
         &mut self,
         job: &Job<'_>,
         (member, values): (usize, &[f64]),
         rows: &mut Rows,
         halt: &dyn Fn() -> bool,
-    ) -> io::Result<Option<(Ending, Vec<f64>)>> {
+    ) -> io::Result<Option<(Ending, Taken)>> {
         let kept = (job.kept == Kept::Rows).then_some(rows);
-        let mut recorder = Recorder::new(&self.columns, kept, member);
+        let mut recorder = Recorder::new(&self.head.columns, kept, Follower::new(&self.measures), member);
         let Some(ending) =
             run_one(&mut *self.system, &mut self.simulator, (job, &self.places), values, &mut recorder, halt)?
         else {
             return Ok(None);
         };
-        Ok(Some((ending, std::mem::take(&mut recorder.last))))
+        Ok(Some((ending, recorder.taken())))
     }
 }
 

@@ -37,6 +37,9 @@ pub struct Options {
     pub times: Vec<f64>,
     /// Rows at every accepted step instead of at equal intervals.
     pub every_step: bool,
+    /// Rows at the ends of all steps and at points within them, too, as [`hyd_results::RowKind::Within`]: enough to measure the
+    /// course of variables between output points.  Not in runs with sensitivities.
+    pub within_steps: bool,
     /// Rows twice at each event, before and after.
     pub event_rows: bool,
     /// Largest step (s); `None`: a fraction of the run that leaves few state events unseen.
@@ -68,6 +71,7 @@ impl Options {
             intervals: 500,
             times: Vec::new(),
             every_step: false,
+            within_steps: false,
             event_rows: true,
             max_step: None,
             initial_step: None,

@@ -10,7 +10,7 @@ use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
 use crate::loops::judge;
-use crate::problem::Problem;
+use crate::problem::{Problem, all_finite};
 use crate::sensitivity::Sensitivity;
 use crate::weights::Weights;
 use crate::{Options, Warning};
@@ -32,6 +32,8 @@ pub(crate) struct Output {
     points: u64,
     /// No output point that is still to be written comes before this time (s).
     due: f64,
+    /// The end of what the run has passed (s).
+    passed: f64,
     reports: Vec<AssertionReport>,
     /// Which of the warnings the last point belongs to.
     open: Vec<usize>,
@@ -51,6 +53,7 @@ impl Output {
             next: 0,
             points: 0,
             due: f64::NEG_INFINITY,
+            passed: f64::NEG_INFINITY,
             reports: Vec::new(),
             open: Vec::new(),
             warnings: Vec::new(),
@@ -61,6 +64,7 @@ impl Output {
     pub(crate) fn restart(&mut self, options: &Options, extra: usize) {
         self.row.resize(self.outputs + extra, 0.0);
         (self.next, self.due, self.points) = (1, f64::NEG_INFINITY, 0);
+        self.passed = options.start;
         self.skip_to(options, options.start);
         self.reports.clear();
         self.open.clear();
@@ -77,12 +81,13 @@ impl Output {
         kind: RowKind,
         sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
+        self.passed = self.passed.max(t);
         let (row, derivatives) = self.row.split_at_mut(self.outputs);
         problem.system.outputs(t, y, yp, row);
         if let Some(sensitivity) = sensitivity {
             sensitivity.outputs(problem, t, (y, yp), derivatives);
         }
-        if self.row[..self.outputs].iter().any(|value| !value.is_finite()) {
+        if !all_finite(&self.row[..self.outputs]) {
             let failure = problem.system.diagnose(t, y, yp).unwrap_or_else(|| self.not_finite(problem));
             return Err(SolveError::evaluation(Stage::Step, t, failure, problem));
         }
@@ -109,16 +114,38 @@ impl Output {
         (options, stop): (&Options, &dyn Fn() -> bool),
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
         (end, inclusive): (f64, bool),
+        sensitivity: Option<&mut Sensitivity>,
+    ) -> Result<(), SolveError> {
+        let begin = std::mem::replace(&mut self.passed, end);
+        let within = options.within_steps && sensitivity.is_none();
+        let parts = if within { past.parts() } else { 1 };
+        for part in 1..parts {
+            let t = begin + (end - begin) * (part as f64 / parts as f64);
+            self.shown(problem, sink, (options, stop), (past, consistency, weights), (t, true), None)?;
+            self.point(problem, sink, (past, consistency, weights), (t, RowKind::Within), None)?;
+        }
+        if !options.every_step {
+            self.shown(problem, sink, (options, stop), (past, consistency, weights), (end, inclusive), sensitivity)?;
+        } else if inclusive {
+            self.point(problem, sink, (past, consistency, weights), (end, RowKind::Normal), sensitivity)?;
+        }
+        if within && inclusive {
+            self.point(problem, sink, (past, consistency, weights), (end, RowKind::Within), None)?;
+        }
+        Ok(())
+    }
+
+    /// The output points at equal intervals, or those that are listed, up to `end` (s), as [`Output::grid`] has them.
+    fn shown(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        (options, stop): (&Options, &dyn Fn() -> bool),
+        (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
+        (end, inclusive): (f64, bool),
         mut sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
-        if options.every_step {
-            return if inclusive {
-                self.point(problem, sink, (past, consistency, weights), end, sensitivity)
-            } else {
-                Ok(())
-            };
-        }
-        if self.due > end {
+        if self.due > end || options.every_step {
             return Ok(());
         }
         let instants = Instants::of_run(options.start);
@@ -131,7 +158,8 @@ impl Output {
                 return Err(SolveError::Interrupted { time: t });
             }
             self.next += 1;
-            self.point(problem, sink, (past, consistency, weights), t, sensitivity.as_deref_mut())?;
+            let at = (t, RowKind::Normal);
+            self.point(problem, sink, (past, consistency, weights), at, sensitivity.as_deref_mut())?;
         }
         self.due = f64::INFINITY;
         Ok(())
@@ -143,7 +171,7 @@ impl Output {
         problem: &mut Problem<'_>,
         sink: &mut dyn Sink,
         (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
-        t: f64,
+        (t, kind): (f64, RowKind),
         sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
@@ -159,7 +187,7 @@ impl Output {
                 sensitivity.wait(t, (&y, &yp));
                 Ok(())
             }
-            None => self.row(problem, sink, t, (&y, &yp), RowKind::Normal, None),
+            None => self.row(problem, sink, t, (&y, &yp), kind, None),
         });
         let result = written.and_then(|()| self.assertions(problem, t, (&y, &yp)));
         // Whatever the result, the next run finds its room.

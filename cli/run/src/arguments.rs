@@ -125,6 +125,9 @@ pub struct SweepArguments {
     /// Keeps all rows of every run, not only the last
     #[arg(long)]
     pub rows: bool,
+    /// Measures every run, such as `max(y)`, `when(y > 4e-3)` or `mean(p)/2` (repeatable); members.parquet gets a column for it
+    #[arg(long = "measure", value_name = "EXPRESSION", allow_hyphen_values = true)]
+    pub measure: Vec<String>,
     /// Runs only share I of N, I from 0
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,

@@ -83,6 +83,7 @@ pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
     plan.intervals = arguments.intervals.or(plan.intervals);
     plan.variables = arguments.variables.clone().or(plan.variables.take());
     plan.rows |= arguments.rows;
+    plan.measure.extend(arguments.measure.iter().cloned());
     plan.method = match arguments.method {
         Some(DrawMethod::Lhs) => Method::Lhs,
         Some(DrawMethod::Random) => Method::Random,
@@ -157,6 +158,9 @@ impl Prepared<'_> {
         if let Some(pattern) = plan.variables.as_deref().filter(|_| columns(system.tables(), keep).is_empty()) {
             return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
         }
+        let measures = plan.measures().map_err(usage)?;
+        let unknown = measures.iter().try_for_each(|measure| measure.resolve(system.tables()).map(|_| ()));
+        unknown.map_err(|error| Failure::Usage(error.to_string()))?;
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
         let options = options(plan, &subject.experiment)?;
         let start = options.start;
@@ -187,6 +191,7 @@ impl Prepared<'_> {
             options,
             keep: &keep,
             kept: if plan.rows { Kept::Rows } else { Kept::Final },
+            measures,
             folder: &folder,
             shard: self.shard,
             threads: self.arguments.threads.map_or(cores, std::num::NonZeroUsize::get),
@@ -278,6 +283,7 @@ fn options(plan: &Plan, experiment: &Experiment) -> Result<Options, Failure> {
     // Without rows only the end counts.
     let stated = || stated_intervals(experiment, start, options.stop).unwrap_or(options.intervals);
     options.intervals = plan.intervals.unwrap_or_else(|| if plan.rows { stated() } else { 1 });
+    options.within_steps = !plan.measure.is_empty();
     options.check().map_err(|error| Failure::Usage(error.to_string()))?;
     Ok(options)
 }

@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use hyd_frames::{Cells, Frame};
 use hyd_tests::models::root;
 
 /// What a command printed, and whether it succeeded.
@@ -194,7 +195,10 @@ fn your_bench() {
 fn many_runs() {
     let folder = type_through("many_runs");
     for file in ["grid/rows.parquet", "draws/members.parquet", "pieces/members.parquet"] {
-        assert!(fs::metadata(folder.join(file)).is_ok_and(|data| data.len() > 1000), "{file}");
+        assert!(Frame::read(&folder.join(file)).is_ok_and(|frame| frame.rows() >= 8), "{file}");
     }
+    let measured = Frame::read(&folder.join("measured/members.parquet")).expect("readable");
+    let Some(Cells::Numbers(lifts)) = measured.column("max(y)") else { panic!("no column") };
+    assert!(lifts.len() == 7 && lifts.iter().all(|lift| *lift > 4e-3), "{lifts:?}");
     fs::remove_dir_all(folder).expect("removed");
 }

@@ -288,3 +288,96 @@ fn a_member_whose_loop_lets_errors_grow_is_run_again() {
         assert!(read("s") == read("t"), "{file}");
     }
 }
+
+/// A damped oscillator: x = exp(-d t) cos(w t) with w = 10, x(0) = 1 and x'(0) = -d; and what becomes true at 0.7 s.
+const MEASURED: &str = "model Measured\n  parameter Real d = 0.5;\n  Real x(start = 1, fixed = true, unit = \"m\");\n  Real v;\n  \
+                        Boolean late;\ninitial equation\n  v = -d*x;\nequation\n  der(x) = v;\n  \
+                        der(v) = -2*d*v - (100 + d^2)*x;\n  late = time > 0.7;\nend Measured;\n";
+
+#[test]
+fn runs_are_measured_within_their_steps() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MEASURED);
+    let asked =
+        ["max(x)", "min(x)", "when(x < -0.5)", "when(x > 2)", "integral(x)", "when(late)", "max(x) - min(x)", "2*d"];
+    let mut arguments = vec!["sweep", "m.hyd", "--vary", "d=0.5,1", "--tolerance", "1e-8", "--result", "s"];
+    asked.iter().for_each(|text| arguments.extend(["--measure", text]));
+    let outcome = run(folder.path(), &arguments);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{}", outcome.stderr);
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    let names: Vec<&str> = members.columns.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names[..5], ["member", "d", "status", "message", "time"]);
+    assert_eq!(names[5..13], asked);
+    for (k, d) in [0.5f64, 1.0].into_iter().enumerate() {
+        let w = 10.0;
+        let x = |t: f64| (-d * t).exp() * (w * t).cos();
+        // x' = 0 where tan(w t) = -d/w: the first lowest point.
+        let lowest = x((std::f64::consts::PI - (d / w).atan()) / w);
+        // The first instant of x = -0.5, by halving between the zero and the lowest point.
+        let (mut from, mut to) = (0.15f64, 0.3f64);
+        (0..60).for_each(|_| {
+            let middle = 0.5 * (from + to);
+            if x(middle) > -0.5 { from = middle } else { to = middle }
+        });
+        // The integral of exp(-d t) cos(w t) over 1 s.
+        let integral = (d + (-d).exp() * (w * w.sin() - d * w.cos())) / (d * d + w * w);
+        let expected = [1.0, lowest, to, f64::NAN, integral, 0.7, 1.0 - lowest, 2.0 * d];
+        for (name, expected) in asked.iter().zip(expected) {
+            let value = numbers(&members, name)[k];
+            assert!(
+                (value - expected).abs() < 1e-6 || value.is_nan() && expected.is_nan(),
+                "{name}: {value} {expected}"
+            );
+        }
+    }
+    let units = &members.metadata.iter().find(|(key, _)| key == "units").unwrap().1;
+    let units: serde_json::Value = serde_json::from_str(units).unwrap();
+    assert_eq!((&units["x"], &units["max(x)"], &units["when(x > 2)"]), (&"m".into(), &"m".into(), &"s".into()));
+}
+
+/// Measures cost no rows: those that are kept are the same with and without, and the folder knows what it holds.
+#[test]
+fn measures_leave_rows_alone_and_slips_are_refused() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MEASURED);
+    let sweep = |rest: &[&str]| run(folder.path(), &[&["sweep", "m.hyd", "--vary", "d=0.5", "--rows"], rest].concat());
+    assert_eq!(sweep(&["--result", "a", "--intervals", "7"]).code, Some(0));
+    assert_eq!(sweep(&["--result", "b", "--intervals", "7", "--measure", "max(x)"]).code, Some(0));
+    let rows = |name: &str| Frame::read(&folder.path().join(name).join("rows.parquet")).unwrap();
+    let (a, b) = (rows("a"), rows("b"));
+    assert_eq!(numbers(&a, "time"), numbers(&b, "time"));
+    for (x, y) in numbers(&a, "x").iter().zip(numbers(&b, "x")) {
+        assert!((x - y).abs() < 1e-9, "{x} {y}");
+    }
+    let other = sweep(&["--result", "a", "--intervals", "7", "--measure", "max(x)"]);
+    assert!(other.code == Some(1) && other.stderr.contains("holds another sweep"), "{}", other.stderr);
+    for (text, said) in [
+        ("max(y)", "error: measure `max(y)`: the model has no variable `y`\n"),
+        ("when(x)", "error: measure `when(x)`: `when` takes a condition, such as `y > 1`, or a Boolean variable\n"),
+        ("max(x", "error: measure `max(x`: `)` is missing at the end\n"),
+    ] {
+        let refused = sweep(&["--result", "c", "--measure", text]);
+        assert_eq!((refused.code, refused.stderr.as_str()), (Some(2), said));
+    }
+    assert!(!folder.path().join("c").exists());
+}
+
+/// Rows of a sweep are a family of curves with units and the values that were varied.
+#[test]
+fn rows_of_a_sweep_are_drawn_as_a_family() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MEASURED);
+    let swept = run(folder.path(), &["sweep", "m.hyd", "--vary", "d=0.5:2:7", "--rows", "--result", "s"]);
+    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    let drawn = run(folder.path(), &["plot", "s/rows.parquet", "--variables", "^(x|v)$"]);
+    assert_eq!((drawn.code, drawn.stdout.as_str()), (Some(0), "picture in s/rows.svg\n"), "{}", drawn.stderr);
+    let picture = folder.read("s/rows.svg");
+    // Of seven members the legend names five; each variable has its panel with its unit.
+    for label in ["d = 0.5<", "d = 2<", "[m]"] {
+        assert!(picture.contains(label), "{label}");
+    }
+    assert_eq!(picture.matches("d = ").count(), 5);
+    let compared = run(folder.path(), &["compare", "s/rows.parquet", "s/rows.parquet"]);
+    assert_eq!(compared.code, Some(1));
+    assert!(compared.stderr.contains("it holds the rows of a sweep, not one run"), "{}", compared.stderr);
+}
