@@ -5,6 +5,7 @@ from collections import Counter
 
 VERDICTS = {
     "verified": "every signal of the reference lies in its tube",
+    "explained": "a signal leaves the tube for a reason that is not ours, which is given",
     "ran": "ran to the end; there was no reference to compare with, or not every signal is recorded",
     "wrong": "ran to the end, and a signal leaves the tube",
     "failed": "translated, and the run ended early with a message",
