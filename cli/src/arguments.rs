@@ -102,6 +102,9 @@ pub struct ModelArguments {
     pub parameters: Option<PathBuf>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
+    /// Units that do not fit are errors in the texts of libraries, too, not only in those of the model
+    #[arg(long)]
+    pub strict_units: bool,
     /// How messages are written to standard error
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub message_format: MessageFormat,

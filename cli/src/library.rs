@@ -171,7 +171,10 @@ impl Sources for LibraryPath {
 
     fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
         let path = Path::new(name);
-        let found = self.data.iter().map(|folder| folder.join(path)).find(|path| path.exists());
+        let found = match name.strip_prefix("modelica://") {
+            Some(resource) => self.resource(resource)?,
+            None => self.data.iter().map(|folder| folder.join(path)).find(|path| path.exists()),
+        };
         let found = found.unwrap_or_else(|| path.to_path_buf());
         if !self.allow_outside && found.exists() {
             refuse_outside(name, &found, &self.data)?;
@@ -194,6 +197,32 @@ impl Sources for LibraryPath {
         });
         names.extend(built_in);
         names
+    }
+}
+
+impl LibraryPath {
+    /// The file that a resource of a library is (Modelica 3.6, section 13.5): `Library.Package/path` lies in the folder of the package.
+    /// None where no folder is that of the package.
+    fn resource(&mut self, name: &str) -> Result<Option<PathBuf>, String> {
+        let Some((package, path)) = name.split_once('/') else { return Ok(None) };
+        let names: Vec<&str> = package.split('.').collect();
+        for root in self.roots.clone() {
+            let is_above = root.prefix.iter().map(String::as_str).eq(names.iter().take(root.prefix.len()).copied());
+            if !is_above || names.len() < root.prefix.len() {
+                continue;
+            }
+            let mut folder = Some(root.folder);
+            for name in &names[root.prefix.len()..] {
+                folder = match folder {
+                    Some(folder) => self.entry(&folder, name)?.map(|entry| folder.join(entry)),
+                    None => None,
+                };
+            }
+            if let Some(file) = folder.map(|folder| folder.join(path)).filter(|file| file.exists()) {
+                return Ok(Some(file));
+            }
+        }
+        Ok(None)
     }
 }
 

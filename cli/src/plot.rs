@@ -98,6 +98,7 @@ fn units(arguments: &Plot) -> Result<BTreeMap<String, String>, Failure> {
             parameters: None,
             set: Vec::new(),
             libraries: arguments.libraries.clone(),
+            strict_units: false,
             message_format: MessageFormat::Text,
         };
         units = model_units(&translate(&model, Goal::Flat)?);

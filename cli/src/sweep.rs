@@ -91,6 +91,7 @@ fn model_arguments(arguments: &Sweep, plan: &Plan, file: PathBuf) -> ModelArgume
         parameters: None,
         set: plan.set.clone().into_iter().collect(),
         libraries: arguments.libraries.clone(),
+        strict_units: false,
         message_format: arguments.sweep.message_format,
     }
 }

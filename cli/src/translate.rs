@@ -63,7 +63,8 @@ fn compile_by(arguments: &ModelArguments, goal: Goal, extras: &Extras<'_>) -> Re
     let options =
         Options { model: arguments.model.clone(), set: arguments.set.clone(), goal, clock: clock::cpu_seconds };
     let name = arguments.file.display().to_string();
-    let mut compilation = compile_extended(&mut sources, &name, &text, &options, extras);
+    let extras = Extras { strict_units: arguments.strict_units, ..*extras };
+    let mut compilation = compile_extended(&mut sources, &name, &text, &options, &extras);
     if let (Some(flat), false) = (&compilation.flat, compilation.has_errors()) {
         let wrong = parameters::refuse_unknown(flat, &arguments.set, &compilation.set_at_translation);
         compilation.diagnostics.extend(wrong);

@@ -8,7 +8,7 @@ use hyd_equations::{EquationSystem, Loops, PlanJacobian, SortedSystem};
 use hyd_flat::{FlatModel, Injection, VarId};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources};
-use hyd_source::{Code, Diagnostic, Files, Outcome, Severity, did_you_mean};
+use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, did_you_mean};
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
 use crate::injection::refusals;
@@ -88,6 +88,8 @@ pub struct Compilation {
     pub set_at_translation: Vec<String>,
     /// Variables whose unit is neither declared nor follows from others: name of the first element, number of scalars.
     pub undecided_units: Vec<(String, usize)>,
+    /// Files of the text that is compiled and of its package; all others belong to libraries.
+    own_files: BTreeSet<FileId>,
     /// Timings.
     pub times: Vec<StageTime>,
 }
@@ -138,6 +140,7 @@ impl Compilation {
             model: None,
             set_at_translation: Vec::new(),
             undecided_units: Vec::new(),
+            own_files: BTreeSet::new(),
             times: Vec::new(),
         }
     }
@@ -165,6 +168,8 @@ pub struct Extras<'a> {
     pub loops: Loops,
     /// Names of inputs of the model itself that follow recorded samples, see [`hyd_flat::flatten_driven`].
     pub driven: &'a [String],
+    /// Units that do not fit are errors in libraries, too.
+    pub strict_units: bool,
 }
 
 /// As [`compile`], with all that a text does not say.
@@ -231,9 +236,23 @@ fn compile_loops(
     let Some(flat) = result.flat.clone() else { return result };
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
-    result.diagnostics.extend(units.diagnostics);
+    let own = result.own_files.clone();
+    result.diagnostics.extend(units.diagnostics.into_iter().map(|found| match extras.strict_units {
+        true => found,
+        false => of_libraries_warned(found, &own),
+    }));
     sort(&mut result, &flat, options, (extras.terms, extras.loops));
     result
+}
+
+/// A mismatch of units in a text that is not the user's own is a warning: other tools take such libraries.
+fn of_libraries_warned(mut found: Diagnostic, own: &BTreeSet<FileId>) -> Diagnostic {
+    let place = found.labels.iter().find(|label| label.primary).map(|label| label.span.file);
+    if found.severity == Severity::Error && place.is_some_and(|file| !own.contains(&file)) {
+        found.severity = Severity::Warning;
+        found.notes.push("in a library this is a warning; `--strict-units` makes it an error".to_string());
+    }
+    found
 }
 
 /// Text to flat model; anew with arrays of components in parts, where their elements were found to differ.
@@ -284,9 +303,11 @@ fn read(
                 tree.table.advise(&classes);
             }
             differing.clone_from(tree.differing());
+            let own_files = own_files(&tree.table, &classes);
             let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(tree.table.files, tree.table.messages.into_given());
             result.set_at_translation = used;
+            result.own_files = own_files;
             result.times.push(StageTime { name: "parse", seconds: parsed - start });
             result.times.push(StageTime { name: "instantiate", seconds: instantiated - parsed });
             result.times.push(StageTime { name: "flatten", seconds: (options.clock)() - instantiated });
@@ -296,6 +317,14 @@ fn read(
     };
     result.model_name = Some(model_name);
     (result, differing)
+}
+
+/// The files of the classes of the main text, and of all that stands in the same package at the top.
+fn own_files(table: &ClassTable<'_>, classes: &[ClassId]) -> BTreeSet<FileId> {
+    let top = |class: ClassId| table.class(class).path.first().cloned();
+    let tops: BTreeSet<_> = classes.iter().filter_map(|&class| top(class)).collect();
+    let own = table.class_ids().filter(|&class| top(class).is_some_and(|name| tops.contains(&name)));
+    own.map(|class| table.class(class).def.name.span.file).chain(table.main).collect()
 }
 
 /// Numbers of `set` by scalar variable; names that mean no scalar are left to whoever applies them.

@@ -5,6 +5,9 @@
 //! joins the files.  A member that fails is a row that says so, and a [`Measure`] is a
 //! column.  The crate knows no compiler and no command line.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod chunk;
 mod failures;
 mod folder;

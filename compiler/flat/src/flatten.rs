@@ -14,7 +14,7 @@ use crate::connections::connect::Connections;
 use crate::model::FlatModel;
 use crate::sections::inject::Injection;
 use crate::state::draft::Notes;
-use crate::state::flattener::Flattener;
+use crate::state::flattener::{Flattener, Pass};
 use crate::state::index::Slots;
 
 /// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
@@ -61,6 +61,8 @@ impl<'t, 's> Flattener<'t, 's> {
             function_units: FxHashMap::default(),
             is_component: false,
             range_checks: FxHashMap::default(),
+            tables_known: Vec::new(),
+            pass: Pass::Connections,
             numbers: FxHashMap::default(),
             canonical: FxHashMap::default(),
             driven: driven.to_vec(),
@@ -87,7 +89,10 @@ impl<'t, 's> Flattener<'t, 's> {
         }
         let bindings = self.model.equations.len();
         before_sections(&mut self);
-        self.sections(root);
+        // What is connected is known before any equation asks for it.
+        self.sections(root, Pass::Connections);
+        self.tree.connected = Some(self.connections.counted());
+        self.sections(root, Pass::Equations);
         self.check_injections();
         let sections = self.model.equations.len();
         self.connect_all();
@@ -124,7 +129,8 @@ impl Flattener<'_, '_> {
     }
 
     /// Equation sections of an instance and all below it.
-    fn sections(&mut self, inst: InstId) {
+    fn sections(&mut self, inst: InstId, pass: Pass) {
+        self.pass = pass;
         if self.tree.instances[inst].absent {
             return;
         }
@@ -137,7 +143,7 @@ impl Flattener<'_, '_> {
             }
         }
         for child in self.tree.instances[inst].children.clone() {
-            self.sections(child);
+            self.sections(child, pass);
         }
     }
 }
@@ -182,7 +188,11 @@ mod tests {
         let term = Injection { path: "".into(), file: None, line: 2, name: "extra".into(), shape };
         let model = Flattener::new(&mut tree, &[]).model_of(&[term], |flat| {
             if rehearse {
-                flat.quietly(|flat| flat.sections(flat.tree.root));
+                flat.quietly(|flat| {
+                    flat.sections(flat.tree.root, Pass::Connections);
+                    flat.sections(flat.tree.root, Pass::Equations);
+                });
+                flat.connections = Connections::default();
             }
         });
         let FlatModel { variables, equations, delays, messages, claims, injectable, scalars, .. } = &model;

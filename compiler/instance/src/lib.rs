@@ -1,13 +1,14 @@
 //! Syntax tree to instance tree: names, inheritance, modification, redeclaration, inner/outer, sizes.
 //!
 //! `classes` finds class definitions, merges a class with its bases and gathers what is said about an element, `instantiation`
-//! makes the instances and resolves names from a scope, `values` computes what must be known at translation, `advice` tells what
-//! is unused or hidden.  Rules are those of the Modelica specification 3.6, chapters 4, 5 and 7.  Connections are not looked at here
+//! makes the instances and resolves names from a scope, `values` computes what must be known at translation, `external` knows functions of
+//! other languages, `advice` tells what is unused or hidden.  Rules are those of the Modelica specification 3.6, chapters 4, 5 and 7.  Connections are not looked at here
 //! and nothing is expanded: an array of components is one instance.
 
 mod advice;
 mod builtins;
 mod classes;
+pub mod external;
 mod instantiation;
 mod print;
 mod values;
@@ -25,4 +26,5 @@ pub use instantiation::lookup::Resolved;
 pub use instantiation::size::names_boolean;
 pub use instantiation::tree::{InstanceTree, Override};
 pub use values::evaluate::Env;
+pub use values::function_components::FunctionComponent;
 pub use values::value::{EnumType, Value};

@@ -138,7 +138,7 @@ impl<'t> Builder<'t> {
             kind = Some(next);
         }
         match (kind, operator) {
-            (_, true) => head.kind = ClassKind::Operator,
+            (None, true) => head.kind = ClassKind::Operator,
             (Some(kind), _) => head.kind = kind,
             (None, _) => {
                 self.error(span, "the kind of the class is missing: `model`, `block`, `connector`, `record`, `type`, `package` or `function`");

@@ -11,7 +11,9 @@ use pest::iterators::Pairs;
 
 use crate::build::{Builder, unescape};
 use crate::grammar::{Node, Rule};
-use crate::tree::{Arguments, BinaryOp, ComponentRef, Expr, ExprKind, Iterator, RefPart, UnaryOp};
+use crate::tree::{
+    Arguments, BinaryOp, ComponentRef, Expr, ExprKind, External, ExternalCall, Iterator, RefPart, UnaryOp,
+};
 
 type Nodes<'t> = Peekable<Pairs<'t, Rule>>;
 
@@ -407,6 +409,32 @@ impl<'t> Builder<'t> {
     }
 
     /// A `reference` node.
+    /// An `external` node; a clause that has not the form of the language keeps its place only.
+    pub(crate) fn external(&mut self, node: Node<'t>) -> External {
+        let mut external = External { language: None, call: None, span: self.trimmed_span(&node) };
+        for part in node.into_inner() {
+            match part.as_rule() {
+                Rule::string => external.language = Some(unescape(part.as_str()).into()),
+                Rule::external_call => external.call = self.external_call(part),
+                _ => {}
+            }
+        }
+        external
+    }
+
+    fn external_call(&mut self, node: Node<'t>) -> Option<ExternalCall> {
+        let (mut output, mut name, mut arguments) = (None, None, Vec::new());
+        for part in node.into_inner() {
+            match part.as_rule() {
+                Rule::reference => output = Some(self.reference(part)),
+                Rule::ident => name = Some(self.ident(&part)),
+                Rule::expression => arguments.push(self.expression(part)),
+                _ => {}
+            }
+        }
+        Some(ExternalCall { output, name: name?, arguments })
+    }
+
     pub(crate) fn reference(&mut self, node: Node<'t>) -> ComponentRef {
         let span = self.span(&node);
         let mut reference = ComponentRef { global: false, parts: Vec::new(), span };

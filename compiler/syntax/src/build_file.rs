@@ -14,8 +14,8 @@ use crate::grammar::{self, Node, Rule};
 use crate::recovery::Place;
 use crate::scan::{self, Scan};
 use crate::tree::{
-    AlgorithmSection, ClassBody, ClassDef, Element, EquationSection, Ident, Modification, Name, NestedClass, Path,
-    StoredDefinition,
+    AlgorithmSection, ClassBody, ClassDef, Element, EquationSection, External, Ident, Modification, Name, NestedClass,
+    Path, StoredDefinition,
 };
 
 /// A class whose `end` has not come yet.
@@ -32,7 +32,7 @@ struct OpenClass {
     elements: Vec<Element>,
     equations: Vec<EquationSection>,
     algorithms: Vec<AlgorithmSection>,
-    external: Option<Span>,
+    external: Option<External>,
     extends_from: Option<Modification>,
     annotation: Option<Modification>,
 }
@@ -137,7 +137,7 @@ impl<'t> FileReader<'t> {
                 class.protected = node.as_str() == "protected";
                 class.in_code = false;
             }
-            Rule::external => class.external = Some(self.builder.trimmed_span(&node)),
+            Rule::external => class.external = Some(self.builder.external(node)),
             Rule::class_annotation => {
                 if let Some((span, annotation)) = self.builder.class_annotation(node) {
                     self.annotate(span, annotation);

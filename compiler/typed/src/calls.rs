@@ -88,8 +88,21 @@ impl Elaborator<'_, '_> {
         arguments: &Arguments,
     ) -> Result<Expr, Reported> {
         let local = self.called_class(function)?;
+        let local = self.tree.constructor_of_object(&local)?.unwrap_or(local);
         let def = self.tree.table.class(local.class).def.clone();
         let name = Rc::new(function.clone());
+        if def.kind == ClassKind::Record && !self.tree.overloads(local.class, "'constructor'").is_empty() {
+            let positional = self.all(positional)?;
+            let mut by_name = Vec::with_capacity(named.len());
+            for (name, value) in named {
+                by_name.push((name.clone(), self.expr(value)?));
+            }
+            if let Some(function) = self.own_constructor(&local, &positional, &by_name)? {
+                let ty = self.type_of_call(&function, &positional, &by_name)?;
+                let call = Call { function, name, positional, named: by_name };
+                return Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span });
+            }
+        }
         if def.kind == ClassKind::Record {
             let mut given = self.all(positional)?;
             for (_, value) in named {
@@ -115,7 +128,7 @@ impl Elaborator<'_, '_> {
     }
 
     /// The type of the first output; an argument with more dimensions than the input asks for one call per element (12.4.6).
-    fn type_of_call(
+    pub(crate) fn type_of_call(
         &mut self,
         local: &LocalClass,
         positional: &[Expr],
@@ -127,7 +140,7 @@ impl Elaborator<'_, '_> {
         let mut outer = 0;
         for (k, (name, ty)) in signature.inputs.iter().enumerate() {
             if let Some(given) = positional.get(k).or_else(|| by_name(name))
-                && !ty.is_record()
+                && given.ty.is_record() == ty.is_record()
             {
                 outer = outer.max(given.ty.rank.saturating_sub(ty.rank));
             }
@@ -200,7 +213,8 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
         Min | Max => joined(list),
         Floored => integer(nth(0).rank),
         Ordinal => integer(nth(0).rank),
-        Text => Type::scalar(ScalarType::Text),
+        Cardinality => integer(0),
+        Text | InstanceName => Type::scalar(ScalarType::Text),
         Elementary(Named::Sign) => integer(widest),
         Elementary(Named::Abs | Named::Min | Named::Max | Named::Div | Named::Mod | Named::Rem) => {
             match list.iter().all(|e| e.ty.is_integer()) {

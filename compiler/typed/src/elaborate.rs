@@ -105,11 +105,21 @@ impl Elaborator<'_, '_> {
             ExprKind::Call(function, arguments) => return self.call(span, function, arguments),
             ExprKind::Unary(op, a) => {
                 let a = self.expr(a)?;
+                if a.ty.is_record()
+                    && let Some(call) = self.operate_alone(span, *op, &a)?
+                {
+                    return Ok(call);
+                }
                 let ty = if *op == UnaryOp::Not { BOOLEAN.with_rank(a.ty.rank) } else { a.ty.clone() };
                 (Kind::Unary(*op, Box::new(a)), ty)
             }
             ExprKind::Binary(op, a, b) => {
                 let (a, b) = (self.expr(a)?, self.expr(b)?);
+                if (a.ty.is_record() || b.ty.is_record())
+                    && let Some(call) = self.operate(span, *op, &a, &b)?
+                {
+                    return Ok(call);
+                }
                 let ty = type_of_binary(*op, &a.ty, &b.ty);
                 (Kind::Binary(*op, Box::new(a), Box::new(b)), ty)
             }
@@ -147,7 +157,16 @@ impl Elaborator<'_, '_> {
                 (Kind::ArrayFor(Box::new(body), iterators), ty)
             }
             ExprKind::Matrix(rows) => {
-                let rows: Vec<Vec<Expr>> = rows.iter().map(|row| self.all(row)).collect::<Result<_, _>>()?;
+                let mut rows: Vec<Vec<Expr>> = rows.iter().map(|row| self.all(row)).collect::<Result<_, _>>()?;
+                // `[A]` of a matrix, or of an array with more dimensions, is `A` (10.4.2).
+                if let [row] = rows.as_mut_slice()
+                    && row.len() == 1
+                    && row[0].ty.rank >= 2
+                {
+                    let only = row.swap_remove(0);
+                    let ty = only.ty.clone();
+                    return Ok(Expr { kind: Kind::Tuple(vec![Some(only)]), ty, span });
+                }
                 let ty = rows.iter().flatten().fold(Type::NONE, |ty, part| ty.join(&part.ty));
                 (Kind::Matrix(rows), ty.with_rank(2))
             }

@@ -155,17 +155,27 @@ pub struct Iterator {
 }
 
 impl Iterator {
-    fn written(&self) -> text::Iterator {
-        text::Iterator { name: self.name.clone(), range: self.range.as_ref().map(Expr::written) }
+    fn text(&self, purpose: For) -> text::Iterator {
+        text::Iterator { name: self.name.clone(), range: self.range.as_ref().map(|e| e.text(purpose)) }
     }
 }
 
-fn all(list: &[Expr]) -> Vec<text::Expr> {
-    list.iter().map(Expr::written).collect()
+/// What a text made from an expression is for.
+#[derive(Clone, Copy, PartialEq)]
+enum For {
+    /// To be read by people.
+    People,
+    /// To be evaluated in the scope that it was typed in.  Functions of the language have a leading dot, as a declaration there may
+    /// hide their names.
+    Evaluation,
 }
 
-fn boxed(expr: &Expr) -> Box<text::Expr> {
-    Box::new(expr.written())
+fn all(list: &[Expr], purpose: For) -> Vec<text::Expr> {
+    list.iter().map(|e| e.text(purpose)).collect()
+}
+
+fn boxed(expr: &Expr, purpose: For) -> Box<text::Expr> {
+    Box::new(expr.text(purpose))
 }
 
 impl Expr {
@@ -188,10 +198,23 @@ impl Expr {
         }
     }
 
-    /// The expression as it is written, for messages and for values at translation.
+    /// The expression as it is written, for messages.
     pub fn written(&self) -> text::Expr {
+        self.text(For::People)
+    }
+
+    /// The expression as a text whose value can be asked for in its scope.
+    pub fn evaluable(&self) -> text::Expr {
+        self.text(For::Evaluation)
+    }
+
+    fn text(&self, purpose: For) -> text::Expr {
+        let of_language = |name: &str| {
+            let hidden = Builtin::from_name(name).is_some_and(Builtin::can_be_hidden);
+            ComponentRef { global: hidden && purpose == For::Evaluation, ..named(name, self.span) }
+        };
         let call = |name: ComponentRef, list: &[Expr]| {
-            ExprKind::Call(name, Arguments::List { positional: all(list), named: Vec::new() })
+            ExprKind::Call(name, Arguments::List { positional: all(list, purpose), named: Vec::new() })
         };
         let kind = match &self.kind {
             Kind::Integer(k) => ExprKind::Integer(*k),
@@ -204,32 +227,34 @@ impl Expr {
             Kind::Variable(variable) => ExprKind::Ref(ComponentRef::clone(&variable.reference)),
             Kind::Local(local) => ExprKind::Ref(ComponentRef::clone(&local.reference)),
             Kind::Time => ExprKind::Ref(named("time", self.span)),
-            Kind::Builtin(builtin, list) => call(named(builtin.name(), self.span), list),
-            Kind::Format(_, arguments) => ExprKind::Call(named("String", self.span), Arguments::clone(arguments)),
+            Kind::Builtin(builtin, list) => call(of_language(builtin.name()), list),
+            Kind::Format(_, arguments) => ExprKind::Call(of_language("String"), Arguments::clone(arguments)),
             Kind::Reduction(builtin, body, iterators) => {
-                let iterators = iterators.iter().map(Iterator::written).collect();
-                ExprKind::Call(named(builtin.name(), self.span), Arguments::Reduction(boxed(body), iterators))
+                let iterators = iterators.iter().map(|i| i.text(purpose)).collect();
+                ExprKind::Call(of_language(builtin.name()), Arguments::Reduction(boxed(body, purpose), iterators))
             }
             Kind::Call(call) => {
-                let named = call.named.iter().map(|(name, expr)| (name.clone(), expr.written())).collect();
-                let arguments = Arguments::List { positional: all(&call.positional), named };
+                let named = call.named.iter().map(|(name, expr)| (name.clone(), expr.text(purpose))).collect();
+                let arguments = Arguments::List { positional: all(&call.positional, purpose), named };
                 ExprKind::Call(ComponentRef::clone(&call.name), arguments)
             }
             Kind::Record(made) => ExprKind::Call(ComponentRef::clone(&made.name), Arguments::clone(&made.arguments)),
-            Kind::Unary(op, a) => ExprKind::Unary(*op, boxed(a)),
-            Kind::Binary(op, a, b) => ExprKind::Binary(*op, boxed(a), boxed(b)),
+            Kind::Unary(op, a) => ExprKind::Unary(*op, boxed(a, purpose)),
+            Kind::Binary(op, a, b) => ExprKind::Binary(*op, boxed(a, purpose), boxed(b, purpose)),
             Kind::If(branches, otherwise) => {
-                let branches = branches.iter().map(|(c, e)| (c.written(), e.written())).collect();
-                ExprKind::If(branches, boxed(otherwise))
+                let branches = branches.iter().map(|(c, e)| (c.text(purpose), e.text(purpose))).collect();
+                ExprKind::If(branches, boxed(otherwise, purpose))
             }
-            Kind::Range(a, step, b) => ExprKind::Range(boxed(a), step.as_deref().map(boxed), boxed(b)),
-            Kind::Array(items) => ExprKind::Array(all(items)),
+            Kind::Range(a, step, b) => {
+                ExprKind::Range(boxed(a, purpose), step.as_deref().map(|e| boxed(e, purpose)), boxed(b, purpose))
+            }
+            Kind::Array(items) => ExprKind::Array(all(items, purpose)),
             Kind::ArrayFor(body, iterators) => {
-                ExprKind::ArrayFor(boxed(body), iterators.iter().map(Iterator::written).collect())
+                ExprKind::ArrayFor(boxed(body, purpose), iterators.iter().map(|i| i.text(purpose)).collect())
             }
-            Kind::Matrix(rows) => ExprKind::Matrix(rows.iter().map(|row| all(row)).collect()),
-            Kind::Tuple(items) => ExprKind::Tuple(items.iter().map(|e| e.as_ref().map(Expr::written)).collect()),
-            Kind::Field(record, name) => ExprKind::Field(boxed(record), name.clone()),
+            Kind::Matrix(rows) => ExprKind::Matrix(rows.iter().map(|row| all(row, purpose)).collect()),
+            Kind::Tuple(items) => ExprKind::Tuple(items.iter().map(|e| e.as_ref().map(|e| e.text(purpose))).collect()),
+            Kind::Field(record, name) => ExprKind::Field(boxed(record, purpose), name.clone()),
             Kind::Colon => ExprKind::Colon,
             Kind::End => ExprKind::End,
             Kind::Failed(_, text) => text.kind.clone(),

@@ -7,7 +7,7 @@ use hyd_instance::modifier::AstMod;
 use hyd_instance::shape::Shape;
 use hyd_instance::{InstId, LocalClass};
 use hyd_source::Span;
-use hyd_syntax::tree::{ClassDef, Component, Direction, ExprKind, Ident, Name, Variability};
+use hyd_syntax::tree::{self as text, ClassDef, Component, Direction, ExprKind, Ident, Name, Variability};
 
 use crate::expression::{Expr, Kind};
 use crate::statement::{Statement, StatementKind};
@@ -23,6 +23,24 @@ pub struct Signature {
     pub inputs: Vec<(Name, Type)>,
     /// Outputs in their order.
     pub outputs: Vec<(Name, Type)>,
+}
+
+/// The external clause of a function.
+#[derive(Debug)]
+pub struct External {
+    /// The clause as written.
+    pub text: text::External,
+    /// What takes the value of the function.
+    pub output: Option<Expr>,
+    /// The arguments.
+    pub arguments: Vec<Expr>,
+}
+
+impl External {
+    /// The name of the function in its language; empty where the clause has not the form of the language.
+    pub fn name(&self) -> &str {
+        self.text.call.as_ref().map_or("", |call| &call.name.name)
+    }
 }
 
 /// An input, output or variable of a function.
@@ -84,7 +102,7 @@ pub struct Function {
     /// Algorithms, each with the frame its text belongs to.
     pub algorithms: Vec<(u32, Vec<Statement>)>,
     /// An `external` clause.
-    pub external: Option<Span>,
+    pub external: Option<External>,
     /// An equation, which a function cannot hold.
     pub equation: Option<Span>,
 }

@@ -2,14 +2,13 @@
 
 use std::rc::Rc;
 
-use hyd_instance::class::elements;
 use hyd_instance::shape::Shape;
-use hyd_instance::{LocalClass, Scope};
+use hyd_instance::{FunctionComponent, LocalClass, Scope};
 use hyd_source::Reported;
-use hyd_syntax::tree::{ClassBody, Component, Direction, Element, Name};
+use hyd_syntax::tree::{ClassBody, ComponentRef, Direction, Expr, ExprKind, External, Name};
 
 use crate::elaborate::Elaborator;
-use crate::function::{Declaration, Function, Signature};
+use crate::function::{self, Declaration, Function, Signature};
 use crate::types::Type;
 
 impl Elaborator<'_, '_> {
@@ -24,7 +23,7 @@ impl Elaborator<'_, '_> {
         }
         let shape = self.tree.table.shape(local.class)?;
         let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
-        for (frame, component) in self.components(&shape) {
+        for FunctionComponent { frame, component, .. } in self.tree.function_components(inst, &shape)? {
             let list = match component.direction {
                 Some(Direction::Input) => &mut inputs,
                 Some(Direction::Output) => &mut outputs,
@@ -38,27 +37,6 @@ impl Elaborator<'_, '_> {
         Ok(signature)
     }
 
-    /// The components of a function, each with the frame in which it is declared.  What a short definition or an `extends` clause says
-    /// of one is its value.
-    fn components(&self, shape: &Shape) -> Vec<(u32, Component)> {
-        let mut components = Vec::new();
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let frame = &shape.frames[element.frame as usize];
-            let owner = &self.tree.table.class(frame.class).def;
-            let Element::Component(component) = &elements(owner)[element.position as usize] else { continue };
-            let mut component = component.clone();
-            let modified = frame.modifications.iter().find_map(|(_, tree)| {
-                let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
-                inner.binding.clone()
-            });
-            if let Some(value) = modified {
-                component.modification.binding = Some((*value).clone());
-            }
-            components.push((element.frame, component));
-        }
-        components
-    }
-
     /// A function with all its declarations and statements.
     ///
     /// # Errors
@@ -69,9 +47,9 @@ impl Elaborator<'_, '_> {
             return Ok(known.clone());
         }
         let shape = self.tree.table.shape(local.class)?;
-        let components = self.components(&shape);
+        let components = self.tree.function_components(inst, &shape)?;
         let mut locals: Vec<(Name, Type)> = Vec::with_capacity(components.len());
-        for (frame, component) in &components {
+        for FunctionComponent { frame, component, .. } in &components {
             let ty = self.declared_type(Scope { inst, frame: *frame }, component)?;
             locals.push((component.name.name.clone(), ty));
         }
@@ -88,17 +66,30 @@ impl Elaborator<'_, '_> {
         Ok(function)
     }
 
-    fn whole_function(&mut self, local: &LocalClass, shape: Rc<Shape>, components: Vec<(u32, Component)>) -> Function {
+    fn external(&mut self, text: &External) -> function::External {
+        let (mut output, mut arguments) = (None, Vec::new());
+        if let Some(call) = &text.call {
+            let reference = |reference: &ComponentRef| ExprKind::Ref(reference.clone());
+            output = call.output.as_ref().map(|name| self.deferred(&Expr { kind: reference(name), span: name.span }));
+            arguments = call.arguments.iter().map(|argument| self.deferred(argument)).collect();
+        }
+        function::External { text: text.clone(), output, arguments }
+    }
+
+    fn whole_function(&mut self, local: &LocalClass, shape: Rc<Shape>, components: Vec<FunctionComponent>) -> Function {
         let inst = self.scope.inst;
         let types: Vec<Type> = self.locals.iter().map(|(_, ty)| ty.clone()).collect();
         let mut variables = Vec::with_capacity(components.len());
-        for ((frame, text), ty) in components.into_iter().zip(types) {
+        for (FunctionComponent { frame, component: text, value_scope }, ty) in components.into_iter().zip(types) {
             // The values of inputs are those of the class as a whole.
             let input = text.direction == Some(Direction::Input);
             self.scope.frame = if input { 0 } else { frame };
             let mut dims: Vec<_> = text.dims.iter().map(|dim| self.deferred(dim)).collect();
             dims.extend(self.dims_of_type(Scope { inst, frame }, &text));
-            let value = text.modification.binding.as_ref().map(|value| self.deferred(value));
+            let value = text.modification.binding.as_ref().map(|value| match value_scope {
+                Some(around) => Elaborator::new(&mut *self.tree, &mut *self.typing, around, Vec::new()).deferred(value),
+                None => self.deferred(value),
+            });
             let (name, direction, variability) = (text.name.clone(), text.direction, text.variability);
             variables.push(Declaration { name, frame, direction, variability, ty, dims, value, text });
         }
@@ -107,8 +98,10 @@ impl Elaborator<'_, '_> {
             let owner = self.tree.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms: own, external: outside, equations, .. } = &owner.body else { continue };
             equation = equation.or(equations.iter().find_map(|section| section.equations.first()).map(|e| e.span));
-            external = external.or(*outside);
             self.scope.frame = frame as u32;
+            if let (None, Some(outside)) = (&external, outside) {
+                external = Some(self.external(outside));
+            }
             for section in own {
                 algorithms.push((frame as u32, self.statements(&section.statements)));
             }

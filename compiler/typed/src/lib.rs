@@ -10,6 +10,7 @@ mod expression;
 mod function;
 mod functions;
 mod names;
+mod operators;
 mod print;
 mod statement;
 mod statements;
@@ -18,7 +19,7 @@ mod walk;
 
 pub use elaborate::{Elaborator, Typing};
 pub use expression::{Call, Construction, Expr, Iterator, Kind, Local, Variable};
-pub use function::{Declaration, Function, Signature};
+pub use function::{Declaration, External, Function, Signature};
 pub use statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
 pub use types::{Base, RecordType, Type, scalar_of};
 pub use walk::{any, any_local, any_variable, mentions, reads_run, walk_statements};

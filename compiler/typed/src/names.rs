@@ -86,7 +86,7 @@ impl Elaborator<'_, '_> {
         if let Some(primitive) = &instance.primitive {
             return Base::Scalar(primitive.scalar.clone());
         }
-        if instance.kind != ClassKind::Record {
+        if !self.tree.is_record(inst) {
             return Base::None;
         }
         if let Some(known) = self.typing.records.get(&inst) {
@@ -99,7 +99,8 @@ impl Elaborator<'_, '_> {
             let field = self.tree.instances[child].name.clone();
             fields.push((field, Type { base: self.base_of(child), rank }));
         }
-        let record = Rc::new(RecordType { name, fields });
+        let class = self.tree.instances[inst].class;
+        let record = Rc::new(RecordType { name, class, fields });
         self.typing.records.insert(inst, record.clone());
         Base::Record(record)
     }
@@ -161,7 +162,9 @@ impl Elaborator<'_, '_> {
         }
         let name = self.tree.table.full_name(local.class);
         // A record that holds itself is reported by whoever makes one.
-        self.typing.records.insert(inst, Rc::new(RecordType { name: name.clone(), fields: Vec::new() }));
+        self.typing
+            .records
+            .insert(inst, Rc::new(RecordType { name: name.clone(), class: Some(local.class), fields: Vec::new() }));
         let mut fields = Vec::new();
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
@@ -177,7 +180,7 @@ impl Elaborator<'_, '_> {
                 }
             }
         }
-        let record = Rc::new(RecordType { name, fields });
+        let record = Rc::new(RecordType { name, class: Some(local.class), fields });
         self.typing.records.insert(inst, record.clone());
         Ok(Base::Record(record))
     }
@@ -197,6 +200,7 @@ fn predefined(name: &str) -> Option<ScalarType> {
         "Integer" => Some(ScalarType::Integer),
         "Boolean" => Some(ScalarType::Boolean),
         "String" => Some(ScalarType::Text),
+        "ExternalObject" => Some(ScalarType::Object),
         _ => None,
     }
 }

@@ -89,6 +89,8 @@ pub enum EquationKind {
     Terminate(Expr),
     /// `reinit(state, value)`
     Reinit(Expr, Expr),
+    /// A call whose results are not taken.
+    Call(Expr),
     /// What has no meaning, and why: said where it is reached.
     Failed(Rc<[Diagnostic]>),
 }

@@ -4,11 +4,12 @@ use std::rc::Rc;
 
 use hyd_instance::{Env, InstId, Value};
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, ExprKind, Name, Variability};
+use hyd_syntax::tree::{self as text, Arguments, ComponentRef, ExprKind, Name, Variability};
 
 use crate::elaborate::Elaborator;
 use crate::expression::{Expr, Kind};
 use crate::statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
+use crate::types::{Base, Type};
 
 impl Elaborator<'_, '_> {
     /// Statements in their order.
@@ -197,11 +198,16 @@ impl Elaborator<'_, '_> {
                 return Ok(EquationKind::Reinit(state, value));
             }
             "reinit" | "terminate" => (Code::Misplaced, format!("`{name}` is allowed only inside `when`")),
-            _ if self.in_when => (Code::Misplaced, format!("`{name}` is not allowed inside `when`")),
             "Connections" => {
                 (Code::OutsideProfile, "overconstrained connections are outside the language profile".into())
             }
-            _ => (Code::Misplaced, "a call by itself determines nothing here".into()),
+            _ => {
+                let call = self.call(span, function, arguments)?;
+                if matches!(call.kind, Kind::Call(_)) {
+                    return Ok(EquationKind::Call(call));
+                }
+                (Code::Misplaced, "a call by itself determines nothing here".into())
+            }
         };
         Err(self.error(code, span, message))
     }
@@ -225,6 +231,9 @@ impl Elaborator<'_, '_> {
             }
             return Ok(EquationKind::Fields(fields));
         }
+        if let Some(fields) = self.equal_records(equation, left, right)? {
+            return Ok(EquationKind::Fields(fields));
+        }
         if let ExprKind::Tuple(targets) = &left.kind
             && targets.len() > 1
         {
@@ -242,6 +251,35 @@ impl Elaborator<'_, '_> {
         Ok(EquationKind::Equal(self.expr(left)?, self.expr(right)?))
     }
 
+    /// An equation between expressions that are records, field by field; `None` where one of them is none.
+    fn equal_records(
+        &mut self,
+        equation: &text::Equation,
+        left: &text::Expr,
+        right: &text::Expr,
+    ) -> Result<Option<Vec<Equation>>, Reported> {
+        // Only what computes: everything else has a name, which is dealt with before.
+        let computes = |e: &text::Expr| {
+            matches!(e.kind, ExprKind::Binary(..) | ExprKind::Unary(..) | ExprKind::Call(..) | ExprKind::If(..))
+        };
+        if !computes(left) && !computes(right) {
+            return Ok(None);
+        }
+        let (a, b) = (self.expr(left)?, self.expr(right)?);
+        let (Base::Record(record), Base::Record(_)) = (&a.ty.base, &b.ty.base) else { return Ok(None) };
+        let mut fields = Vec::with_capacity(record.fields.len());
+        for (name, _) in &record.fields {
+            let field = |whole: &Expr| {
+                let ty = whole.ty.field(name).unwrap_or(Type::NONE);
+                let ident = text::Ident { name: name.clone(), span: whole.span };
+                Expr { kind: Kind::Field(Box::new(whole.clone()), ident), ty, span: whole.span }
+            };
+            let kind = EquationKind::Equal(field(&a), field(&b));
+            fields.push(Equation { kind, span: equation.span });
+        }
+        Ok(Some(fields))
+    }
+
     /// The fields that an equation determines, of a component that is a record.  Those that are constants or final have their values
     /// from elsewhere.
     fn fields_determined(&mut self, expr: &text::Expr) -> Option<Vec<Name>> {
@@ -255,10 +293,11 @@ impl Elaborator<'_, '_> {
                 _ => None,
             })
         });
-        let last = &self.tree.instances[resolved.ok()??];
-        if last.kind != ClassKind::Record {
+        let last = resolved.ok()??;
+        if !self.tree.is_record(last) {
             return None;
         }
+        let last = &self.tree.instances[last];
         let whole = last.variability;
         let open = |child: &&InstId| {
             let child = &self.tree.instances[**child];

@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use hyd_instance::ScalarType;
+use hyd_instance::{ClassId, ScalarType};
 use hyd_syntax::tree::Name;
 
 /// What one element is.
@@ -24,6 +24,8 @@ pub enum Base {
 pub struct RecordType {
     /// Name of its class.
     pub name: String,
+    /// Its class, where that is known.
+    pub class: Option<ClassId>,
     /// Fields in the order of the text.
     pub fields: Vec<(Name, Type)>,
 }
@@ -59,6 +61,11 @@ impl Type {
     /// True for a String or an array of Strings.
     pub fn is_text(&self) -> bool {
         self.base == Base::Scalar(ScalarType::Text)
+    }
+
+    /// True for an external object.
+    pub fn is_object(&self) -> bool {
+        self.base == Base::Scalar(ScalarType::Object)
     }
 
     /// True for Integers.

@@ -63,7 +63,7 @@ impl<V: Visitor> Walk<'_, V> {
                 self.all(local.parts.iter().flat_map(|(_, subscripts)| subscripts));
             }
             // Sizes are known whatever the values are.
-            Kind::Builtin(builtin, list) if builtin.asks_for_sizes() => self.all(list.iter().skip(1)),
+            Kind::Builtin(builtin, list) if builtin.asks_for_no_value() => self.all(list.iter().skip(1)),
             Kind::Builtin(_, list) | Kind::Array(list) => self.all(list),
             Kind::Format(value, _) => self.expr(value),
             Kind::Reduction(_, body, iterators) | Kind::ArrayFor(body, iterators) => self.loops(iterators, body),

@@ -5,6 +5,9 @@
 //! themselves are plain numbers.  An event is two rows of equal time, the first before and the second after it, and
 //! interpolation never looks across such a pair.  The crate knows no solver and draws no pictures.
 
+// Tests compare with the functions of the machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod column;
 mod csv_stream;
 mod deviation;

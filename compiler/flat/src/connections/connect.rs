@@ -31,6 +31,8 @@ pub(crate) struct Connections {
     pub(crate) order: Vec<(InstId, u32)>,
     parent: Vec<u32>,
     size: Vec<u32>,
+    /// How often a face stands in a `connect`.
+    degree: Vec<u32>,
     /// Text that first joined a face.
     pub(crate) span: Vec<Option<Span>>,
     pub(crate) elements: u32,
@@ -48,6 +50,7 @@ impl Connections {
 
     fn join(&mut self, a: u32, b: u32, span: Span) {
         for face in [a, b] {
+            self.degree[face as usize] += 1;
             self.span[face as usize].get_or_insert(span);
         }
         let (mut a, mut b) = (self.find(a), self.find(b));
@@ -59,6 +62,12 @@ impl Connections {
         }
         self.parent[b as usize] = a;
         self.size[a as usize] += self.size[b as usize];
+    }
+
+    /// How often each element of a connector stands in a `connect`, inside and outside of its component.
+    pub(crate) fn counted(&self) -> FxHashMap<InstId, Vec<u32>> {
+        let degree = |element: u32| self.degree[2 * element as usize] + self.degree[2 * element as usize + 1];
+        self.ranges().map(|(inst, elements)| (inst, elements.map(degree).collect())).collect()
     }
 
     /// How many elements of a connector are connected at a face, and how many there are; `None` if no connect knows it.
@@ -135,6 +144,7 @@ impl Connections {
         for face in 2 * base..2 * self.elements {
             self.parent.push(face);
             self.size.push(1);
+            self.degree.push(0);
             self.span.push(None);
         }
         base

@@ -40,6 +40,75 @@ struct Joints {
     groups: FxHashMap<(TemplateId, Span), usize>,
 }
 
+/// A scalar variable of a connector, seen from one side.
+struct Leaf {
+    variable: VarId,
+    /// Seen from within the component of the connector.
+    out: bool,
+    flow: bool,
+    discrete: bool,
+    directed: bool,
+    inst: InstId,
+    joined_at: Span,
+    span: Span,
+}
+
+/// Scalar variables joined so far.
+#[derive(Default)]
+struct Leaves {
+    all: Vec<Leaf>,
+    known: FxHashMap<(VarId, bool), usize>,
+    parent: Vec<usize>,
+}
+
+impl Leaves {
+    fn find(&mut self, mut k: usize) -> usize {
+        while self.parent[k] != k {
+            self.parent[k] = self.parent[self.parent[k]];
+            k = self.parent[k];
+        }
+        k
+    }
+
+    /// Joins variables with each other.
+    fn join(&mut self, leaves: impl Iterator<Item = Leaf>) {
+        let mut head = None;
+        for leaf in leaves {
+            let next = self.all.len();
+            let k = *self.known.entry((leaf.variable, leaf.out)).or_insert(next);
+            if k == next {
+                self.all.push(leaf);
+                self.parent.push(k);
+            }
+            let root = self.find(k);
+            match head {
+                None => head = Some(root),
+                // The one that was met first stays the head.
+                Some(other) => {
+                    let (low, high) = (root.min(other), root.max(other));
+                    self.parent[high] = low;
+                    head = Some(low);
+                }
+            }
+        }
+    }
+
+    /// The sets, in the order of their first variables.
+    fn sets(mut self) -> Vec<Vec<Leaf>> {
+        let roots: Vec<usize> = (0..self.all.len()).map(|k| self.find(k)).collect();
+        let mut sets: Vec<Vec<Leaf>> = Vec::new();
+        let mut at: FxHashMap<usize, usize> = FxHashMap::default();
+        for (leaf, root) in self.all.into_iter().zip(roots) {
+            let k = *at.entry(root).or_insert_with(|| {
+                sets.push(Vec::new());
+                sets.len() - 1
+            });
+            sets[k].push(leaf);
+        }
+        sets
+    }
+}
+
 impl Joints {
     /// The variable of the connector of a face that has this place and path in another connector, and the element of the face.
     fn same(&self, face: u32, place: usize, path: &Name) -> Option<(&Member, u32)> {
@@ -66,8 +135,10 @@ impl Flattener<'_, '_> {
         let nested = order.iter().any(|(inst, _)| self.connector_around(*inst).is_some());
         let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default() };
         let (starts, faces) = self.connections.sets();
-        for range in starts.windows(2) {
-            self.set_equations(&faces[range[0] as usize..range[1] as usize], &mut joints);
+        let sets = starts.windows(2).map(|range| &faces[range[0] as usize..range[1] as usize]);
+        match joints.nested {
+            true => self.equations_by_leaf(sets, &mut joints),
+            false => sets.for_each(|set| self.set_equations(set, &mut joints)),
         }
         self.model.connects = joints.groups.keys().map(|(_, span)| *span).collect();
         self.model.connects.sort_unstable();
@@ -125,9 +196,6 @@ impl Flattener<'_, '_> {
                     discrete.push(same.discrete);
                     variables.push((VarId(same.first.0 + element * count + k), face % 2 == OUTSIDE));
                 }
-                if flow && set.len() == 1 && joints.nested && self.flows_elsewhere(first / 2, (place, k), joints) {
-                    continue;
-                }
                 if flow {
                     self.flow_sum(&variables, span, joints);
                 } else if !(directed && self.sources_meet(set, span, path, &variables, joints)) {
@@ -140,28 +208,54 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// Whether the flow of a connector that is open as such is that of another connection: of the connector that it is part of, or
-    /// of one that is part of it.
-    fn flows_elsewhere(&self, element: u32, (place, k): (usize, u32), joints: &Joints) -> bool {
-        let owner = joints.owner[element as usize] as usize;
-        let (connector, base) = joints.order[owner];
-        // The whole is left open or connected as one.
-        if self.connector_around(connector).is_some() {
-            return true;
-        }
-        let Member { inst, count, .. } = joints.members[owner][place];
-        let scalar = (element - base) * count + k;
-        let mut at = inst;
-        while at != connector {
-            if let Some(range) = self.connections.range(at)
-                && !self.connections.is_open(range.start + scalar / self.count_below(inst, at).max(1))
-            {
-                return true;
+    /// The equations where connectors that are part of others were connected by themselves: a variable may then stand in several sets, of
+    /// the part and of the whole, which are one.
+    fn equations_by_leaf<'f>(&mut self, sets: impl Iterator<Item = &'f [u32]>, joints: &mut Joints) {
+        let mut leaves = Leaves::default();
+        for set in sets {
+            let first = set[0];
+            if set.len() == 1 && first % 2 == OUTSIDE {
+                continue;
             }
-            let Some(parent) = self.tree.instances[at].parent else { break };
-            at = parent;
+            let connector = joints.owner[(first / 2) as usize] as usize;
+            let declared = self.tree.instances[joints.order[connector].0].span;
+            let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
+            for (place, Member { count, path, .. }) in joints.members[connector].iter().enumerate() {
+                for k in 0..*count {
+                    let same = set.iter().filter_map(|&face| {
+                        let (member, element) = joints.same(face, place, path)?;
+                        let joined_at = self.connections.span[face as usize].unwrap_or(span);
+                        Some(Leaf {
+                            variable: VarId(member.first.0 + element * count + k),
+                            out: face % 2 == OUTSIDE,
+                            flow: member.flow,
+                            discrete: member.discrete,
+                            directed: member.directed,
+                            inst: member.inst,
+                            joined_at,
+                            span,
+                        })
+                    });
+                    leaves.join(same);
+                }
+            }
         }
-        false
+        for set in leaves.sets() {
+            let variables: Vec<(VarId, bool)> = set.iter().map(|leaf| (leaf.variable, leaf.out)).collect();
+            let span = set[0].span;
+            if set[0].flow {
+                self.flow_sum(&variables, span, joints);
+                continue;
+            }
+            let ends: Vec<_> = set.iter().map(|leaf| (leaf.inst, leaf.out, leaf.joined_at)).collect();
+            if set.iter().any(|leaf| leaf.directed) && self.has_two_sources(&ends, &variables) {
+                continue;
+            }
+            for leaf in &set[1..] {
+                let section = if set[0].discrete || leaf.discrete { Section::Discrete } else { Section::Continuous };
+                self.potential_equality(section, set[0].variable, leaf.variable, span, joints);
+            }
+        }
     }
 
     /// The connector that a connector is part of.

@@ -1,13 +1,13 @@
 //! Assertions and the texts of messages in equations.
 
 use hyd_instance::ScalarType;
-use hyd_source::{Origin, Span};
-use hyd_symbolic::NodeId;
+use hyd_source::{Code, Origin, Span};
+use hyd_symbolic::{Node, NodeId, Relation, Step};
 use hyd_system::ValueKind;
 use hyd_typed::{Assertion, Expr};
 
-use crate::model::{MessagePart, Section};
-use crate::state::context::{Context, Fail};
+use crate::model::{Message, MessagePart, Section};
+use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
@@ -38,6 +38,55 @@ impl Flattener<'_, '_> {
         let origin = Origin { path: self.path(scope.inst), span };
         self.emit(Section::Assert(message), node, values, &cx.loop_counts(), &origin);
         Ok(())
+    }
+
+    /// A call whose results are not taken: assertions inside may fail.  `always`: nothing decides in the run whether it is made.
+    pub(crate) fn call_for_checks(
+        &mut self,
+        span: Span,
+        call: &Expr,
+        cx: &mut Context,
+        always: bool,
+    ) -> Result<(), Fail> {
+        for (name, value) in self.call_outputs(call, cx)? {
+            // Only what was made for checks has no name.
+            let Local::Node(done) = value else { continue };
+            if !name.is_empty() || self.model.templates.arena.as_constant(done.node).is_some() {
+                continue;
+            }
+            if !always {
+                let message = "a call for its assertions alone is not possible under a condition of the run";
+                return Err(self.error(Code::OutsideProfile, span, message));
+            }
+            let text = self.checks_of(done.node).join("; or: ").into();
+            let message = self.add_message(Message { text, parts: Vec::new(), error: true });
+            let arena = &mut self.model.templates.arena;
+            let zero = arena.constant(0.0);
+            let holds = arena.compare(Relation::Equal, done.node, zero);
+            let values = arena.argument_list(&[]);
+            let origin = Origin { path: self.path(cx.scope.inst), span };
+            self.emit(Section::Assert(message), holds, values, &cx.loop_counts(), &origin);
+        }
+        Ok(())
+    }
+
+    /// The texts of the assertions that the evaluation of a call may fail at.
+    fn checks_of(&self, call: NodeId) -> Vec<String> {
+        let arena = &self.model.templates.arena;
+        let mut texts: Vec<String> = Vec::new();
+        let Node::Apply(body, ..) = arena.node(call) else { return texts };
+        let mut todo = vec![arena.body(body).steps.as_slice()];
+        while let Some(steps) = todo.pop() {
+            for step in steps {
+                if let Step::Check(_, text) = step
+                    && !texts.iter().any(|known| **known == **text)
+                {
+                    texts.push(text.to_string());
+                }
+                todo.extend(step.inner());
+            }
+        }
+        texts
     }
 
     /// `terminate(text)` in a `when` of an algorithm.

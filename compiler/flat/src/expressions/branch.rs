@@ -4,7 +4,7 @@
 //! only the branch taken), so the other one may have subscripts out of range.  Branches are not always evaluated, so
 //! nothing in them becomes an equation of its own.
 
-use hyd_instance::{ScalarType, Value};
+use hyd_instance::{Env, ScalarType, Value};
 use hyd_source::Span;
 use hyd_symbolic::{NodeId, SlotId, Step};
 use hyd_syntax::tree::Variability;
@@ -36,6 +36,11 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
         index: &[Affine],
     ) -> Result<Typed, Fail> {
+        if !index.is_empty()
+            && let Some(chosen) = self.branch_by_sizes(branches, otherwise, cx)?
+        {
+            return self.lower(chosen, cx, index);
+        }
         let always = std::mem::replace(&mut cx.may_add_variables, false);
         let result = self.lower_branches(span, branches, otherwise, cx, index);
         cx.may_add_variables = always;
@@ -101,7 +106,11 @@ impl Flattener<'_, '_> {
 
     /// When a branch is taken.
     pub(crate) fn branch_test(&mut self, condition: &Expr, cx: &mut Context) -> Result<Test, Fail> {
-        match self.loop_condition(condition, cx)? {
+        let known = match self.evaluated_condition(condition, cx)? {
+            None => self.loop_condition(condition, cx)?,
+            known => known,
+        };
+        match known {
             Some(true) => return Ok(Test::Always),
             Some(false) => return Ok(Test::Never),
             None => {}
@@ -115,6 +124,28 @@ impl Flattener<'_, '_> {
             Some(_) => Test::Always,
             None => Test::Run(test.node),
         })
+    }
+
+    /// Truth of a condition on constants and on parameters with `annotation(Evaluate = true)` alone.
+    fn evaluated_condition(&mut self, condition: &Expr, cx: &mut Context) -> Result<Option<bool>, Fail> {
+        if cx.depth > 0 || !is_arithmetic(condition) || hyd_typed::any_local(condition, &mut |_| true) {
+            return Ok(None);
+        }
+        let (mut some, mut others) = (false, false);
+        hyd_typed::any_variable(condition, &mut |variable| {
+            let instance = &self.tree.instances[variable.last()];
+            let is_constant = instance.variability == Variability::Constant;
+            some |= instance.evaluate;
+            others |= !(is_constant || instance.evaluate && instance.variability == Variability::Parameter);
+            others
+        });
+        if !some || others || hyd_typed::any(condition, &mut |part| matches!(part.kind, Kind::Time)) {
+            return Ok(None);
+        }
+        match self.tree.evaluate(&condition.evaluable(), cx.scope, &Env::default())? {
+            Value::Boolean(truth) => Ok(Some(truth)),
+            _ => Ok(None),
+        }
     }
 
     /// Truth of a condition on loop variables and Integer parameters alone (`i > 1`, `j == i`, `i < N`), so that the
@@ -143,7 +174,7 @@ impl Flattener<'_, '_> {
         if !complete {
             return self.truth_over_loops(condition, cx).map(Some);
         }
-        match self.tree.evaluate(&condition.written(), cx.scope, &env)? {
+        match self.tree.evaluate(&condition.evaluable(), cx.scope, &env)? {
             Value::Boolean(truth) => Ok(Some(truth)),
             _ => Ok(None),
         }

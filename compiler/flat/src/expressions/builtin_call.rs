@@ -45,7 +45,9 @@ impl BuiltinCall<'_, '_, '_> {
             Builtin::Edge | Builtin::Change => self.lower_edge(index),
             Builtin::Initial => Ok(Typed::boolean(self.flat.model.templates.arena.intern(Node::Initial))),
             Builtin::Terminal => Ok(self.flat.literal(0.0, ScalarType::Boolean)),
-            Builtin::Text => Err(self.flat.error(Code::TypeMismatch, span, "a String is not a value of an equation")),
+            Builtin::Text | Builtin::InstanceName => {
+                Err(self.flat.error(Code::TypeMismatch, span, "a String is not a value of an equation"))
+            }
             Builtin::NoEvent => {
                 self.expect_arguments(name, 1)?;
                 self.without_events(0, index)
@@ -83,6 +85,7 @@ impl BuiltinCall<'_, '_, '_> {
             | Builtin::Ones
             | Builtin::Fill
             | Builtin::Identity
+            | Builtin::Cardinality
             | Builtin::Linspace => self.lower_constructor(index),
             Builtin::Sum | Builtin::Product => {
                 self.expect_arguments(name, 1)?;
@@ -177,7 +180,7 @@ impl BuiltinCall<'_, '_, '_> {
         }
         let (env, _) = self.cx.env();
         let whole = Expr { kind: Kind::Builtin(builtin, list.to_vec()), ty: Type::NONE, span };
-        let value = self.flat.tree.evaluate(&whole.written(), self.cx.scope, &env)?;
+        let value = self.flat.tree.evaluate(&whole.evaluable(), self.cx.scope, &env)?;
         self.flat.element_of_value(span, &value, index)
     }
 

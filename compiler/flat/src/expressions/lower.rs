@@ -366,6 +366,10 @@ impl Flattener<'_, '_> {
         if expr.ty.is_text() {
             return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
         }
+        if expr.ty.is_object() {
+            let (env, _) = cx.env();
+            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+        }
         if matches!(expr.kind, Kind::Call(_)) {
             let local = self.call(expr, cx)?;
             return Ok(self.known_integer(local));

@@ -34,6 +34,13 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn fold(&mut self, span: Span, fold: Fold, all: Vec<Typed>) -> Result<Typed, Fail> {
+        // An order have Booleans and literals of an enumeration, too (Modelica 3.6, section 10.3.4).
+        if let (Fold::Min | Fold::Max, Some(first)) = (fold, all.first())
+            && !first.is_number()
+            && all.iter().all(|value| value.scalar == first.scalar)
+        {
+            return Ok(self.fold_of_order(fold, all));
+        }
         for value in &all {
             self.want_number(span, "this reduction", value)?;
         }
@@ -57,6 +64,20 @@ impl Flattener<'_, '_> {
                 Err(self.error(Code::ArrayShape, span, format!("`{}` of an empty array has no value", fold.name())))
             }
         }
+    }
+
+    /// The least or largest of Booleans, or of literals of one enumeration; there is at least one.
+    fn fold_of_order(&mut self, fold: Fold, all: Vec<Typed>) -> Typed {
+        let scalar = all[0].scalar.clone();
+        let mut nodes = all.into_iter().map(|value| value.node);
+        let first = nodes.next().expect("invariant: called with at least one element");
+        let arena = &mut self.model.templates.arena;
+        let node = nodes.fold(first, |before, next| match (&scalar, fold) {
+            (ScalarType::Boolean, Fold::Max) => arena.or(before, next),
+            (ScalarType::Boolean, _) => arena.and(before, next),
+            _ => fold.pair(arena, before, next),
+        });
+        Typed { node, scalar }
     }
 
     pub(crate) fn lower_reduction(

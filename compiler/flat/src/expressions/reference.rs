@@ -154,8 +154,9 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
         };
         let scalar = primitive.scalar.clone();
-        if matches!(scalar, ScalarType::Text) {
-            return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
+        if matches!(scalar, ScalarType::Text | ScalarType::Object) {
+            let what = if scalar == ScalarType::Text { "a String" } else { "an external object" };
+            return Err(self.error(Code::TypeMismatch, span, format!("{what} is not a value of an equation")));
         }
         Ok(scalar)
     }
@@ -163,10 +164,13 @@ impl Flattener<'_, '_> {
     /// An element of a constant, or the value of all of them where that is the same.
     fn element_of_constant(&mut self, span: Span, inst: InstId, offset: &Affine) -> Result<Typed, Fail> {
         let value = self.tree.value_of(inst, span)?;
-        let is_single = value.shape().iter().product::<usize>() == 1;
+        let size = value.shape().iter().product::<usize>();
+        let is_single = size == 1;
         let chosen = match offset.as_constant() {
             _ if is_single => value.scalar_at(0),
-            Some(k) => value.scalar_at(k as usize),
+            // The same for all elements of the arrays of components around it.
+            Some(k) if size > 0 => value.scalar_at(k as usize % size),
+            Some(_) => None,
             None => value.uniform(),
         };
         let Some(chosen) = chosen.cloned() else { return Err(Fail::NeedsExpansion) };
@@ -308,7 +312,7 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         env.ends.push(size);
-        let value = self.tree.evaluate(&expr.written(), cx.scope, &env)?;
+        let value = self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?;
         Ok(Subscript::List(value.flatten().iter().filter_map(|v| v.as_integer().map(|k| k - 1)).collect()))
     }
 
@@ -375,7 +379,7 @@ impl Flattener<'_, '_> {
                 None => self.opaque(expr.span),
             };
         }
-        match self.tree.evaluate(&expr.written(), cx.scope, &env)? {
+        match self.tree.evaluate(&expr.evaluable(), cx.scope, &env)? {
             Value::Integer(k) => Ok(Affine::constant(k)),
             Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),
             // `false` is the first element of an array over `Boolean`, `true` the second.

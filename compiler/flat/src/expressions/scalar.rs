@@ -50,6 +50,9 @@ impl Flattener<'_, '_> {
             Value::Text(_) => {
                 return Err(self.error(Code::TypeMismatch, span, "a String is not a value of an equation"));
             }
+            Value::Object(_) => {
+                return Err(self.error(Code::TypeMismatch, span, "an external object is not a value of an equation"));
+            }
             Value::Array(_) | Value::Record(_) => {
                 return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
             }

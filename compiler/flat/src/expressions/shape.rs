@@ -1,6 +1,6 @@
 //! Sizes of expressions (Modelica 3.6, chapter 10).
 
-use hyd_instance::{InstId, sizes_text};
+use hyd_instance::{InstId, Value, sizes_text};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::BinaryOp;
 use hyd_typed::{Expr, Kind};
@@ -24,14 +24,10 @@ impl Flattener<'_, '_> {
             }
             Kind::Unary(_, a) => self.shape(a, cx),
             Kind::Binary(op, a, b) => self.shape_of_binary(expr.span, *op, a, b, cx),
-            Kind::If(branches, otherwise) => {
-                let shape = self.shape(otherwise, cx)?;
-                for (_, value) in branches {
-                    let other = self.shape(value, cx)?;
-                    self.check_same_sizes("the branches", value.span, &other, &shape)?;
-                }
-                Ok(shape)
-            }
+            Kind::If(branches, otherwise) => match self.branch_by_sizes(branches, otherwise, cx)? {
+                Some(chosen) => self.shape(chosen, cx),
+                None => self.shape(otherwise, cx),
+            },
             Kind::Range(start, step, stop) => Ok(vec![self.steps_of(start, step.as_deref(), stop, cx)?.count()]),
             Kind::Array(items) => {
                 let mut shape = vec![items.len()];
@@ -84,6 +80,39 @@ impl Flattener<'_, '_> {
             },
             _ => Ok(Vec::new()),
         }
+    }
+
+    /// The branch of an `if` whose branches have different sizes: the one that is taken, which must be known before the run.  `None` where
+    /// the sizes are the same.
+    pub(crate) fn branch_by_sizes<'e>(
+        &mut self,
+        branches: &'e [(Expr, Expr)],
+        otherwise: &'e Expr,
+        cx: &mut Context,
+    ) -> Result<Option<&'e Expr>, Fail> {
+        let ranks = branches.iter().map(|(_, value)| value.ty.rank).chain([otherwise.ty.rank]);
+        if ranks.max() == Some(0) {
+            return Ok(None);
+        }
+        let last = self.quietly(|flat| flat.shape(otherwise, cx));
+        let different = branches.iter().find(|(_, value)| self.quietly(|flat| flat.shape(value, cx)) != last);
+        let Some((_, different)) = different else { return self.shape(otherwise, cx).map(|_| None) };
+        if !branches.iter().all(|(condition, _)| self.known_before_run(condition)) {
+            let (other, last) = (self.shape(different, cx)?, self.shape(otherwise, cx)?);
+            self.check_same_sizes("the branches", different.span, &other, &last)?;
+            return Ok(None);
+        }
+        let (env, complete) = cx.env();
+        for (condition, value) in branches {
+            if !complete && self.mentions_counter(condition, cx) {
+                return Err(Fail::NeedsExpansion);
+            }
+            match self.tree.evaluate(&condition.evaluable(), cx.scope, &env)? {
+                Value::Boolean(true) => return Ok(Some(value)),
+                _ => continue,
+            }
+        }
+        Ok(Some(otherwise))
     }
 
     /// The sizes of one array that its subscripts keep.

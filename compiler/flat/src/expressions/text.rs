@@ -46,7 +46,7 @@ impl Flattener<'_, '_> {
         if let Kind::Failed(said, _) = &expr.kind {
             return Err(self.say(said));
         }
-        Ok(match self.tree.evaluate(&expr.written(), cx.scope, &env)? {
+        Ok(match self.tree.evaluate(&expr.evaluable(), cx.scope, &env)? {
             Value::Text(text) => text.to_string(),
             other => other.text(),
         })
@@ -88,7 +88,7 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         let (env, _) = cx.env();
-        let fixed = match known.then(|| self.tree.evaluate(&expr.written(), cx.scope, &env)) {
+        let fixed = match known.then(|| self.tree.evaluate(&expr.evaluable(), cx.scope, &env)) {
             Some(Ok(Value::Text(text))) => Some(text.to_string()),
             _ => None,
         };

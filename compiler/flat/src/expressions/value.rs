@@ -139,11 +139,23 @@ impl Flattener<'_, '_> {
         let scalar = match &block.kind {
             hyd_system::ValueKind::Integer => ScalarType::Integer,
             hyd_system::ValueKind::Boolean => ScalarType::Boolean,
-            _ => ScalarType::Real,
+            hyd_system::ValueKind::Enumeration(_) => self.enumeration_of(v),
+            hyd_system::ValueKind::Real => ScalarType::Real,
         };
         let kind = if discrete { Kind::Pre } else { Kind::Start };
         let slot = self.slots.slot(SlotKey::Variable(kind, v, Affine::constant(0)));
         Typed { node: self.model.templates.arena.slot(slot), scalar }
+    }
+
+    /// The type of a variable that is an enumeration.
+    fn enumeration_of(&self, v: crate::model::VarId) -> ScalarType {
+        let holds = |block: &crate::model::BlockId| {
+            let block = &self.model.variables[*block];
+            (block.first.0..block.first.0 + block.count).contains(&v.0)
+        };
+        let inst = self.blocks.iter().find(|(_, block)| holds(block)).map(|(&inst, _)| inst);
+        let primitive = inst.and_then(|inst| self.tree.instances[inst].primitive.as_ref());
+        primitive.map_or(ScalarType::Real, |primitive| primitive.scalar.clone())
     }
 
     pub(crate) fn no_field(&mut self, span: Span, name: &Name) -> Fail {

@@ -65,24 +65,38 @@ impl Flattener<'_, '_> {
         }
         let total: usize = outer.iter().product();
         let mut results: Vec<(Name, Local)> = Vec::new();
+        // Records by the position of their output.
+        let mut records: Vec<(usize, Name, Vec<Local>)> = Vec::new();
         for k in 0..total {
             let locals = values.iter().map(|v| slice(v, k, total)).collect();
             for (position, (name, local)) in self.call_with(span, callee, locals, cx)?.into_iter().enumerate() {
                 let (items, inner) = match local {
                     Local::Array(items, inner) => (items, inner),
-                    Local::Record(_) | Local::Records(..) => {
-                        let message = "a function that gives a record cannot be called per element";
-                        return Err(self.error(Code::TypeMismatch, span, message));
+                    record @ (Local::Record(_) | Local::Records(..)) => {
+                        match records.iter_mut().find(|(at, ..)| *at == position) {
+                            Some((.., all)) => all.push(record),
+                            None => records.push((position, name, vec![record])),
+                        }
+                        continue;
                     }
                     single => (Rc::new(vec![self.as_node(span, &single)?]), Vec::new()),
                 };
-                if k == 0 {
-                    let shape = outer.iter().chain(&inner).copied().collect();
-                    results.push((name, Local::array(Vec::new(), shape)));
+                match results.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, Local::Array(all, _))) => Rc::make_mut(all).extend(items.iter().cloned()),
+                    _ => {
+                        let shape = outer.iter().chain(&inner).copied().collect();
+                        results.push((name, Local::array(items.to_vec(), shape)));
+                    }
                 }
-                if let Local::Array(all, _) = &mut results[position].1 {
-                    Rc::make_mut(all).extend(items.iter().cloned());
-                }
+            }
+        }
+        for (position, name, mut all) in records {
+            for &size in outer.iter().rev() {
+                let rows: Vec<Vec<Local>> = all.chunks(size).map(<[Local]>::to_vec).collect();
+                all = rows.into_iter().map(|row| self.stacked(span, row)).collect::<Result<_, Fail>>()?;
+            }
+            if let Some(whole) = all.pop() {
+                results.insert(position.min(results.len()), (name, whole));
             }
         }
         if total == 0 {
@@ -170,7 +184,7 @@ impl Flattener<'_, '_> {
         if !complete && self.mentions_counter(expr, cx) {
             return Err(Fail::NeedsExpansion);
         }
-        let text = expr.written();
+        let text = expr.evaluable();
         match self.tree.quietly(|tree| tree.evaluate(&text, cx.scope, &env)) {
             Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
             _ => Ok(None),
@@ -203,9 +217,10 @@ impl Flattener<'_, '_> {
     }
 
     fn check_rank_of_records(&mut self, expr: &Expr, input: &Declaration, local: &Local) -> Result<Vec<usize>, Fail> {
-        let (wanted, given) = (input.dims.len(), if let Local::Records(_, shape) = local { shape.len() } else { 0 });
-        if wanted == given {
-            return Ok(Vec::new());
+        let shape: &[usize] = if let Local::Records(_, shape) = local { shape } else { &[] };
+        let (wanted, given) = (input.dims.len(), shape.len());
+        if wanted <= given {
+            return Ok(shape[..given - wanted].to_vec());
         }
         let text = |rank: usize| match rank {
             0 => "one record".to_string(),
@@ -266,6 +281,33 @@ fn slice(argument: &Argument, k: usize, total: usize) -> Local {
                 inner => Local::array(part, inner.to_vec()),
             }
         }
+        Local::Records(fields, shape) if !argument.outer.is_empty() => {
+            record_at(fields, shape, argument.outer.len(), k, total)
+        }
         other => other.clone(),
+    }
+}
+
+/// Element `k` of `total` of an array of records, along its first `outer` dimensions.
+fn record_at(fields: &[(Name, Local)], shape: &[usize], outer: usize, k: usize, total: usize) -> Local {
+    let field = |(name, field): &(Name, Local)| {
+        let part = match field {
+            Local::Array(items, sizes) => {
+                let size = items.len() / total.max(1);
+                let part = items[k * size..(k + 1) * size].to_vec();
+                match &sizes[outer..] {
+                    [] => Local::Node(part[0].clone()),
+                    inner => Local::array(part, inner.to_vec()),
+                }
+            }
+            Local::Records(inner, sizes) => record_at(inner, sizes, outer, k, total),
+            other => other.clone(),
+        };
+        (name.clone(), part)
+    };
+    let fields = fields.iter().map(field).collect();
+    match &shape[outer..] {
+        [] => Local::Record(fields),
+        inner => Local::Records(fields, inner.to_vec()),
     }
 }

@@ -17,6 +17,7 @@ use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::form::Form;
 use crate::state::index::Slots;
+use crate::state::node::Typed;
 use crate::state::steps::{Builder, KnownBody};
 
 /// Most registers of a body: its arrays together.
@@ -60,6 +61,9 @@ impl Flattener<'_, '_> {
         for k in 0..count {
             nodes.push(arena.apply(id, k, list));
         }
+        if let (true, [done]) = (outputs.is_empty(), nodes.as_slice()) {
+            return Ok(vec![("".into(), Local::Node(Typed::real(*done)))]);
+        }
         let mut nodes = nodes.into_iter();
         Ok(outputs.into_iter().map(|(name, form)| (name, form.local(&mut nodes))).collect())
     }
@@ -71,6 +75,9 @@ impl Flattener<'_, '_> {
         }
         let mut results = Vec::new();
         let mut registers = Vec::new();
+        if outputs.is_empty() {
+            registers.extend(self.registers(1));
+        }
         for (name, form) in outputs {
             let own = self.registers(form.scalars().len());
             let mut nodes =
@@ -254,8 +261,11 @@ impl Flattener<'_, '_> {
             let message = format!("the variables of `{name}` hold more than {MAX_REGISTERS} numbers");
             return Err(self.error(Code::Limit, span, message));
         }
+        // A function without outputs is called for its assertions; what is asked for is a 0.
+        let mut outputs = outputs;
         if outputs.is_empty() {
-            return Err(self.error(Code::BadArguments, span, format!("`{name}` gives no value")));
+            outputs.push(BodyOutput { name: "".into(), register: builder.registers, zero: false });
+            builder.registers += 1;
         }
         let body = Body {
             name,

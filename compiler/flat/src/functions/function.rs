@@ -90,6 +90,10 @@ impl<'s> Flattener<'_, 's> {
         values: Vec<Local>,
         cx: &mut Context,
     ) -> Result<Outputs, Fail> {
+        if let Some(external) = callee.external.as_ref().filter(|external| !self.tree.is_column_reader(&external.text))
+        {
+            return self.call_external(span, callee, external, values, cx);
+        }
         if self.is_being_built(callee.inst) || !callee.derivatives().is_empty() {
             return self.call_compiled(span, callee, values, cx);
         }
@@ -156,12 +160,9 @@ impl<'s> Flattener<'_, 's> {
             let message = "a function cannot hold equations; its values are assigned in an `algorithm` section";
             return Err(self.error(Code::Misplaced, span, message));
         }
-        if let Some(external) = callee.external {
-            if self.tree.is_column_reader(external) {
-                return self.column(span, callee, inner);
-            }
-            let message = format!("`{}` is an external function, which is outside the language profile", callee.name());
-            return Err(self.error(Code::OutsideProfile, external, message));
+        // All other external functions are called in `external`.
+        if callee.external.is_some() {
+            return self.column(span, callee, inner);
         }
         for (frame, statements) in &callee.algorithms {
             inner.scope.frame = *frame;

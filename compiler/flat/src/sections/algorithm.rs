@@ -40,6 +40,8 @@ impl Flattener<'_, '_> {
         let start = self.context_of(scope);
         self.with_loops(start, &mut |flat, cx| {
             flat.enter(cx);
+            // It is run once, at the start: nothing in it is an event.
+            cx.no_event = initial;
             cx.whens.clone_from(&whens);
             cx.assigned = Some(Vec::new());
             let mut targets = Vec::new();

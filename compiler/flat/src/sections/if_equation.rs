@@ -18,7 +18,7 @@ use crate::expressions::range::Range;
 use crate::expressions::value::local_of;
 use crate::sections::loops::Loops;
 use crate::state::context::{Context, Fail, Local};
-use crate::state::flattener::Flattener;
+use crate::state::flattener::{Flattener, Pass};
 use crate::state::index::Affine;
 use crate::state::node::Typed;
 
@@ -49,7 +49,9 @@ impl Flattener<'_, '_> {
     ) {
         let names: Vec<Name> = loops.iterators.iter().map(|i| i.name.name.clone()).collect();
         let conditions: Vec<&Expr> = branches.iter().filter_map(|(c, _)| c.as_ref()).collect();
-        if !conditions.iter().all(|c| self.known_before_run(c)) {
+        if self.pass == Pass::Connections {
+            self.connections_of_if(equation, branches, (&conditions, &names), scope, loops);
+        } else if !conditions.iter().all(|c| self.known_before_run(c)) {
             self.selected(equation, branches, scope, loops, initial);
         } else if !conditions.iter().any(|c| names.iter().any(|name| mentions(c, name))) {
             if let Ok(Some(body)) = self.chosen(branches, scope, loops) {
@@ -59,6 +61,26 @@ impl Flattener<'_, '_> {
             self.written_out(equation, scope, loops, initial);
         } else {
             self.selected(equation, branches, scope, loops, initial);
+        }
+    }
+
+    /// The connections in the branch that is taken.  What is wrong with the conditions is said with the other equations.
+    fn connections_of_if(
+        &mut self,
+        equation: &Equation,
+        branches: &Branches,
+        (conditions, names): (&[&Expr], &[Name]),
+        scope: Scope,
+        loops: &Loops<'_>,
+    ) {
+        let has_connections = branches.iter().flat_map(|(_, body)| body).any(needs_text);
+        if !has_connections || !conditions.iter().all(|c| self.known_before_run(c)) {
+            return;
+        }
+        if conditions.iter().any(|c| names.iter().any(|name| mentions(c, name))) {
+            self.written_out(equation, scope, loops, false);
+        } else if let Ok(Some(body)) = self.quietly(|flat| flat.chosen(branches, scope, loops)) {
+            body.iter().for_each(|equation| self.equation(equation, scope, loops, false));
         }
     }
 
@@ -72,7 +94,7 @@ impl Flattener<'_, '_> {
         let env = Env { names: loops.fixed.clone(), ..Env::default() };
         for (condition, body) in branches {
             let Some(condition) = condition else { return Ok(Some(body)) };
-            match self.tree.evaluate(&condition.written(), scope, &env)? {
+            match self.tree.evaluate(&condition.evaluable(), scope, &env)? {
                 Value::Boolean(true) => return Ok(Some(body)),
                 Value::Boolean(false) => {}
                 other => {
@@ -219,6 +241,7 @@ impl Flattener<'_, '_> {
                 EquationKind::Assert(assertion) => {
                     self.guarded_assertion(equation.span, assertion, cx, around.holds)?;
                 }
+                EquationKind::Call(call) => self.call_for_checks(equation.span, call, cx, false)?,
                 EquationKind::Connect(..) => {
                     let message = "a connection cannot depend on a condition that changes during the run";
                     return Err(self.error(Code::Misplaced, equation.span, message));

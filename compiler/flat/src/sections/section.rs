@@ -5,18 +5,28 @@ use std::sync::Arc;
 use hyd_instance::{ScalarType, Scope};
 use hyd_source::{Code, Origin};
 use hyd_symbolic::NodeId;
-use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind};
+use hyd_syntax::tree::{self as text, ClassBody, ClassDef, ClassKind};
 use hyd_typed::{Equation, EquationKind, Expr};
 
 use crate::model::Section;
 use crate::sections::loops::Loops;
 use crate::state::context::{Context, Fail, Local};
-use crate::state::flattener::Flattener;
+use crate::state::flattener::{Flattener, Pass};
 use crate::state::index::Affine;
 use crate::state::node::Typed;
 
 /// How often the values of the counters around an equation are cut into parts, one after the other.
 pub(crate) const MOST_CUTS: u32 = 6;
+
+/// True if a `connect` stands in the equation.
+fn connects(equation: &text::Equation) -> bool {
+    match &equation.kind {
+        text::EquationKind::Connect(..) => true,
+        text::EquationKind::For(_, body) => body.iter().any(connects),
+        text::EquationKind::If(branches) => branches.iter().flat_map(|(_, body)| body).any(connects),
+        _ => false,
+    }
+}
 
 impl Flattener<'_, '_> {
     /// All equation sections of one class of an instance.
@@ -25,7 +35,8 @@ impl Flattener<'_, '_> {
         if def.kind == ClassKind::Function {
             return;
         }
-        for section in algorithms {
+        let read: &[_] = if self.pass == Pass::Equations { algorithms } else { &[] };
+        for section in read {
             let named = self.tree.parts_in_algorithm(section, scope);
             let section = named.as_ref().unwrap_or(section);
             let statements = self.elaborator(scope, None).statements(&section.statements);
@@ -33,6 +44,9 @@ impl Flattener<'_, '_> {
         }
         for section in equations {
             for equation in &section.equations {
+                if self.pass == Pass::Connections && !connects(equation) {
+                    continue;
+                }
                 let named = self.tree.parts_in_equation(equation, scope);
                 let typed = self.elaborator(scope, None).equation(named.as_ref().unwrap_or(equation));
                 self.equation(&typed, scope, &Loops::default(), section.initial);
@@ -45,6 +59,13 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn equation(&mut self, equation: &Equation, scope: Scope, loops: &Loops<'_>, initial: bool) {
+        let connecting = self.pass == Pass::Connections;
+        match &equation.kind {
+            EquationKind::Connect(..) if !connecting => return,
+            EquationKind::Connect(..) | EquationKind::For(..) | EquationKind::If(_) => {}
+            _ if connecting => return,
+            _ => {}
+        }
         match &equation.kind {
             EquationKind::Equal(left, right) => self.equal(equation, left, right, scope, loops, initial),
             EquationKind::Connect(a, b) => self.connect(equation.span, a, b, scope, loops),
@@ -66,6 +87,16 @@ impl Flattener<'_, '_> {
                 self.with_loops(start, &mut |flat, cx| {
                     flat.enter_all(cx, loops)?;
                     flat.guarded_assertion(equation.span, assertion, cx, None)
+                });
+            }
+            EquationKind::Call(call) => {
+                let start = self.context_of(scope);
+                self.with_loops(start, &mut |flat, cx| {
+                    flat.enter_all(cx, loops)?;
+                    if cx.counts.contains(&0) {
+                        return Ok(());
+                    }
+                    flat.call_for_checks(equation.span, call, cx, true)
                 });
             }
             EquationKind::Failed(said) => drop(self.say(said)),
@@ -97,7 +128,10 @@ impl Flattener<'_, '_> {
                 return Ok(());
             }
             cx.may_add_variables = !initial;
-            let (a, b) = (flat.lower(left, cx, &index)?, flat.lower(right, cx, &index)?);
+            let a = flat.lower(left, cx, &index)?;
+            // Where a discrete variable starts is computed once: nothing in it is an event.
+            cx.no_event |= initial && !matches!(a.scalar, ScalarType::Real);
+            let b = flat.lower(right, cx, &index)?;
             flat.check_sides(equation.span, left, right, &a, &b)?;
             if !initial {
                 flat.check_determines(equation.span, [left, right], [&a, &b])?;

@@ -95,6 +95,7 @@ impl Flattener<'_, '_> {
                 | EquationKind::Outputs(..)
                 | EquationKind::Assert(_)
                 | EquationKind::Terminate(_)
+                | EquationKind::Call(_)
                 | EquationKind::Reinit(..) => parts.push(Part { equation, ..around.clone() }),
                 EquationKind::Fields(fields) => self.parts(fields, around, scope, parts)?,
                 EquationKind::Failed(said) => drop(self.say(said)),
@@ -209,6 +210,10 @@ impl Flattener<'_, '_> {
                 }
                 let acts = flat.guarded(fires[part.branch], &part.guards, cx)?;
                 flat.guarded_assertion(span, assertion, cx, Some(acts))
+            }),
+            EquationKind::Call(call) => self.with_loops(start, &mut |flat, cx| {
+                let (_, empty) = flat.enter_part(cx, whole, &part.loops)?;
+                if empty { Ok(()) } else { flat.call_for_checks(span, call, cx, false) }
             }),
             _ => {}
         }

@@ -60,7 +60,7 @@ impl Local {
                 (name.clone(), ty.with_rank(ty.rank.saturating_sub(outer)))
             };
             let fields = fields.iter().map(field).collect();
-            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), fields })), rank: outer }
+            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, fields })), rank: outer }
         };
         match self {
             Local::Index(_) => Type::scalar(ScalarType::Integer),
@@ -233,6 +233,7 @@ fn value_type(value: &Value) -> Type {
         Value::Integer(_) => Type::scalar(ScalarType::Integer),
         Value::Boolean(_) => Type::scalar(ScalarType::Boolean),
         Value::Text(_) => Type::scalar(ScalarType::Text),
+        Value::Object(_) => Type::scalar(ScalarType::Object),
         Value::Enumeration(e, _) => Type::scalar(ScalarType::Enumeration(e.clone())),
         Value::Array(items) => {
             let first = items.first().map_or(Type::scalar(ScalarType::Real), value_type);
@@ -240,7 +241,7 @@ fn value_type(value: &Value) -> Type {
         }
         Value::Record(fields) => {
             let fields = fields.iter().map(|(name, value)| (name.clone(), value_type(value))).collect();
-            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), fields })), rank: 0 }
+            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, fields })), rank: 0 }
         }
     }
 }

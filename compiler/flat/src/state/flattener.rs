@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use hyd_instance::external::{Object, TableFunction};
 use hyd_instance::{InstId, InstanceTree, Scope};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{BodyId, NodeId};
@@ -22,8 +23,20 @@ use crate::state::unit_claim::FunctionUnits;
 /// The outputs of a call in their order.
 pub(crate) type Outputs = Vec<(Name, Local)>;
 
+/// A function of the run that was made of a table: the table, what is asked of it, its output, derivatives by its arguments.
+pub(crate) type KnownTable = (Arc<Object>, TableFunction, usize, [u32; 2]);
+
 /// All outputs of a call.
 pub(crate) type Functions<'t, 's> = fn(&mut Flattener<'t, 's>, &Expr, &mut Context) -> Result<Outputs, Fail>;
+
+/// What is read of equation sections: all connections of the model stand before all else.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Pass {
+    /// `connect`, and the loops and conditions around it.
+    Connections,
+    /// Everything else.
+    Equations,
+}
 
 /// Work in progress.
 pub(crate) struct Flattener<'t, 's> {
@@ -64,6 +77,10 @@ pub(crate) struct Flattener<'t, 's> {
     pub(crate) is_component: bool,
     /// Functions that check integers, by the text that computes them.
     pub(crate) range_checks: FxHashMap<Span, BodyId>,
+    /// What is read of the sections now.
+    pub(crate) pass: Pass,
+    /// Functions made of tables.
+    pub(crate) tables_known: Vec<(KnownTable, BodyId)>,
     pub(crate) numbers: FxHashMap<u64, ConstId>,
     /// Templates made so far, by the sides they were made from.
     pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,

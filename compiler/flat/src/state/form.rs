@@ -82,7 +82,7 @@ impl Flattener<'_, '_> {
         let declared = real.then_some(ScalarType::Real);
         let scalar = |given: &ScalarType| declared.clone().unwrap_or_else(|| given.clone());
         Ok(match value {
-            Local::Value(value @ Value::Text(_)) => Form::Fixed(value.clone()),
+            Local::Value(value @ (Value::Text(_) | Value::Object(_))) => Form::Fixed(value.clone()),
             Local::Index(affine) if sizes => match affine.as_constant() {
                 Some(k) => Form::Fixed(Value::Integer(k)),
                 None => Form::Scalar(ScalarType::Integer),

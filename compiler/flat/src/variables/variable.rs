@@ -48,7 +48,7 @@ impl Flattener<'_, '_> {
             ScalarType::Integer => ValueKind::Integer,
             ScalarType::Boolean => ValueKind::Boolean,
             ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
-            ScalarType::Text => return,
+            ScalarType::Text | ScalarType::Object => return,
         };
         let variability = match instance.variability {
             Declared::Constant => Variability::Constant,

@@ -91,6 +91,10 @@ pub enum Builtin {
     Ordinal,
     /// `String(value, ...)`
     Text,
+    /// `getInstanceName()`: the path of the instance around
+    InstanceName,
+    /// `cardinality(c)`: how often a connector is connected
+    Cardinality,
     /// An elementary function of one or two arguments, element by element; `min` and `max` are not among them
     Elementary(Function),
     /// What the language profile leaves out, and the sentence that says so
@@ -165,10 +169,11 @@ const TABLE: &[Row] = &[
     function("integer", Builtin::Floored),
     transparent("Integer", Builtin::Ordinal),
     transparent("String", Builtin::Text),
+    transparent("getInstanceName", Builtin::InstanceName),
+    transparent("cardinality", Builtin::Cardinality),
     outside("spatialDistribution", "`spatialDistribution` is outside the language profile", false),
     outside("inStream", STREAMS, false),
     outside("actualStream", STREAMS, false),
-    outside("cardinality", "`cardinality` is outside the language profile", false),
     outside("hold", CLOCKS, true),
     outside("previous", CLOCKS, true),
     outside("subSample", CLOCKS, true),
@@ -223,10 +228,15 @@ impl Builtin {
         matches!(self, Builtin::Size | Builtin::Ndims)
     }
 
-    /// True for the name of a function that asks for sizes only; no declaration may hide those.
+    /// True if the value of its first argument does not matter.
+    pub fn asks_for_no_value(self) -> bool {
+        self.asks_for_sizes() || self == Builtin::Cardinality
+    }
+
+    /// True for the name of a function that does not look at the value of its first argument; no declaration may hide those.
     pub fn of_sizes(function: &ComponentRef) -> bool {
         let name = function.parts.first().filter(|_| function.parts.len() == 1);
-        name.and_then(|part| Self::from_name(&part.name.name)).is_some_and(Self::asks_for_sizes)
+        name.and_then(|part| Self::from_name(&part.name.name)).is_some_and(Self::asks_for_no_value)
     }
 
     /// True if it reduces an array to a scalar.

@@ -7,6 +7,22 @@ use crate::values::value::{LARGEST_INTEGER, Value, binary};
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::math::Function;
 
+/// A function of scalars called with arrays: once per element, scalars being the same for all (Modelica 3.6, section 12.4.6).
+fn per_element(function: Builtin, values: &[Value]) -> Option<Value> {
+    let count = values.iter().find_map(|value| match value {
+        Value::Array(items) => Some(items.len()),
+        _ => None,
+    })?;
+    let of = |k: usize| {
+        let element = |given: &Value| match given {
+            Value::Array(items) => (items.len() == count).then(|| items[k].clone()),
+            scalar => Some(scalar.clone()),
+        };
+        value(function, &values.iter().map(element).collect::<Option<Vec<_>>>()?)
+    };
+    (0..count).map(of).collect::<Option<_>>().map(Value::array)
+}
+
 /// What a function of the language gives for these values; `None` where it gives none, or not for such values.
 pub(crate) fn value(function: Builtin, values: &[Value]) -> Option<Value> {
     let real = |k: usize| values.get(k).and_then(Value::as_real);
@@ -36,6 +52,7 @@ pub(crate) fn value(function: Builtin, values: &[Value]) -> Option<Value> {
         _ if function.is_array_function() => return array_function(function, values),
         Builtin::NoEvent | Builtin::Homotopy => return values.first().cloned(),
         Builtin::Smooth => return values.get(1).cloned(),
+        Builtin::Floored if matches!(values.first(), Some(Value::Array(_))) => return per_element(function, values),
         Builtin::Floored => {
             let whole = real(0)?.floor();
             return (whole.abs() <= LARGEST_INTEGER as f64).then_some(Value::Integer(whole as i64));
@@ -79,6 +96,9 @@ pub(crate) fn value(function: Builtin, values: &[Value]) -> Option<Value> {
         _ => {}
     }
     let Builtin::Elementary(function) = function else { return None };
+    if values.iter().any(|value| matches!(value, Value::Array(_))) {
+        return per_element(Builtin::Elementary(function), values);
+    }
     if values.len() != function.arity() {
         return None;
     }

@@ -299,6 +299,11 @@ impl<'s> ClassTable<'s> {
         };
         let (file, stored) = self.parse(text.name.clone(), text.text);
         let wanted = &path[path.len() - 1];
+        // Names of files are compared without case, names of classes are not: this file is that of another class.
+        let is_other = |def: &Arc<ClassDef>| def.name.name.eq_ignore_ascii_case(wanted);
+        if stored.classes.iter().all(|def| def.name.name != *wanted) && stored.classes.iter().any(is_other) {
+            return None;
+        }
         self.check_within(&stored, &path[..path.len() - 1]);
         let mut found = None;
         for def in stored.classes {

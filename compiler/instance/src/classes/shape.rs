@@ -89,7 +89,7 @@ impl Shape {
 
 /// True for the names of predefined types.
 pub fn is_builtin(name: &str) -> bool {
-    matches!(name, "Real" | "Integer" | "Boolean" | "String" | "StateSelect" | "AssertionLevel")
+    matches!(name, "Real" | "Integer" | "Boolean" | "String" | "StateSelect" | "AssertionLevel" | "ExternalObject")
 }
 
 /// Longest way from a class to a base class.

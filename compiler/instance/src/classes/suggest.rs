@@ -114,7 +114,7 @@ impl ClassTable<'_> {
         if self.is_unreadable(&ident.name) {
             return;
         }
-        if &*ident.name == "Clock" || &*ident.name == "ExternalObject" {
+        if &*ident.name == "Clock" {
             let message = format!("`{}` is outside the language profile", ident.name);
             self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
             return;

@@ -40,6 +40,7 @@ pub fn instantiate_apart<'s>(
         root: InstId(0),
         overrides,
         connection_rules: BTreeMap::new(),
+        connected: None,
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         constructors: FxHashMap::default(),

@@ -5,7 +5,7 @@
 use std::rc::Rc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassKind, Component, Expr, Name};
+use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Component, Expr, ExprKind, Modification, Name};
 
 use crate::classes::class::ClassId;
 use crate::classes::modifier::{Applied, Mods};
@@ -15,6 +15,18 @@ use crate::instantiation::tree::InstanceTree;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
+
+/// True if `Evaluate = true` stands in an annotation.
+fn is_evaluated(annotation: &Modification) -> bool {
+    annotation.arguments.iter().any(|argument| match argument {
+        Argument::Modify(modify) => {
+            let is_named = matches!(modify.target.parts.as_slice(), [only] if only.name.as_ref() == "Evaluate");
+            let value = modify.modification.binding.as_ref().map(|value| &value.kind);
+            is_named && matches!(value, Some(ExprKind::Boolean(true)))
+        }
+        _ => false,
+    })
+}
 
 /// Deepest nesting of components.
 const MAX_DEPTH: usize = 100;
@@ -69,6 +81,12 @@ impl InstanceTree<'_> {
         let type_of = self.type_of(type_scope, &declaration.class)?;
         let mut dims = self.sizes(&declaration.dims, scope, &mods, &declaration.name.name)?;
         match type_of {
+            // Only classes that extend it have a constructor.
+            TypeOf::Scalar(ScalarType::Object) => {
+                let message = "`ExternalObject` is partial and cannot be the class of a component".to_string();
+                self.table.report(Diagnostic::error(Code::PartialClass, message).at(declaration.class.span, ""));
+                Err(Reported)
+            }
             TypeOf::Scalar(scalar) => {
                 self.instances[inst].dims = dims;
                 self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
@@ -94,6 +112,7 @@ impl InstanceTree<'_> {
         instance.flow = declaration.flow;
         instance.direction = declaration.direction;
         instance.inner = declaration.prefixes.inner;
+        instance.evaluate = declaration.annotation.as_ref().is_some_and(is_evaluated);
         instance.description = declaration.description.clone();
     }
 

@@ -44,6 +44,8 @@ pub enum ScalarType {
     Text,
     /// An enumeration.
     Enumeration(Arc<EnumType>),
+    /// An external object.
+    Object,
 }
 
 impl ScalarType {
@@ -53,6 +55,7 @@ impl ScalarType {
             "Integer" => ScalarType::Integer,
             "Boolean" => ScalarType::Boolean,
             "String" => ScalarType::Text,
+            "ExternalObject" => ScalarType::Object,
             other => match crate::instantiation::lookup::predefined_enumeration(other) {
                 Some(enumeration) => ScalarType::Enumeration(enumeration),
                 None => ScalarType::Real,
@@ -68,6 +71,7 @@ impl ScalarType {
             ScalarType::Boolean => "Boolean",
             ScalarType::Text => "String",
             ScalarType::Enumeration(e) => &e.name,
+            ScalarType::Object => "an external object",
         }
     }
 }
@@ -156,6 +160,8 @@ pub struct Instance {
     pub protected: bool,
     /// `inner`
     pub inner: bool,
+    /// `annotation(Evaluate = true)`: conditions on it are decided at translation (Modelica 3.6, section 18.3).
+    pub evaluate: bool,
     /// Its condition is false: it and its connections do not exist.
     pub absent: bool,
     /// Description string.

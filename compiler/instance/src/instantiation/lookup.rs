@@ -186,6 +186,9 @@ impl InstanceTree<'_> {
                 }
                 None if self.is_broken(current) => return Err(Reported),
                 None => {
+                    if let Some(class) = self.class_through(current, name).filter(|_| k == last) {
+                        return Ok(Resolved::Class(class));
+                    }
                     self.unknown_member(current, name, part.name.span);
                     return Err(Reported);
                 }
@@ -195,6 +198,14 @@ impl InstanceTree<'_> {
             steps.push(step);
         }
         Ok(Resolved::Variable(steps))
+    }
+
+    /// A function among the elements of a component's class, which reads the component (Modelica 3.6, section 5.3.2).
+    fn class_through(&mut self, inst: InstId, name: &Name) -> Option<LocalClass> {
+        let shape = self.instances[inst].shape.clone()?;
+        shape.by_name.get(name).filter(|&&k| !shape.elements[k as usize].component)?;
+        let local = self.first_class(Scope { inst, frame: 0 }, name)?;
+        (self.table.class(local.class).def.kind == ClassKind::Function).then_some(local)
     }
 
     /// What part `k` of a reference, which names `inst`, means: the element of an array made in parts takes its subscripts.

@@ -17,7 +17,12 @@ impl InstanceTree<'_> {
     pub fn predefined(&mut self, scope: Scope, function: &ComponentRef) -> Option<Builtin> {
         let [only] = function.parts.as_slice() else { return None };
         let name = &only.name.name;
-        let builtin = Builtin::from_name(name).filter(|_| !function.global)?;
+        let builtin = Builtin::from_name(name)?;
+        if function.global {
+            // A leading dot: what is predefined stands at the top (5.3.1), and a class there that has the name hides it.
+            let name = name.clone();
+            return (!builtin.can_be_hidden() || self.table.top(&name).is_none()).then_some(builtin);
+        }
         if !builtin.can_be_hidden() || !self.is_declared(scope, name) {
             return Some(builtin);
         }

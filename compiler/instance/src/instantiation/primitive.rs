@@ -6,12 +6,21 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, did_you_mean};
-use hyd_syntax::tree::{ClassKind, ExprKind, Name, Variability};
+use hyd_syntax::tree::{ClassKind, Expr, ExprKind, Name, Variability};
 
 use crate::classes::modifier::{Applied, AstMod, Mods, of_child};
 use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, LocalClass, Primitive, ScalarType};
+use crate::instantiation::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
 use crate::instantiation::tree::InstanceTree;
+
+/// What the outermost of these modifications says of a field, if that is final.
+fn final_value(mods: &[Applied], name: &Name) -> Option<Applied> {
+    mods.iter().find_map(|applied| {
+        let (_, tree) = applied.tree.children.iter().find(|(child, _)| child == name)?;
+        let is_value = tree.is_final && tree.binding.is_some();
+        is_value.then(|| Applied { tree: tree.clone(), scope: applied.scope, spread: applied.spread.clone() })
+    })
+}
 
 impl InstanceTree<'_> {
     /// Bindings of a component of a class (a record) become bindings of its fields.  The first `outside` modifications are not
@@ -44,6 +53,10 @@ impl InstanceTree<'_> {
                     continue;
                 }
                 let value = self.field_of(scope, &expr, name)?;
+                if let Some(own) = final_value(inner, name) {
+                    self.same_as_final(name, &value, scope, &own)?;
+                    continue;
+                }
                 let said = children.iter().any(|(n, child)| n == name && child.binding.is_some());
                 if said && matches!(value.kind, ExprKind::Field(..)) {
                     continue;
@@ -61,6 +74,18 @@ impl InstanceTree<'_> {
             });
         }
         Ok(())
+    }
+
+    /// A field that is final keeps its value under a record bound as a whole, which must have the same (7.2.6).
+    fn same_as_final(&mut self, name: &Name, value: &Expr, scope: Scope, own: &Applied) -> Result<(), Reported> {
+        let tree = Arc::new(AstMod::of_binding(value.clone()));
+        let given = Applied { tree, scope, spread: Vec::new() };
+        let [given, kept] = [&given, own].map(|applied| self.quietly(|tree| tree.guess_applied(applied)).ok());
+        if given.is_some() && given == kept {
+            return Ok(());
+        }
+        self.final_modified(name, Some(value.span), own.tree.span);
+        Err(Reported)
     }
 
     pub(crate) fn make_variable(&mut self, inst: InstId, scalar: ScalarType, mods: &Mods, is_final: bool) {
@@ -101,6 +126,11 @@ impl InstanceTree<'_> {
         }
         let binding = crate::classes::modifier::binding(mods).cloned();
         let is_final = is_final || binding.as_ref().is_some_and(|b| b.tree.is_final);
+        if scalar == ScalarType::Object {
+            // An external object is made before the run and stays what it is (12.9.7).
+            let declared = self.instances[inst].variability;
+            self.instances[inst].variability = declared.min(Variability::Parameter);
+        }
         if !matches!(scalar, ScalarType::Real) && self.instances[inst].variability == Variability::Continuous {
             self.instances[inst].variability = Variability::Discrete;
         }

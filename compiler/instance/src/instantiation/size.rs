@@ -75,6 +75,7 @@ impl InstanceTree<'_> {
             | Value::Boolean(_)
             | Value::Real(_)
             | Value::Text(_)
+            | Value::Object(_)
             | Value::Array(_)
             | Value::Record(_) => None,
         };

@@ -42,6 +42,8 @@ pub struct InstanceTree<'s> {
     pub overrides: Vec<Override>,
     /// What declarations say of connections.
     pub connection_rules: BTreeMap<InstId, ConnectionRules>,
+    /// How often the elements of each connector are connected, once that is known.
+    pub connected: Option<FxHashMap<InstId, Vec<u32>>>,
     pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     /// Arguments of the constructors of records.
@@ -99,6 +101,7 @@ impl InstanceTree<'_> {
             direction: None,
             protected: false,
             inner: false,
+            evaluate: false,
             absent: false,
             description: None,
             span,
@@ -138,6 +141,19 @@ impl InstanceTree<'_> {
         match &elements(&self.table.class(class).def)[element.position as usize] {
             Element::Component(component) => Some(component.clone()),
             _ => None,
+        }
+    }
+
+    /// True for a component that is a record, also one that is a connector: `connector C = input R`.
+    pub fn is_record(&self, inst: InstId) -> bool {
+        let instance = &self.instances[inst];
+        let of_record = |shape: &Rc<Shape>| {
+            shape.frames.iter().any(|frame| self.table.class(frame.class).def.kind == ClassKind::Record)
+        };
+        match instance.kind {
+            ClassKind::Record => true,
+            ClassKind::Connector => instance.shape.as_ref().is_some_and(of_record),
+            _ => false,
         }
     }
 

@@ -7,17 +7,16 @@
 //! outside the profile.
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{Component, Direction, Name};
+use hyd_syntax::tree::{Component, Direction, External, Name};
 
 use crate::instantiation::tree::InstanceTree;
 use crate::values::value::Value;
 
 impl InstanceTree<'_> {
     /// Whether an external clause asks for a column of a file.
-    pub fn is_column_reader(&self, external: Span) -> bool {
-        let clause: String = self.table.files.snippet(external).chars().filter(|c| !c.is_whitespace()).collect();
-        let Some(rest) = clause.strip_prefix("external\"hyd\"") else { return false };
-        rest.contains("=csvColumn(") && rest.trim_end_matches(';').ends_with(')')
+    pub fn is_column_reader(&self, external: &External) -> bool {
+        let call = external.call.as_ref().filter(|_| external.language.as_deref() == Some("hyd"));
+        call.is_some_and(|call| call.output.is_some() && call.name.name.as_ref() == "csvColumn")
     }
 
     /// The numbers of a column, for a call with these values of its inputs.

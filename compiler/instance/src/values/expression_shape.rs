@@ -124,7 +124,7 @@ impl InstanceTree<'_> {
                     _ => left,
                 })
             }
-            ExprKind::If(_, otherwise) => self.shape_of(otherwise, scope, env),
+            ExprKind::If(branches, otherwise) => self.shape_of_branches(branches, otherwise, scope, env),
             ExprKind::Array(items) => {
                 let inner = items.first().map_or(Ok(Vec::new()), |first| self.shape_of(first, scope, env))?;
                 Ok(std::iter::once(items.len()).chain(inner).collect())
@@ -146,6 +146,14 @@ impl InstanceTree<'_> {
                 _ => Err(self.size_unknown(expr.span)),
             },
             ExprKind::Matrix(rows) => {
+                if let [row] = rows.as_slice()
+                    && let [only] = row.as_slice()
+                {
+                    let shape = self.shape_of(only, scope, env)?;
+                    if shape.len() >= 2 {
+                        return Ok(shape);
+                    }
+                }
                 let (mut high, mut wide) = (0, 0);
                 for row in rows {
                     let (mut row_high, mut row_wide) = (0, 0);
@@ -169,6 +177,33 @@ impl InstanceTree<'_> {
             | ExprKind::End => Ok(Vec::new()),
             _ => Ok(self.evaluate(expr, scope, env)?.shape()),
         }
+    }
+
+    /// Branches of different sizes are those of the one that is taken, which must be known then.
+    fn shape_of_branches(
+        &mut self,
+        branches: &[(Expr, Expr)],
+        otherwise: &Expr,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Vec<usize>, Reported> {
+        let last = self.quietly(|tree| tree.shape_of(otherwise, scope, env));
+        let mut same = last.is_ok();
+        for (_, value) in branches {
+            same = same && self.quietly(|tree| tree.shape_of(value, scope, env)) == last;
+        }
+        if same {
+            return last;
+        }
+        for (condition, value) in branches {
+            if self.depends_on_run(condition, scope, env) {
+                return Err(self.size_unknown(condition.span));
+            }
+            if self.evaluate(condition, scope, env)? == Value::Boolean(true) {
+                return self.shape_of(value, scope, env);
+            }
+        }
+        self.shape_of(otherwise, scope, env)
     }
 
     fn size_unknown(&mut self, span: Span) -> Reported {

@@ -18,6 +18,7 @@ use crate::instantiation::lookup::Resolved;
 use crate::instantiation::tree::InstanceTree;
 use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
 use crate::values::evaluate::Env;
+use crate::values::function_components::FunctionComponent;
 use crate::values::value::{Value, widen};
 
 /// Deepest nesting of calls at translation.
@@ -57,7 +58,15 @@ impl InstanceTree<'_> {
         env: &Env,
     ) -> Result<Option<Vec<Value>>, Reported> {
         let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
-        let def = self.table.class(local.class).def.clone();
+        let local = self.constructor_of_object(&local)?.unwrap_or(local);
+        let mut def = self.table.class(local.class).def.clone();
+        let mut local = local;
+        if def.kind == ClassKind::Record
+            && let Some(constructor) = self.constructor_for(&local, positional, named)?
+        {
+            def = self.table.class(constructor.class).def.clone();
+            local = constructor;
+        }
         if def.kind == ClassKind::Record {
             let record = self.constructed_value(&local, span, (positional, named), (scope, env), None)?;
             return Ok(Some(vec![record]));
@@ -70,18 +79,22 @@ impl InstanceTree<'_> {
         }
         let shape = self.table.shape(local.class)?;
         let inst = self.package_of(&local)?;
-        let components = self.components_of(&shape);
+        let components = self.function_components(inst, &shape)?;
         let mut inner = Env { calls: env.calls + 1, ..Env::default() };
         let given = Given { positional, named, scope, env };
         self.set_components(span, &components, inst, &given, &mut inner)?;
+        let components: Vec<(u32, Component)> = components.into_iter().map(|own| (own.frame, own.component)).collect();
         for (frame, part) in shape.frames.iter().enumerate() {
             let owner = self.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
-            if let Some(external) = *external {
+            if let Some(external) = external {
                 if self.is_column_reader(external) {
                     return self.column_outputs(span, &components, &inner.names).map(Some);
                 }
-                return Ok(None);
+                let own = Scope { inst, frame: frame as u32 };
+                if !self.call_external(span, external, &components, own, &mut inner)? {
+                    return Ok(None);
+                }
             }
             for section in algorithms {
                 let own = Scope { inst, frame: frame as u32 };
@@ -115,13 +128,13 @@ impl InstanceTree<'_> {
     fn set_components(
         &mut self,
         span: Span,
-        components: &[(u32, Component)],
+        components: &[FunctionComponent],
         inst: InstId,
         given: &Given<'_>,
         inner: &mut Env,
     ) -> Result<(), Reported> {
         let mut position = 0;
-        for (frame, component) in components {
+        for FunctionComponent { frame, component, value_scope } in components {
             let own = Scope { inst, frame: *frame };
             let name = component.name.name.clone();
             let is_input = component.direction == Some(Direction::Input);
@@ -134,7 +147,10 @@ impl InstanceTree<'_> {
             };
             let value = match (argument, &component.modification.binding) {
                 (Some(expr), _) => self.evaluate(expr, given.scope, given.env)?,
-                (None, Some(default)) => self.evaluate(default, own, inner)?,
+                (None, Some(default)) => match *value_scope {
+                    Some(around) => self.evaluate(default, around, &Env::default())?,
+                    None => self.evaluate(default, own, inner)?,
+                },
                 (None, None) if is_input => {
                     let message = format!("the input `{name}` has no value");
                     self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));

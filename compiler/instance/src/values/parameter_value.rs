@@ -150,7 +150,7 @@ impl InstanceTree<'_> {
         let outer = self.guessed.replace(Vec::new());
         let value = self.evaluate_applied(applied);
         for inst in std::mem::replace(&mut self.guessed, outer).unwrap_or_default() {
-            if matches!(self.instances[inst].known, Known::Yes(_)) {
+            if matches!(self.instances[inst].known, Known::Yes(_) | Known::Failed) {
                 self.instances[inst].known = Known::No;
             }
         }

@@ -49,10 +49,9 @@ fn with_parts(
 impl InstanceTree<'_> {
     /// The record whose constructor is called, if it is one.
     pub fn constructed(&mut self, scope: Scope, function: &ComponentRef) -> Result<Option<LocalClass>, Reported> {
-        Ok(match self.resolve(scope, function)? {
-            Resolved::Class(local) if self.table.class(local.class).def.kind == ClassKind::Record => Some(local),
-            _ => None,
-        })
+        let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
+        let is_record = self.table.class(local.class).def.kind == ClassKind::Record;
+        Ok((is_record && !self.has_constructors(local.class)).then_some(local))
     }
 
     fn fills(&mut self, scope: Scope, expr: &Expr) -> bool {
@@ -82,7 +81,8 @@ impl InstanceTree<'_> {
         })?;
         match &expr.kind {
             _ if parts.is_some() => Ok(()),
-            ExprKind::Ref(_) | ExprKind::Field(..) => Ok(()),
+            // Operators may be those of the record.
+            ExprKind::Ref(_) | ExprKind::Field(..) | ExprKind::Binary(..) | ExprKind::Unary(..) => Ok(()),
             ExprKind::Call(function, Arguments::List { positional, named }) => {
                 match self.constructed(scope, function)? {
                     Some(local) => self.constructor_arguments(&local, expr.span, positional, named).map(|_| ()),

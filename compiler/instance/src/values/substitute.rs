@@ -96,6 +96,6 @@ pub(crate) fn literal(value: &Value, span: hyd_source::Span) -> Option<ExprKind>
             let parts = of.name.split('.').map(part).chain([part(literal)]).collect();
             ExprKind::Ref(ComponentRef { global: true, parts, span })
         }
-        Value::Array(_) | Value::Record(_) => return None,
+        Value::Array(_) | Value::Record(_) | Value::Object(_) => return None,
     })
 }

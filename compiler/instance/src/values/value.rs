@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use hyd_syntax::tree::{BinaryOp, Name};
 
+use crate::external::Object;
+
 /// An enumeration type.
 #[derive(Debug, PartialEq, Eq)]
 pub struct EnumType {
@@ -33,6 +35,8 @@ pub enum Value {
     Array(Arc<Vec<Value>>),
     /// A record: its fields in order; one that has no value yet is not among them.
     Record(Arc<Vec<(Name, Value)>>),
+    /// An external object.
+    Object(Arc<Object>),
 }
 
 /// The largest integer that is exact in the run, where an Integer is a double, together with all below.
@@ -66,7 +70,7 @@ impl Value {
         match self {
             Value::Boolean(b) => Some(f64::from(u8::from(*b))),
             Value::Enumeration(_, k) => Some(f64::from(*k)),
-            Value::Text(_) | Value::Array(_) | Value::Record(_) => None,
+            Value::Text(_) | Value::Array(_) | Value::Record(_) | Value::Object(_) => None,
             number => number.as_real(),
         }
     }
@@ -141,6 +145,7 @@ impl Value {
                 format!("array of {}", inner.trim_start_matches("array of "))
             }
             Value::Record(_) => "a record".into(),
+            Value::Object(_) => "an external object".into(),
         }
     }
 
@@ -159,6 +164,7 @@ impl Value {
                 let fields: Vec<String> = fields.iter().map(|(n, v)| format!("{n} = {}", v.text())).collect();
                 format!("({})", fields.join(", "))
             }
+            Value::Object(object) => format!("{}(...)", object.made_by),
         }
     }
 

@@ -62,7 +62,7 @@ pub enum ClassKind {
     Package,
     /// `function`
     Function,
-    /// `operator record` and other kinds outside the profile; rejected when used.
+    /// `operator`: the functions of one operator of a record.
     Operator,
 }
 
@@ -119,8 +119,8 @@ pub enum ClassBody {
         equations: Vec<EquationSection>,
         /// Algorithm sections.
         algorithms: Vec<AlgorithmSection>,
-        /// The external clause of a function, which the profile rejects.
-        external: Option<Span>,
+        /// The external clause of a function.
+        external: Option<External>,
         /// `class extends Name(modification)`.
         extends_from: Option<Modification>,
     },
@@ -141,6 +141,28 @@ pub enum ClassBody {
     Enumeration(Option<Vec<EnumLiteral>>),
     /// `function A = der(f, x)`; outside the profile.
     DerivativeOf(Path, Vec<Ident>),
+}
+
+/// `external "C" y = f(a, b);`
+#[derive(Clone, Debug)]
+pub struct External {
+    /// The language as written, without quotes; `None` where it is left out.
+    pub language: Option<Name>,
+    /// The call, where one is written and has the form of the language.
+    pub call: Option<ExternalCall>,
+    /// The clause.
+    pub span: Span,
+}
+
+/// The call of an external clause.
+#[derive(Clone, Debug)]
+pub struct ExternalCall {
+    /// What takes the value of the function.
+    pub output: Option<ComponentRef>,
+    /// The name of the function in its language.
+    pub name: Ident,
+    /// The arguments; a variable that is an output of the Modelica function is set by the call.
+    pub arguments: Vec<Expr>,
 }
 
 /// A literal of an enumeration.

@@ -39,10 +39,10 @@ equation
     when (x: Real > 2: Integer): Boolean
       <`reinit` takes a state and its new value>
       <`reinit` needs a variable>
-      <`sin` is not allowed inside `when`>
+      <a call by itself determines nothing here>
       <`terminate` takes a text>
     <`assert` takes a condition and a message>
-    <a call by itself determines nothing here>
+    <there is no function `foo` here>
     <`sin` takes its arguments by position>
     x: Real = sum(local k: Integer for k): Integer
     ");

@@ -69,6 +69,7 @@ fn describe(equation: &Equation, tree: &InstanceTree<'_>, indent: usize, lines: 
         EquationKind::Assert(assertion) => format!("assert {}", assertion.condition.describe(tree)),
         EquationKind::Terminate(text) => format!("terminate {}", text.describe(tree)),
         EquationKind::Reinit(state, value) => format!("reinit {} to {}", state.describe(tree), value.describe(tree)),
+        EquationKind::Call(call) => call.describe(tree),
         EquationKind::Failed(said) => {
             let said: Vec<&str> = said.iter().map(|d| d.message.as_str()).collect();
             format!("<{}>", said.join("; "))

@@ -1,0 +1,122 @@
+//! Calls of external functions and constructors of external objects at translation (Modelica 3.6, sections 12.9 and 12.9.7).
+
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{Component, Direction, Expr, ExprKind, External, Name};
+
+use crate::external::{self, Given};
+use crate::instantiation::instance::{LocalClass, Scope};
+use crate::instantiation::tree::InstanceTree;
+use crate::values::evaluate::Env;
+use crate::values::value::Value;
+
+impl InstanceTree<'_> {
+    /// The constructor function of a class of external objects; `None` for any other class.
+    pub fn constructor_of_object(&mut self, local: &LocalClass) -> Result<Option<LocalClass>, Reported> {
+        if !self.is_object(local)? {
+            return Ok(None);
+        }
+        let constructor = self.table.member_class(local.class, &Name::from("constructor"));
+        match constructor {
+            Some(class) => Ok(Some(LocalClass::plain(class))),
+            None => {
+                let name = self.table.full_name(local.class);
+                let declared = self.table.class(local.class).def.name.span;
+                let message = format!("the external object `{name}` has no function `constructor`");
+                self.table.report(Diagnostic::error(Code::UnknownName, message).at(declared, ""));
+                Err(Reported)
+            }
+        }
+    }
+
+    /// True for a class that extends `ExternalObject`.
+    pub fn is_object(&mut self, local: &LocalClass) -> Result<bool, Reported> {
+        if !self.table.class(local.class).has_bases {
+            return Ok(false);
+        }
+        Ok(self.table.shape(local.class)?.builtin.as_deref() == Some("ExternalObject"))
+    }
+
+    /// What the external function of this name gives for these values; `None` where the name is not known.
+    pub fn external_value(&mut self, span: Span, name: &str, arguments: &[Value]) -> Option<Result<Given, Reported>> {
+        let table = &mut self.table;
+        let given = external::call(name, arguments, &mut |file| table.data_file(file))?;
+        Some(given.map_err(|sentence| {
+            self.table.report(Diagnostic::error(Code::Value, sentence).at(span, ""));
+            Reported
+        }))
+    }
+
+    /// Runs the external clause of a function whose inputs have their values in `inner`, which takes those of the outputs.  False
+    /// where the function is not known here.
+    pub(crate) fn call_external(
+        &mut self,
+        span: Span,
+        external: &External,
+        components: &[(u32, Component)],
+        scope: Scope,
+        inner: &mut Env,
+    ) -> Result<bool, Reported> {
+        let Some(call) = &external.call else { return Ok(false) };
+        if external::is_effect_only(&call.name.name) {
+            self.no_effect(span, &call.name.name);
+            return Ok(true);
+        }
+        let mut arguments = Vec::with_capacity(call.arguments.len());
+        for argument in &call.arguments {
+            // What the function sets has no value yet.
+            arguments.push(match set_by_call(argument, components) {
+                true => Value::Integer(0),
+                false => self.evaluate(argument, scope, inner)?,
+            });
+        }
+        let Some(given) = self.external_value(span, &call.name.name, &arguments) else { return Ok(false) };
+        let Given { value, set } = given?;
+        if let (Some(target), Some(value)) = (&call.output, value) {
+            let value = self.of_output(value, &target.parts[0].name.name, components, scope)?;
+            self.set_local(target, value, scope, inner)?;
+        }
+        for (position, value) in set {
+            let Some(ExprKind::Ref(target)) = call.arguments.get(position).map(|argument| &argument.kind) else {
+                continue;
+            };
+            self.set_local(target, value, scope, inner)?;
+        }
+        Ok(true)
+    }
+
+    /// A value as the output holds it: the number of a literal where that is an enumeration.
+    fn of_output(
+        &mut self,
+        value: Value,
+        name: &Name,
+        components: &[(u32, Component)],
+        scope: Scope,
+    ) -> Result<Value, Reported> {
+        let (Value::Integer(k), Some((_, component))) =
+            (&value, components.iter().find(|(_, component)| component.name.name == *name))
+        else {
+            return Ok(value);
+        };
+        if crate::classes::shape::is_builtin(&component.class.parts[0].name) {
+            return Ok(value);
+        }
+        let local = self.find_class(scope, &component.class)?;
+        Ok(match self.enumeration(local.class) {
+            Some(enumeration) => Value::Enumeration(enumeration, u32::try_from(*k).unwrap_or(1)),
+            None => value,
+        })
+    }
+
+    /// Says that a function with effects outside of the model is not run.
+    pub fn no_effect(&mut self, span: Span, name: &str) {
+        let message = format!("`{name}` is not called: it would only act outside of the model");
+        self.table.report(Diagnostic::warning(Code::OutsideProfile, message).at(span, ""));
+    }
+}
+
+/// True for an argument that is an output of the function around.
+fn set_by_call(argument: &Expr, components: &[(u32, Component)]) -> bool {
+    let ExprKind::Ref(reference) = &argument.kind else { return false };
+    let name = &reference.parts[0].name.name;
+    components.iter().any(|(_, c)| c.name.name == *name && c.direction == Some(Direction::Output))
+}

@@ -1,0 +1,60 @@
+//! The variables of a function with what short definitions and `extends` clauses say of them.
+//!
+//! `function f = g(k = c)` gives the input `k` of `g` a default that is looked up where `f` stands (Modelica 3.6, sections 4.6 and 7.2.1),
+//! not among the variables of the function.
+
+use hyd_source::Reported;
+use hyd_syntax::tree::{ClassBody, Component};
+
+use crate::classes::heir::Level;
+use crate::classes::shape::Shape;
+use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::tree::InstanceTree;
+
+/// A variable of a function.
+#[derive(Clone, Debug)]
+pub struct FunctionComponent {
+    /// The frame in which it is declared.
+    pub frame: u32,
+    /// Its declaration, with the value that counts.
+    pub component: Component,
+    /// Where the names of the value are looked up, if not in the function.
+    pub value_scope: Option<Scope>,
+}
+
+impl InstanceTree<'_> {
+    /// The variables of a function in the order of the text; `inst` is the scope of its text.
+    pub fn function_components(&mut self, inst: InstId, shape: &Shape) -> Result<Vec<FunctionComponent>, Reported> {
+        let mut all = Vec::new();
+        for (frame, mut component) in self.components_of(shape) {
+            let said = shape.frames[frame as usize].modifications.iter().find_map(|(from, tree)| {
+                let (_, inner) = tree.children.iter().find(|(name, _)| *name == component.name.name)?;
+                Some((*from, inner.binding.clone()?))
+            });
+            let mut value_scope = None;
+            if let Some((from, value)) = said {
+                component.modification.binding = Some((*value).clone());
+                let class = shape.frames[from as usize].class;
+                if matches!(self.table.class(class).def.body, ClassBody::Short { .. }) {
+                    value_scope = self.scope_around(inst, shape, from)?;
+                }
+            }
+            all.push(FunctionComponent { frame, component, value_scope });
+        }
+        Ok(all)
+    }
+
+    /// The scope that the class of a frame is written in; `None` at the top.
+    fn scope_around(&mut self, inst: InstId, shape: &Shape, frame: u32) -> Result<Option<Scope>, Reported> {
+        let text = shape.frames[frame as usize].class;
+        let level = Level { members: if frame == 0 { text } else { shape.frames[0].class }, text };
+        let Some(around) = self.table.outwards(level) else { return Ok(None) };
+        if let Some(scope) = self.scope_of_level(inst, around) {
+            return Ok(Some(scope));
+        }
+        let inst = self.package_instance(&LocalClass::plain(around.members))?;
+        let shape = self.table.shape(around.members)?;
+        let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
+        Ok(Some(Scope { inst, frame: frame as u32 }))
+    }
+}
