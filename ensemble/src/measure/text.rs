@@ -226,7 +226,7 @@ impl<'a> Reader<'a> {
             }
         }
         self.at += end;
-        rest[..end].parse().map(Term::Number).map_err(|_| format!("`{}` is no number", &rest[..end]))
+        rest[..end].parse().map(Term::Number).map_err(|_| format!("`{}` is not a number", &rest[..end]))
     }
 
     /// A variable, or a function with its arguments.
@@ -362,7 +362,7 @@ mod tests {
             ("sqrt(y, 2)", "`sqrt` has another number of arguments than 2"),
             ("when(y, 2)", "`when` has another number of arguments than 2"),
             ("max(y > 2)", "`)` is missing at `> 2)`"),
-            ("1.2.3", "`1.2.3` is no number"),
+            ("1.2.3", "`1.2.3` is not a number"),
             ("max(mean(y))", "what is measured of a run has no course in time that could be measured again"),
             ("y + * 2", "a number, a variable or a function is missing at `* 2`"),
         ] {

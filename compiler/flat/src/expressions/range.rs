@@ -93,7 +93,7 @@ impl Flattener<'_, '_> {
         if let Kind::Range(start, step, stop) = &range.kind {
             return self.steps_of(start, step.as_deref(), stop, cx);
         }
-        if self.mentions_counter(range, cx) {
+        if cx.has_counter_in(range) {
             return Err(Fail::NeedsExpansion);
         }
         if cx.depth > 0 && self.mentions_local(range, cx) {
@@ -213,7 +213,7 @@ impl Flattener<'_, '_> {
             return Ok(None);
         };
         let [a, m] = list else { return Ok(None) };
-        if cx.depth > 0 || !self.mentions_counter(a, cx) {
+        if cx.depth > 0 || !cx.has_counter_in(a) {
             return Ok(None);
         }
         let (a, m) = (self.affine(a, cx)?, self.affine(m, cx)?);

@@ -364,7 +364,7 @@ impl Flattener<'_, '_> {
             _ => {}
         }
         let (env, complete) = cx.env();
-        if !complete && self.mentions_counter(expr, cx) {
+        if !complete && cx.has_counter_in(expr) {
             return Err(Fail::NeedsExpansion);
         }
         if cx.depth > 0 {
@@ -389,13 +389,5 @@ impl Flattener<'_, '_> {
                 Err(self.error(Code::TypeMismatch, expr.span, message))
             }
         }
-    }
-
-    /// True if a loop variable without a fixed value occurs.
-    pub(crate) fn mentions_counter(&self, expr: &Expr, cx: &Context) -> bool {
-        hyd_typed::any_local(
-            expr,
-            &mut |name| matches!(cx.local(name.name()), Some(Local::Index(a)) if a.as_constant().is_none()),
-        )
     }
 }

@@ -104,7 +104,7 @@ impl Flattener<'_, '_> {
         }
         let (env, complete) = cx.env();
         for (condition, value) in branches {
-            if !complete && self.mentions_counter(condition, cx) {
+            if !complete && cx.has_counter_in(condition) {
                 return Err(Fail::NeedsExpansion);
             }
             match self.tree.evaluate(&condition.evaluable(), cx.scope, &env)? {

@@ -84,7 +84,7 @@ impl Flattener<'_, '_> {
         // A number shown stays one of the run, so that parameters can still be set.
         let number = matches!(&expr.kind, Kind::Format(..));
         let known = matches!(expr.kind, Kind::Text(_)) || !number && self.known_before_run(expr);
-        if known && self.mentions_counter(expr, cx) {
+        if known && cx.has_counter_in(expr) {
             return Err(Fail::NeedsExpansion);
         }
         let (env, _) = cx.env();

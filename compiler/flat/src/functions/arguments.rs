@@ -181,7 +181,7 @@ impl Flattener<'_, '_> {
             return Ok(None);
         }
         let (env, complete) = cx.env();
-        if !complete && self.mentions_counter(expr, cx) {
+        if !complete && cx.has_counter_in(expr) {
             return Err(Fail::NeedsExpansion);
         }
         let text = expr.evaluable();

@@ -102,7 +102,7 @@ pub(crate) fn of_time(
             let cubics: Vec<(f64, f64, Cubic)> = ends.map(|(&end, &cubic)| (end, end, cubic)).collect();
             leaf.extend(make.search(&cubics, MOVED[0]));
             if k > 0 || !repeated {
-                // Which stretch the next event ends is told by the middle between ends.
+                // The stretch that the next event ends is found by the middle between ends.
                 from = 0.5 * (stretch.from + stretch.to);
             }
             leaves.push((from, leaf));
@@ -298,7 +298,7 @@ impl Maker<'_> {
         self.arena.add(value, c0)
     }
 
-    /// A function of both moved arguments on a rectangle, differentiated by each so many times.
+    /// A function of both moved arguments on a rectangle, differentiated by each as often as `order` says.
     fn patch(&mut self, c: [f64; 4], corner: [f64; 2], order: [u32; 2]) -> Vec<Step> {
         let distance = |make: &mut Self, k: usize| {
             let (slot, origin) = (make.slot(MOVED[k]), make.number(corner[k]));

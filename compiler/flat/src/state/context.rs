@@ -6,7 +6,7 @@ use hyd_instance::{InstId, ScalarType, Scope, Value};
 use hyd_source::{Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
-use hyd_typed::{Base, RecordType, Type};
+use hyd_typed::{Base, Expr, RecordType, Type};
 use rustc_hash::FxHashSet;
 
 use crate::model::VarId;
@@ -125,6 +125,14 @@ pub(crate) struct Context {
 }
 
 impl Context {
+    /// True if a loop variable without a fixed value occurs.
+    pub(crate) fn has_counter_in(&self, expr: &Expr) -> bool {
+        hyd_typed::any_local(
+            expr,
+            &mut |name| matches!(self.local(name.name()), Some(Local::Index(a)) if a.as_constant().is_none()),
+        )
+    }
+
     /// Surroundings without loops.
     pub(crate) fn new(scope: Scope) -> Self {
         Self {

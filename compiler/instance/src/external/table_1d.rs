@@ -106,6 +106,14 @@ mod tests {
     use super::*;
 
     const X: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 5.0, 7.0];
+    /// All that go through their points.
+    const ALL: [Smoothness; 5] = [
+        Smoothness::Linear,
+        Smoothness::Akima,
+        Smoothness::FritschButland,
+        Smoothness::Steffen,
+        Smoothness::ModifiedAkima,
+    ];
 
     fn function(y: &[f64], smoothness: Smoothness, outside: Outside) -> Pieces {
         pieces(&X, y, smoothness, outside)
@@ -114,13 +122,7 @@ mod tests {
     #[test]
     fn all_go_through_their_points_and_curves_have_no_kinks() {
         let y = [0.0, 1.0, 4.0, 4.0, 2.0, -3.0];
-        for smoothness in [
-            Smoothness::Linear,
-            Smoothness::Akima,
-            Smoothness::FritschButland,
-            Smoothness::Steffen,
-            Smoothness::ModifiedAkima,
-        ] {
+        for smoothness in ALL {
             let f = function(&y, smoothness, Outside::Line);
             for (x, y) in X.iter().zip(y) {
                 assert!((f.value(*x).unwrap() - y).abs() < 1e-13, "{smoothness:?} at {x}");
@@ -139,13 +141,7 @@ mod tests {
     #[test]
     fn straight_lines_and_parabolas_are_reproduced() {
         let line: Vec<f64> = X.iter().map(|x| 2.0 - 0.5 * x).collect();
-        for smoothness in [
-            Smoothness::Linear,
-            Smoothness::Akima,
-            Smoothness::FritschButland,
-            Smoothness::Steffen,
-            Smoothness::ModifiedAkima,
-        ] {
+        for smoothness in ALL {
             let f = function(&line, smoothness, Outside::Line);
             for u in [-1.0, 0.3, 3.3, 6.9, 9.0] {
                 assert!((f.value(u).unwrap() - (2.0 - 0.5 * u)).abs() < 1e-13, "{smoothness:?} at {u}");

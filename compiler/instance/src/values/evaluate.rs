@@ -489,73 +489,22 @@ impl InstanceTree<'_> {
         }
     }
 
-    /// `cardinality(c)` (Modelica 3.6, section 3.7.4.3): how often a connector stands in a `connect`.
+    /// `cardinality(c)`: how often a connector stands in a `connect`.
     fn cardinality(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
-        let [Expr { kind: ExprKind::Ref(reference), .. }] = arguments else {
-            self.table.report(Diagnostic::error(Code::BadArguments, "`cardinality` takes a connector").at(span, ""));
-            return Err(Reported);
-        };
-        let Resolved::Variable(steps) = self.resolve(scope, reference)? else {
-            self.table.report(Diagnostic::error(Code::BadArguments, "`cardinality` takes a connector").at(span, ""));
-            return Err(Reported);
-        };
-        let steps: Vec<(InstId, Vec<Expr>)> = steps.into_iter().map(|(inst, s)| (inst, s.to_vec())).collect();
-        let last = steps[steps.len() - 1].0;
-        let Some(connected) = &self.connected else {
-            self.not_structural(span, "`cardinality` is known in equations only".into());
-            return Err(Reported);
-        };
-        let counts = connected.get(&last).cloned().unwrap_or_default();
-        let mut place = Value::Integer(0);
-        if let Some((&first, rest)) = counts.split_first() {
-            place = Value::Integer(i64::from(first));
-            if rest.iter().any(|count| *count != first) {
-                place = self.element_of_counts(span, &counts, &steps, scope, env)?;
-            }
+        let steps = self.connector_of(span, arguments, scope)?;
+        let counts = self.connections_of(span, steps[steps.len() - 1].0)?;
+        if counts.iter().all(|count| *count == counts[0]) {
+            return Ok(Value::Integer(counts.first().map_or(0, |&count| i64::from(count))));
         }
-        Ok(place)
-    }
-
-    /// The count of the element that subscripts name, where the elements differ.
-    fn element_of_counts(
-        &mut self,
-        span: Span,
-        counts: &[u32],
-        steps: &[(InstId, Vec<Expr>)],
-        scope: Scope,
-        env: &Env,
-    ) -> Result<Value, Reported> {
         let mut at = 0;
-        let around = crate::instantiation::instance::chain(&self.instances, steps[steps.len() - 1].0);
-        for inst in around {
-            let dims = self.instances[inst].dims.clone();
-            let written = steps.iter().find(|(step, _)| *step == inst).map_or(&[][..], |(_, s)| s.as_slice());
-            if written.len() != dims.len() {
-                self.not_structural(span, "`cardinality` differs between the elements of an array".into());
-                return Err(Reported);
-            }
-            for (subscript, &size) in written.iter().zip(&dims) {
-                let k = match self.positions_of(subscript, size, scope, env)? {
-                    Value::Integer(k) if k >= 1 && k as usize <= size => k as usize - 1,
-                    _ => return Err(self.no_meaning(span, "`cardinality` takes one connector".into())),
-                };
-                at = at * size + k;
-            }
+        for (size, subscript) in self.subscripts_of_chain(span, &steps)? {
+            let k = match self.positions_of(&subscript, size, scope, env)? {
+                Value::Integer(k) if k >= 1 && k as usize <= size => k as usize - 1,
+                _ => return Err(self.no_meaning(span, "`cardinality` takes one connector".into())),
+            };
+            at = at * size + k;
         }
         Ok(Value::Integer(i64::from(counts.get(at).copied().unwrap_or(0))))
-    }
-
-    /// `getInstanceName()` (Modelica 3.6, section 3.7.4.4): the path, the name of the model in front.
-    fn instance_name(&mut self, span: Span, scope: Scope) -> Result<Value, Reported> {
-        let around = crate::instantiation::instance::chain(&self.instances, scope.inst);
-        if around.iter().any(|&inst| !self.instances[inst].dims.is_empty()) {
-            self.not_structural(span, "`getInstanceName()` differs between the elements of an array".into());
-            return Err(Reported);
-        }
-        let model = self.instances[around[0]].class.map(|class| self.table.full_name(class)).unwrap_or_default();
-        let inside = path(&self.instances, scope.inst);
-        let name = if inside.is_empty() { model } else { format!("{model}.{inside}") };
-        Ok(Value::Text(name.into()))
     }
 
     /// The text of a value known at translation.

@@ -1,12 +1,11 @@
 //! Calls of external functions and constructors of external objects at translation (Modelica 3.6, sections 12.9 and 12.9.7).
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{Component, Direction, Expr, ExprKind, External, Name};
+use hyd_syntax::tree::{Component, ComponentRef, Direction, Expr, ExprKind, ExternalCall, Name};
 
 use crate::external::{self, Given};
 use crate::instantiation::instance::{LocalClass, Scope};
 use crate::instantiation::tree::InstanceTree;
-use crate::values::evaluate::Env;
 use crate::values::value::Value;
 
 impl InstanceTree<'_> {
@@ -46,42 +45,33 @@ impl InstanceTree<'_> {
         }))
     }
 
-    /// Runs the external clause of a function whose inputs have their values in `inner`, which takes those of the outputs.  False
-    /// where the function is not known here.
+    /// Calls the external function of a clause with these arguments: what it gives to variables of the function around; `None` where it is
+    /// not known here.
     pub(crate) fn call_external(
         &mut self,
         span: Span,
-        external: &External,
+        call: &ExternalCall,
         components: &[(u32, Component)],
         scope: Scope,
-        inner: &mut Env,
-    ) -> Result<bool, Reported> {
-        let Some(call) = &external.call else { return Ok(false) };
+        arguments: &[Value],
+    ) -> Result<Option<Vec<(ComponentRef, Value)>>, Reported> {
         if external::is_effect_only(&call.name.name) {
             self.no_effect(span, &call.name.name);
-            return Ok(true);
+            return Ok(Some(Vec::new()));
         }
-        let mut arguments = Vec::with_capacity(call.arguments.len());
-        for argument in &call.arguments {
-            // What the function sets has no value yet.
-            arguments.push(match set_by_call(argument, components) {
-                true => Value::Integer(0),
-                false => self.evaluate(argument, scope, inner)?,
-            });
-        }
-        let Some(given) = self.external_value(span, &call.name.name, &arguments) else { return Ok(false) };
+        let Some(given) = self.external_value(span, &call.name.name, arguments) else { return Ok(None) };
         let Given { value, set } = given?;
+        let mut all = Vec::new();
         if let (Some(target), Some(value)) = (&call.output, value) {
             let value = self.of_output(value, &target.parts[0].name.name, components, scope)?;
-            self.set_local(target, value, scope, inner)?;
+            all.push((target.clone(), value));
         }
         for (position, value) in set {
-            let Some(ExprKind::Ref(target)) = call.arguments.get(position).map(|argument| &argument.kind) else {
-                continue;
-            };
-            self.set_local(target, value, scope, inner)?;
+            if let Some(ExprKind::Ref(target)) = call.arguments.get(position).map(|argument| &argument.kind) {
+                all.push((target.clone(), value));
+            }
         }
-        Ok(true)
+        Ok(Some(all))
     }
 
     /// A value as the output holds it: the number of a literal where that is an enumeration.
@@ -115,7 +105,7 @@ impl InstanceTree<'_> {
 }
 
 /// True for an argument that is an output of the function around.
-fn set_by_call(argument: &Expr, components: &[(u32, Component)]) -> bool {
+pub(crate) fn is_set_by_call(argument: &Expr, components: &[(u32, Component)]) -> bool {
     let ExprKind::Ref(reference) = &argument.kind else { return false };
     let name = &reference.parts[0].name.name;
     components.iter().any(|(_, c)| c.name.name == *name && c.direction == Some(Direction::Output))

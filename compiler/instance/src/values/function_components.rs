@@ -4,8 +4,9 @@
 //! not among the variables of the function.
 
 use hyd_source::Reported;
-use hyd_syntax::tree::{ClassBody, Component};
+use hyd_syntax::tree::{ClassBody, Component, Element};
 
+use crate::classes::class::elements;
 use crate::classes::heir::Level;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
@@ -23,6 +24,18 @@ pub struct FunctionComponent {
 }
 
 impl InstanceTree<'_> {
+    /// Components of a function with the frame in which each is declared.
+    pub(crate) fn components_of(&self, shape: &Shape) -> Vec<(u32, Component)> {
+        let mut components = Vec::new();
+        for element in shape.elements.iter().filter(|e| e.component) {
+            let owner = &self.table.class(shape.frames[element.frame as usize].class).def;
+            if let Element::Component(component) = &elements(owner)[element.position as usize] {
+                components.push((element.frame, component.clone()));
+            }
+        }
+        components
+    }
+
     /// The variables of a function in the order of the text; `inst` is the scope of its text.
     pub fn function_components(&mut self, inst: InstId, shape: &Shape) -> Result<Vec<FunctionComponent>, Reported> {
         let mut all = Vec::new();

@@ -7,17 +7,15 @@ use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassKind, Component, ComponentRef, Direction, Element, Expr, ExprKind, Name, Statement,
-    StatementKind,
+    Arguments, ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, ExprKind, Name, Statement, StatementKind,
 };
 
-use crate::classes::class::elements;
-use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::lookup::Resolved;
 use crate::instantiation::tree::InstanceTree;
 use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
 use crate::values::evaluate::Env;
+use crate::values::external_call::is_set_by_call;
 use crate::values::function_components::FunctionComponent;
 use crate::values::value::{Value, widen};
 
@@ -92,8 +90,18 @@ impl InstanceTree<'_> {
                     return self.column_outputs(span, &components, &inner.names).map(Some);
                 }
                 let own = Scope { inst, frame: frame as u32 };
-                if !self.call_external(span, external, &components, own, &mut inner)? {
-                    return Ok(None);
+                let Some(call) = &external.call else { return Ok(None) };
+                let mut arguments = Vec::with_capacity(call.arguments.len());
+                for argument in &call.arguments {
+                    // What the function sets has no value yet.
+                    arguments.push(match is_set_by_call(argument, &components) {
+                        true => Value::Integer(0),
+                        false => self.evaluate(argument, own, &inner)?,
+                    });
+                }
+                let Some(set) = self.call_external(span, call, &components, own, &arguments)? else { return Ok(None) };
+                for (target, value) in set {
+                    self.set_local(&target, value, own, &mut inner)?;
                 }
             }
             for section in algorithms {
@@ -110,18 +118,6 @@ impl InstanceTree<'_> {
         let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
         self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
         Reported
-    }
-
-    /// Components of a function with the frame in which each is declared.
-    pub(crate) fn components_of(&self, shape: &Shape) -> Vec<(u32, Component)> {
-        let mut components = Vec::new();
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = &self.table.class(shape.frames[element.frame as usize].class).def;
-            if let Element::Component(component) = &elements(owner)[element.position as usize] {
-                components.push((element.frame, component.clone()));
-            }
-        }
-        components
     }
 
     /// Gives inputs what the call says or their defaults, and the others their defaults.

@@ -7,6 +7,7 @@ pub(crate) mod expression_shape;
 mod external_call;
 pub(crate) mod function_components;
 pub(crate) mod interpret;
+mod of_instances;
 mod overloads;
 pub(crate) mod override_value;
 pub(crate) mod parameter_value;
