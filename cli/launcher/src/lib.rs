@@ -9,10 +9,12 @@ pub mod habits;
 mod help;
 
 use std::ffi::OsString;
+use std::mem::ManuallyDrop;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_run::{
@@ -53,7 +55,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => return Failure::Fault(format!("`{name}` cannot run: {error}")).report(MessageFormat::Text),
     };
     let loaded = match Loaded::new(model, backend) {
-        Ok(loaded) => Arc::new(loaded),
+        // It lives as long as the process, which gives back all of its memory at once and not name by name.
+        Ok(loaded) => ManuallyDrop::new(Arc::new(loaded)),
         Err(reason) => return Failure::Fault(format!("`{name}` cannot run: {reason}")).report(MessageFormat::Text),
     };
     if arguments.get(1).is_some_and(|verb| verb == "sweep") {
@@ -75,15 +78,24 @@ fn own_payload() -> Result<Result<Vec<u8>, format::FormatError>, String> {
     bytes.map_err(|error| format!("`{}` cannot be read: {error}", path.display()))
 }
 
-/// Reads the command line; prints help and messages itself.
+/// Reads the command line; prints help and messages itself.  `texts` are the head and the foot of the help, made only where it is
+/// shown: the list of a model's parameters takes longer than many a run.
 fn parse<T: CommandFactory + FromArgMatches>(
     arguments: &[OsString],
     name: &str,
-    about: String,
-    after: String,
+    texts: impl Fn() -> (String, String),
 ) -> Result<T, ExitCode> {
-    let command = T::command().bin_name(name.to_string()).about(about).after_help(after);
-    let parsed = command.try_get_matches_from(arguments).and_then(|matches| T::from_arg_matches(&matches));
+    let read = |command: clap::Command| {
+        let parsed = command.bin_name(name.to_string()).try_get_matches_from(arguments);
+        parsed.and_then(|matches| T::from_arg_matches(&matches))
+    };
+    let parsed = read(T::command()).or_else(|error| match error.kind() {
+        ErrorKind::DisplayHelp => {
+            let (about, after) = texts();
+            read(T::command().about(about).after_help(after))
+        }
+        _ => Err(error),
+    });
     parsed.map_err(|error| {
         // `--help` and `--version` come this way, too; a closed output is no reason to complain.
         let _ = error.print();
@@ -96,8 +108,8 @@ fn single(arguments: &[OsString], name: &str, loaded: &Arc<Loaded>, begin: f64) 
         Ok(arguments) => arguments,
         Err(reason) => return Failure::Usage(reason).report(MessageFormat::Text),
     };
-    let (about, after) = (help::about(&loaded.model), help::parameters(loaded));
-    let arguments = match parse::<Run>(&arguments, name, about, after) {
+    let texts = || (help::about(&loaded.model), help::parameters(loaded));
+    let arguments = match parse::<Run>(&arguments, name, texts) {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
@@ -193,8 +205,8 @@ fn set_parameters(
 }
 
 fn sweep(arguments: &[OsString], name: &str, loaded: &Arc<Loaded>) -> ExitCode {
-    let about = format!("Runs {} many times with varied parameters, on all cores", loaded.model.tables.model);
-    let arguments = match parse::<Sweep>(arguments, &format!("{name} sweep"), about, String::new()) {
+    let about = || format!("Runs {} many times with varied parameters, on all cores", loaded.model.tables.model);
+    let arguments = match parse::<Sweep>(arguments, &format!("{name} sweep"), || (about(), String::new())) {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };

@@ -131,8 +131,11 @@ impl Stored for Arc<str> {
     }
 
     fn get(input: &mut Input<'_>) -> Result<Self, Damage> {
-        let length = input.length()?;
-        std::str::from_utf8(input.take(length)?).map(Arc::from).map_err(|_| Damage)
+        // Most units and descriptions are empty, and the empty text is there already.
+        match input.length()? {
+            0 => Ok(Self::default()),
+            length => std::str::from_utf8(input.take(length)?).map(Self::from).map_err(|_| Damage),
+        }
     }
 }
 
