@@ -175,7 +175,7 @@ impl Output {
         sensitivity: Option<&mut Sensitivity>,
     ) -> Result<(), SolveError> {
         let (mut y, mut yp) = (std::mem::take(&mut self.y), std::mem::take(&mut self.yp));
-        past.interpolate(t, &mut y, &mut yp);
+        past.at(t, &mut y, &mut yp);
         let holds = consistency.project(problem, (t, past.step_size()), weights, &mut y, &mut yp);
         self.points += 1;
         let judged = match holds && self.points.is_power_of_two() {

@@ -261,7 +261,7 @@ impl History {
 
     /// The interpolant of the last accepted step at time `at`, value and derivative.
     /// Newton's form on the past points: `c_j = prod_{i<j} (at - t_{n-i}) / psi_i`, `d_j` its derivative.
-    pub(super) fn interpolate(&self, at: f64, y: &mut [f64], yp: &mut [f64]) {
+    pub(super) fn at(&self, at: f64, y: &mut [f64], yp: &mut [f64]) {
         let order = self.order_used.max(1);
         let delta = at - self.t;
         let (mut c, mut d) = (1.0, 0.0);
@@ -317,7 +317,7 @@ mod tests {
             history.accept(&correction, 5);
         }
         let at = history.t - 0.11;
-        history.interpolate(at, &mut y, &mut yp);
+        history.at(at, &mut y, &mut yp);
         assert!(is_near(&y, f(at), 1e-12) && is_near(&yp, slope(at), 1e-11));
         assert!(history.phi.as_flattened()[n..8].iter().all(|&filling| filling == 0.0));
     }

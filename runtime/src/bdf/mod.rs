@@ -146,8 +146,8 @@ impl Bdf {
     }
 
     /// Interpolates within the last accepted step.
-    pub(crate) fn interpolate(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
-        self.history.interpolate(t, y, yp);
+    pub(crate) fn at(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
+        self.history.at(t, y, yp);
     }
 
     /// Smallest sensible step at time `t` (s).

@@ -8,10 +8,10 @@
 
 use std::ops::RangeInclusive;
 
+use hyd_system::Structure;
 use hyd_system::math::pow;
-use hyd_system::{Pattern, Structure};
 
-use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use crate::linear::{FactorError, IterationMatrix};
 use crate::problem::Problem;
 use crate::tiled::{LANES, Tiled, over_tiles, sum};
 use crate::weights::{Weights, largest};
@@ -53,15 +53,10 @@ pub(crate) struct Prediction<'a> {
     pub(crate) yp: &'a Tiled,
 }
 
-/// Iteration matrix, its parts, and the vectors of the iteration.
+/// Iteration matrix and the vectors of the iteration.
 pub(crate) struct Corrector {
-    merged: MergedPattern,
-    rate_pattern: Pattern,
+    matrix: IterationMatrix,
     leading_range: RangeInclusive<f64>,
-    solver: LinearSolver,
-    state_values: Vec<f64>,
-    rate_values: Vec<f64>,
-    values: Vec<f64>,
     /// Corrected values.
     pub(crate) y: Tiled,
     pub(crate) yp: Tiled,
@@ -82,14 +77,8 @@ impl Corrector {
     /// A matrix with leading coefficient `c_J` serves for `c` while `c / c_J` is in `leading_range`.
     pub(crate) fn new(structure: &Structure, leading_range: RangeInclusive<f64>) -> Self {
         let n = structure.unknowns;
-        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
         Self {
-            solver: LinearSolver::new(&merged.pattern),
-            state_values: vec![0.0; structure.state_pattern.entries()],
-            rate_values: vec![0.0; structure.rate_pattern.entries()],
-            values: vec![0.0; merged.pattern.entries()],
-            merged,
-            rate_pattern: structure.rate_pattern.clone(),
+            matrix: IterationMatrix::new(structure),
             leading_range,
             y: Tiled::zeros(n),
             yp: Tiled::zeros(n),
@@ -105,7 +94,7 @@ impl Corrector {
 
     /// Sets the sizes of the unknowns and drops the matrix.
     pub(crate) fn reset(&mut self, nominals: &[f64]) {
-        self.solver.begin(nominals);
+        self.matrix.begin(nominals);
         self.drop_matrix();
     }
 
@@ -157,11 +146,11 @@ impl Corrector {
     /// Evaluates and factors the iteration matrix at the prediction.
     #[inline(never)]
     fn renew(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>) -> Result<(), Correction> {
-        problem.jacobian(at.t, at.y, at.yp, &mut self.state_values, &mut self.rate_values);
-        self.merged.combine(&self.state_values, &self.rate_values, at.leading, &mut self.values);
+        let (state, rate) = self.matrix.parts();
+        problem.jacobian(at.t, at.y, at.yp, state, rate);
         problem.statistics.factorisations += 1;
         self.have_matrix = false;
-        self.solver.factor(&mut self.values).map_err(|error| match error {
+        self.matrix.factor(at.leading).map_err(|error| match error {
             FactorError::Singular { row, column } => Correction::Singular { row, column },
             FactorError::NotFinite { row, column } => Correction::SlopeNotFinite { row, column },
         })?;
@@ -179,7 +168,7 @@ impl Corrector {
         let mut first_size = 0.0;
         for iteration in 0..MOST_ITERATIONS {
             problem.statistics.newton_iterations += 1;
-            self.solver.correct(&self.residual, &mut self.delta);
+            self.matrix.correct(&self.residual, &mut self.delta);
             if iteration == 0 {
                 self.correction.tiles_mut().fill([0.0; LANES]);
             }
@@ -261,18 +250,17 @@ impl Corrector {
     pub(crate) fn filter(&mut self, v: &mut [f64]) {
         self.delta.fill(0.0);
         for (column, &value) in v.iter().enumerate() {
-            for entry in self.rate_pattern.column(column) {
-                let row = self.rate_pattern.row_indices[entry] as usize;
-                self.delta[row] += self.factored_leading * self.rate_values[entry] * value;
+            for (row, entry) in self.matrix.rate_column(column) {
+                self.delta[row] += self.factored_leading * entry * value;
             }
         }
-        self.solver.solve(&mut self.delta);
+        self.matrix.solve(&mut self.delta);
         v.copy_from_slice(&self.delta);
     }
 
     /// After divergence: the row of largest residual at the last iterate, each row measured by its largest entry.
     pub(crate) fn worst_row(&self) -> Option<usize> {
-        largest((0..self.residual.len()).map(|k| self.residual[k] * self.solver.row_scale(k)))
+        largest((0..self.residual.len()).map(|k| self.residual[k] * self.matrix.row_scale(k)))
     }
 
     /// The unknown that moved most in the last iteration, or, over the whole correction.

@@ -49,36 +49,67 @@ pub(crate) struct DelayWork {
     recording: bool,
     past: Past,
     breaks: Breaks,
-    /// Per site: upper bound of the delay time, the delay time now (s), and the largest value so far.
+    lags: Lags,
+    read: Values,
+    asked: Asked,
+    accuracy: Accuracy,
+    step: StepInWork,
+    record: Levels,
+    /// In runs with derivatives: their past, and the time (s) up to which they have come.
+    derived: Option<Box<tangents::Derived>>,
+    kept_from: f64,
+}
+
+/// The delay times, by site.
+#[derive(Default)]
+struct Lags {
+    /// Upper bounds (s).
     bounds: Vec<f64>,
+    /// What they are now (s).
     times: Vec<f64>,
-    scale: Vec<f64>,
-    /// Smallest of the fixed delay times (s).
+    /// Smallest of the fixed ones (s).
     shortest_fixed: f64,
-    /// Per site: the source at the iterate (or at the end of the step being recorded), and the delayed value and rate.
+}
+
+/// What the equations get, by site: the delayed values and rates, and the sources that they were found from.
+#[derive(Default)]
+struct Values {
+    /// At the iterate, or at the end of the step being recorded.
     sources: Vec<f64>,
     values: Vec<f64>,
     rates: Vec<f64>,
-    /// Results of one evaluation.
-    new_sources: Vec<f64>,
-    new_times: Vec<f64>,
+    /// Time for which the values hold, if they depend on nothing else (s).
+    cached: Option<f64>,
+    /// A value within the step in work is not known well enough.
+    coarse: bool,
+}
+
+/// What one evaluation answers, by site.
+#[derive(Default)]
+struct Asked {
+    sources: Vec<f64>,
+    times: Vec<f64>,
+}
+
+/// What a source may be wrong by, by site.
+#[derive(Default)]
+struct Accuracy {
+    tolerance: f64,
+    /// The largest value so far, and the tolerance of that.
+    scale: Vec<f64>,
+    limits: Vec<f64>,
+}
+
+/// The step in work, or being recorded.
+#[derive(Default)]
+struct StepInWork {
     /// End of the step being recorded (s), with the sources there.
     anchor: Option<f64>,
     anchor_values: Vec<f64>,
     /// The sources at the beginning of the newest segment.
     begun: Vec<f64>,
-    /// A value within the step in work is not known well enough.
-    coarse: bool,
     /// The step to the point has been accepted: its values are taken as they are, also where they have not quite come to rest.
     accepted: bool,
-    /// Time for which `values` hold, if they depend on nothing else (s).
-    cached: Option<f64>,
-    tolerance: f64,
-    limits: Vec<f64>,
-    record: Levels,
-    /// In runs with derivatives: their past, and the time (s) up to which they have come.
-    derived: Option<Box<tangents::Derived>>,
-    kept_from: f64,
 }
 
 impl DelayWork {
@@ -90,17 +121,11 @@ impl DelayWork {
             sites: structure.delays.clone(),
             any_varying: structure.delays.iter().any(|site| site.varying),
             has_states: structure.differential.contains(&true),
-            bounds: zero(),
-            times: zero(),
-            scale: zero(),
-            sources: zero(),
-            values: zero(),
-            rates: zero(),
-            new_sources: zero(),
-            new_times: zero(),
-            anchor_values: zero(),
-            begun: zero(),
-            limits: zero(),
+            lags: Lags { bounds: zero(), times: zero(), shortest_fixed: 0.0 },
+            read: Values { sources: zero(), values: zero(), rates: zero(), ..Values::default() },
+            asked: Asked { sources: zero(), times: zero() },
+            accuracy: Accuracy { scale: zero(), limits: zero(), tolerance: 0.0 },
+            step: StepInWork { anchor_values: zero(), begun: zero(), ..StepInWork::default() },
             record: Levels::new(n, structure.unknowns),
             ..Self::default()
         }
@@ -109,12 +134,12 @@ impl DelayWork {
     /// Prepares a run with the given relative tolerance.
     pub(crate) fn restart(&mut self, tolerance: f64) {
         self.recording = false;
-        self.accepted = false;
-        self.anchor = None;
-        self.cached = None;
+        self.step.accepted = false;
+        self.step.anchor = None;
+        self.read.cached = None;
         self.derived_off();
-        self.tolerance = tolerance;
-        self.sources.fill(0.0);
+        self.accuracy.tolerance = tolerance;
+        self.read.sources.fill(0.0);
     }
 
     fn derived_off(&mut self) {
@@ -133,20 +158,20 @@ impl DelayWork {
 
     /// True if some delayed time lies within the step to `t` (s), so that its value depends on the iterate.
     fn reaches_into_step(&self, t: f64) -> bool {
-        t - self.shortest_fixed > self.past.end() || self.shortest_fixed == 0.0 && t >= self.past.end()
+        t - self.lags.shortest_fixed > self.past.end() || self.lags.shortest_fixed == 0.0 && t >= self.past.end()
     }
 
     /// Delayed values and rates at time `t` (s) from delay times and sources as they are known.  Sites that look back to the same
     /// instant, such as those of a line, share what is known of it.
     fn evaluate(&mut self, t: f64) {
-        self.coarse = false;
+        self.read.coarse = false;
         let end = self.past.end();
         let mut known: Option<(Wanted, Spot)> = None;
         for site in 0..self.sites.len() {
-            let at = t - self.times[site];
-            let within = at > end || self.times[site] == 0.0 && at >= end;
+            let at = t - self.lags.times[site];
+            let within = at > end || self.lags.times[site] == 0.0 && at >= end;
             if within && let Some(found) = self.inside(site, at, t) {
-                (self.values[site], self.rates[site]) = found;
+                (self.read.values[site], self.read.rates[site]) = found;
                 continue;
             }
             let cursor = &mut self.breaks.cursors[site];
@@ -156,15 +181,15 @@ impl DelayWork {
                 None => self.past.locate(at, (cursor.low, cursor.high), &mut cursor.hint),
             };
             known = Some((key, spot));
-            (self.values[site], self.rates[site]) = self.past.read(&spot, site);
+            (self.read.values[site], self.read.rates[site]) = self.past.read(&spot, site);
         }
     }
 
     /// Value and rate at `at` (s), which lies within the step in work to `t` (s); none if the site reads before a break.
     fn inside(&mut self, site: usize, at: f64, t: f64) -> Option<(f64, f64)> {
-        let (anchor, source) = match self.anchor {
-            Some(end) => (end, self.anchor_values[site]),
-            None => (t, self.sources[site]),
+        let (anchor, source) = match self.step.anchor {
+            Some(end) => (end, self.step.anchor_values[site]),
+            None => (t, self.read.sources[site]),
         };
         if self.breaks.cursors[site].high.is_some() || !source.is_finite() {
             return None;
@@ -189,7 +214,7 @@ impl DelayWork {
             values[k] = self.past.at(site, times[k], (cursor.low, None), &mut hint).0;
         }
         if count == 1 {
-            (times[1], values[1], count) = (self.past.end(), self.begun[site], 2);
+            (times[1], values[1], count) = (self.past.end(), self.step.begun[site], 2);
         }
         let fewer = |count: usize| {
             let mut values = values;
@@ -201,11 +226,11 @@ impl DelayWork {
         let (last, before) = ((finer.0 - rougher).abs(), (rougher - roughest).abs());
         let left = match count {
             // A straight line is wrong by the square of what it changes, relative to the size.
-            2 => last * (last / self.scale[site].max(f64::MIN_POSITIVE)),
+            2 => last * (last / self.accuracy.scale[site].max(f64::MIN_POSITIVE)),
             _ if before > last => last * (last / before),
             _ => last,
         };
-        self.coarse |= self.anchor.is_none() && left > self.limits[site];
+        self.read.coarse |= self.step.anchor.is_none() && left > self.accuracy.limits[site];
         finer
     }
 
@@ -213,13 +238,14 @@ impl DelayWork {
     fn settled(&mut self) -> bool {
         let mut settled = true;
         for site in 0..self.sites.len() {
-            let (source, time) = (self.new_sources[site], self.new_times[site]);
-            settled &= (source - self.sources[site]).abs() <= 1e-3 * self.limits[site].max(f64::MIN_POSITIVE);
-            self.sources[site] = source;
+            let (source, time) = (self.asked.sources[site], self.asked.times[site]);
+            settled &=
+                (source - self.read.sources[site]).abs() <= 1e-3 * self.accuracy.limits[site].max(f64::MIN_POSITIVE);
+            self.read.sources[site] = source;
             if self.sites[site].varying && time.is_finite() {
-                let time = time.clamp(0.0, self.bounds[site].max(0.0));
-                settled &= (time - self.times[site]).abs() <= SAME_DELAY * self.bounds[site];
-                self.times[site] = time;
+                let time = time.clamp(0.0, self.lags.bounds[site].max(0.0));
+                settled &= (time - self.lags.times[site]).abs() <= SAME_DELAY * self.lags.bounds[site];
+                self.lags.times[site] = time;
             }
         }
         settled
@@ -229,15 +255,15 @@ impl DelayWork {
     fn widen(&mut self, sources: &[f64]) {
         for (site, &value) in sources.iter().enumerate() {
             if value.is_finite() {
-                self.scale[site] = self.scale[site].max(value.abs());
-                self.limits[site] = self.tolerance * self.scale[site];
+                self.accuracy.scale[site] = self.accuracy.scale[site].max(value.abs());
+                self.accuracy.limits[site] = self.accuracy.tolerance * self.accuracy.scale[site];
             }
         }
     }
 
     /// Width of an instant at `t` (s).
     fn slack(&self, site: usize, t: f64) -> f64 {
-        self.instants.width(t.abs().max(self.times[site].abs()))
+        self.instants.width(t.abs().max(self.lags.times[site].abs()))
     }
 
     /// Longest sensible step (s).  Without states nothing tests the error of a step and no iteration can fail, so no step may be
@@ -247,9 +273,9 @@ impl DelayWork {
             return f64::INFINITY;
         }
         let site = |site: usize| match self.sites[site].varying {
-            true => self.times[site].max(SHORTEST_PART * self.bounds[site]),
-            false if self.times[site] == 0.0 => f64::INFINITY,
-            false => self.times[site],
+            true => self.lags.times[site].max(SHORTEST_PART * self.lags.bounds[site]),
+            false if self.lags.times[site] == 0.0 => f64::INFINITY,
+            false => self.lags.times[site],
         };
         (0..self.sites.len()).map(site).fold(f64::INFINITY, f64::min)
     }
@@ -259,7 +285,7 @@ impl DelayWork {
         let mut next = f64::INFINITY;
         for site in (0..self.sites.len()).filter(|&site| !self.sites[site].varying) {
             if let Some(high) = self.breaks.cursors[site].high {
-                let back = self.past.begin_of(high) + self.times[site];
+                let back = self.past.begin_of(high) + self.lags.times[site];
                 if self.instants.lies_ahead(back, t) {
                     next = next.min(back);
                 }
@@ -272,14 +298,14 @@ impl DelayWork {
     fn cross(&mut self, t: f64) -> bool {
         let mut crossed = false;
         for site in 0..self.sites.len() {
-            let (delay, instants) = (self.times[site], self.instants);
+            let (delay, instants) = (self.lags.times[site], self.instants);
             crossed |= match self.sites[site].varying {
                 true => self.breaks.cross_near(&self.past, site, t - delay, self.slack(site, t)),
                 false => self.breaks.cross(&self.past, site, |begin| instants.has_come(begin + delay, t)),
             };
         }
         if crossed {
-            self.cached = None;
+            self.read.cached = None;
             self.forget_laid();
         }
         crossed
@@ -289,7 +315,7 @@ impl DelayWork {
     fn roots(&self, t: f64, out: &mut [f64]) {
         let varying = (0..self.sites.len()).filter(|&site| self.sites[site].varying);
         for (value, site) in out.iter_mut().zip(varying) {
-            let at = t - self.times[site];
+            let at = t - self.lags.times[site];
             let cursor = &self.breaks.cursors[site];
             let above = cursor.high.map_or(f64::MAX, |high| self.past.begin_of(high) - at);
             let low = self.past.begin_of(cursor.low);

@@ -38,12 +38,12 @@ impl Recorder<'_, '_> {
         let system = &mut self.problem.system;
         let n = system.work.sites.len();
         // The last correction of the step was small, and what it moved has not been evaluated before.
-        system.work.accepted = true;
+        system.work.step.accepted = true;
         system.sources_at(to, self.past.y(), self.past.yp());
-        system.work.anchor = Some(to);
-        system.work.anchor_values.copy_from_slice(&system.work.new_sources);
+        system.work.step.anchor = Some(to);
+        system.work.step.anchor_values.copy_from_slice(&system.work.asked.sources);
         let mut levels = std::mem::take(&mut system.work.record.levels);
-        levels[0][4 * n..].copy_from_slice(&system.work.anchor_values);
+        levels[0][4 * n..].copy_from_slice(&system.work.step.anchor_values);
         for k in 0..4 {
             let t = from + (to - from) * k as f64 / 4.0;
             self.sample(t, &mut levels[0][k * n..(k + 1) * n]);
@@ -51,27 +51,27 @@ impl Recorder<'_, '_> {
         self.part((from, to), &mut levels);
         let work = &mut *self.problem.system.work;
         work.record.levels = levels;
-        (work.anchor, work.accepted) = (None, false);
-        work.cached = None;
-        work.sources.copy_from_slice(&work.anchor_values);
-        let reach = work.bounds.iter().copied().fold(0.0, f64::max);
+        (work.step.anchor, work.step.accepted) = (None, false);
+        work.read.cached = None;
+        work.read.sources.copy_from_slice(&work.step.anchor_values);
+        let reach = work.lags.bounds.iter().copied().fold(0.0, f64::max);
         // Output points and events within the step are still to come, and so are derivatives that lag behind.
         work.past.drop_before(from.min(work.kept_from) - reach, work.breaks.oldest_read());
         work.breaks.drop_before(work.past.oldest());
         work.forget_laid();
-        work.breaks.decide(&work.past, &work.times, &work.limits)
+        work.breaks.decide(&work.past, &work.lags.times, &work.accuracy.limits)
     }
 
     /// The sources at a time within the step.
     fn sample(&mut self, t: f64, out: &mut [f64]) {
         let record = &mut self.problem.system.work.record;
         let (mut y, mut yp) = (std::mem::take(&mut record.y), std::mem::take(&mut record.yp));
-        self.past.interpolate(t, &mut y, &mut yp);
+        self.past.at(t, &mut y, &mut yp);
         // Interpolated algebraic unknowns amplify what is rough in the past that they follow, pass after pass.
         self.consistency.refine(self.problem, (t, self.past.step_size()), self.weights, &mut y, &mut yp);
         self.problem.system.sources_at(t, &y, &yp);
         let work = &mut *self.problem.system.work;
-        out.copy_from_slice(&work.new_sources);
+        out.copy_from_slice(&work.asked.sources);
         (work.record.y, work.record.yp) = (y, yp);
     }
 
@@ -80,13 +80,13 @@ impl Recorder<'_, '_> {
         let work = &mut *self.problem.system.work;
         let n = work.sites.len();
         let [nodes, rest @ ..] = levels else { return };
-        let limit = math::pow(PART_OF_TOLERANCE / ERROR_CONSTANT * work.tolerance, 0.8);
+        let limit = math::pow(PART_OF_TOLERANCE / ERROR_CONSTANT * work.accuracy.tolerance, 0.8);
         for k in 0..NODES {
             work.widen(&nodes[k * n..(k + 1) * n]);
         }
         let fine = |site: usize| {
             let difference = highest(&std::array::from_fn(|k| nodes[k * n + site]));
-            difference.abs() <= limit * work.scale[site] || !difference.is_finite()
+            difference.abs() <= limit * work.accuracy.scale[site] || !difference.is_finite()
         };
         if rest.is_empty() || (0..n).all(fine) {
             work.past.push(from, to, nodes);

@@ -34,16 +34,17 @@ impl<'a> Delaying<'a> {
 
     #[inline(never)]
     fn look_back(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        let by_time_alone = !self.work.any_varying && (self.work.anchor.is_some() || !self.work.reaches_into_step(t));
+        let by_time_alone =
+            !self.work.any_varying && (self.work.step.anchor.is_some() || !self.work.reaches_into_step(t));
         if by_time_alone {
-            if self.work.cached != Some(t) {
+            if self.work.read.cached != Some(t) {
                 self.work.evaluate(t);
                 self.hand_over();
-                self.work.cached = Some(t);
+                self.work.read.cached = Some(t);
             }
             return;
         }
-        self.work.cached = None;
+        self.work.read.cached = None;
         let mut settled = false;
         for _ in 0..MOST_PASSES {
             self.work.evaluate(t);
@@ -55,8 +56,8 @@ impl<'a> Delaying<'a> {
             }
         }
         // A shorter step knows better, or reads the past alone.
-        if (self.work.coarse || !settled) && !self.work.accepted {
-            self.work.values.fill(f64::NAN);
+        if (self.work.read.coarse || !settled) && !self.work.step.accepted {
+            self.work.read.values.fill(f64::NAN);
             self.hand_over();
         }
     }
@@ -73,7 +74,7 @@ impl<'a> Delaying<'a> {
 
     /// A delay time that cannot vary is zero.
     pub(crate) fn has_vanished_delay(&self) -> bool {
-        let mut sites = self.work.times.iter().zip(&self.work.sites);
+        let mut sites = self.work.lags.times.iter().zip(&self.work.sites);
         self.work.recording && sites.any(|(&time, site)| time == 0.0 && !site.varying)
     }
 
@@ -89,19 +90,19 @@ impl<'a> Delaying<'a> {
 
     /// The shortest delay time at present (s), none that vanishes.
     pub(crate) fn shortest_delay(&self) -> Option<f64> {
-        let times = self.work.times.iter().zip(&self.work.bounds);
+        let times = self.work.lags.times.iter().zip(&self.work.lags.bounds);
         times.filter(|(_, bound)| **bound > 0.0).map(|(&time, bound)| time.max(SHORTEST_PART * bound)).reduce(f64::min)
     }
 
     fn hand_over(&mut self) {
         if let Some(delays) = self.inner.delays() {
-            delays.set_delayed(&self.work.values, &self.work.rates, &self.work.times);
+            delays.set_delayed(&self.work.read.values, &self.work.read.rates, &self.work.lags.times);
         }
     }
 
     /// Sources and delay times at a point with the delayed values as they are.
     fn ask(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        let (sources, times) = (&mut self.work.new_sources, &mut self.work.new_times);
+        let (sources, times) = (&mut self.work.asked.sources, &mut self.work.asked.times);
         if let Some(delays) = self.inner.delays() {
             delays.delay_points(t, y, yp, sources, times);
         }
@@ -124,29 +125,29 @@ impl<'a> Delaying<'a> {
             self.work.past.cut(t);
         }
         let work = &mut *self.work;
-        work.cached = None;
-        for (site, left) in work.new_times.iter_mut().enumerate() {
+        work.read.cached = None;
+        for (site, left) in work.asked.times.iter_mut().enumerate() {
             let newest = work.past.newest();
             *left = work.past.at(site, t, (newest, None), &mut 0).0;
         }
-        let mut left = std::mem::take(&mut self.work.anchor_values);
-        left.copy_from_slice(&self.work.new_times);
+        let mut left = std::mem::take(&mut self.work.step.anchor_values);
+        left.copy_from_slice(&self.work.asked.times);
         if self.work.past.begin_of(self.work.past.newest()) < t {
             self.work.past.begin_segment(t);
         }
         self.sources_at(t, y, yp);
-        let mut right = std::mem::take(&mut self.work.new_sources);
+        let mut right = std::mem::take(&mut self.work.asked.sources);
         self.work.widen(&right);
         let work = &mut *self.work;
-        work.sources.copy_from_slice(&right);
-        work.begun.copy_from_slice(&right);
-        work.breaks.add(&work.past, &left, &right, &work.limits);
-        std::mem::swap(&mut work.new_sources, &mut right);
-        std::mem::swap(&mut work.anchor_values, &mut left);
+        work.read.sources.copy_from_slice(&right);
+        work.step.begun.copy_from_slice(&right);
+        work.breaks.add(&work.past, &left, &right, &work.accuracy.limits);
+        std::mem::swap(&mut work.asked.sources, &mut right);
+        std::mem::swap(&mut work.step.anchor_values, &mut left);
         // Without delay there is nothing to wait for.
         for site in 0..work.sites.len() {
             let slack = work.slack(site, t);
-            if work.times[site] <= slack {
+            if work.lags.times[site] <= slack {
                 work.breaks.cross_near(&work.past, site, t, slack);
             }
         }
@@ -155,21 +156,22 @@ impl<'a> Delaying<'a> {
     /// The first values of a run.
     fn begin_past(&mut self, t: f64, y: &[f64], yp: &[f64]) {
         if let Some(delays) = self.inner.delays() {
-            delays.delay_bounds(&mut self.work.bounds);
+            delays.delay_bounds(&mut self.work.lags.bounds);
         }
         self.ask(t, y, yp);
         let work = &mut *self.work;
-        for (site, &time) in work.new_times.iter().enumerate() {
-            work.times[site] = if time.is_finite() { time.clamp(0.0, work.bounds[site].max(0.0)) } else { 0.0 };
+        for (site, &time) in work.asked.times.iter().enumerate() {
+            work.lags.times[site] =
+                if time.is_finite() { time.clamp(0.0, work.lags.bounds[site].max(0.0)) } else { 0.0 };
         }
-        let fixed = work.times.iter().zip(&work.sites).filter(|(_, site)| !site.varying);
-        work.shortest_fixed = fixed.map(|(&time, _)| time).fold(f64::INFINITY, f64::min);
-        work.scale.fill(0.0);
-        work.limits.fill(0.0);
+        let fixed = work.lags.times.iter().zip(&work.sites).filter(|(_, site)| !site.varying);
+        work.lags.shortest_fixed = fixed.map(|(&time, _)| time).fold(f64::INFINITY, f64::min);
+        work.accuracy.scale.fill(0.0);
+        work.accuracy.limits.fill(0.0);
         work.instants = Instants::of_run(t);
-        work.past.restart(t, &work.new_sources);
+        work.past.restart(t, &work.asked.sources);
         work.breaks.restart(work.sites.len());
-        work.sources.copy_from_slice(&work.new_sources);
+        work.read.sources.copy_from_slice(&work.asked.sources);
         work.recording = true;
     }
 }

@@ -123,7 +123,7 @@ impl Delaying<'_> {
         let (width, last) = (*width, *width - 1);
         let mut known: Option<(Wanted, (Spot, Spot))> = None;
         for (k, site) in self.work.sites.iter().enumerate() {
-            let at = t - self.work.times[k];
+            let at = t - self.work.lags.times[k];
             let mut cursor = self.work.breaks.cursors[k];
             let (range, key) = ((cursor.low, cursor.high), (at, cursor.low, cursor.high));
             let spots = match known.filter(|(before, _)| *before == key) {
@@ -135,7 +135,7 @@ impl Delaying<'_> {
             let (values, rates) = (&mut values[block.clone()], &mut rates[block.clone()]);
             past.read_block(&spots.0, k * last, (&mut values[..last], &mut rates[..last]));
             (values[last], rates[last]) = (0.0, 0.0);
-            let (slope, bend) = (self.work.rates[k], self.work.past.bend(&spots.1, k));
+            let (slope, bend) = (self.work.read.rates[k], self.work.past.bend(&spots.1, k));
             for ((value, rate), (dt, time)) in values.iter_mut().zip(rates).zip(dt.iter().zip(&times[block])) {
                 let moved = dt - time;
                 // The equations have what a varying delay time does.
@@ -143,22 +143,22 @@ impl Delaying<'_> {
                 *rate += bend * moved;
             }
         }
-        let delays = std::mem::take(&mut self.work.times);
+        let delays = std::mem::take(&mut self.work.lags.times);
         self.inner_tangents().set_delayed_tangents(values, rates, &delays);
-        self.work.times = delays;
+        self.work.lags.times = delays;
         self.restore(kept);
         self.work.derived = Some(derived);
     }
 
     /// Delay times that vary, and sources: the solution goes on from where it was, to the last bit.
     fn keep(&self) -> Option<(Vec<f64>, Vec<f64>)> {
-        self.work.any_varying.then(|| (self.work.times.clone(), self.work.sources.clone()))
+        self.work.any_varying.then(|| (self.work.lags.times.clone(), self.work.read.sources.clone()))
     }
 
     fn restore(&mut self, kept: Option<(Vec<f64>, Vec<f64>)>) {
         if let Some((times, sources)) = kept {
-            (self.work.times, self.work.sources) = (times, sources);
-            self.work.cached = None;
+            (self.work.lags.times, self.work.read.sources) = (times, sources);
+            self.work.read.cached = None;
         }
     }
 
@@ -200,7 +200,7 @@ impl Delaying<'_> {
         for site in 0..self.work.sites.len() {
             let jumps = |direction: usize| {
                 let left = derived.past.at(site * last + direction, t, (newest - 1, Some(newest)), &mut 0).0;
-                let limit = VISIBLE_JUMP * self.work.tolerance * derived.largest[site * last + direction];
+                let limit = VISIBLE_JUMP * self.work.accuracy.tolerance * derived.largest[site * last + direction];
                 (derived.sources[site * width + direction] - left).abs() > limit
             };
             if newest > 1 && (0..last).any(jumps) {
@@ -244,7 +244,7 @@ impl Delaying<'_> {
         derived.past.push(from, to, &derived.nodes);
         (derived.end, derived.laid) = (Some(to), None);
         work.kept_from = keep;
-        let reach = work.bounds.iter().copied().fold(0.0, f64::max);
+        let reach = work.lags.bounds.iter().copied().fold(0.0, f64::max);
         derived.past.drop_before(keep - reach, work.breaks.oldest_read());
         let gone = derived.past.oldest() - derived.first;
         if gone > 0 {
@@ -258,7 +258,7 @@ impl Delaying<'_> {
         let Some(derived) = self.work.derived.as_deref().filter(|derived| derived.recording) else { return false };
         for (k, _) in self.work.sites.iter().enumerate().filter(|(_, site)| !site.varying) {
             let Some(high) = self.work.breaks.cursors[k].high else { continue };
-            let back = self.work.past.begin_of(high) + self.work.times[k];
+            let back = self.work.past.begin_of(high) + self.work.lags.times[k];
             if self.work.instants.same(back, t) {
                 for (direction, out) in out[..derived.count()].iter_mut().enumerate() {
                     *out = derived.instant(high, direction) + derived.times[k * derived.width + direction];
@@ -276,7 +276,7 @@ impl Delaying<'_> {
         };
         let varying = self.work.sites.iter().enumerate().filter(|(_, site)| site.varying);
         for ((k, _), block) in varying.zip(out.chunks_exact_mut(derived.width)) {
-            let at = t - self.work.times[k];
+            let at = t - self.work.lags.times[k];
             let cursor = self.work.breaks.cursors[k];
             let low = self.work.past.begin_of(cursor.low);
             let above = cursor.high.map_or(f64::MAX, |high| self.work.past.begin_of(high) - at);

@@ -127,7 +127,7 @@ impl RootWatch {
             let t = if j < parts { begin + j as f64 * part } else { end };
             self.samples.rotate_left(1);
             if j < parts {
-                past.interpolate(t, &mut self.trial_y, &mut self.trial_yp);
+                past.at(t, &mut self.trial_y, &mut self.trial_yp);
                 problem.system.roots(t, &self.trial_y, &self.trial_yp, &mut self.samples[2]);
             } else {
                 self.samples[2].copy_from_slice(&self.right);
@@ -203,7 +203,7 @@ impl RootWatch {
         for _ in 0..MOST_HALVINGS {
             let ((l, left), (r, right), (falls, rises)) = (dip.l, dip.r, dip.slopes);
             let (middle, half) = (0.5 * (l + r), 0.5 * (r - l));
-            past.interpolate(middle, &mut self.trial_y, &mut self.trial_yp);
+            past.at(middle, &mut self.trial_y, &mut self.trial_yp);
             problem.system.roots(middle, &self.trial_y, &self.trial_yp, &mut self.trial);
             if mark(&self.trial, &self.held, (&self.resting, &self.noise), &mut self.fired) {
                 return Some(middle);
@@ -289,7 +289,7 @@ impl RootWatch {
         weights: &Weights,
         t: f64,
     ) {
-        past.interpolate(t, &mut self.trial_y, &mut self.trial_yp);
+        past.at(t, &mut self.trial_y, &mut self.trial_yp);
         consistency.refine(problem, (t, past.step_size()), weights, &mut self.trial_y, &mut self.trial_yp);
         problem.system.roots(t, &self.trial_y, &self.trial_yp, &mut self.trial);
     }

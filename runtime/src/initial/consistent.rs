@@ -7,11 +7,11 @@
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
 use hyd_system::math::square;
-use hyd_system::{Pattern, StateChoice, Structure};
+use hyd_system::{StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::fold;
-use crate::linear::{FactorError, LinearSolver, MergedPattern};
+use crate::linear::{FactorError, IterationMatrix};
 use crate::problem::Problem;
 use crate::weights::{Weights, largest};
 
@@ -48,25 +48,18 @@ pub(crate) struct Consistency {
 }
 
 struct Core {
-    merged: MergedPattern,
-    state_pattern: Pattern,
-    rate_pattern: Pattern,
+    matrix: IterationMatrix,
     differential: Vec<bool>,
-    solver: LinearSolver,
-    state_values: Vec<f64>,
-    rate_values: Vec<f64>,
-    values: Vec<f64>,
     y: Vec<f64>,
     yp: Vec<f64>,
 }
 
 impl Core {
     fn factor(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), FactorError> {
-        problem.jacobian(t, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
-        let parts = (&self.state_pattern, &self.rate_pattern);
-        self.merged.select(parts, &self.state_values, &self.rate_values, &self.differential, &mut self.values);
+        let (state, rate) = self.matrix.parts();
+        problem.jacobian(t, &self.y, &self.yp, state, rate);
         problem.statistics.factorisations += 1;
-        self.solver.factor(&mut self.values)
+        self.matrix.factor_consistent(&self.differential)
     }
 
     /// The unknowns of the problem from `x`.
@@ -99,7 +92,7 @@ impl Target for View<'_, '_> {
     }
 
     fn solve(&mut self, b: &mut [f64]) {
-        self.core.solver.solve(b);
+        self.core.matrix.solve(b);
     }
 }
 
@@ -107,15 +100,8 @@ impl Consistency {
     /// Work space for systems of this structure.
     pub(crate) fn new(structure: &Structure) -> Self {
         let n = structure.unknowns;
-        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
         let core = Core {
-            solver: LinearSolver::new(&merged.pattern),
-            state_values: vec![0.0; structure.state_pattern.entries()],
-            rate_values: vec![0.0; structure.rate_pattern.entries()],
-            values: vec![0.0; merged.pattern.entries()],
-            merged,
-            state_pattern: structure.state_pattern.clone(),
-            rate_pattern: structure.rate_pattern.clone(),
+            matrix: IterationMatrix::new(structure),
             differential: structure.differential.clone(),
             y: vec![0.0; n],
             yp: vec![0.0; n],
@@ -125,7 +111,7 @@ impl Consistency {
 
     /// Sets the sizes of the unknowns and drops the matrix.
     pub(crate) fn reset(&mut self, nominals: &[f64]) {
-        self.core.solver.begin(nominals);
+        self.core.matrix.begin(nominals);
         self.have_matrix = false;
     }
 
@@ -289,7 +275,7 @@ impl Consistency {
             if !problem.residual(t, &core.y, &core.yp, &mut self.residual) {
                 return false;
             }
-            core.solver.solve(&mut self.residual);
+            core.matrix.solve(&mut self.residual);
             let mut sum = 0.0;
             for (k, &d) in self.residual.iter().enumerate() {
                 let scaled = if core.differential[k] {
@@ -322,7 +308,7 @@ impl Consistency {
             }
             NewtonFailure::NotFinite => Inconsistent { cause, row: self.newton.not_finite_row(), unknown: None },
             NewtonFailure::NoConvergence { .. } => {
-                let row = |k: usize| self.newton.residual[k] * self.core.solver.row_scale(k);
+                let row = |k: usize| self.newton.residual[k] * self.core.matrix.row_scale(k);
                 let size = |k: usize| self.newton.correction[k] / self.newton.nominals[k].max(self.newton.x[k].abs());
                 let n = self.newton.x.len();
                 Inconsistent { cause, row: largest((0..n).map(row)), unknown: largest((0..n).map(size)) }

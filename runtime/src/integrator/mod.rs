@@ -222,7 +222,7 @@ impl Integrator {
             Active::Bdf => {
                 let h = one_step.next_step().min(one_step.step_size()) / STEP_RATIO;
                 let scratch = &mut self.scratch;
-                let past = |t: f64, y: &mut [f64]| one_step.interpolate(t, y, scratch);
+                let past = |t: f64, y: &mut [f64]| one_step.at(t, y, scratch);
                 self.bdf.resume((one_step.t(), h, ORDER), one_step.yp(), past);
             }
         }
@@ -307,10 +307,10 @@ impl Integrator {
     }
 
     /// Interpolates within the last accepted step.
-    pub(crate) fn interpolate(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
+    pub(crate) fn at(&self, t: f64, y: &mut [f64], yp: &mut [f64]) {
         match self.stepping() {
-            Some(one_step) => one_step.interpolate(t, y, yp),
-            None => self.bdf.interpolate(t, y, yp),
+            Some(one_step) => one_step.at(t, y, yp),
+            None => self.bdf.at(t, y, yp),
         }
     }
 

@@ -1,22 +1,20 @@
 //! The pattern of the iteration matrix and the maps of its two parts into it.
 //!
-//! Both matrices that the solver factors are column-wise combinations `a_j dF/dy_j + b_j dF/dy'_j`: the iteration matrix of a
-//! step (`a = 1`, `b = c`) and the matrix of the consistency solve (`b = 1` for differential unknowns, `a = 1`
-//! for the others).  Their pattern is the union of the two parts; positions are looked up once.
+//! Combinations `a_j dF/dy_j + b_j dF/dy'_j` of columns have the union of the two parts as their pattern; positions are looked up once.
 
 use hyd_system::Pattern;
 
 /// Union of two square patterns with the position of each entry of both in it.
-pub(crate) struct MergedPattern {
+pub(super) struct MergedPattern {
     /// The union.
-    pub(crate) pattern: Pattern,
+    pub(super) pattern: Pattern,
     state_positions: Vec<u32>,
     rate_positions: Vec<u32>,
 }
 
 impl MergedPattern {
     /// Merges the patterns of dF/dy and dF/dy'.
-    pub(crate) fn new(state: &Pattern, rate: &Pattern) -> Self {
+    pub(super) fn new(state: &Pattern, rate: &Pattern) -> Self {
         let n = state.columns();
         let mut pairs = Vec::with_capacity(state.entries() + rate.entries());
         for part in [state, rate] {
@@ -31,7 +29,7 @@ impl MergedPattern {
     }
 
     /// `values := dF/dy + c dF/dy'` on the union.
-    pub(crate) fn combine(&self, state: &[f64], rate: &[f64], c: f64, values: &mut [f64]) {
+    pub(super) fn combine(&self, state: &[f64], rate: &[f64], c: f64, values: &mut [f64]) {
         values.fill(0.0);
         for (&position, &value) in self.state_positions.iter().zip(state) {
             values[position as usize] += value;
@@ -43,7 +41,7 @@ impl MergedPattern {
 
     /// Columns of dF/dy' for differential unknowns and of dF/dy for the others, on the union; `state_pattern` and
     /// `rate_pattern` are the parts given to `new`.
-    pub(crate) fn select(
+    pub(super) fn select(
         &self,
         parts: (&Pattern, &Pattern),
         state: &[f64],

@@ -10,6 +10,7 @@
 mod dense;
 mod factor;
 mod inverse;
+mod iteration_matrix;
 mod lower;
 mod merge;
 mod pivot;
@@ -21,7 +22,7 @@ mod tail;
 use hyd_system::Pattern;
 
 pub(crate) use factor::{FactorError, subtract};
-pub(crate) use merge::MergedPattern;
+pub(crate) use iteration_matrix::IterationMatrix;
 
 use crate::tiled::{Tile, Tiled};
 use dense::Dense;

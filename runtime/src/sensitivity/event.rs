@@ -12,7 +12,7 @@
 //! in the direction `w`, as `1/sqrt(t_e - t)`; there `z(t, p) = z(t_e(p)) - c sqrt(t_e(p) - t) + ...`, so their ratio tends to
 //! `-dt_e`, read off just before the fold.
 
-use hyd_system::{Along, EventPhase};
+use hyd_system::EventPhase;
 
 use super::Sensitivity;
 use crate::error::{SolveError, Stage};
@@ -40,58 +40,58 @@ impl Sensitivity {
         yp: &[f64],
     ) -> Result<(), SolveError> {
         self.changed = false;
-        self.steps.interpolate(self.steps.newest(), &self.differential, (&mut self.s, &mut self.sp), self.width);
+        self.steps.at(self.steps.newest(), &self.differential, (&mut self.at.s, &mut self.at.sp), self.width);
         let last = self.width - 1;
-        for (k, block) in self.s.chunks_exact_mut(self.width).enumerate() {
+        for (k, block) in self.at.s.chunks_exact_mut(self.width).enumerate() {
             block[last] = yp[k];
         }
-        self.dt.fill(0.0);
-        self.dt[last] = 1.0;
+        self.at.dt.fill(0.0);
+        self.at.dt[last] = 1.0;
         self.consistent(problem, (Stage::Event, t), y, yp)?;
-        self.dt[last] = 0.0;
+        self.at.dt[last] = 0.0;
         Ok(())
     }
 
     /// From derivatives at fixed time to total derivatives along the moving event; call after [`Sensitivity::arrive`].
     pub(crate) fn shift(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), source: EventSource) {
         let (width, last) = (self.width, self.width - 1);
-        self.dt.fill(0.0);
+        self.at.dt.fill(0.0);
         match source {
             EventSource::Root(k) => {
-                self.dt[last] = 1.0;
-                let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-                problem.system.roots_tangent(t, y, yp, along, &mut self.roots);
-                let root = &self.roots[k * width..(k + 1) * width];
+                self.at.dt[last] = 1.0;
+                let along = self.at.along();
+                problem.system.roots_tangent(t, y, yp, along, &mut self.event.roots);
+                let root = &self.event.roots[k * width..(k + 1) * width];
                 let slope = root[last];
-                self.dt[last] = 0.0;
+                self.at.dt[last] = 0.0;
                 // A root function at rest is grazed, not crossed.
                 if slope != 0.0 {
-                    for (dt, change) in self.dt[..last].iter_mut().zip(root) {
+                    for (dt, change) in self.at.dt[..last].iter_mut().zip(root) {
                         *dt = -change / slope;
                     }
                 }
             }
             EventSource::Fold(k) => {
-                let block = if self.differential[k] { &self.sp } else { &self.s };
+                let block = if self.differential[k] { &self.at.sp } else { &self.at.s };
                 let block = &block[k * width..(k + 1) * width];
                 if block[last] != 0.0 {
-                    for (dt, change) in self.dt[..last].iter_mut().zip(block) {
+                    for (dt, change) in self.at.dt[..last].iter_mut().zip(block) {
                         *dt = -change / block[last];
                     }
                 }
             }
             EventSource::Time => {
-                if problem.system.instant_tangent(t, &mut self.dt) {
-                    self.dt[last] = 0.0;
+                if problem.system.instant_tangent(t, &mut self.at.dt) {
+                    self.at.dt[last] = 0.0;
                 } else {
-                    self.dt.fill(0.0);
+                    self.at.dt.fill(0.0);
                 }
             }
         }
-        self.instant.copy_from_slice(&self.dt[..last]);
-        for block in self.s.chunks_exact_mut(width).chain(self.sp.chunks_exact_mut(width)) {
+        self.at.instant.copy_from_slice(&self.at.dt[..last]);
+        for block in self.at.s.chunks_exact_mut(width).chain(self.at.sp.chunks_exact_mut(width)) {
             let rate = std::mem::replace(&mut block[last], 0.0);
-            for (value, dt) in block.iter_mut().zip(&self.dt) {
+            for (value, dt) in block.iter_mut().zip(&self.at.dt) {
                 *value += rate * dt;
             }
         }
@@ -99,17 +99,17 @@ impl Sensitivity {
 
     /// Before a pass of the event iteration on `y`.
     pub(crate) fn before_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, y: &[f64], yp: &[f64]) {
-        self.y_before.copy_from_slice(y);
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+        self.event.y_before.copy_from_slice(y);
+        let along = self.at.along();
         problem.system.before_event_pass(phase, t, y, yp, along);
     }
 
     /// After it; true if a derivative of a discrete variable changed.
     pub(crate) fn after_pass(&mut self, problem: &mut Problem<'_>, phase: EventPhase, t: f64, yp: &[f64]) -> bool {
-        self.base.copy_from_slice(&self.s);
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        let changed = problem.system.after_event_pass(phase, t, &self.y_before, yp, along, &mut self.base);
-        std::mem::swap(&mut self.s, &mut self.base);
+        self.event.base.copy_from_slice(&self.at.s);
+        let along = self.at.along();
+        let changed = problem.system.after_event_pass(phase, t, &self.event.y_before, yp, along, &mut self.event.base);
+        std::mem::swap(&mut self.at.s, &mut self.event.base);
         self.changed |= changed;
         changed
     }
@@ -122,12 +122,12 @@ impl Sensitivity {
         y: &[f64],
         yp: &[f64],
     ) -> Result<(), SolveError> {
-        for (k, block) in self.s.chunks_exact_mut(self.width).enumerate() {
-            for (value, dt) in block.iter_mut().zip(&self.dt) {
+        for (k, block) in self.at.s.chunks_exact_mut(self.width).enumerate() {
+            for (value, dt) in block.iter_mut().zip(&self.at.dt) {
                 *value -= yp[k] * dt;
             }
         }
-        self.dt.fill(0.0);
+        self.at.dt.fill(0.0);
         self.consistent(problem, (Stage::Event, t), y, yp)
     }
 }

@@ -5,60 +5,55 @@
 //! factored at the point in question, because a linear system is solved once and has no iteration to make up for an old
 //! matrix.
 
-use hyd_system::{Pattern, Structure, wide};
+use hyd_system::{Structure, wide};
 
 use super::trail::Trail;
-use crate::linear::{FactorError, LinearSolver, MergedPattern, subtract};
+use crate::linear::{FactorError, IterationMatrix, LinearSolver, subtract};
 use crate::problem::Problem;
 use crate::tiled::{LANES, Tile};
 
 /// Change of an entry of a Jacobian that counts as a jump, as a part of it.
 const JUMP: f64 = 1e-4;
 
-/// A matrix with its factors and work space.
+/// The matrices with their factors and work space.
 pub(super) struct Matrices {
-    merged: MergedPattern,
-    state_pattern: Pattern,
-    rate_pattern: Pattern,
-    solver: LinearSolver,
-    state_values: Vec<f64>,
-    rate_values: Vec<f64>,
-    values: Vec<f64>,
+    matrix: IterationMatrix,
+    initial: InitialMatrix,
     tiles: Vec<Tile>,
+    /// Point and entries on one side of a break, for the comparison with the other.
     y: Vec<f64>,
     yp: Vec<f64>,
     before: Vec<f64>,
-    initial_solver: LinearSolver,
-    initial_values: Vec<f64>,
-    initial_column: Vec<f64>,
+}
+
+/// The Jacobian of the initial system.
+struct InitialMatrix {
+    solver: LinearSolver,
+    values: Vec<f64>,
+    column: Vec<f64>,
 }
 
 impl Matrices {
     /// Work space for systems of this structure.
     pub(super) fn new(structure: &Structure) -> Self {
-        let merged = MergedPattern::new(&structure.state_pattern, &structure.rate_pattern);
         let initial = &structure.initial;
         Self {
-            solver: LinearSolver::new(&merged.pattern),
-            state_values: vec![0.0; structure.state_pattern.entries()],
-            rate_values: vec![0.0; structure.rate_pattern.entries()],
-            values: vec![0.0; merged.pattern.entries()],
-            merged,
-            state_pattern: structure.state_pattern.clone(),
-            rate_pattern: structure.rate_pattern.clone(),
+            matrix: IterationMatrix::new(structure),
+            initial: InitialMatrix {
+                solver: LinearSolver::new(&initial.pattern),
+                values: vec![0.0; initial.pattern.entries()],
+                column: vec![0.0; initial.unknowns],
+            },
             tiles: Vec::new(),
             y: vec![0.0; structure.unknowns],
             yp: vec![0.0; structure.unknowns],
             before: Vec::new(),
-            initial_solver: LinearSolver::new(&initial.pattern),
-            initial_values: vec![0.0; initial.pattern.entries()],
-            initial_column: vec![0.0; initial.unknowns],
         }
     }
 
     /// Sets the sizes of the unknowns, and forgets what was chosen for the matrices before.
     pub(super) fn reset(&mut self, nominals: &[f64]) {
-        self.solver.begin(nominals);
+        self.matrix.begin(nominals);
     }
 
     /// Factors `dF/dy + c dF/dy'` at a point, and gives the tangent of F with the unknowns held.
@@ -69,23 +64,21 @@ impl Matrices {
         (y, yp): (&[f64], &[f64]),
         forcing: &mut [f64],
     ) -> Result<(), FactorError> {
-        let (state, rate) = (&mut self.state_values, &mut self.rate_values);
-        problem.system.jacobian_tangent(t, y, yp, (state, rate), forcing);
-        self.merged.combine(&self.state_values, &self.rate_values, c, &mut self.values);
-        self.solver.factor(&mut self.values)
+        problem.system.jacobian_tangent(t, y, yp, self.matrix.parts(), forcing);
+        self.matrix.factor(c)
     }
 
     /// True if the Jacobians on both sides of a break differ by more than rounding and smooth change explain.
     pub(super) fn jump_between(&mut self, problem: &mut Problem<'_>, trail: &Trail, (a, b): (f64, f64)) -> bool {
         trail.values(a, &mut self.y, &mut self.yp);
-        problem.system.jacobian(a, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
+        let (state, rate) = self.matrix.parts();
+        problem.system.jacobian(a, &self.y, &self.yp, state, rate);
         self.before.clear();
-        self.before.extend_from_slice(&self.state_values);
-        self.before.extend_from_slice(&self.rate_values);
+        self.before.extend(self.matrix.entries());
         trail.values(b, &mut self.y, &mut self.yp);
-        problem.system.jacobian(b, &self.y, &self.yp, &mut self.state_values, &mut self.rate_values);
-        let after = self.state_values.iter().chain(&self.rate_values);
-        self.before.iter().zip(after).any(|(a, b)| (a - b).abs() > JUMP * a.abs().max(b.abs()))
+        let (state, rate) = self.matrix.parts();
+        problem.system.jacobian(b, &self.y, &self.yp, state, rate);
+        self.before.iter().zip(self.matrix.entries()).any(|(a, b)| (a - b).abs() > JUMP * a.abs().max(b.abs()))
     }
 
     /// Factors the matrix of the consistency solve at a point, and gives the tangent of F with the unknowns held.
@@ -97,19 +90,15 @@ impl Matrices {
         differential: &[bool],
         forcing: &mut [f64],
     ) -> Result<(), FactorError> {
-        let (state, rate) = (&mut self.state_values, &mut self.rate_values);
-        problem.system.jacobian_tangent(t, y, yp, (state, rate), forcing);
-        let parts = (&self.state_pattern, &self.rate_pattern);
-        self.merged.select(parts, &self.state_values, &self.rate_values, differential, &mut self.values);
-        self.solver.factor(&mut self.values)
+        problem.system.jacobian_tangent(t, y, yp, self.matrix.parts(), forcing);
+        self.matrix.factor_consistent(differential)
     }
 
     /// `column -= dF/dy s` over differential unknowns with the last matrix; all have `tiles` tiles per unknown.
     pub(super) fn subtract_state_product(&self, s: &[Tile], differential: &[bool], column: &mut [Tile], tiles: usize) {
         for (j, s) in s.chunks_exact(tiles).enumerate().filter(|(j, _)| differential[*j]) {
-            for entry in self.state_pattern.column(j) {
-                let row = self.state_pattern.row_indices[entry] as usize;
-                subtract(&mut column[row * tiles..(row + 1) * tiles], self.state_values[entry], s);
+            for (row, entry) in self.matrix.state_column(j) {
+                subtract(&mut column[row * tiles..(row + 1) * tiles], entry, s);
             }
         }
     }
@@ -125,9 +114,8 @@ impl Matrices {
                 3 => self.add_rate_blocks(c, base.as_chunks::<3>().0, column.as_chunks_mut().0),
                 _ => {
                     for (j, base) in base.chunks_exact(tiles).enumerate() {
-                        for entry in self.rate_pattern.column(j) {
-                            let row = self.rate_pattern.row_indices[entry] as usize;
-                            subtract(&mut column[row * tiles..(row + 1) * tiles], -c * self.rate_values[entry], base);
+                        for (row, entry) in self.matrix.rate_column(j) {
+                            subtract(&mut column[row * tiles..(row + 1) * tiles], -c * entry, base);
                         }
                     }
                 }
@@ -138,16 +126,15 @@ impl Matrices {
     #[inline(always)]
     fn add_rate_blocks<const T: usize>(&self, c: f64, base: &[[Tile; T]], column: &mut [[Tile; T]]) {
         for (j, base) in base.iter().enumerate() {
-            for entry in self.rate_pattern.column(j) {
-                let row = self.rate_pattern.row_indices[entry] as usize;
-                subtract(&mut column[row], -c * self.rate_values[entry], base);
+            for (row, entry) in self.matrix.rate_column(j) {
+                subtract(&mut column[row], -c * entry, base);
             }
         }
     }
 
     /// Replaces several right-hand sides by their solutions.
     pub(super) fn solve_tiles(&mut self, column: &mut Vec<Tile>, tiles: usize) {
-        self.solver.solve_tiles(column, tiles);
+        self.matrix.solve_tiles(column, tiles);
     }
 
     /// Factors the matrix of the consistency solve.
@@ -158,11 +145,10 @@ impl Matrices {
         (y, yp): (&[f64], &[f64]),
         differential: &[bool],
     ) -> Result<(), FactorError> {
-        problem.jacobian(t, y, yp, &mut self.state_values, &mut self.rate_values);
-        let parts = (&self.state_pattern, &self.rate_pattern);
-        self.merged.select(parts, &self.state_values, &self.rate_values, differential, &mut self.values);
+        let (state, rate) = self.matrix.parts();
+        problem.jacobian(t, y, yp, state, rate);
         problem.statistics.factorisations += 1;
-        self.solver.factor(&mut self.values)
+        self.matrix.factor_consistent(differential)
     }
 
     /// Replaces the blocks of `b` by the solutions.
@@ -174,7 +160,7 @@ impl Matrices {
             own[..width].copy_from_slice(block);
             own[width..].fill(0.0);
         }
-        self.solver.solve_tiles(&mut self.tiles, tiles);
+        self.matrix.solve_tiles(&mut self.tiles, tiles);
         let own = self.tiles.as_flattened().chunks_exact(tiles * LANES);
         for (own, block) in own.zip(b.chunks_exact_mut(width)) {
             block.copy_from_slice(&own[..width]);
@@ -192,13 +178,14 @@ impl Matrices {
     ) -> Result<(), FactorError> {
         problem.statistics.jacobians += 1;
         problem.statistics.factorisations += 1;
-        if problem.system.initial_jacobian(t, z, &mut self.initial_values).is_err() {
+        let InitialMatrix { solver, values, column } = &mut self.initial;
+        if problem.system.initial_jacobian(t, z, values).is_err() {
             return Err(FactorError::NotFinite { row: 0, column: 0 });
         }
-        problem.system.initial_nominals(&mut self.initial_column);
-        self.initial_solver.begin(&self.initial_column);
-        self.initial_solver.factor(&mut self.initial_values)?;
-        solve_columns(&mut self.initial_solver, &mut self.initial_column, b, width);
+        problem.system.initial_nominals(column);
+        solver.begin(column);
+        solver.factor(values)?;
+        solve_columns(solver, column, b, width);
         Ok(())
     }
 }

@@ -55,25 +55,51 @@ pub(crate) struct Sensitivity {
     trail: Trail,
     breaks: Breaks,
     waiting: Waiting,
-    /// Derivatives of y and y' at the current point.
-    s: Vec<f64>,
-    sp: Vec<f64>,
-    /// Derivatives of the current time: those of an instant while an event is settled, else 0.
-    dt: Vec<f64>,
-    base: Vec<f64>,
-    rhs: Vec<f64>,
-    z: Vec<f64>,
-    roots: Vec<f64>,
-    y_before: Vec<f64>,
+    at: AtPoint,
+    event: EventWork,
+    solution: Solution,
+    rows: Rows,
     /// A point of the solution at which sources of delays are derived.
     point: (Vec<f64>, Vec<f64>),
-    /// Derivatives of the instant of the last event.
+    /// A derivative of a discrete variable changed in the event.
+    pub(crate) changed: bool,
+}
+
+/// Derivatives at the current point.
+struct AtPoint {
+    /// Of y and y'.
+    s: Vec<f64>,
+    sp: Vec<f64>,
+    /// Of the current time: those of an instant while an event is settled, else 0.
+    dt: Vec<f64>,
+    /// Of the instant of the last event.
     instant: Vec<f64>,
+}
+
+impl AtPoint {
+    fn along(&self) -> Along<'_> {
+        Along { t: &self.dt, y: &self.s, yp: &self.sp }
+    }
+}
+
+/// What an event needs: derivatives before a pass, those of the root functions, and the values before the pass.
+struct EventWork {
+    base: Vec<f64>,
+    roots: Vec<f64>,
+    y_before: Vec<f64>,
+}
+
+/// Right-hand sides and solutions of the linear systems of the equations and of the initial equations.
+struct Solution {
+    rhs: Vec<f64>,
+    z: Vec<f64>,
+}
+
+/// What is written: derivatives of outputs and of parameters, and parameters with their derivatives behind.
+struct Rows {
     row: Vec<f64>,
     parameters: Vec<f64>,
     extended: Vec<f64>,
-    /// A derivative of a discrete variable changed in the event.
-    pub(crate) changed: bool,
 }
 
 impl Sensitivity {
@@ -141,19 +167,15 @@ impl Sensitivity {
             trail: Trail::new(n),
             breaks: Breaks::new(n),
             waiting: Waiting::default(),
-            s: block(),
-            sp: block(),
-            dt: vec![0.0; width],
-            base: block(),
-            rhs: block(),
-            z: vec![0.0; structure.initial.unknowns * width],
-            roots: vec![0.0; structure.roots * width],
-            y_before: vec![0.0; n],
+            at: AtPoint { s: block(), sp: block(), dt: vec![0.0; width], instant: vec![0.0; width - 1] },
+            event: EventWork { base: block(), roots: vec![0.0; structure.roots * width], y_before: vec![0.0; n] },
+            solution: Solution { rhs: block(), z: vec![0.0; structure.initial.unknowns * width] },
+            rows: Rows {
+                row: vec![0.0; structure.outputs * width],
+                parameters: vec![0.0; parameters * width],
+                extended: Vec::new(),
+            },
             point: (vec![0.0; n], vec![0.0; n]),
-            instant: vec![0.0; width - 1],
-            row: vec![0.0; structure.outputs * width],
-            parameters: vec![0.0; parameters * width],
-            extended: Vec::new(),
             changed: false,
         }
     }
@@ -175,22 +197,22 @@ impl Sensitivity {
 
     /// Parameter values followed by their derivatives.
     pub(crate) fn parameters(&mut self, system: &mut Delaying<'_>) -> &[f64] {
-        self.extended.clear();
-        self.extended.extend_from_slice(system.parameters());
-        system.parameters_tangent(&mut self.parameters);
-        for block in self.parameters.chunks_exact(self.width) {
-            self.extended.extend_from_slice(&block[..self.width - 1]);
+        self.rows.extended.clear();
+        self.rows.extended.extend_from_slice(system.parameters());
+        system.parameters_tangent(&mut self.rows.parameters);
+        for block in self.rows.parameters.chunks_exact(self.width) {
+            self.rows.extended.extend_from_slice(&block[..self.width - 1]);
         }
-        &self.extended
+        &self.rows.extended
     }
 
     /// The start of a run, after `bind`.
     pub(crate) fn begin(&mut self, problem: &mut Problem<'_>, t: f64, tolerance: f64, nominals: &[f64]) {
         self.matrices.reset(nominals);
-        self.dt.fill(0.0);
-        self.s.fill(0.0);
-        self.sp.fill(0.0);
-        self.instant.fill(0.0);
+        self.at.dt.fill(0.0);
+        self.at.s.fill(0.0);
+        self.at.sp.fill(0.0);
+        self.at.instant.fill(0.0);
         problem.system.derive(self.width);
         let parameters = problem.system.parameters();
         self.steps.begin(tolerance, |unknown, direction| {
@@ -213,17 +235,17 @@ impl Sensitivity {
         yp: &[f64],
     ) -> Result<(), SolveError> {
         if !z.is_empty() {
-            problem.system.initial_residual_tangent(t, z, &mut self.z);
-            let solved = self.matrices.solve_initial(problem, t, z, &mut self.z, self.width);
+            problem.system.initial_residual_tangent(t, z, &mut self.solution.z);
+            let solved = self.matrices.solve_initial(problem, t, z, &mut self.solution.z, self.width);
             solved.map_err(|error| match error {
                 FactorError::Singular { row, column } | FactorError::NotFinite { row, column } => {
                     let cause = NewtonFailure::Singular { row, column };
                     SolveError::initial(t, cause, (Some(row), Some(column)), z, problem)
                 }
             })?;
-            self.z.iter_mut().for_each(|value| *value = -*value);
+            self.solution.z.iter_mut().for_each(|value| *value = -*value);
         }
-        problem.system.initial_store_tangent(t, z, &self.z, &mut self.s, &mut self.sp);
+        problem.system.initial_store_tangent(t, z, &self.solution.z, &mut self.at.s, &mut self.at.sp);
         self.consistent(problem, (Stage::Start, t), y, yp)
     }
 
@@ -237,17 +259,19 @@ impl Sensitivity {
     ) -> Result<(), SolveError> {
         let width = self.width;
         problem.system.states(&mut self.differential);
-        self.sp.fill(0.0);
-        for (block, _) in self.s.chunks_exact_mut(width).zip(&self.differential).filter(|(_, d)| !**d) {
+        self.at.sp.fill(0.0);
+        for (block, _) in self.at.s.chunks_exact_mut(width).zip(&self.differential).filter(|(_, d)| !**d) {
             block.fill(0.0);
         }
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        problem.system.residual_tangent(t, y, yp, along, &mut self.rhs);
+        let along = self.at.along();
+        problem.system.residual_tangent(t, y, yp, along, &mut self.solution.rhs);
         let factored = self.matrices.factor_consistent(problem, t, (y, yp), &self.differential);
         factored.map_err(|error| singular((stage, t), error, (y, yp), problem))?;
-        self.matrices.solve(&mut self.rhs, width);
-        let blocks = self.s.chunks_exact_mut(width).zip(self.sp.chunks_exact_mut(width));
-        for ((block, &differential), solution) in blocks.zip(&self.differential).zip(self.rhs.chunks_exact(width)) {
+        self.matrices.solve(&mut self.solution.rhs, width);
+        let blocks = self.at.s.chunks_exact_mut(width).zip(self.at.sp.chunks_exact_mut(width));
+        for ((block, &differential), solution) in
+            blocks.zip(&self.differential).zip(self.solution.rhs.chunks_exact(width))
+        {
             let target = if differential { block.1 } else { block.0 };
             for (value, x) in target.iter_mut().zip(solution) {
                 *value = -x;
@@ -258,10 +282,10 @@ impl Sensitivity {
 
     /// Forgets the past: the current derivatives are those at the point.
     pub(crate) fn restart(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) {
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        problem.system.begin_derived(t, (y, yp), along, &self.instant);
+        let along = self.at.along();
+        problem.system.begin_derived(t, (y, yp), along, &self.at.instant);
         self.breaks.restart(problem, t, y, yp);
-        self.steps.restart(t, &self.s, &self.sp, self.width);
+        self.steps.restart(t, &self.at.s, &self.at.sp, self.width);
         self.trail.restart(t, y, yp);
     }
 
@@ -333,12 +357,12 @@ impl Sensitivity {
         for node in known..=4 {
             let t = if node == 4 { to } else { from + (to - from) * node as f64 / 4.0 };
             self.trail.values(t, y, yp);
-            self.s.fill(0.0);
-            self.sp.fill(0.0);
-            self.steps.interpolate(t, &self.differential, (&mut self.s, &mut self.sp), self.width);
+            self.at.s.fill(0.0);
+            self.at.sp.fill(0.0);
+            self.steps.at(t, &self.differential, (&mut self.at.s, &mut self.at.sp), self.width);
             // Interpolated algebraic unknowns amplify what is rough in the past that they follow, pass after pass.
             self.consistent(problem, (Stage::Step, t), y, yp)?;
-            let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
+            let along = self.at.along();
             problem.system.sample_derived(node, t, (y, yp), along);
         }
         Ok(())
@@ -348,21 +372,21 @@ impl Sensitivity {
     fn serve(&mut self, t: f64) {
         while let Some(row) = self.waiting.next_up_to(t) {
             let at = row.t.min(self.steps.newest());
-            self.steps.interpolate(at, &self.differential, (&mut row.s, &mut row.sp), self.width);
+            self.steps.at(at, &self.differential, (&mut row.s, &mut row.sp), self.width);
         }
     }
 
     /// Lets a row wait for its derivatives.
     pub(crate) fn wait(&mut self, t: f64, (y, yp): (&[f64], &[f64])) {
-        self.waiting.push(t, y, yp, self.s.len());
+        self.waiting.push(t, y, yp, self.at.s.len());
         self.serve(self.steps.newest());
     }
 
     /// The next row that has its derivatives, which become the current ones.
     pub(crate) fn next_row(&mut self) -> Option<WaitingRow> {
         let row = self.waiting.take()?;
-        self.s.copy_from_slice(&row.s);
-        self.sp.copy_from_slice(&row.sp);
+        self.at.s.copy_from_slice(&row.s);
+        self.at.sp.copy_from_slice(&row.sp);
         Some(row)
     }
 
@@ -373,9 +397,9 @@ impl Sensitivity {
 
     /// Derivatives of the outputs at the current point, parameter by parameter, into `out`.
     pub(crate) fn outputs(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), out: &mut [f64]) {
-        let along = Along { t: &self.dt, y: &self.s, yp: &self.sp };
-        problem.system.outputs_tangent(t, y, yp, along, &mut self.row);
-        for (target, block) in out.chunks_exact_mut(self.width - 1).zip(self.row.chunks_exact(self.width)) {
+        let along = self.at.along();
+        problem.system.outputs_tangent(t, y, yp, along, &mut self.rows.row);
+        for (target, block) in out.chunks_exact_mut(self.width - 1).zip(self.rows.row.chunks_exact(self.width)) {
             target.copy_from_slice(&block[..self.width - 1]);
         }
     }

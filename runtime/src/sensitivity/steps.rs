@@ -45,30 +45,41 @@ const RETREAT: f64 = 0.1;
 
 /// Derivatives at the newest point, the last step, and the step to try next.
 pub(super) struct Steps {
-    n: usize,
     /// Number of directions, and of tiles that hold them.
     count: usize,
     tiles: usize,
-    t: f64,
-    t_before: f64,
-    h_used: f64,
+    last: LastStep,
+    attempt: Attempt,
     /// Step wanted next (s).
     h: f64,
-    /// Attempts at the step in hand.
-    attempts: u32,
     /// Attempts beyond those that the steps of the solution account for.
     spent: f64,
-    /// The next step is the first after a restart or a break, and the last one was.
+    /// The next step is the first after a restart or a break.
     fresh: bool,
-    first: bool,
     tolerance: f64,
-    s: Vec<Tile>,
-    start: Vec<Tile>,
-    rates: [Vec<Tile>; STAGES],
-    base: Vec<Tile>,
-    column: Vec<Tile>,
     /// Largest derivatives so far, and the least that counts.
     largest: Vec<Tile>,
+}
+
+/// The last step, in tiles.
+struct LastStep {
+    /// Its ends, and its length, which is 0 before the first (s).
+    from: f64,
+    to: f64,
+    h: f64,
+    /// It was the first after a restart or a break.
+    first: bool,
+    /// Derivatives at its beginning and at its end.
+    start: Vec<Tile>,
+    s: Vec<Tile>,
+    /// Rates of its stages, the last being those at its end; an attempt at the next step writes its own over them.
+    rates: [Vec<Tile>; STAGES],
+}
+
+/// Vectors of a stage.
+struct Attempt {
+    base: Vec<Tile>,
+    column: Vec<Tile>,
     /// Tangent of F with unknowns held, as the system gives it.
     forcing: Vec<f64>,
     y: Vec<f64>,
@@ -81,27 +92,29 @@ impl Steps {
         let tiles = count.div_ceil(LANES);
         let tiled = || vec![[0.0; LANES]; tiles * n];
         Self {
-            n,
             count,
             tiles,
-            t: 0.0,
-            t_before: 0.0,
-            h_used: 0.0,
+            last: LastStep {
+                from: 0.0,
+                to: 0.0,
+                h: 0.0,
+                first: true,
+                start: tiled(),
+                s: tiled(),
+                rates: std::array::from_fn(|_| tiled()),
+            },
+            attempt: Attempt {
+                base: tiled(),
+                column: tiled(),
+                forcing: vec![0.0; n * (count + 1)],
+                y: vec![0.0; n],
+                yp: vec![0.0; n],
+            },
             h: f64::INFINITY,
-            attempts: 0,
             spent: 0.0,
             fresh: true,
-            first: true,
             tolerance: 1e-6,
-            s: tiled(),
-            start: tiled(),
-            rates: std::array::from_fn(|_| tiled()),
-            base: tiled(),
-            column: tiled(),
             largest: tiled(),
-            forcing: vec![0.0; n * (count + 1)],
-            y: vec![0.0; n],
-            yp: vec![0.0; n],
         }
     }
 
@@ -118,26 +131,26 @@ impl Steps {
 
     /// Forgets the past: blocks of `width` derivatives and rates hold at `t` (s).
     pub(super) fn restart(&mut self, t: f64, s: &[f64], sp: &[f64], width: usize) {
-        (self.t, self.t_before, self.h_used, self.h) = (t, t, 0.0, f64::INFINITY);
-        (self.attempts, self.fresh) = (0, true);
-        load(&mut self.s, self.tiles, s, width, self.count);
-        load(&mut self.rates[STAGES - 1], self.tiles, sp, width, self.count);
+        (self.last.to, self.last.from, self.last.h, self.h) = (t, t, 0.0, f64::INFINITY);
+        self.fresh = true;
+        load(&mut self.last.s, self.tiles, s, width, self.count);
+        load(&mut self.last.rates[STAGES - 1], self.tiles, sp, width, self.count);
         self.measure();
     }
 
     /// Time of the newest point (s).
     pub(super) fn newest(&self) -> f64 {
-        self.t
+        self.last.to
     }
 
     /// Time before the last step (s).
     pub(super) fn before(&self) -> f64 {
-        self.t_before
+        self.last.from
     }
 
     /// True if the next step, at most as long as the shortest delay, lies within the trail, or a break cuts it short.
     pub(super) fn fits(&self, trail: &Trail, breaks: &Breaks, shortest: Option<f64>) -> bool {
-        let rest = trail.end() - self.t;
+        let rest = trail.end() - self.last.to;
         let wanted = self.h.min(shortest.unwrap_or(f64::INFINITY));
         rest > 0.0 && (!wanted.is_finite() || wanted <= rest || breaks.next().is_some())
     }
@@ -150,24 +163,24 @@ impl Steps {
         (trail, breaks): (&mut Trail, &mut Breaks),
         differential: &[bool],
     ) {
-        let Some((_, behind)) = breaks.next().filter(|(before, _)| *before <= self.t) else { return };
+        let Some((_, behind)) = breaks.next().filter(|(before, _)| *before <= self.last.to) else { return };
         breaks.pass();
-        let t = behind.max(self.t);
-        trail.values(t, &mut self.y, &mut self.yp);
-        let point = (self.y.as_slice(), self.yp.as_slice());
-        if matrices.select_along(problem, t, point, differential, &mut self.forcing).is_err() {
+        let t = behind.max(self.last.to);
+        trail.values(t, &mut self.attempt.y, &mut self.attempt.yp);
+        let point = (self.attempt.y.as_slice(), self.attempt.yp.as_slice());
+        if matrices.select_along(problem, t, point, differential, &mut self.attempt.forcing).is_err() {
             // The step that follows has the same trouble, and says so.
             return;
         }
-        take_forcing(&mut self.column, self.tiles, &self.forcing, self.count);
-        matrices.subtract_state_product(&self.s, differential, &mut self.column, self.tiles);
-        matrices.solve_tiles(&mut self.column, self.tiles);
+        take_forcing(&mut self.attempt.column, self.tiles, &self.attempt.forcing, self.count);
+        matrices.subtract_state_product(&self.last.s, differential, &mut self.attempt.column, self.tiles);
+        matrices.solve_tiles(&mut self.attempt.column, self.tiles);
         for (k, &differential) in differential.iter().enumerate() {
             let range = k * self.tiles..(k + 1) * self.tiles;
-            let target = if differential { &mut self.rates[STAGES - 1] } else { &mut self.s };
-            target[range.clone()].copy_from_slice(&self.column[range]);
+            let target = if differential { &mut self.last.rates[STAGES - 1] } else { &mut self.last.s };
+            target[range.clone()].copy_from_slice(&self.attempt.column[range]);
         }
-        (self.t, self.t_before, self.h_used) = (t, t, 0.0);
+        (self.last.to, self.last.from, self.last.h) = (t, t, 0.0);
         self.fresh = true;
         trail.drop_before(t);
     }
@@ -183,55 +196,55 @@ impl Steps {
         let limit = breaks.next().map_or(trail.end(), |(before, _)| before.min(trail.end()));
         // What a step reads of the past must be known.
         let shortest = problem.system.shortest_delay();
-        let limit = shortest.map_or(limit, |shortest| limit.min(self.t + shortest));
+        let limit = shortest.map_or(limit, |shortest| limit.min(self.last.to + shortest));
         let (part, ratio) = match self.tolerance < FORGIVEN * TIGHT {
             true => (SHORTEST.1, RATIO.1),
             false => (SHORTEST.0, RATIO.0),
         };
-        let least = if self.spent > BURST && !self.fresh { part * trail.step_over(self.t) } else { 0.0 };
-        if limit <= self.t {
+        let least = if self.spent > BURST && !self.fresh { part * trail.step_over(self.last.to) } else { 0.0 };
+        if limit <= self.last.to {
             // The next break is at hand, or the last one led to the end.
             return Ok(());
         }
         let wanted = self.h;
         // What an attempt reads of the last step; the rest it writes anew.
-        std::mem::swap(&mut self.start, &mut self.s);
-        self.rates.swap(0, STAGES - 1);
-        self.attempts = 0;
+        std::mem::swap(&mut self.last.start, &mut self.last.s);
+        self.last.rates.swap(0, STAGES - 1);
+        let mut attempts = 0u32;
         loop {
-            let target = if 1.05 * self.h >= limit - self.t { limit } else { self.t + self.h };
-            let h = target - self.t;
-            self.attempts += 1;
+            let target = if 1.05 * self.h >= limit - self.last.to { limit } else { self.last.to + self.h };
+            let h = target - self.last.to;
+            attempts += 1;
             problem.statistics.sensitivity_steps += 1;
             let error = match self.stages(problem, matrices, trail, (h, target)) {
                 Ok(()) => {
                     let error = self.error(h, differential, difference);
                     if breaks.located() { error } else { error.max(self.error(h, differential, kink)) }
                 }
-                Err(error) if self.attempts >= MOST_ATTEMPTS => return Err((target, error)),
+                Err(error) if attempts >= MOST_ATTEMPTS => return Err((target, error)),
                 Err(_) => f64::NAN,
             };
-            let tiny = h <= 64.0 * f64::EPSILON * self.t.abs();
+            let tiny = h <= 64.0 * f64::EPSILON * self.last.to.abs();
             // The end of a step may have been moved to the limit.
             let short = h <= 1.06 * least;
-            if error <= 1.0 || (error.is_finite() && (self.attempts >= MOST_ATTEMPTS || tiny || short)) {
-                let growth = if self.attempts > 1 { 1.0 } else { MOST_GROWTH };
+            if error <= 1.0 || (error.is_finite() && (attempts >= MOST_ATTEMPTS || tiny || short)) {
+                let growth = if attempts > 1 { 1.0 } else { MOST_GROWTH };
                 self.h = h * (SAFETY / fourth_root(error.max(1e-8))).clamp(LEAST, growth);
-                if self.attempts == 1 && wanted.is_finite() && target == limit {
+                if attempts == 1 && wanted.is_finite() && target == limit {
                     // What was cut short says little about the next one.
                     self.h = self.h.max(wanted);
                 }
                 self.h = self.h.max(least);
                 if shortest.is_some() {
-                    let due = ratio * trail.points_within(self.t, target) as f64;
-                    self.spent = (self.spent + f64::from(self.attempts) - due).max(0.0);
+                    let due = ratio * trail.points_within(self.last.to, target) as f64;
+                    self.spent = (self.spent + f64::from(attempts) - due).max(0.0);
                 }
-                (self.t_before, self.t, self.h_used) = (self.t, target, h);
-                self.first = std::mem::take(&mut self.fresh);
+                (self.last.from, self.last.to, self.last.h) = (self.last.to, target, h);
+                self.last.first = std::mem::take(&mut self.fresh);
                 self.measure();
                 return Ok(());
             }
-            if self.attempts >= MOST_ATTEMPTS {
+            if attempts >= MOST_ATTEMPTS {
                 // No value at any length: the matrix was solvable, the result is not.
                 return Err((target, FactorError::NotFinite { row: 0, column: 0 }));
             }
@@ -250,33 +263,39 @@ impl Steps {
     ) -> Result<(), FactorError> {
         let (tiles, c) = (self.tiles, (h * GAMMA).recip());
         for i in 1..STAGES {
-            let t = if i + 1 == STAGES { target } else { self.t + C[i] * h };
-            trail.values(t, &mut self.y, &mut self.yp);
-            matrices.factor_along(problem, (t, c), (&self.y, &self.yp), &mut self.forcing)?;
-            let (done, rest) = self.rates.split_at_mut(i);
-            combine(&mut self.base, Some(&self.start), done, &A[i].map(|a| h * a));
-            take_forcing(&mut self.column, tiles, &self.forcing, self.count);
-            matrices.add_rate_product(c, &self.base, &mut self.column, tiles);
-            matrices.solve_tiles(&mut self.column, tiles);
+            let t = if i + 1 == STAGES { target } else { self.last.to + C[i] * h };
+            trail.values(t, &mut self.attempt.y, &mut self.attempt.yp);
+            matrices.factor_along(problem, (t, c), (&self.attempt.y, &self.attempt.yp), &mut self.attempt.forcing)?;
+            let (done, rest) = self.last.rates.split_at_mut(i);
+            combine(&mut self.attempt.base, Some(&self.last.start), done, &A[i].map(|a| h * a));
+            take_forcing(&mut self.attempt.column, tiles, &self.attempt.forcing, self.count);
+            matrices.add_rate_product(c, &self.attempt.base, &mut self.attempt.column, tiles);
+            matrices.solve_tiles(&mut self.attempt.column, tiles);
             let rates = rest[0].as_flattened_mut().iter_mut();
-            for ((rate, s), base) in rates.zip(self.column.as_flattened()).zip(self.base.as_flattened()) {
+            for ((rate, s), base) in rates.zip(self.attempt.column.as_flattened()).zip(self.attempt.base.as_flattened())
+            {
                 *rate = c * (s - base);
             }
         }
-        std::mem::swap(&mut self.s, &mut self.column);
+        std::mem::swap(&mut self.last.s, &mut self.attempt.column);
         Ok(())
     }
 
     /// Error of the attempt by a combination of its rates, in accepted ones.
     fn error(&mut self, h: f64, differential: &[bool], weight: fn(usize) -> f64) -> f64 {
         let count = differential.iter().filter(|differential| **differential).count().max(1) as f64;
-        combine(&mut self.base, None, &self.rates, &std::array::from_fn::<f64, STAGES, _>(|i| h * weight(i)));
+        combine(
+            &mut self.attempt.base,
+            None,
+            &self.last.rates,
+            &std::array::from_fn::<f64, STAGES, _>(|i| h * weight(i)),
+        );
         let mut worst = 0.0f64;
         for tile in 0..self.tiles {
             let mut sum = [0.0; LANES];
             for (k, _) in differential.iter().enumerate().filter(|(_, differential)| **differential) {
                 let at = k * self.tiles + tile;
-                let (error, largest, s) = (&self.base[at], &self.largest[at], &self.s[at]);
+                let (error, largest, s) = (&self.attempt.base[at], &self.largest[at], &self.last.s[at]);
                 for lane in 0..LANES {
                     let (largest, s) = (largest[lane], s[lane].abs());
                     let part = error[lane] / if s > largest { s } else { largest };
@@ -296,35 +315,36 @@ impl Steps {
 
     /// Keeps the largest derivatives.
     fn measure(&mut self) {
-        for (largest, s) in self.largest.as_flattened_mut().iter_mut().zip(self.s.as_flattened()) {
+        for (largest, s) in self.largest.as_flattened_mut().iter_mut().zip(self.last.s.as_flattened()) {
             let s = s.abs();
             *largest = if s > *largest { s } else { *largest };
         }
     }
 
     /// Derivatives and rates at a time within the last step, into blocks of `width`.
-    pub(super) fn interpolate(&self, t: f64, differential: &[bool], (s, sp): (&mut [f64], &mut [f64]), width: usize) {
-        let weights: [(f64, f64); STAGES] = if self.h_used > 0.0 && t != self.t {
-            let theta = (t - self.t_before) / self.h_used;
+    pub(super) fn at(&self, t: f64, differential: &[bool], (s, sp): (&mut [f64], &mut [f64]), width: usize) {
+        let weights: [(f64, f64); STAGES] = if self.last.h > 0.0 && t != self.last.to {
+            let theta = (t - self.last.from) / self.last.h;
             std::array::from_fn(|i| dense(i, theta))
         } else {
             return self.newest_into((s, sp), width);
         };
-        let theta = (t - self.t_before) / self.h_used;
+        let theta = (t - self.last.from) / self.last.h;
         for tile in 0..self.tiles {
-            for k in 0..self.n {
+            for (k, &differential) in differential.iter().enumerate() {
                 let at = k * self.tiles + tile;
                 for lane in 0..LANES.min(self.count - tile * LANES) {
-                    let (mut value, mut rate) = (self.start[at][lane], 0.0);
-                    if self.first && !differential[k] {
+                    let (mut value, mut rate) = (self.last.start[at][lane], 0.0);
+                    if self.last.first && !differential {
                         // Stages start from a rate that an algebraic unknown does not have at a restart.
-                        let (slope, end) = ((self.s[at][lane] - value) / self.h_used, self.rates[STAGES - 1][at][lane]);
+                        let (slope, end) =
+                            ((self.last.s[at][lane] - value) / self.last.h, self.last.rates[STAGES - 1][at][lane]);
                         let begin = 2.0 * slope - end;
                         rate = begin + theta * (end - begin);
-                        value += 0.5 * theta * self.h_used * (begin + rate);
+                        value += 0.5 * theta * self.last.h * (begin + rate);
                     } else {
-                        for (rates, (b, slope)) in self.rates.iter().zip(weights) {
-                            value += self.h_used * b * rates[at][lane];
+                        for (rates, (b, slope)) in self.last.rates.iter().zip(weights) {
+                            value += self.last.h * b * rates[at][lane];
                             rate += slope * rates[at][lane];
                         }
                     }
@@ -337,7 +357,7 @@ impl Steps {
 
     fn newest_into(&self, (s, sp): (&mut [f64], &mut [f64]), width: usize) {
         let own = self.tiles * LANES;
-        for (blocks, tiles) in [(s, &self.s), (sp, &self.rates[STAGES - 1])] {
+        for (blocks, tiles) in [(s, &self.last.s), (sp, &self.last.rates[STAGES - 1])] {
             for (block, own) in blocks.chunks_exact_mut(width).zip(tiles.as_flattened().chunks_exact(own)) {
                 block[..self.count].copy_from_slice(&own[..self.count]);
             }
