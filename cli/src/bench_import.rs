@@ -16,9 +16,9 @@ use hyd_run::{read_text, read_to_limit};
 use serde_json::Value;
 
 use crate::arguments::{Import, MessageFormat};
-use crate::discovery_memory::hash;
-use crate::study::failure;
 use crate::{Failure, output};
+use hyd_verbs::hash;
+use hyd_verbs::study::failure;
 
 /// Endings of files of text.
 const TEXTS: [&str; 5] = ["csv", "tsv", "txt", "dat", "asc"];

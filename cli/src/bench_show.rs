@@ -9,12 +9,13 @@ use hyd_results::write_whole;
 use hyd_run::read_text;
 use serde_json::Value;
 
-use crate::arguments::{LibraryArguments, MessageFormat, Show};
-use crate::study::failure;
+use crate::arguments::{MessageFormat, Show};
 use crate::{Failure, output};
+use hyd_verbs::Libraries;
+use hyd_verbs::discovery_page::STYLE;
+use hyd_verbs::study::failure;
 
 const PAGE: &str = include_str!("bench_page/page.html");
-const STYLE: &str = include_str!("discovery_page/page.css");
 const SCRIPT: &str = include_str!("bench_page/page.js");
 
 /// Runs the verb.
@@ -22,7 +23,7 @@ pub(crate) fn show(arguments: &Show) -> Result<(), Failure> {
     let text = |path: &Path| read_text(path).map_err(|error| Failure::Fault(error.to_string()));
     let set = text(&arguments.set)?;
     let folder = arguments.set.parent().unwrap_or(Path::new("")).to_path_buf();
-    let libraries = LibraryArguments { allow_outside: arguments.allow_outside, ..LibraryArguments::default() };
+    let libraries = Libraries { allow_outside: arguments.allow_outside, ..Libraries::default() };
     let mut read = |name: &str| {
         let path = libraries
             .file_of(&folder, name)

@@ -13,8 +13,8 @@ use hyd_system::DaeSystem;
 
 use crate::arguments::Build;
 use crate::translate::translate_with;
-use crate::{Failure, output, parameters};
-use hyd_run::check_target;
+use crate::{Failure, output};
+use hyd_run::{check_target, parameters};
 
 /// Environment variable that names the launcher.
 const LAUNCHER_VARIABLE: &str = "HYD_LAUNCHER";

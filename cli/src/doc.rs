@@ -17,8 +17,8 @@ use hyd_system::DaeSystem;
 
 use crate::arguments::{Doc, MessageFormat};
 use crate::fmt::collect;
-use crate::library::{LibraryPath, built_in_order, built_in_texts};
 use crate::{Failure, clock, output, translate};
+use hyd_verbs::library::{LibraryPath, built_in_order, built_in_texts};
 
 /// Curves of a picture when the example does not say which.
 const FEW: usize = 6;

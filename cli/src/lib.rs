@@ -1,9 +1,9 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
 //! One file per verb (`check`, `simulate`, `build`, `linearize`, `equations`, `plot`, `sweep`, `bench_*`, `fit`, `discover`, `compare`,
-//! `explain`, `fmt`, `new`, `doc`); `translate` takes a model file to the compiler with
-//! the libraries of `library`.  Results go to standard output, messages to standard error.  Exit codes: 0 done, 1 the
-//! model or the data is at fault, 2 wrong usage, 3 the solver gave up or was stopped.
+//! `explain`, `fmt`, `new`, `doc`), each of which turns its arguments into a call of a library and prints what came of it.  Results go to
+//! standard output, messages to standard error (`terminal`).  Exit codes: 0 done, 1 the model or the data is at fault, 2 wrong usage, 3 the
+//! solver gave up or was stopped.
 
 mod arguments;
 mod bench_import;
@@ -13,28 +13,18 @@ mod build;
 mod check;
 mod compare;
 mod discover;
-mod discovered_files;
-mod discovery_calibration;
-mod discovery_memory;
-mod discovery_page;
-mod discovery_picture;
 mod doc;
 mod equations;
 mod explain;
 mod fit;
 mod fmt;
-mod inside;
-mod library;
 mod linearize;
 mod new;
-mod parameters;
-mod picture;
 mod plot;
 mod result_table;
-mod run_failure;
 mod simulate;
-mod study;
 mod sweep;
+mod terminal;
 mod translate;
 
 use std::ffi::OsString;
@@ -46,16 +36,21 @@ use arguments::BenchVerb;
 pub use arguments::{Arguments, Verb};
 pub(crate) use hyd_run::output;
 pub use hyd_run::{Failure, TextError, clock, read_text};
-pub use library::LibraryPath;
+pub use hyd_verbs::LibraryPath;
 
 /// Runs the command with its arguments, the first being the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    ExitCode::from(exit_code(arguments))
+}
+
+/// The same for callers that go on afterwards.
+pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let mut arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             // `--help` and `--version` come this way, too; a closed output is no reason to complain.
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            return if error.use_stderr() { 2 } else { 0 };
         }
     };
     let read = match &mut arguments.verb {
@@ -67,7 +62,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         _ => Ok(()),
     };
     if let Err(failure) = read {
-        return failure.report(arguments.message_format());
+        return failure.tell(arguments.message_format());
     }
     let result = match &arguments.verb {
         Verb::Check(verb) => check::check(verb),
@@ -90,6 +85,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Fmt(verb) => fmt::fmt(verb),
         Verb::New(verb) => new::new(verb),
     };
-    let Err(failure) = result else { return ExitCode::SUCCESS };
-    failure.report(arguments.message_format())
+    let Err(failure) = result else { return 0 };
+    failure.tell(arguments.message_format())
 }

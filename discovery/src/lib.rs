@@ -57,6 +57,7 @@ mod thresholds;
 mod translated;
 mod unknowns;
 mod variant;
+mod watch;
 mod windows;
 
 pub use bench::{Bench, Shot};
@@ -77,3 +78,4 @@ pub use study::{Nuisance, Study};
 pub use translated::Translated;
 pub use unknowns::{Meaning, Unknown};
 pub use variant::Workshop;
+pub use watch::Watch;

@@ -13,9 +13,9 @@ use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
 
-use crate::Fault;
 use crate::recorded::ShotInputs;
 use crate::translated::{ChannelNames, Translated};
+use crate::{Fault, Watch};
 
 /// Part of the distance of output points within which a row stands on one.
 const ON_POINT: f64 = 1e-6;
@@ -91,7 +91,7 @@ pub struct Machine {
     /// The same with whole loops, if there is one.
     whole: OnceLock<Option<Box<Machine>>>,
     /// Runs that it has made, of all machines of a setup.
-    whole_runs: Arc<AtomicUsize>,
+    watch: Watch,
 }
 
 /// What a parameter or constant of the model may be.
@@ -180,7 +180,7 @@ impl Sink for Grid {
 }
 
 impl Machine {
-    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds; `whole_runs` counts the runs
+    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds; `watch` counts the runs
     /// that are done again with whole loops.
     ///
     /// # Errors
@@ -189,7 +189,7 @@ impl Machine {
         translated: Translated,
         (channels, inputs): (usize, Arc<ShotInputs>),
         tolerance: f64,
-        (threads, whole_runs): (usize, &Arc<AtomicUsize>),
+        (threads, watch): (usize, &Watch),
     ) -> Result<Self, Fault> {
         let model = translated.model.clone();
         let mut system = model.instantiate();
@@ -241,7 +241,7 @@ impl Machine {
             inputs,
             translated,
             whole: OnceLock::new(),
-            whole_runs: whole_runs.clone(),
+            watch: watch.clone(),
         })
     }
 
@@ -363,7 +363,7 @@ impl Machine {
         let whole = if rounding { self.whole() } else { None };
         let again = whole.and_then(|whole| whole.again(thread, span, places, job));
         if again.is_some() {
-            self.whole_runs.fetch_add(1, Ordering::Relaxed);
+            self.watch.whole_loops.fetch_add(1, Ordering::Relaxed);
         }
         again.ok_or(fault)
     }
@@ -372,7 +372,7 @@ impl Machine {
     fn whole(&self) -> Option<&Machine> {
         let make = || {
             let translated = self.translated.with_whole_loops()?;
-            let counts = (self.workers.len(), &self.whole_runs);
+            let counts = (self.workers.len(), &self.watch);
             let channels = (self.channels.len(), self.inputs.clone());
             Machine::new(translated, channels, self.tolerance, counts).ok().map(Box::new)
         };
@@ -413,7 +413,7 @@ impl Machine {
         grid.prepare(span, job.derived.len());
         grid.outside = None;
         options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
-        match simulator.run(system, &options, grid, &|| false) {
+        match simulator.run(system, &options, grid, &|| self.watch.stopped()) {
             Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
                 let mut derivatives = std::mem::take(&mut grid.derivatives);
                 for (by, &place) in derivatives.iter_mut().zip(&job.derived) {

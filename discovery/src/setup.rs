@@ -5,7 +5,6 @@
 //! those at the centre of the operating points, so that what is foretold lies between what was seen.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
 use crate::catalogue::Candidate;
 use crate::data::Data;
@@ -22,7 +21,7 @@ use crate::recorded::{ShotInputs, early_starts, idle};
 use crate::study::{Nuisance, Shots};
 use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
-use crate::{Bench, Fault, Study, windows};
+use crate::{Bench, Fault, Study, Watch, windows};
 
 /// A study and a set.
 pub struct Setup {
@@ -42,8 +41,8 @@ pub struct Setup {
     pub disturbances: Disturbances,
     /// Number of threads.
     pub threads: usize,
-    /// Number of runs that were done again with whole loops.
-    pub whole_loops: Arc<AtomicUsize>,
+    /// How often runs were done again, and whether the work is to end.
+    pub watch: Watch,
 }
 
 /// Parameters that are set for every run, and their values under the conditions of each shot.
@@ -126,8 +125,8 @@ impl Setup {
                 return Err(Fault::new(words));
             }
         }
-        let (exposed, disturbances, whole_loops) = (Vec::new(), Disturbances::default(), Arc::default());
-        Ok(Self { study, bench, data, train, held_out, exposed, disturbances, threads, whole_loops })
+        let (exposed, disturbances, watch) = (Vec::new(), Disturbances::default(), Watch::default());
+        Ok(Self { study, bench, data, train, held_out, exposed, disturbances, threads, watch })
     }
 
     /// What the user should know of the study beside this set.
@@ -154,7 +153,7 @@ impl Setup {
         study.shots.hold_out = Some(others.iter().map(|&shot| self.bench.shots[shot].number).collect());
         let mut setup = Self::with_held_out(study, self.bench.clone(), self.threads, others)?;
         setup.exposed.clone_from(&self.held_out);
-        setup.whole_loops = self.whole_loops.clone();
+        setup.watch = self.watch.clone();
         setup.data.disturb(&self.disturbances);
         setup.disturbances = self.disturbances.clone();
         Ok(Some(setup))
@@ -168,7 +167,7 @@ impl Setup {
         let (study, bench) = (self.study.clone(), self.bench.clone());
         let mut setup = Self::with_held_out(study, bench, self.threads, self.held_out.clone())?;
         setup.exposed.clone_from(&self.exposed);
-        setup.whole_loops = self.whole_loops.clone();
+        setup.watch = self.watch.clone();
         setup.data.disturb(&disturbances);
         setup.disturbances = disturbances;
         Ok(setup)
@@ -189,8 +188,11 @@ impl Setup {
 
     /// A machine for a translated model with so many channels.
     pub(crate) fn machine_of(&self, model: Translated, channels: usize) -> Result<Machine, Fault> {
+        if self.watch.stopped() {
+            return Err(Fault::run("interrupted"));
+        }
         let inputs = self.inputs(&model)?;
-        Machine::new(model, (channels, inputs), self.study.run.tolerance, (self.threads, &self.whole_loops))
+        Machine::new(model, (channels, inputs), self.study.run.tolerance, (self.threads, &self.watch))
     }
 
     /// The recorded inputs of a model.

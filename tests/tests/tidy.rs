@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 27] = [
+const ALLOWED: [(&str, &[&str]); 28] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -64,6 +64,21 @@ const ALLOWED: [(&str, &[&str]); 27] = [
             "hyd-system",
             // For `did you mean` alone.
             "hyd-source",
+        ],
+    ),
+    // What the command and the Python package share: everything but arguments and terminals.
+    (
+        "hyd-verbs",
+        &[
+            "hyd-compiler",
+            "hyd-flat",
+            "hyd-source",
+            "hyd-runtime",
+            "hyd-results",
+            "hyd-discovery",
+            "hyd-run",
+            "hyd-report",
+            "hyd-system",
         ],
     ),
     // What every executable is: no stage of the compiler, no code generator.

@@ -18,8 +18,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_run::{
-    Facts, Failure, InputTable, MessageFormat, REBUILD, Recorded, Subject, WholeLoops, clock, output, parameter_file,
-    parameters,
+    Beside, Facts, Failure, InputTable, MessageFormat, REBUILD, Recorded, Subject, WholeLoops, clock, output,
+    parameter_file, parameters,
 };
 use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
@@ -143,7 +143,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
         translate_s: clock::cpu_seconds() - begin,
         warnings: fallback(loaded).into_iter().chain(recorded.warnings).chain(cut).collect(),
     };
-    let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, false)?;
+    let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, Beside::command(false))?;
     let format = arguments.message_format;
     let printed = hyd_run::tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };

@@ -28,8 +28,8 @@ pub use inputs::{InputArguments, InputTable, Recorded};
 pub use recorder::Recorder;
 pub use run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 pub use selection::{MOST_CURVES, Selection, Shown};
-pub use simulate::{Facts, Outcome, check_usage, finish, options, simulate, tell};
-pub use sweep::{Prepared, Subject, WholeLoops, join, override_plan, prepare, read_plan};
+pub use simulate::{Beside, Facts, Outcome, check_usage, finish, options, simulate, tell};
+pub use sweep::{Prepared, Subject, Swept, WholeLoops, failures_told, join, override_plan, prepare, read_plan};
 pub use target::check_target;
 pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};
 pub use whole_loops::{DONE_AGAIN, REBUILD, WHOLE_LOOPS, runs_done_again};
@@ -64,9 +64,14 @@ impl Failure {
 
     /// Prints the sentence, if there is one, and gives the exit code.
     pub fn report(&self, format: MessageFormat) -> std::process::ExitCode {
+        std::process::ExitCode::from(self.tell(format))
+    }
+
+    /// The same as a number.
+    pub fn tell(&self, format: MessageFormat) -> u8 {
         if let Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) = self {
             output::sentence("error", message, format);
         }
-        std::process::ExitCode::from(self.code())
+        self.code()
     }
 }

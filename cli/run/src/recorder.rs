@@ -27,8 +27,9 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// `keep`: all values of the shown variables are needed, not only the last; `span`: start and stop (s).
-    pub fn new(shown: Vec<Shown>, keep: bool, span: (f64, f64)) -> Self {
+    /// `keep`: all values of the shown variables are needed, not only the last; `span`: start and stop (s); `progress`: how far the run has
+    /// come is shown on a terminal.
+    pub fn new(shown: Vec<Shown>, keep: bool, span: (f64, f64), progress: bool) -> Self {
         Self {
             file: None,
             rows: 0,
@@ -39,7 +40,7 @@ impl Recorder {
             times: Vec::new(),
             parameters: Vec::new(),
             model: String::new(),
-            progress: Some(Progress::new()),
+            progress: progress.then(Progress::new),
             span,
         }
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use hyd_frames::{RunStream, is_parquet};
 use hyd_payload::Experiment;
-use hyd_results::{Format, ResultFile};
+use hyd_results::{Format, ResultFile, Sink, Tee};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, Structure, VariableInfo};
 
@@ -49,7 +49,27 @@ pub struct Outcome {
     pub recorder: Recorder,
 }
 
-/// Runs a system.  `drawn`: all values of the shown variables are needed, not only the last.
+/// What goes with a run beside its options.
+pub struct Beside<'a> {
+    /// All values of the shown variables are needed, not only the last.
+    pub drawn: bool,
+    /// Also gets all rows.
+    pub into: Option<&'a mut dyn Sink>,
+    /// Asked after every step; true ends the run.
+    pub stop: &'a dyn Fn() -> bool,
+    /// Shows on a terminal how far the run has come.
+    pub progress: bool,
+}
+
+impl Beside<'_> {
+    /// A run of a command: Ctrl-C ends it, and a terminal shows how far it has come.
+    pub fn command(drawn: bool) -> Self {
+        interrupt::listen();
+        Self { drawn, into: None, stop: &interrupt::requested, progress: true }
+    }
+}
+
+/// Runs a system.
 ///
 /// # Errors
 /// Wrong usage, or a result file that cannot be written; that the solver gave up stands in the outcome.
@@ -58,17 +78,20 @@ pub fn simulate(
     arguments: &RunArguments,
     options: &Options,
     facts: Facts,
-    drawn: bool,
+    beside: Beside<'_>,
 ) -> Result<Outcome, Failure> {
+    let Beside { drawn, into, stop, progress } = beside;
     let selection = Selection::new(arguments.variables.as_deref())?;
     let shown = shown(arguments, &selection, system, drawn)?;
     let left_out = selection.left_out(system.tables(), shown.len());
-    let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop));
+    let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop), progress);
     recorder.file = result_file(arguments.result.as_deref(), &selection)?;
-    interrupt::listen();
     let mut simulator = Simulator::new(system.structure());
     let begin = clock::cpu_seconds();
-    let outcome = simulator.run(system, options, &mut recorder, &interrupt::requested);
+    let outcome = match into {
+        Some(into) => simulator.run(system, options, &mut Tee(into, &mut recorder), stop),
+        None => simulator.run(system, options, &mut recorder, stop),
+    };
     let simulate_s = clock::cpu_seconds() - begin;
     recorder.end();
 

@@ -4,7 +4,7 @@
 //! holds (plan and texts of the model), completes it when called again, and refuses another one.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -134,16 +134,33 @@ impl Prepared<'_> {
     /// # Errors
     /// A parameter that cannot be varied, a folder of another sweep, results that cannot be written, Ctrl-C.
     pub fn run(&self, subject: &Subject<'_>, command: &str) -> Result<(), Failure> {
-        let (folder, report) = self.work(subject)?;
+        interrupt::listen();
+        let line = Line::new();
+        let swept = self.work(subject, &|done, all| line.show(done, all), &interrupt::requested);
+        line.wipe();
+        let swept = swept?;
+        let report = &swept.report;
         if report.whole_loops > 0 {
             output::sentence("warning", &runs_done_again(report.whole_loops), self.arguments.message_format);
         }
-        self.tell_failures(&report);
-        self.advise(subject, &report);
-        self.finish(&folder, report, command)
+        for (severity, sentence) in failures_told(report) {
+            output::sentence(severity, &sentence, self.arguments.message_format);
+        }
+        self.advise(subject, report);
+        self.finish(swept, command)
     }
 
-    fn work(&self, subject: &Subject<'_>) -> Result<(Folder, Report), Failure> {
+    /// Runs the share without a word, and joins the chunks where they are all there.  `progress` gets the numbers of members done and of
+    /// the whole share.
+    ///
+    /// # Errors
+    /// As [`Prepared::run`]; runs that fail stand in the report, and so does that `stop` ended the work.
+    pub fn work(
+        &self,
+        subject: &Subject<'_>,
+        progress: &(dyn Fn(usize, usize) + Sync),
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Swept, Failure> {
         let plan = &self.plan;
         let system = (subject.make)().map_err(Failure::Fault)?;
         let names: Vec<String> = plan.vary.iter().map(|vary| vary.parameter.clone()).collect();
@@ -196,27 +213,23 @@ impl Prepared<'_> {
             shard: self.shard,
             threads: self.arguments.threads.map_or(cores, std::num::NonZeroUsize::get),
         };
-        interrupt::listen();
-        let line = Line::new();
-        let report = run(&job, &|done, all| line.show(done, all), &interrupt::requested);
-        line.wipe();
+        let report = run(&job, progress, stop);
         let report = report.map_err(|error| Failure::Fault(format!("results cannot be written: {error}")))?;
-        Ok((folder, report))
-    }
-
-    fn finish(&self, folder: &Folder, report: Report, command: &str) -> Result<(), Failure> {
-        let mut files: Vec<String> = Vec::new();
-        let mut whole = false;
+        let mut files = None;
         if !report.interrupted {
-            match merge(folder) {
-                Ok(written) => {
-                    whole = true;
-                    files = written.iter().map(|path| path.display().to_string()).collect();
-                }
+            match merge(&folder) {
+                Ok(written) => files = Some(written),
                 Err(MergeError::Missing(..)) if self.shard != Shard::WHOLE => {}
                 Err(error) => return Err(Failure::Fault(error.to_string())),
             }
         }
+        Ok(Swept { report, files })
+    }
+
+    fn finish(&self, swept: Swept, command: &str) -> Result<(), Failure> {
+        let whole = swept.files.is_some();
+        let files: Vec<String> = swept.files.into_iter().flatten().map(|path| path.display().to_string()).collect();
+        let report = swept.report;
         let Report { members, before, now, failed, failures, interrupted, whole_loops, .. } = report;
         let text = if self.arguments.json {
             let status = if interrupted { "interrupted" } else { "done" };
@@ -249,27 +262,35 @@ impl Prepared<'_> {
             output::sentence("note", &format!("{runs}: {REBUILD}"), self.arguments.message_format);
         }
     }
+}
 
-    /// The commonest reasons of runs that failed.
-    fn tell_failures(&self, report: &Report) {
-        let format = self.arguments.message_format;
-        let &Report { failed, ref failures, .. } = report;
-        let hopeless = failed > 0 && failed == report.before + report.now;
-        match (failed, hopeless) {
-            (0, _) => return,
-            (1, true) => output::sentence("error", "the only run failed", format),
-            (_, true) => output::sentence("error", &format!("all {failed} runs failed"), format),
-            (1, false) => output::sentence("warning", "1 run failed", format),
-            (_, false) => output::sentence("warning", &format!("{failed} runs failed"), format),
-        }
-        for hyd_ensemble::Failure { count, member, message } in failures.iter().take(MOST_REASONS) {
-            let who = if *count == 1 { format!("member {member}") } else { format!("{count} such as member {member}") };
-            output::sentence("note", &format!("{who}: {message}"), format);
-        }
-        if let Some(more @ 1..) = failures.len().checked_sub(MOST_REASONS) {
-            output::sentence("note", &format!("{more} more reasons: column `message` of the results"), format);
-        }
+/// What came out of a share.
+pub struct Swept {
+    /// Numbers of runs, and why some failed.
+    pub report: Report,
+    /// The joined files: a row for each member, and all rows where they are kept; none while chunks are missing.
+    pub files: Option<Vec<PathBuf>>,
+}
+
+/// What is said of runs that failed: how many, as an error where all did, and the commonest reasons.
+pub fn failures_told(report: &Report) -> Vec<(&'static str, String)> {
+    let &Report { failed, ref failures, .. } = report;
+    let hopeless = failed > 0 && failed == report.before + report.now;
+    let mut told = match (failed, hopeless) {
+        (0, _) => return Vec::new(),
+        (1, true) => vec![("error", "the only run failed".to_string())],
+        (_, true) => vec![("error", format!("all {failed} runs failed"))],
+        (1, false) => vec![("warning", "1 run failed".to_string())],
+        (_, false) => vec![("warning", format!("{failed} runs failed"))],
+    };
+    for hyd_ensemble::Failure { count, member, message } in failures.iter().take(MOST_REASONS) {
+        let who = if *count == 1 { format!("member {member}") } else { format!("{count} such as member {member}") };
+        told.push(("note", format!("{who}: {message}")));
     }
+    if let Some(more @ 1..) = failures.len().checked_sub(MOST_REASONS) {
+        told.push(("note", format!("{more} more reasons: column `message` of the results")));
+    }
+    told
 }
 
 fn failure_json(failure: &hyd_ensemble::Failure) -> serde_json::Value {

@@ -57,7 +57,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "seed": findings.seed,
         "needed": number(findings.needed),
         "simulations": findings.runs,
-        "whole_loops": setup.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
+        "whole_loops": setup.watch.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
     }))
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hyd_compiler::Goal;
 use hyd_payload::{executable, format};
-use hyd_run::{Facts, Names, RunArguments};
+use hyd_run::{Beside, Facts, Names, RunArguments};
 use hyd_system::{Place, Settable, Tables, ValueKind};
 use hyd_tests::models::{compile_file, model_files, root};
 
@@ -54,7 +54,8 @@ fn check(file: &str, launcher: &[u8]) -> Result<(), String> {
         }
         let own = arguments(&scratch.file("own.csv"), varied.map(Names));
         let options = hyd_run::options(&own, &model.payload().experiment).unwrap();
-        let ran = hyd_run::simulate(&mut model.instantiate(), &own, &options, Facts::default(), false);
+        let quiet = Beside { drawn: false, into: None, stop: &|| false, progress: false };
+        let ran = hyd_run::simulate(&mut model.instantiate(), &own, &options, Facts::default(), quiet);
         let wanted: Vec<&str> = given.iter().flat_map(|names| ["--sensitivity", names.as_str()]).collect();
         let output = scratch.bare("model", &[&["--result", "exe.csv"], wanted.as_slice()].concat());
         let ran_well = ran.as_ref().is_ok_and(|ran| ran.result.is_ok());

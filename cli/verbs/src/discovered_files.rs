@@ -7,14 +7,14 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use hyd_compiler::Severity;
 use hyd_discovery::{DataFiles, Report, is_below, quoted};
 use hyd_results::{read_as, refuse_read, write_whole};
 use serde_json::{Value, json};
 
-use crate::arguments::MessageFormat;
 use crate::discover::{FILES, unwritable};
 use crate::discovery_memory::hash;
-use crate::{Failure, output};
+use crate::{Failure, Listener};
 
 /// The folder of a report before it is written.
 pub(crate) struct ReportFolder {
@@ -78,7 +78,7 @@ impl ReportFolder {
     }
 
     /// Writes the files that the model of a report needs and removes those of an earlier one; the report learns which copies are its own.
-    pub(crate) fn write(&self, report: &mut Report) -> Result<(), Failure> {
+    pub(crate) fn write(&self, report: &mut Report, listener: &dyn Listener) -> Result<(), Failure> {
         let mut written: Vec<&str> = Vec::new();
         for shot in &report.shots {
             self.save(&shot.file, &shot.parameters)?;
@@ -97,7 +97,7 @@ impl ReportFolder {
                     written.push(name);
                 }
                 Place::There => written.push(name),
-                Place::Other => warn(&format!(
+                Place::Other => listener.sentence(Severity::Warning, &format!(
                     "`{}` is another file than the model reads as `{name}`, so that it is not replaced and `{}` does not run as it was found",
                     self.path.join(name).display(),
                     Report::MODEL
@@ -105,7 +105,7 @@ impl ReportFolder {
             }
         }
         for name in &report.lost {
-            warn(&format!(
+            listener.sentence(Severity::Warning, &format!(
                 "`{}` reads `{name}`, whose name does not stand in its text, so that it needs the file in its old place",
                 Report::MODEL
             ));
@@ -157,10 +157,6 @@ enum Place {
 
 fn fingerprint(bytes: &[u8]) -> String {
     format!("{:016x}", hash([bytes]))
-}
-
-fn warn(sentence: &str) {
-    output::sentence("warning", sentence, MessageFormat::Text);
 }
 
 /// True for names of files of shots as reports have them.

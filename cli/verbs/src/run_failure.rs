@@ -8,12 +8,7 @@ use hyd_runtime::SolveError;
 use hyd_source::Span;
 
 /// The diagnostic of a failed run: its first sentence, the equation marked, everything else below.
-pub(crate) fn diagnostic(
-    error: &SolveError,
-    files: &Files,
-    flat: Option<&FlatModel>,
-    kept: Option<String>,
-) -> Diagnostic {
+pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, kept: Option<String>) -> Diagnostic {
     let text = error.to_string();
     let mut lines = text.lines();
     let mut diagnostic = Diagnostic::error(Code::Run, lines.next().unwrap_or("the run failed"));

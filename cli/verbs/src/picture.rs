@@ -13,7 +13,7 @@ const PNG_SCALE: f64 = 2.0;
 
 /// Formats of pictures.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum PictureFormat {
+enum PictureFormat {
     /// Lines and texts.
     Svg,
     /// Pixels.
@@ -21,7 +21,10 @@ pub(crate) enum PictureFormat {
 }
 
 /// Refuses a picture of `option` that would replace a file that is read, or of no format.
-pub(crate) fn check_picture(option: &str, path: &Path) -> Result<(), Failure> {
+///
+/// # Errors
+/// Wrong usage.
+pub fn check_picture(option: &str, path: &Path) -> Result<(), Failure> {
     picture_format(path)?;
     check_target(option, path, &[])
 }
@@ -37,7 +40,10 @@ fn picture_format(path: &Path) -> Result<PictureFormat, Failure> {
 }
 
 /// Draws a figure into a file, which appears when it is whole.
-pub(crate) fn write_picture(path: &Path, figure: &Figure) -> Result<(), Failure> {
+///
+/// # Errors
+/// A name of no format, or a file that cannot be written.
+pub fn write_picture(path: &Path, figure: &Figure) -> Result<(), Failure> {
     let drawing = figure.draw();
     let failed = |error: String| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
     let bytes = match picture_format(path)? {

@@ -1,6 +1,6 @@
 //! Makes the table of the standard library's texts that the binary carries.
 //!
-//! Every `.hyd` file and `package.order` below `../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by
+//! Every `.hyd` file and `package.order` below `../../stdlib` becomes an entry (path with `/`, `include_str!`), sorted by
 //! path.  Reads nothing else.
 
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use std::{env, fs, io};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let manifest = env::var("CARGO_MANIFEST_DIR")?;
-    let root = Path::new(&manifest).join("..").join("stdlib");
+    let root = Path::new(&manifest).join("..").join("..").join("stdlib");
     println!("cargo:rerun-if-changed={}", root.display());
     let mut files = Vec::new();
     if root.is_dir() {

@@ -10,7 +10,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use hyd_discovery::Memory;
+use hyd_discovery::{Memory, Watch};
 use serde_json::{Value, json};
 
 /// Name in the folder of the report.
@@ -21,6 +21,7 @@ pub(crate) struct FitsFile {
     path: PathBuf,
     known: BTreeMap<String, Vec<f64>>,
     file: RefCell<File>,
+    watch: Watch,
 }
 
 impl FitsFile {
@@ -28,7 +29,7 @@ impl FitsFile {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(crate) fn open(folder: &Path, hash: u64, resume: bool) -> io::Result<Self> {
+    pub(crate) fn open(folder: &Path, hash: u64, resume: bool, watch: &Watch) -> io::Result<Self> {
         let path = folder.join(MEMORY);
         let header = json!({"hyd": env!("CARGO_PKG_VERSION"), "search": format!("{hash:016x}")});
         let known = if resume { read(&path, &header).unwrap_or_default() } else { BTreeMap::new() };
@@ -39,7 +40,7 @@ impl FitsFile {
         }
         hyd_results::write_whole(&path, text.as_bytes())?;
         let file = OpenOptions::new().append(true).open(&path)?;
-        Ok(Self { path, known, file: RefCell::new(file) })
+        Ok(Self { path, known, file: RefCell::new(file), watch: watch.clone() })
     }
 
     /// Number of fits taken over.
@@ -60,6 +61,10 @@ impl Memory for FitsFile {
     }
 
     fn keep(&self, key: &str, xi: &[f64]) {
+        // A fit that was ended in the middle is none.
+        if self.watch.stopped() {
+            return;
+        }
         // A disk that is full costs the resumption, not the search; the report tells of a full disk.
         let _ = self.file.borrow_mut().write_all(line(key, xi).as_bytes());
     }
@@ -90,7 +95,7 @@ fn read(path: &Path, header: &Value) -> Option<BTreeMap<String, Vec<f64>>> {
 }
 
 /// FNV-1a over what decides a search.
-pub(crate) fn hash<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> u64 {
+pub fn hash<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> u64 {
     let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
     parts.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, part| part.iter().chain(&[0xff]).fold(hash, step))
 }
@@ -104,17 +109,17 @@ mod tests {
     fn only_whole_fits_of_the_same_search_are_taken_over() {
         let folder = std::env::temp_dir().join(format!("hyd-fits-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        let first = FitsFile::open(&folder, 7, false).unwrap();
+        let first = FitsFile::open(&folder, 7, false, &Watch::default()).unwrap();
         first.keep("alone: the base model", &[0.1, -3e-300, f64::MIN_POSITIVE]);
         drop(first);
         let mut file = OpenOptions::new().append(true).open(folder.join(MEMORY)).unwrap();
         file.write_all(b"{\"fit\": \"torn\", \"xi\": [\"3f").unwrap();
-        let again = FitsFile::open(&folder, 7, true).unwrap();
+        let again = FitsFile::open(&folder, 7, true, &Watch::default()).unwrap();
         assert_eq!(again.taken_over(), 1);
         assert_eq!(again.recall("alone: the base model"), Some(vec![0.1, -3e-300, f64::MIN_POSITIVE]));
         drop(again);
-        assert_eq!(FitsFile::open(&folder, 8, true).unwrap().taken_over(), 0);
-        assert_eq!(FitsFile::open(&folder, 8, false).unwrap().taken_over(), 0);
+        assert_eq!(FitsFile::open(&folder, 8, true, &Watch::default()).unwrap().taken_over(), 0);
+        assert_eq!(FitsFile::open(&folder, 8, false, &Watch::default()).unwrap().taken_over(), 0);
         fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -7,14 +7,15 @@ use hyd_discovery::{Report, ShotCurves};
 use serde_json::{Value, json};
 
 const PAGE: &str = include_str!("discovery_page/page.html");
-const STYLE: &str = include_str!("discovery_page/page.css");
+/// The style of pages.
+pub const STYLE: &str = include_str!("discovery_page/page.css");
 const SCRIPT: &str = include_str!("discovery_page/page.js");
 const CURVES: &str = include_str!("discovery_page/curves.js");
 /// Significant digits of curves: more than a screen shows.
 const DIGITS: usize = 5;
 
 /// The page as HTML.
-pub(crate) fn page(report: &Report) -> String {
+pub fn page(report: &Report) -> String {
     let texts: Vec<Value> = report.texts.iter().map(|(name, text)| json!({"name": name, "text": text})).collect();
     let shots: Vec<Value> = report.curves.iter().map(shot).collect();
     let data = json!({"report": report.json, "shots": shots, "texts": texts});

@@ -9,10 +9,8 @@ use hyd_system::by_part::by_part;
 use hyd_system::given::{self, Elements};
 use hyd_system::{Settable, Variability};
 
-pub(crate) use hyd_run::parameters::{apply, changes};
-
 /// Messages for assignments that are not used: no such parameter, not settable, not a value of its type.
-pub(crate) fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &[String]) -> Vec<Diagnostic> {
+pub fn refuse_unknown(flat: &FlatModel, set: &[(String, String)], used: &[String]) -> Vec<Diagnostic> {
     let mut wrong = Vec::new();
     let open: Vec<(String, String)> = set.iter().filter(|(name, _)| !used.contains(name)).cloned().collect();
     let set = match by_part(&open, flat.variables.iter().map(|block| &block.name)) {

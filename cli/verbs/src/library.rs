@@ -259,12 +259,12 @@ impl LibraryPath {
 }
 
 /// Names and texts of the built-in standard library, by name.
-pub(crate) fn built_in_texts() -> impl Iterator<Item = (&'static str, &'static str)> {
+pub fn built_in_texts() -> impl Iterator<Item = (&'static str, &'static str)> {
     STANDARD_LIBRARY.iter().copied().filter(|(name, _)| name.ends_with(".hyd"))
 }
 
 /// What `package.order` beside a `package.hyd` of the built-in standard library says.
-pub(crate) fn built_in_order(package: &str) -> &'static str {
+pub fn built_in_order(package: &str) -> &'static str {
     let wanted = package.strip_suffix("package.hyd").map(|folder| format!("{folder}package.order"));
     STANDARD_LIBRARY.iter().find(|(name, _)| wanted.as_deref() == Some(*name)).map_or("", |(_, text)| text)
 }

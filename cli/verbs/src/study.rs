@@ -1,19 +1,19 @@
 //! A study and a set from their files, with the model's libraries: what `fit` and `discover` begin with.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use hyd_compiler::Sources;
+use hyd_compiler::{Severity, Sources};
 use hyd_discovery::{Bench, Fault, Setup, Study, Translated, Workshop};
 
-use crate::arguments::{LibraryArguments, MessageFormat, StudyArguments};
-use crate::library::LibraryPath;
-use crate::translate::library_path;
-use crate::{Failure, output};
 use hyd_run::read_text;
 
+use crate::library::LibraryPath;
+use crate::{Failure, Libraries, Listener};
+
 /// A study and a set, opened.
-pub(crate) struct Opened {
+pub struct Opened {
     /// Both together.
     pub setup: Setup,
     /// Name of the study's file.
@@ -24,25 +24,41 @@ pub(crate) struct Opened {
     pub model_text: String,
     /// Full name of the base model.
     pub class: String,
-    libraries: LibraryArguments,
+    libraries: Libraries,
 }
 
 /// A fault of a study as the end of a command.
-pub(crate) fn failure(fault: Fault) -> Failure {
+pub fn failure(fault: Fault) -> Failure {
     if fault.solver { Failure::Solver(fault.sentence) } else { Failure::Fault(fault.sentence) }
 }
 
 /// Says how many runs were done again because rounding errors grew along a loop; returns the number.
-pub(crate) fn tell_whole_loops(setup: &Setup) -> usize {
-    let runs = setup.whole_loops.load(Ordering::Relaxed);
+pub fn tell_whole_loops(setup: &Setup, listener: &dyn Listener) -> usize {
+    let runs = setup.watch.whole_loops.load(Ordering::Relaxed);
     if runs > 0 {
-        output::sentence("warning", &hyd_run::runs_done_again(runs), MessageFormat::Text);
+        listener.sentence(Severity::Warning, &hyd_run::runs_done_again(runs));
     }
     runs
 }
 
+/// The files of a study, and how it is worked on.
+#[derive(Clone, Debug)]
+pub struct StudyFiles {
+    /// The study: which model, which channel is which variable, what may be off.
+    pub study: PathBuf,
+    /// The set of shots.
+    pub bench: PathBuf,
+    /// Libraries.
+    pub libraries: Libraries,
+    /// Threads; none: one for each core.
+    pub threads: Option<NonZeroUsize>,
+}
+
 /// Opens the files of a study.
-pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
+///
+/// # Errors
+/// A file that cannot be read or makes no sense.
+pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, Failure> {
     let text = |path: &Path| read_text(path).map_err(|error| Failure::Fault(error.to_string()));
     let study = Study::parse(&text(&arguments.study)?);
     let study = study.map_err(|fault| Failure::Fault(format!("`{}`: {fault}", arguments.study.display())))?;
@@ -57,7 +73,7 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read).map_err(failure)?;
     let class = study.class(bench.base_model.as_deref()).map_err(failure)?.to_string();
     for sentence in &bench.warnings {
-        output::sentence("warning", sentence, MessageFormat::Text);
+        listener.sentence(Severity::Warning, sentence);
     }
     let folder = arguments.study.parent().unwrap_or(Path::new(""));
     let model_file = libraries.file_of(folder, &study.file);
@@ -68,10 +84,10 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
     for sentence in setup.notes() {
-        output::sentence("note", &sentence, MessageFormat::Text);
+        listener.sentence(Severity::Note, &sentence);
     }
     for sentence in setup.warnings() {
-        output::sentence("warning", &sentence, MessageFormat::Text);
+        listener.sentence(Severity::Warning, &sentence);
     }
     let study_file = arguments.study.display().to_string();
     Ok(Opened { setup, study_file, model_file, model_text, class, libraries: libraries.clone() })
@@ -79,24 +95,25 @@ pub(crate) fn open(arguments: &StudyArguments) -> Result<Opened, Failure> {
 
 impl Opened {
     /// The base model, translated; says which of its inputs nothing drives.
-    pub(crate) fn translated(&self, workshop: &Workshop<'_>) -> Result<Translated, Failure> {
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn translated(&self, workshop: &Workshop<'_>, listener: &dyn Listener) -> Result<Translated, Failure> {
         let model = workshop.translate(&[]).map_err(failure)?;
         for sentence in self.setup.idle_inputs(&model) {
-            output::sentence("warning", &sentence, MessageFormat::Text);
+            listener.sentence(Severity::Warning, &sentence);
         }
         Ok(model)
     }
 
     /// A new way to the libraries.
-    pub(crate) fn sources(&self) -> Box<dyn Sources> {
+    pub fn sources(&self) -> Box<dyn Sources> {
         // The same folders have been listed once before; a folder that is gone since then has no classes.
-        Box::new(
-            library_path(&self.libraries, &self.model_file, &self.model_text).unwrap_or_else(|_| LibraryPath::new()),
-        )
+        Box::new(self.libraries.path(&self.model_file, &self.model_text).unwrap_or_else(|_| LibraryPath::new()))
     }
 
     /// Writer of models over the libraries that `sources` gives.
-    pub(crate) fn workshop<'a>(&self, sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync)) -> Workshop<'a> {
+    pub fn workshop<'a>(&self, sources: &'a (dyn Fn() -> Box<dyn Sources> + Sync)) -> Workshop<'a> {
         Workshop {
             study: self.study_file.clone(),
             sources,

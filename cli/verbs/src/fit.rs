@@ -1,0 +1,271 @@
+//! What may be off, fitted to the shots of a bench, and what is left.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use hyd_discovery::{Fit as FitOf, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
+use hyd_results::{refuse_read, write_whole};
+use hyd_system::math::log10;
+use hyd_system::significant;
+use serde_json::{Value, json};
+
+use crate::study::{Opened, failure, tell_whole_loops};
+use crate::{Failure, Listener};
+
+/// Misfits from here on are written with an exponent.
+const MOST_PLAIN: f64 = 1e9;
+
+/// What is said of values that are no minimum.
+pub const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
+                               or narrower tolerances";
+
+/// How a fit is done, and what is asked of it.
+#[derive(Clone, Debug)]
+pub struct FitOptions {
+    /// Seed of random starts.
+    pub seed: u64,
+    /// Names of what may be off whose 95 % interval is wanted.
+    pub profile: Vec<String>,
+    /// Where the parameters as fitted are written.
+    pub write_parameters: Option<PathBuf>,
+}
+
+/// A fit, told.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// For people.
+    pub text: String,
+    /// For programs.
+    pub json: Value,
+    /// The parameters as fitted, with the conditions of the first fitted shot, as a file of parameters.
+    pub parameters: String,
+    /// Whether the values are a minimum.
+    pub converged: bool,
+}
+
+/// What came out.
+struct Outcome<'a> {
+    setup: &'a Setup,
+    problem: &'a Problem<'a>,
+    found: FitOf,
+    record: Record,
+    /// Misfit over that of noise.
+    ratio: f64,
+    train: Gap,
+    held_out: Option<Gap>,
+    profiles: Vec<(&'a str, Profile)>,
+    seconds: f64,
+    /// Runs that were done again with whole loops.
+    whole_loops: usize,
+}
+
+/// Fits what may be off to the shots.
+///
+/// # Errors
+/// A model that cannot be translated or run, a name that is not fitted, a file that cannot be written.
+pub fn fit(opened: &Opened, options: &FitOptions, listener: &dyn Listener) -> Result<Fitted, Failure> {
+    let setup = &opened.setup;
+    let make = || opened.sources();
+    let model = opened.translated(&opened.workshop(&make), listener)?;
+    let machine = setup.machine(model).map_err(failure)?;
+    let problem = setup.problem(&machine, &[]).map_err(failure)?;
+    let wanted = wanted(&options.profile, setup, &problem)?;
+    let begin = Instant::now();
+    let tau = setup.study.shots.time_tolerance;
+    let whole = Weighing::whole(&setup.train, tau);
+    let (found, record) = FitOf::of(&problem, &setup.train, (tau, options.seed)).map_err(failure)?;
+    let (found, all) = Profile::of(&problem, found, &whole, &wanted).map_err(failure)?;
+    let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
+    let profiles = names.zip(all).collect();
+    let train = Gap::of(&problem, &found.xi, &setup.train, false).map_err(failure)?;
+    let held_out = match setup.held_out.is_empty() {
+        true => None,
+        false => Some(Gap::of(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
+    };
+    let parameters = problem.parameter_file(&found.xi, setup.train[0], &setup.bench.name);
+    if let Some(path) = &options.write_parameters {
+        let done = refuse_read(path).and_then(|()| write_whole(path, parameters.as_bytes()));
+        done.map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))?;
+    }
+    let (ratio, seconds) = (found.misfit / problem.expected(&whole), begin.elapsed().as_secs_f64());
+    let whole_loops = tell_whole_loops(setup, listener);
+    let outcome =
+        Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds, whole_loops };
+    Ok(Fitted { text: outcome.text(), json: outcome.json(), parameters, converged: outcome.found.converged })
+}
+
+impl Outcome<'_> {
+    /// Standard error of an unknown in standard deviations of its prior.
+    fn error(&self, unknown: usize) -> f64 {
+        self.found.standard_error(unknown).unwrap_or(f64::NAN)
+    }
+
+    fn json(&self) -> Value {
+        let channels = |gap: &Gap| -> Value {
+            let names = self.setup.data.channels.iter().map(|channel| channel.name.clone());
+            names.zip(gap.channels.iter().map(|&value| json!(value))).collect::<serde_json::Map<_, _>>().into()
+        };
+        let found = &self.found;
+        let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
+            json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k),
+                "fitted": is_fitted(self.setup, unknown), "at_limit": unknown.is_at_limit(found.xi[k])})
+        });
+        let attempts = self
+            .record
+            .attempts
+            .iter()
+            .map(|a| json!({"start": a.start, "misfit": a.misfit, "steps": a.steps, "converged": a.converged}));
+        let profiles = self.profiles.iter().map(|(name, own)| {
+            json!({"name": name, "low": own.interval.0, "high": own.interval.1, "points": own.points, "lower_found": own.lower_found})
+        });
+        json!({
+            "set": self.setup.bench.name, "misfit": self.ratio, "cost": found.cost, "converged": found.converged,
+            "gap": {"train": {"all": self.train.all, "channels": channels(&self.train)},
+                "heldout": self.held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
+            "unknowns": unknowns.collect::<Vec<_>>(), "attempts": attempts.collect::<Vec<_>>(),
+            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.problem.machine.runs(), "whole_loops": self.whole_loops,
+            "seconds": self.seconds,
+        })
+    }
+
+    /// The parameter that an unknown stands for, with its unit and what was expected: `  ro.rlc.R = 0.905 +- 0.011 Ohm (expected 0.9 +- 0.018)`.
+    fn in_units(&self, unknown: &Unknown, xi: f64, error: f64) -> String {
+        let [place] = unknown.places() else { return String::new() };
+        let shot = unknown.shot.unwrap_or(self.setup.train[0]);
+        let (place, base) = (&self.problem.places[*place], self.problem.base[shot][*place]);
+        let (value, expected, spread) = match unknown.meaning {
+            // Under the conditions of one shot only, where these decide the parameter.
+            Meaning::Relative { sigma, .. } if self.is_condition(place.name()) => {
+                let (percent, error) = (100.0 * sigma * xi, 100.0 * sigma * error);
+                return format!("  {} {percent:+.2} +- {error:.2} % of its condition", place.name());
+            }
+            Meaning::Relative { sigma, .. } => (base * unknown.value(xi), base, (base * sigma).abs()),
+            Meaning::Value { .. } => (unknown.value(xi), unknown.value(0.0), unknown.slope(0.0).abs()),
+            _ => return String::new(),
+        };
+        let error = error * if let Meaning::Value { .. } = unknown.meaning { unknown.slope(xi).abs() } else { spread };
+        let unit = self.problem.machine.unit(place);
+        let unit = if unit.is_empty() || &*unit == "1" { String::new() } else { format!(" {unit}") };
+        let of = |value, error| format!("{} +- {}", as_known(value, error), as_known(error, error));
+        format!("  {} = {}{unit} (expected {})", place.name(), of(value, error), of(expected, spread))
+    }
+
+    fn is_condition(&self, name: &str) -> bool {
+        self.setup.study.conditions.contains_key(name)
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}: misfit {:.3} times that of noise alone", self.setup.bench.name, self.ratio);
+        for attempt in &self.record.attempts {
+            let ended = if attempt.converged { "converged" } else { "not converged" };
+            let misfit = attempt.misfit;
+            // A way that ends in nonsense needs no hundred digits.
+            let misfit = if misfit < MOST_PLAIN { format!("{misfit:.3}") } else { format!("{misfit:.3e}") };
+            let _ = writeln!(text, "  {}: {misfit}, {} steps, {ended}", attempt.start, attempt.steps);
+        }
+        // Without shots held out there is no column for them.
+        let heading = if self.held_out.is_some() { "  held out" } else { "" };
+        let _ = writeln!(text, "\ngap (1.00 is noise)        fitted{heading}");
+        for (k, channel) in self.setup.data.channels.iter().enumerate() {
+            let unseen = self.held_out.as_ref().map_or(String::new(), |gap| format!("  {}", cell(gap.channels[k])));
+            let _ = writeln!(text, "  {:22} {}{unseen}", channel.name, cell(self.train.channels[k]));
+        }
+        let _ = writeln!(text, "\nwhat may be off               value  in standard deviations");
+        for (k, unknown) in
+            self.problem.unknowns.iter().enumerate().filter(|(_, unknown)| is_fitted(self.setup, unknown))
+        {
+            let factor = matches!(unknown.meaning, Meaning::Relative { .. } | Meaning::Gain { .. });
+            let (sign, xi) = (if factor { "x" } else { " " }, self.found.xi[k]);
+            let (value, error) = (unknown.value(xi), self.error(k));
+            let _ = writeln!(
+                text,
+                "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}{}{}",
+                unknown.name,
+                self.in_units(unknown, xi, error),
+                if unknown.is_at_limit(xi) { "  (at the limit)" } else { "" }
+            );
+        }
+        let unknowns = self.problem.unknowns.iter().zip(&self.found.xi);
+        let mut held = unknowns.filter(|&(unknown, &xi)| is_fitted(self.setup, unknown) && unknown.is_at_limit(xi));
+        if held.next().is_some() {
+            let _ = writeln!(
+                text,
+                "  (at the limit): the measurement would have it farther than {} standard deviations, where it is held; is its \
+                 tolerance right?",
+                Unknown::LIMIT
+            );
+        }
+        if !self.profiles.is_empty() {
+            let _ = writeln!(text, "\n95 % intervals from profiles");
+        }
+        for (name, own) in &self.profiles {
+            let end = |end: Option<f64>| end.map_or("open".to_string(), |value| format!("{value:.5e}"));
+            let _ = writeln!(text, "  {name:22}  {} to {}", end(own.interval.0), end(own.interval.1));
+            if own.lower_found {
+                let _ =
+                    writeln!(text, "    the fit was not a minimum: the cost decreases on the way; try another --seed");
+            }
+        }
+        let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);
+        text
+    }
+}
+
+/// A value as far as it is known: to the second digit of its error.
+fn as_known(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
+        return significant(value);
+    }
+    let exponent = |x: f64| if x == 0.0 { 0 } else { log10(x.abs()).floor() as i32 };
+    let last = exponent(error) - 1;
+    match exponent(value) {
+        plain if (-3..6).contains(&plain) => format!("{value:.*}", usize::try_from(-last).unwrap_or(0)),
+        large => format!("{value:.*e}", usize::try_from(large - last).unwrap_or(0)),
+    }
+}
+
+/// A gap in its column; a channel none of whose samples counts has none.
+fn cell(gap: f64) -> String {
+    if gap.is_finite() { format!("{gap:8.2}") } else { format!("{:>8}", "-") }
+}
+
+/// What belongs to a shot that was held out stays where its prior has it.
+fn is_fitted(setup: &Setup, unknown: &Unknown) -> bool {
+    unknown.shot.is_none_or(|shot| !setup.held_out.contains(&shot))
+}
+
+/// Numbers of the unknowns whose profiles are asked for.
+fn wanted(names: &[String], setup: &Setup, problem: &Problem<'_>) -> Result<Vec<usize>, Failure> {
+    let find = |name: &String| match problem.unknowns.iter().position(|unknown| unknown.name == *name) {
+        Some(k) if is_fitted(setup, &problem.unknowns[k]) => Ok(k),
+        Some(_) => Err(Failure::Usage(format!("`{name}` is not fitted: its shot is held out"))),
+        None => {
+            let fitted = problem.unknowns.iter().filter(|unknown| is_fitted(setup, unknown));
+            let known: Vec<&str> = fitted.map(|unknown| unknown.name.as_str()).collect();
+            Err(Failure::Usage(format!("`{name}` is not among what may be off: {}", known.join(", "))))
+        }
+    };
+    names.iter().map(find).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::as_known;
+
+    #[test]
+    fn values_are_shown_as_far_as_they_are_known() {
+        for (value, error, shown) in [
+            (3005.4321, 9.1, "3005.4"),
+            (0.9012345, 0.0113, "0.901"),
+            (-2.0e9, 3.0e7, "-2.000e9"),
+            (1.2345e-6, 2.0e-8, "1.234e-6"),
+            (123_456.0, 2000.0, "123456"),
+            (0.0, 0.25, "0.00"),
+        ] {
+            assert_eq!(as_known(value, error), shown);
+        }
+    }
+}

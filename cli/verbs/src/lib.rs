@@ -1,0 +1,34 @@
+//! What the verbs of `hyd` do with files and models, apart from arguments and terminals: the command and the Python package stand on it.
+//!
+//! [`Libraries`] and [`LibraryPath`] say where texts come from, [`compile_file`] and [`compile_text`] translate, [`Run`] runs a model
+//! once, [`sweep`](sweep::sweep) many times, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
+//! against a bench. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
+
+pub mod discover;
+mod discovered_files;
+mod discovery_calibration;
+mod discovery_memory;
+pub mod discovery_page;
+mod discovery_picture;
+pub mod fit;
+mod inside;
+pub mod library;
+pub mod linear;
+mod listener;
+mod parameters;
+pub mod picture;
+mod run;
+mod run_failure;
+pub mod study;
+pub mod sweep;
+mod translate;
+
+pub use discovery_memory::hash;
+pub(crate) use hyd_run::Failure;
+pub(crate) use hyd_run::clock;
+pub use library::LibraryPath;
+pub use listener::Listener;
+pub use parameters::refuse_unknown;
+pub use run::Run;
+pub use run_failure::diagnostic as run_diagnostic;
+pub use translate::{Libraries, Request, compile_file, compile_text, with_whole_loops};
