@@ -2,6 +2,7 @@
 
 mod authoring;
 mod bench;
+mod shell;
 
 use std::path::PathBuf;
 
@@ -11,6 +12,7 @@ pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
 pub(crate) use authoring::{Doc, Fmt, New};
 pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
+pub(crate) use shell::{Completions, ManPages};
 
 /// `hyd VERB ...`
 #[derive(Parser, Debug)]
@@ -43,6 +45,8 @@ impl Arguments {
             | Verb::Explain(_)
             | Verb::New(_)
             | Verb::Doc(_)
+            | Verb::Completions(_)
+            | Verb::Man(_)
             | Verb::Bench(_)
             | Verb::Fit(_)
             | Verb::Discover(_) => MessageFormat::Text,
@@ -83,6 +87,10 @@ pub enum Verb {
     Doc(Doc),
     /// Make a folder with a small drive, a study and a README
     New(New),
+    /// Print the completions of a shell
+    Completions(Completions),
+    /// Write manual pages
+    Man(ManPages),
 }
 
 /// What all verbs that translate a model share.

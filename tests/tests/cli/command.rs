@@ -283,3 +283,25 @@ fn control_c_leaves_what_was_computed() {
     assert!(csv.lines().all(|line| line.split(',').count() == 5));
     assert_eq!(folder.names(), ["a.partial.csv", "forever.hyd"]);
 }
+
+#[test]
+fn shells_and_man_learn_all_verbs() {
+    let folder = Folder::new("shell", &[]);
+    let (_, help, _) = folder.run(&["--help"]);
+    let verbs = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let verbs: Vec<&str> =
+        verbs.filter_map(|line| line.split_whitespace().next()).filter(|verb| *verb != "help").collect();
+    assert!(verbs.len() > 15 && verbs.contains(&"simulate"), "{verbs:?}");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let (code, script, error) = folder.run(&["completions", shell]);
+        assert_eq!((code, error.as_str()), (0, ""));
+        assert!(verbs.iter().all(|verb| script.contains(verb)) && script.contains("tolerance"), "{shell}");
+    }
+    assert_eq!(folder.run(&["completions", "csh"]).0, 2);
+    let (code, said, error) = folder.run(&["man", "-o", "pages"]);
+    assert_eq!((code, error.as_str()), (0, ""), "{said}");
+    for verb in verbs {
+        let page = fs::read_to_string(folder.0.join(format!("pages/hyd-{verb}.1"))).unwrap();
+        assert!(page.contains(".SH NAME") && page.contains(".SH OPTIONS"), "{verb}");
+    }
+}
