@@ -92,7 +92,7 @@ const ALLOWED: [(&str, &[&str]); 28] = [
     ("hidden-effects", &[]),
 ];
 /// Packages at the outer end, which may use all others and are used by none but each other.
-const OUTER: [&str; 3] = ["hyd", "hyd-tests", "hyd-fuzz"];
+const OUTER: [&str; 4] = ["hyd", "hyd-python", "hyd-tests", "hyd-fuzz"];
 
 /// A file with more lines is printed: it may have two subjects.
 const LONG_FILE: usize = 500;

@@ -60,18 +60,53 @@ impl InputArguments {
     /// A sentence with file and line.
     pub fn read(&self) -> Result<Option<InputTable>, Failure> {
         let Some(path) = &self.input else { return Ok(None) };
-        let mut holds = Vec::new();
-        for text in &self.hold {
-            let (name, hold) = text.rsplit_once('=').map_or((None, text.as_str()), |(name, hold)| (Some(name), hold));
-            let unknown = || Failure::Usage(format!("--hold: `{hold}` is not linear, zero or smooth"));
-            holds.push((name.map(str::to_string), Hold::of(hold).ok_or_else(unknown)?));
-        }
+        let holds = holds(&self.hold)?;
         let text = read_text(path).map_err(|error| Failure::Fault(error.to_string()))?;
         InputTable::parse(path, &text, holds).map(Some).map_err(Failure::Fault)
     }
 }
 
+/// What inputs do between samples, as the command line has it.
+fn holds(texts: &[String]) -> Result<Vec<(Option<String>, Hold)>, Failure> {
+    let one = |text: &String| {
+        let (name, hold) = text.rsplit_once('=').map_or((None, text.as_str()), |(name, hold)| (Some(name), hold));
+        let unknown = || Failure::Usage(format!("--hold: `{hold}` is not linear, zero or smooth"));
+        Ok((name.map(str::to_string), Hold::of(hold).ok_or_else(unknown)?))
+    };
+    texts.iter().map(one).collect()
+}
+
 impl InputTable {
+    /// A table that stands in no file, which messages call `name`; lines are counted from 1.  Times in s; a sample that is missing is NaN.
+    ///
+    /// # Errors
+    /// A sentence: columns of unequal length, times that do not ascend, a hold that is not known.
+    pub fn of_columns(
+        name: &str,
+        times: Vec<f64>,
+        columns: Vec<(String, Vec<f64>)>,
+        hold: &[String],
+    ) -> Result<Self, Failure> {
+        let wrong = |sentence: String| Failure::Fault(format!("`{name}`: {sentence}"));
+        if times.len() < 2 {
+            return Err(wrong("an input needs two samples at least".to_string()));
+        }
+        if let Some((column, values)) = columns.iter().find(|(_, values)| values.len() != times.len()) {
+            let (own, all) = (values.len(), times.len());
+            return Err(wrong(format!("the column `{column}` has {own} samples, and `{TIME}` has {all}")));
+        }
+        let ascends = |pair: &[f64]| pair[0].is_finite() && pair[1].is_finite() && pair[0] < pair[1];
+        if let Some(k) = times.windows(2).position(|pair| !ascends(pair)) {
+            let (first, second) = (times[k], times[k + 1]);
+            return Err(wrong(format!(
+                "line {}: the time {second} s does not come after {first} s; times must ascend",
+                k + 2
+            )));
+        }
+        let lines = (1..=times.len() as u64).collect();
+        Ok(Self { path: PathBuf::from(name), times, lines, columns, holds: holds(hold)? })
+    }
+
     fn parse(path: &Path, text: &str, holds: Vec<(Option<String>, Hold)>) -> Result<Self, String> {
         let wrong = |sentence: String| format!("`{}`: {sentence}", path.display());
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());

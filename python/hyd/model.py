@@ -1,0 +1,574 @@
+"""A model: a text that was translated to machine code."""
+
+from __future__ import annotations
+
+import html
+import os
+from dataclasses import dataclass
+from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _hyd
+from .errors import UsageError
+from .function import Function
+from .linear import LinearModel
+from .run import Run
+from .sweep import Sweep, sweep
+from .values import text
+
+_Path = Union[str, "os.PathLike[str]"]
+
+#: Rows of a table in a notebook.
+_MOST_ROWS = 200
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter or constant of a model, as it is before anything is set for a run.
+
+    Attributes
+    ----------
+    name, unit, description : str
+        Full name; SI unit, ``""`` if unknown, ``"1"`` without dimension; what the text says of it.
+    value : float, bool, int or str
+        Its value; of an enumeration the name. NaN where it follows from the start of a run.
+    min, max : float or None
+        Its limits.
+    kind : str
+        ``"Real"``, ``"Integer"``, ``"Boolean"`` or ``"enumeration"``.
+    literals : tuple of str
+        The names of an enumeration.
+    settable : str
+        ``"yes"``; ``"structural"`` if every value is a translation of its own; ``"no"``.
+    """
+
+    name: str
+    unit: str
+    description: str
+    value: Any
+    min: Optional[float]
+    max: Optional[float]
+    kind: str
+    literals: tuple
+    settable: str
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of a model: full name, SI unit (``""`` if unknown) and what the text says of it."""
+
+    name: str
+    unit: str
+    description: str
+    kind: str
+
+
+def load(
+    source: Optional[_Path] = None,
+    model: Optional[str] = None,
+    *,
+    text: Optional[str] = None,
+    parameters: Union[None, _Path, Mapping[str, Any]] = None,
+    library: Union[_Path, Iterable[_Path]] = (),
+    allow_outside: bool = False,
+    strict_units: bool = False,
+    name: str = "<text>",
+) -> "Model":
+    """Translate a model.
+
+    Parameters
+    ----------
+    source
+        The model's file (``.hyd`` or ``.mo``).
+    model
+        The class to take [default: the last complete model of the file].
+    text
+        The text of a model, instead of a file.
+    parameters
+        Values that hold for all runs unless they are set again: by full name, or a file of lines ``NAME = VALUE`` in TOML.
+    library
+        Folders with libraries, or one library.
+    allow_outside
+        Lets the model name data files outside of its own folder and those of the libraries.
+    strict_units
+        Units that do not fit are errors in the texts of libraries, too, not only in those of the model.
+    name
+        What messages call ``text``.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    ModelError
+        With code, file, line and excerpt, if the text has an error.
+
+    Examples
+    --------
+    >>> hyd.load("models/single_acting_drive/drive.hyd").name
+    'SingleActingDrive.Drive'
+    """
+    if (source is None) == (text is None):
+        raise UsageError("load takes a file or a text: one of them")
+    folders = [os.fspath(library)] if isinstance(library, (str, os.PathLike)) else [os.fspath(own) for own in library]
+    given: list
+    if parameters is None:
+        given = []
+    elif isinstance(parameters, Mapping):
+        given = _assignments(parameters)
+    else:
+        given = _hyd.Model.parameter_file(os.fspath(parameters))
+    if source is not None:
+        return Model(_hyd.Model.load(os.fspath(source), model, given, (folders, allow_outside), strict_units))
+    return Model(_hyd.Model.of_text(text or "", name, model, given, (folders, allow_outside), strict_units))
+
+
+def _assignments(values: Mapping[str, Any]) -> list:
+    return [(str(name), text(value)) for name, value in values.items()]
+
+
+class Model:
+    """A model that can be run; made by :func:`load`.
+
+    Values of parameters are keywords of its methods, or entries of a mapping before them where a name is no Python name (``{"sh.m": 0.02}``). What
+    decides sizes or structure is translated for each value once. Models are safe to be used by several threads, which run beside each other,
+    and they pickle with all their texts.
+    """
+
+    #: Keywords of a run that are no parameters.
+    _RUN = (
+        "start",
+        "stop",
+        "tolerance",
+        "intervals",
+        "every_step",
+        "max_steps",
+        "solver",
+        "variables",
+        "inputs",
+        "hold",
+        "backend",
+        "result",
+    )
+
+    def __init__(self, model: _hyd.Model):
+        self._model = model
+
+    @property
+    def name(self) -> str:
+        """Full name of the class."""
+        return self._model.name
+
+    @property
+    def file(self) -> str:
+        """The file of the model, as messages name it."""
+        return self._model.file
+
+    @property
+    def description(self) -> str:
+        """What the model says of itself."""
+        return self._model.description
+
+    @property
+    def experiment(self) -> dict:
+        """``start``, ``stop`` and ``interval`` in s and ``tolerance`` by the model's annotation, None where it says nothing."""
+        return dict(zip(("start", "stop", "tolerance", "interval"), self._model.experiment))
+
+    @property
+    def parameters(self) -> "dict[str, Parameter]":
+        """All parameters and constants by full name.
+
+        Examples
+        --------
+        >>> model.parameters["p0"].value, model.parameters["p0"].unit
+        (10000000.0, 'Pa')
+        """
+        found = {}
+        for own in self._model.variables(True):
+            if own.pop("protected"):
+                continue
+            own["literals"] = tuple(own["literals"] or ())
+            own["value"] = _value(own)
+            found[own["name"]] = Parameter(**own)
+        return found
+
+    @property
+    def variables(self) -> "dict[str, Variable]":
+        """All variables by full name."""
+        return {
+            own["name"]: Variable(own["name"], own["unit"], own["description"], own["kind"])
+            for own in self._model.variables(False)
+        }
+
+    @property
+    def inputs(self) -> List[str]:
+        """The model's own inputs of type Real, which may follow recorded samples."""
+        return self._model.ends()[0]
+
+    @property
+    def outputs(self) -> List[str]:
+        """The model's own outputs."""
+        return self._model.ends()[1]
+
+    def simulate(
+        self,
+        parameters: Optional[Mapping[str, Any]] = None,
+        /,
+        *,
+        start: Optional[float] = None,
+        stop: Optional[float] = None,
+        tolerance: Optional[float] = None,
+        intervals: Optional[int] = None,
+        every_step: bool = False,
+        max_steps: Optional[int] = None,
+        solver: str = "auto",
+        variables: Optional[str] = None,
+        inputs: Any = None,
+        hold: Union[str, Sequence[str]] = (),
+        backend: str = "native",
+        result: Optional[_Path] = None,
+        **values: Any,
+    ) -> Run:
+        """Run the model once.
+
+        Parameters
+        ----------
+        parameters, **values
+            Values of parameters by full name.
+        start, stop
+            Times in s [default: the model's experiment annotation, else 0 and 1 s later].
+        tolerance
+            Relative tolerance [default: the annotation, else 1e-6].
+        intervals
+            Number of equal output intervals [default: the annotation, else 500].
+        every_step
+            Rows at every step of the solver.
+        max_steps
+            Number of steps after which the run is given up.
+        solver
+            ``"auto"``, ``"bdf"`` or ``"esdirk"``.
+        variables
+            Variables that are recorded: those whose full name matches this regular expression.
+        inputs
+            Recorded inputs: a file as ``--input`` takes it, or a mapping or data frame with ``time`` in s and a column for each input.
+        hold
+            What inputs do between samples: ``"linear"``, ``"zero"`` or ``"smooth"``, for all, or ``"NAME=zero"`` for one.
+        backend
+            ``"native"``, or ``"vm"``, the interpreter.
+        result
+            Also writes the rows to a file: ``.csv``, ``.mat`` or ``.parquet``.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        RunError
+            If the solver gave up; ``error.run`` has the rows up to there.
+        Interrupted
+            If Ctrl-C stopped the run; ``error.run`` has the rows up to there.
+        UsageError
+            For a keyword that is neither an option nor a parameter.
+
+        Examples
+        --------
+        >>> run = model.simulate(p0=15e6, U0=28, stop=0.05, tolerance=1e-6)
+        >>> run.status
+        'done'
+        >>> model.simulate(tolerence=1e-6)
+        Traceback (most recent call last):
+        ...
+        hyd.errors.UsageError: the model has no parameter `tolerence`; did you mean `tolerance`?
+        """
+        options = dict(
+            start=start,
+            stop=stop,
+            tolerance=tolerance,
+            intervals=intervals,
+            every_step=every_step,
+            max_steps=max_steps,
+            solver=solver,
+            variables=variables,
+            backend=backend,
+            result=None if result is None else os.fspath(result),
+        )
+        return Run(self._model.simulate(self._set(parameters, values), options, *_inputs(inputs, hold), []))
+
+    def sensitivity(self, by: Sequence[str], parameters: Optional[Mapping[str, Any]] = None, /, **options: Any) -> Run:
+        """Run the model with the derivatives of all recorded variables.
+
+        Parameters
+        ----------
+        by
+            Parameters, or variables for their start values.
+        parameters, **options
+            As for :meth:`simulate`.
+
+        Returns
+        -------
+        Run
+            With further variables ``d(x)/d(p)``; see :meth:`Run.derivative`.
+
+        Examples
+        --------
+        >>> run = model.sensitivity(["p0", "C"], stop=0.02)
+        >>> run.derivative("y", "p0").shape == run.time.shape
+        True
+        """
+        by = [by] if isinstance(by, str) else list(by)
+        values = {name: options.pop(name) for name in list(options) if name not in self._RUN}
+        inputs = _inputs(options.pop("inputs", None), options.pop("hold", ()))
+        known = dict.fromkeys(own for own in self._RUN if own not in ("inputs", "hold"))
+        known.update(every_step=False)
+        known.update(options)
+        if known["result"] is not None:
+            known["result"] = os.fspath(known["result"])
+        return Run(self._model.simulate(self._set(parameters, values), known, *inputs, by))
+
+    def sweep(
+        self,
+        vary: Mapping[str, Any],
+        parameters: Optional[Mapping[str, Any]] = None,
+        /,
+        *,
+        measure: Sequence[str] = (),
+        samples: Optional[int] = None,
+        method: str = "lhs",
+        seed: int = 0,
+        rows: bool = False,
+        variables: Optional[str] = None,
+        stop: Optional[float] = None,
+        tolerance: Optional[float] = None,
+        intervals: Optional[int] = None,
+        inputs: Any = None,
+        hold: Union[str, Sequence[str]] = (),
+        threads: Optional[int] = None,
+        result: Optional[_Path] = None,
+        progress: Any = False,
+        **values: Any,
+    ) -> Sweep:
+        """Run the model many times, on all cores.
+
+        Parameters
+        ----------
+        vary
+            What varies, by full name: :func:`hyd.grid` and its like, a list of values, or the text that ``--vary`` takes. The first changes slowest.
+        measure
+            Numbers taken of each run, as ``--measure`` takes them: ``"max(y)"``, ``"when(y > 4e-3)"`` (a time in s), ``"mean(p)/2"``; each is a column.
+        samples, method, seed
+            Number of draws from distributions, ``"lhs"`` or ``"random"``, and their seed.
+        rows
+            Keeps all rows of every run, not only the last.
+        variables, stop, tolerance, intervals, inputs, hold
+            As for :meth:`simulate`.
+        threads
+            Number of threads [default: one for each core].
+        result
+            Folder of the results, in which the same call goes on after an interrupt [default: a temporary one].
+        progress
+            True for a bar, or a function that gets the numbers of runs done and of all runs.
+        parameters, **values
+            Values of parameters that do not vary.
+
+        Returns
+        -------
+        Sweep
+
+        Examples
+        --------
+        >>> swept = model.sweep({"p0": hyd.grid(8e6, 20e6, 5)}, measure=["max(y)"], stop=0.02)
+        >>> bool(swept["max(y)"][0] < swept["max(y)"][-1])
+        True
+        """
+        options = dict(
+            samples=samples,
+            method=method,
+            seed=seed,
+            rows=rows,
+            variables=variables,
+            stop=stop,
+            tolerance=tolerance,
+            intervals=intervals,
+            threads=threads,
+        )
+        own = self._set(parameters, values)
+        return sweep(self._model, own, vary, options, measure, _inputs(inputs, hold), result, progress)
+
+    def linearize(
+        self,
+        parameters: Optional[Mapping[str, Any]] = None,
+        /,
+        *,
+        at: float,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        tolerance: Optional[float] = None,
+        **values: Any,
+    ) -> LinearModel:
+        """Give the linear model at a point of a run.
+
+        Parameters
+        ----------
+        at
+            Time of the point in s: the run goes there from its start.
+        inputs
+            Parameters that are inputs of the linear model [default: the inputs of the model].
+        outputs
+            Variables that are its outputs [default: the outputs of the model].
+        tolerance
+            Relative tolerance of the run.
+        parameters, **values
+            Values of parameters.
+
+        Returns
+        -------
+        LinearModel
+
+        Examples
+        --------
+        >>> linear = model.linearize(at=0.01, inputs=["p0"], outputs=["y"])
+        >>> linear.A.shape == (len(linear.states), len(linear.states))
+        True
+        """
+        own = self._set(parameters, values)
+        return LinearModel(self._model.linearize(own, float(at), list(inputs), list(outputs), tolerance))
+
+    def function(
+        self,
+        outputs: Sequence[str],
+        parameters: Sequence[str],
+        fixed: Optional[Mapping[str, Any]] = None,
+        /,
+        *,
+        at: Optional[Sequence[float]] = None,
+        start: Optional[float] = None,
+        stop: Optional[float] = None,
+        tolerance: Optional[float] = None,
+        solver: str = "auto",
+        **values: Any,
+    ) -> Function:
+        """Give the model as a function of some of its parameters, with exact derivatives.
+
+        Parameters
+        ----------
+        outputs
+            Full names of the variables that are its results.
+        parameters
+            Full names of the parameters that are its arguments.
+        at
+            Times of the results in s, ascending [default: the stop time alone].
+        start, stop, tolerance, solver
+            As for :meth:`simulate`; the last of ``at`` ends the runs.
+        fixed, **values
+            Values of other parameters.
+
+        Returns
+        -------
+        Function
+
+        Examples
+        --------
+        >>> lift = model.function(["y"], ["p0", "C"], at=[0.005, 0.01, 0.02])
+        >>> values, jacobian = lift.value_and_jacobian([10e6, 1e-3])
+        >>> values.shape, jacobian.shape
+        ((3,), (3, 2))
+        """
+        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        arguments = [parameters] if isinstance(parameters, str) else list(parameters)
+        wanted = dict(
+            outputs=names,
+            parameters=arguments,
+            at=None if at is None else [float(time) for time in np.atleast_1d(at)],
+            start=start,
+            stop=stop,
+            tolerance=tolerance,
+            solver=solver,
+        )
+        return Function(self._model.function(self._set(fixed, values), wanted), names, arguments)
+
+    def equations(self, stage: str = "flat") -> str:
+        """The text of a stage of the translation: ``flat``, ``system``, ``reduced``, ``sorted``, ``jacobian`` or ``c``."""
+        return self._model.equations(stage)
+
+    def explain(self, variable: str) -> str:
+        """What a variable equals, what it is solved from, in which block, and where that stands in the text."""
+        return self._model.explain(variable)
+
+    def _set(self, parameters: Optional[Mapping[str, Any]], values: Mapping[str, Any]) -> list:
+        """Parameters to set, with their values as text; a name that is none of the model's is refused here."""
+        both = {**(parameters or {}), **values}
+        for name in values:
+            if not self._model.is_parameter(name):
+                known = [*self._RUN, *self._model.settable()]
+                hint = _hyd.did_you_mean(name, known)
+                raise UsageError(f"the model has no parameter `{name}`" + (f"; {hint}" if hint else ""))
+        return _assignments(both)
+
+    def __repr__(self) -> str:
+        return f"<hyd.Model {self.name} of {self.file}>"
+
+    def _repr_html_(self) -> str:
+        settable = [own for own in self.parameters.values() if own.settable != "no"]
+        rows = []
+        for own in settable[:_MOST_ROWS]:
+            limits = "" if own.min is None and own.max is None else f"{_shown(own.min)} to {_shown(own.max)}"
+            cells = (own.name, _shown(own.value), own.unit, limits, own.description)
+            rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        more = len(settable) - len(rows)
+        end = f"<p>and {more} more parameters</p>" if more > 0 else ""
+        head = "".join(f"<th>{word}</th>" for word in ("parameter", "value", "unit", "limits", "description"))
+        title = html.escape(f"{self.name}: {self.description}" if self.description else self.name)
+        return (
+            f'<div class="hyd-model"><p><b>{title}</b></p><table><thead><tr>{head}</tr></thead>'
+            f"<tbody>{''.join(rows)}</tbody></table>{end}</div>"
+        )
+
+    def __reduce__(self):
+        return (_restored, (self._model.state(),))
+
+
+def _restored(state: str) -> Model:
+    return Model(_hyd.Model.of_state(state))
+
+
+def _value(own: Mapping[str, Any]) -> Any:
+    """A value in the type of its parameter."""
+    value = own["value"]
+    if value is None or value != value:
+        return float("nan")
+    if own["kind"] == "Boolean":
+        return bool(value)
+    if own["kind"] == "Integer":
+        return int(value)
+    if own["kind"] == "enumeration" and 1 <= value <= len(own["literals"]):
+        return own["literals"][int(value) - 1]
+    return value
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "..."
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _inputs(inputs: Any, hold: Union[str, Sequence[str]]) -> Tuple[Any, List[str]]:
+    """Recorded inputs as the extension takes them."""
+    holds = [hold] if isinstance(hold, str) else list(hold)
+    if inputs is None:
+        return None, holds
+    if isinstance(inputs, (str, os.PathLike)):
+        return os.fspath(inputs), holds
+    if hasattr(inputs, "columns") and not isinstance(inputs, Mapping):
+        names = list(inputs.columns)
+        columns = {str(name): np.asarray(inputs[name], dtype=float) for name in names}
+        if "time" not in columns and getattr(getattr(inputs, "index", None), "name", None) == "time":
+            columns["time"] = np.asarray(inputs.index, dtype=float)
+    else:
+        columns = {str(name): np.asarray(values, dtype=float) for name, values in inputs.items()}
+    if "time" not in columns:
+        raise UsageError("inputs need a column `time` in s")
+    times = columns.pop("time")
+    return (times.tolist(), [(name, values.tolist()) for name, values in columns.items()]), holds

@@ -1,0 +1,104 @@
+"""Many runs of a model."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from typing import Any, Dict, Iterator, Mapping, Optional
+
+import numpy as np
+
+from .errors import UsageError
+from .progress import Bar
+from .values import variation
+
+
+class Sweep(Mapping[str, Any]):
+    """The results of many runs: a table with a line for each run.
+
+    Columns are ``member`` (the number of the run), the values that vary, ``status`` (``"done"``, ``"terminated"`` or ``"failed"``), ``message`` and ``time``
+    reached in s, the last value of each variable, and the measures that were asked for.
+
+    Attributes
+    ----------
+    rows : dict or None
+        All rows of all runs where they were kept: ``member``, ``time``, variables.
+    units : dict
+        Units by name, as far as they are known.
+    failures : list of tuple
+        Why runs failed: how many, the number of one of them, the message; the commonest first.
+    """
+
+    def __init__(self, table: Dict[str, Any], rows: Optional[Dict[str, Any]], numbers: dict, path: Optional[str]):
+        self._table = table
+        self.rows = rows
+        self.units: dict = json.loads(numbers.get("units") or "{}")
+        self.failures: list = numbers["failures"]
+        self.failed: int = numbers["failed"]
+        self.path = path
+
+    def __getitem__(self, name: str) -> Any:
+        return self._table[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._table)
+
+    # Two sweeps are the same if they are one object.
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    def to_pandas(self, rows: bool = False) -> Any:
+        """The table, or all rows, as a ``pandas.DataFrame``."""
+        import pandas
+
+        frame = pandas.DataFrame(self._chosen(rows), copy=False)
+        frame.attrs["units"] = {name: self.units[name] for name in frame.columns if name in self.units}
+        return frame
+
+    def to_polars(self, rows: bool = False) -> Any:
+        """The table, or all rows, as a ``polars.DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self._chosen(rows))
+
+    def _chosen(self, rows: bool) -> dict:
+        if not rows:
+            return dict(self._table)
+        if self.rows is None:
+            raise UsageError("the rows of the runs were not kept; sweep(..., rows=True) keeps them")
+        return dict(self.rows)
+
+    def __repr__(self) -> str:
+        return f"<hyd.Sweep of {len(self['member'])} runs, {self.failed} failed>"
+
+    def _repr_html_(self) -> str:
+        try:
+            return self.to_pandas()._repr_html_()
+        except ImportError:
+            return f"<pre>{self!r}</pre>".replace("<hyd", "&lt;hyd").replace("failed>", "failed&gt;")
+
+
+def sweep(model, own, vary, options, measure, inputs, result, progress) -> Sweep:
+    """Run a sweep of the extension and read its tables."""
+    kept = dict(options)
+    kept["measure"] = [measure] if isinstance(measure, str) else [str(own) for own in measure]
+    kept["vary"] = [(str(name), variation(values)) for name, values in vary.items()]
+    bar = Bar.of(progress, "runs")
+    with tempfile.TemporaryDirectory(prefix="hyd-sweep-") as folder:
+        kept["result"] = folder if result is None else os.fspath(result)
+        try:
+            found = model.sweep(own, kept, *inputs, None if bar is None else bar.count)
+        finally:
+            if bar is not None:
+                bar.close()
+    table = {name: _column(values) for name, values in found["table"]}
+    rows = {name: _column(values) for name, values in found["rows"]} if "rows" in found else None
+    return Sweep(table, rows, found, None if result is None else kept["result"])
+
+
+def _column(values: Any) -> Any:
+    return values if isinstance(values, list) and values and isinstance(values[0], str) else np.asarray(values)

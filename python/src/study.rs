@@ -1,0 +1,121 @@
+//! A study of a bench: fits and searches, as `hyd fit` and `hyd discover` do them.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use hyd_run::Failure;
+use hyd_verbs::Libraries;
+use hyd_verbs::discover::{SearchOptions, discover};
+use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
+use hyd_verbs::study::{Opened, StudyFiles, open};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use crate::messages::{Kept, Message, exception, failed, warn};
+use crate::signals::watched;
+
+/// `hyd.Study` below its documentation.
+#[pyclass(frozen)]
+pub(crate) struct Study {
+    files: StudyFiles,
+}
+
+impl Study {
+    fn open(&self, py: Python<'_>) -> PyResult<(Opened, Vec<Message>)> {
+        let kept = Kept::default();
+        let opened = py.detach(|| open(&self.files, &kept));
+        let messages = kept.take();
+        match opened {
+            Ok(opened) => Ok((opened, messages)),
+            Err(failure) => Err(failed(py, &failure, &messages)),
+        }
+    }
+}
+
+/// Work on a study that can be interrupted; its messages become warnings, what happened on the way goes to `progress`.
+fn work<T: Send>(
+    py: Python<'_>,
+    (opened, first): (&Opened, Vec<Message>),
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Kept) -> Result<T, Failure> + Send,
+) -> PyResult<T> {
+    let kept = Kept::default();
+    let told = |py: Python<'_>| -> PyResult<()> {
+        for (seconds, text) in kept.take_progress() {
+            if let Some(progress) = progress {
+                progress.call1(py, (seconds, text))?;
+            }
+        }
+        Ok(())
+    };
+    let stop = opened.setup.watch.stop.clone();
+    let (result, caught) = watched(py, &stop, || work(&kept), &told)?;
+    let mut messages = first;
+    messages.extend(kept.take());
+    if let Some(error) = caught {
+        return Err(if error.is_instance_of::<PyKeyboardInterrupt>(py) {
+            exception(py, "interrupted", Some("interrupted"), &messages, None)
+        } else {
+            error
+        });
+    }
+    debug_assert!(!stop.load(Ordering::Relaxed), "invariant: only signals end the work");
+    told(py)?;
+    let result = result.map_err(|failure| failed(py, &failure, &messages))?;
+    warn(py, &messages)?;
+    Ok(result)
+}
+
+#[pymethods]
+impl Study {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        study: PathBuf,
+        bench: PathBuf,
+        folders: Vec<PathBuf>,
+        allow_outside: bool,
+        threads: Option<NonZeroUsize>,
+    ) -> PyResult<Self> {
+        let libraries = Libraries { folders, allow_outside };
+        let own = Self { files: StudyFiles { study, bench, libraries, threads } };
+        let (_, messages) = own.open(py)?;
+        warn(py, &messages)?;
+        Ok(own)
+    }
+
+    /// Fits; gives text, JSON, the parameters as a file of parameters, and whether the values are a minimum.
+    fn fit(
+        &self,
+        py: Python<'_>,
+        profile: Vec<String>,
+        seed: u64,
+        write_parameters: Option<PathBuf>,
+    ) -> PyResult<(String, String, String, bool)> {
+        let (opened, _) = self.open(py)?;
+        let options = FitOptions { seed, profile, write_parameters };
+        let found = work(py, (&opened, Vec::new()), None, |kept| fit(&opened, &options, kept))?;
+        if !found.converged {
+            warn(py, &[Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED)])?;
+        }
+        Ok((found.text, found.json.to_string(), found.parameters, found.converged))
+    }
+
+    /// Searches; gives text, JSON, and the file of the model that was found.
+    fn discover(
+        &self,
+        py: Python<'_>,
+        report: PathBuf,
+        resume: bool,
+        calibrate: Option<NonZeroUsize>,
+        seed: u64,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, String, Option<PathBuf>)> {
+        let (opened, _) = self.open(py)?;
+        let options = SearchOptions { report, resume, calibrate, seed };
+        let found =
+            work(py, (&opened, Vec::new()), progress.as_ref(), |kept| discover(&self.files, &opened, &options, kept))?;
+        Ok((found.text, found.json, found.model))
+    }
+}
