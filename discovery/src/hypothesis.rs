@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 use crate::catalogue::Candidate;
 use crate::dictionary::Term;
-use crate::fit::{Effort, Fit};
+use crate::fit::{Effort, Fit, Jacobian};
 use crate::machine::Machine;
 use crate::prior::Prior;
 use crate::problem::{Problem, Weighing};
@@ -118,7 +118,7 @@ impl Hypothesis {
         let problem = self.problem(setup)?;
         let all: Vec<usize> = (0..problem.unknowns.len()).collect();
         let jacobian = problem.jacobian((&fit.xi, &fit.runs), weighing, &all, Effort::FULL.difference)?;
-        (fit.jacobian, fit.fresh) = (Some((jacobian, all)), true);
+        (fit.jacobian, fit.fresh) = (Some(Jacobian::new(jacobian, all)), true);
         Ok(())
     }
 

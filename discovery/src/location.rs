@@ -8,10 +8,10 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::dictionary::{Place, Shown, Term, places, terms};
-use crate::fit::Fit;
+use crate::fit::{Fit, Jacobian};
 use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
 use crate::problem::{Problem, Weighing};
@@ -121,8 +121,7 @@ fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit,
         first += rows;
     }
     let (_, first, rows, own) = farthest;
-    let cut =
-        |(jacobian, unknowns): &(DMatrix<f64>, Vec<usize>)| (jacobian.rows(first, rows).into_owned(), unknowns.clone());
+    let cut = |own: &Jacobian| Jacobian::new(own.matrix.rows(first, rows).into_owned(), own.unknowns.clone());
     let residuals = fit.residuals.rows(first, rows).into_owned();
     (Fit { residuals, jacobian: fit.jacobian.as_ref().map(cut), ..fit.clone() }, own)
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::fit::{Fit, squared};
+use crate::fit::{Fit, Jacobian, normal};
 
 /// Squared length below which a part of a signature says nothing of its amplitude.
 const VISIBLE: f64 = 1.0;
@@ -45,12 +45,8 @@ pub struct Score {
 impl<'a> Projection<'a> {
     /// None where the fit has no Jacobian.
     pub fn new(fit: &'a Fit) -> Option<Self> {
-        let (jacobian, columns) = fit.jacobian.as_ref()?;
-        let mut normal = squared(jacobian);
-        for k in 0..normal.nrows() {
-            normal[(k, k)] += 1.0;
-        }
-        let factor = Cholesky::new(normal)?;
+        let Jacobian { matrix: jacobian, unknowns: columns, .. } = fit.jacobian.as_ref()?;
+        let factor = Cholesky::new(normal(jacobian))?;
         let mut gradient = jacobian.tr_mul(&fit.residuals);
         for (k, &unknown) in columns.iter().enumerate() {
             gradient[k] += fit.xi[unknown];
@@ -68,14 +64,19 @@ impl<'a> Projection<'a> {
         (from, to): (f64, f64),
     ) -> (Score, Vec<f64>) {
         let whole = self.score(signature, (from, to));
-        let of = |part: &Range<usize>| {
-            let mut own = DVector::zeros(signature.len());
-            own.as_mut_slice()[part.clone()].copy_from_slice(&signature.as_slice()[part.clone()]);
-            own
-        };
-        let own: Vec<DVector<f64>> = parts.iter().map(of).collect();
-        let inner = DMatrix::from_fn(parts.len(), parts.len(), |i, k| self.inner(&own[i], &own[k]));
-        let along = DVector::from_iterator(parts.len(), own.iter().map(|d| self.along(d)));
+        let own = |part: &Range<usize>| signature.rows(part.start, part.len());
+        let seen = |part: &Range<usize>| self.jacobian.rows(part.start, part.len()).tr_mul(&own(part));
+        let seen: Vec<DVector<f64>> = parts.iter().map(seen).collect();
+        let followed: Vec<DVector<f64>> = seen.iter().map(|seen| self.factor.solve(seen)).collect();
+        let inner = DMatrix::from_fn(parts.len(), parts.len(), |i, k| {
+            // Parts have no row in common.
+            let direct = if i == k { own(&parts[i]).norm_squared() } else { 0.0 };
+            direct - seen[i].dot(&followed[k])
+        });
+        let along = DVector::from_fn(parts.len(), |k, _| {
+            let residuals = self.residuals.rows(parts[k].start, parts[k].len());
+            seen[k].dot(&self.pull) - own(&parts[k]).dot(&residuals)
+        });
         let mut amplitudes = best_within(&inner, &along, (from, to));
         let gain = 2.0 * amplitudes.dot(&along) - amplitudes.dot(&(&inner * &amplitudes));
         // A part that shows nothing of it is begun with the amplitude of all.
@@ -83,11 +84,6 @@ impl<'a> Projection<'a> {
             amplitudes[k] = whole.amplitude;
         }
         (Score { gain, ..whole }, amplitudes.as_slice().to_vec())
-    }
-
-    /// Half the slope of the cost along a signature, downwards.
-    fn along(&self, signature: &DVector<f64>) -> f64 {
-        -(signature.dot(self.residuals) - self.jacobian.tr_mul(signature).dot(&self.pull))
     }
 
     /// `a'Pb`.
@@ -101,12 +97,13 @@ impl<'a> Projection<'a> {
         let j = self.jacobian.tr_mul(signature);
         let square = signature.norm_squared();
         let power = (square - j.dot(&self.factor.solve(&j))).max(0.0);
-        let along = self.along(signature);
+        // Half the slope of the cost along the signature, downwards.
+        let plain = -signature.dot(self.residuals);
+        let along = plain + j.dot(&self.pull);
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
         let cost_drop = |amplitude: f64| 2.0 * amplitude * along - amplitude * amplitude * power;
         let gain = cost_drop(amplitude);
         let opposite = if from < 0.0 || power <= 0.0 { 0.0 } else { cost_drop((along / power).clamp(-to, 0.0)) };
-        let plain = -signature.dot(self.residuals);
         let own = if square > 0.0 { (plain / square).clamp(from, to) } else { 0.0 };
         let alone = 2.0 * own * plain - own * own * square;
         Score { power, amplitude, gain, opposite, left: if square > 0.0 { power / square } else { 0.0 }, alone }
@@ -135,7 +132,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::{Projection, best_within};
-    use crate::fit::Fit;
+    use crate::fit::{Fit, Jacobian};
 
     /// With nothing to imitate it, what a signature explains with either sign is the square of its projection.
     #[test]
@@ -149,7 +146,7 @@ mod tests {
             misfit: 14.0,
             converged: true,
             steps: 0,
-            jacobian: Some((DMatrix::zeros(3, 1), vec![0])),
+            jacobian: Some(Jacobian::new(DMatrix::zeros(3, 1), vec![0])),
             fresh: true,
         };
         let projection = Projection::new(&fit).expect("a Jacobian");
@@ -200,7 +197,7 @@ mod tests {
             residuals,
             converged: true,
             steps: 0,
-            jacobian: Some((DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
+            jacobian: Some(Jacobian::new(DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
             fresh: true,
         };
         let projection = Projection::new(&fit).expect("a Jacobian");
@@ -232,7 +229,7 @@ mod tests {
             residuals,
             converged: true,
             steps: 0,
-            jacobian: Some((DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
+            jacobian: Some(Jacobian::new(DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
             fresh: true,
         };
         let score = Projection::new(&fit).expect("a Jacobian").score(&effect, (-9.0, 9.0));

@@ -81,9 +81,7 @@ impl ShotInputs {
         for (name, input) in &study.inputs {
             let place = study.place(&["inputs", name]);
             let Some(site) = sites.iter().find(|site| *site.name == **name) else {
-                let hint = did_you_mean(name, known.iter().map(String::as_str));
-                let listed = if known.is_empty() { String::new() } else { format!("; it has: {}", known.join(", ")) };
-                let hint = hint.map_or(listed, |hint| format!("; {hint}"));
+                let hint = not_an_input(name, system, known);
                 return Err(Fault::new(format!(
                     "{place}the model has no input `{name}` of type Real at its top{hint}"
                 )));
@@ -118,6 +116,21 @@ impl ShotInputs {
             system.set_input(k, series).map_err(refused)?;
         }
         Ok(())
+    }
+}
+
+/// How a name that is not one of the inputs `known` comes to follow a column, or which input was perhaps meant.
+fn not_an_input(name: &str, system: &dyn DaeSystem, known: &[String]) -> String {
+    match (system.tables().find(name), did_you_mean(name, known.iter().map(String::as_str))) {
+        (Some(_), _) if name.contains('.') => {
+            format!("; to let `{name}` follow a column, connect it to an input that the model itself declares")
+        }
+        (Some(_), _) => {
+            format!("; declared as `input Real {name}`, without an equation for it, it can follow a column")
+        }
+        (None, Some(hint)) => format!("; {hint}"),
+        (None, None) if known.is_empty() => String::new(),
+        (None, None) => format!("; it has: {}", known.join(", ")),
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::{Effort, Fit, squared};
+use super::{Effort, Fit, Jacobian, squared};
 use crate::Fault;
 use crate::problem::{Problem, Runs, Weighing};
 
@@ -155,7 +155,7 @@ impl Descent<'_> {
 
     fn end(self) -> Fit {
         let fresh = self.age == 0 && self.free.len() == self.problem.unknowns.len();
-        Fit { fresh, jacobian: Some((self.jacobian, self.free.to_vec())), ..self.best }
+        Fit { fresh, jacobian: Some(Jacobian::new(self.jacobian, self.free.to_vec())), ..self.best }
     }
 }
 

@@ -4,10 +4,12 @@
 //! normal equations.
 
 mod descent;
+mod jacobian;
 pub(crate) mod profile;
 pub(crate) mod schedule;
 
 pub(crate) use descent::{minimise, minimise_over};
+pub(crate) use jacobian::{Jacobian, normal, squared};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::Fault;
@@ -73,8 +75,8 @@ pub struct Fit {
     pub converged: bool,
     /// Steps taken.
     pub steps: usize,
-    /// The last Jacobian, with the unknowns of its columns.
-    pub jacobian: Option<(DMatrix<f64>, Vec<usize>)>,
+    /// The last Jacobian.
+    pub(crate) jacobian: Option<Jacobian>,
     /// It is by all unknowns, and was computed at this very point.
     pub fresh: bool,
 }
@@ -105,25 +107,15 @@ impl Fit {
         })
     }
 
-    /// Covariance of the unknowns at the minimum, `(J'J + I)^-1`, in the order of the Jacobian's columns.
-    pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (jacobian, _) = self.jacobian.as_ref()?;
-        let mut normal = squared(jacobian);
-        for k in 0..normal.nrows() {
-            normal[(k, k)] += 1.0;
-        }
-        Cholesky::new(normal).map(|factor| factor.inverse())
-    }
-
     /// How many standard errors lie between some unknowns and others that are so far `away`, with a third sort held where they are:
     /// `sqrt(a'Ia)` with the information `I` on them when all else follows (Wald 1943).
     pub fn errors_beside(&self, unknowns: &[usize], away: &[f64], held: &[usize]) -> Option<f64> {
-        let columns = &self.jacobian.as_ref()?.1;
-        let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
+        let jacobian = self.jacobian.as_ref()?;
+        let place = |unknown: &usize| jacobian.unknowns.iter().position(|own| own == unknown);
         let mut places: Vec<usize> = unknowns.iter().map(place).collect::<Option<_>>()?;
         // What is not a column was held all along.
         places.extend(held.iter().filter_map(place));
-        let covariance = self.covariance()?;
+        let covariance = jacobian.covariance()?;
         // What is known of some when all else follows them is the inverse of their part of the covariance.
         let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);
         let information = Cholesky::new(part)?.inverse();
@@ -133,14 +125,14 @@ impl Fit {
 
     /// Where the other unknowns go, to first order, when some are moved back by `away` and the rest follows to the minimum.
     pub fn moved_back(&self, unknowns: &[usize], away: &[f64]) -> Option<Vec<f64>> {
-        let columns = &self.jacobian.as_ref()?.1;
-        let place = |unknown: &usize| columns.iter().position(|own| own == unknown);
+        let jacobian = self.jacobian.as_ref()?;
+        let place = |unknown: &usize| jacobian.unknowns.iter().position(|own| own == unknown);
         let places: Vec<usize> = unknowns.iter().map(place).collect::<Option<_>>()?;
-        let covariance = self.covariance()?;
+        let covariance = jacobian.covariance()?;
         let part = DMatrix::from_fn(places.len(), places.len(), |i, k| covariance[(places[i], places[k])]);
         let pulls = Cholesky::new(part)?.solve(&DVector::from_column_slice(away));
         let mut xi = self.xi.clone();
-        for (column, &unknown) in columns.iter().enumerate() {
+        for (column, &unknown) in jacobian.unknowns.iter().enumerate() {
             let change: f64 = places.iter().zip(pulls.iter()).map(|(&k, pull)| covariance[(column, k)] * pull).sum();
             xi[unknown] = (xi[unknown] - change).clamp(-LIMIT, LIMIT);
         }
@@ -149,21 +141,17 @@ impl Fit {
 
     /// Standard error of an unknown in its standard deviations.
     pub fn standard_error(&self, unknown: usize) -> Option<f64> {
-        let column = self.jacobian.as_ref()?.1.iter().position(|&own| own == unknown)?;
-        self.covariance().map(|covariance| covariance[(column, column)].max(0.0).sqrt())
+        let jacobian = self.jacobian.as_ref()?;
+        let column = jacobian.unknowns.iter().position(|&own| own == unknown)?;
+        jacobian.covariance().map(|covariance| covariance[(column, column)].max(0.0).sqrt())
     }
-}
-
-/// `J'J`.  The product of a transposed copy is one of blocks, several times as fast as one of columns with each other.
-pub(crate) fn squared(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    jacobian.transpose() * jacobian
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
-    use super::Fit;
+    use super::{Fit, Jacobian};
 
     /// With one unknown held and one free to follow, what is left of the information on the first is the Schur complement.
     #[test]
@@ -182,7 +170,7 @@ mod tests {
             misfit: 0.0,
             converged: true,
             steps: 0,
-            jacobian: Some((jacobian, vec![0, 1, 2])),
+            jacobian: Some(Jacobian::new(jacobian, vec![0, 1, 2])),
             fresh: true,
         };
         let schur = normal[(0, 0)] - normal[(0, 2)].powi(2) / normal[(2, 2)];

@@ -226,7 +226,7 @@ fn along(problem: &Problem<'_>, start: &[f64], (shots, tau): (&[usize], f64), ho
         let weighing = Weighing { shots: shots.to_vec(), horizon, inflation: WIDE.0, tau: widened(tau) };
         let fit = minimise(problem, &xi, &weighing, Effort::SHORT, None)?;
         xi = fit.xi;
-        jacobian = fit.jacobian.map(|(jacobian, _)| (jacobian, weighing));
+        jacobian = fit.jacobian.map(|jacobian| (jacobian.matrix, weighing));
     }
     let known = jacobian.as_ref().map(|(jacobian, weighing)| (jacobian, weighing));
     minimise(problem, &xi, &Weighing::whole(shots, tau), Effort::FULL, known)

@@ -4,7 +4,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::fit::squared;
+use crate::fit::normal;
 
 /// A column that is zero but for one run of rows.
 pub(super) struct Columns {
@@ -39,11 +39,7 @@ pub(super) fn explained(
         column.iter_mut().zip(scales).for_each(|(value, scale)| *value *= scale);
     }
     let weighed = DVector::from_iterator(residuals.len(), residuals.iter().zip(scales).map(|(r, scale)| r * scale));
-    let mut normal = squared(&scaled);
-    for k in 0..normal.nrows() {
-        normal[(k, k)] += 1.0;
-    }
-    let factor = Cholesky::new(normal)?;
+    let factor = Cholesky::new(normal(&scaled))?;
     let pull = factor.solve(&(scaled.tr_mul(&weighed) + DVector::from_column_slice(xi)));
     let own: Vec<Vec<f64>> = columns
         .iter()
@@ -51,10 +47,10 @@ pub(super) fn explained(
         .collect();
     let across = |k: usize| scaled.rows(columns[k].first, own[k].len()).tr_mul(&DVector::from_column_slice(&own[k]));
     let projected: Vec<DVector<f64>> = (0..own.len()).map(across).collect();
+    let followed: Vec<DVector<f64>> = projected.iter().map(|own| factor.solve(own)).collect();
     let count = own.len();
     let inner = DMatrix::from_fn(count, count, |i, k| {
-        direct((columns[i].first, &own[i]), (columns[k].first, &own[k]))
-            - projected[i].dot(&factor.solve(&projected[k]))
+        direct((columns[i].first, &own[i]), (columns[k].first, &own[k])) - projected[i].dot(&followed[k])
     });
     let along = DVector::from_fn(count, |k, _| {
         let rows = weighed.rows(columns[k].first, own[k].len());

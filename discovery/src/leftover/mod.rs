@@ -14,7 +14,7 @@ mod timing;
 use nalgebra::{DMatrix, DVector};
 
 use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter};
-use crate::fit::Fit;
+use crate::fit::{Fit, Jacobian};
 use crate::problem::{Problem, Weighing};
 use crate::thresholds::adequate;
 use crate::unknowns::{LIMIT, Meaning};
@@ -67,7 +67,8 @@ enum Disturbance {
 /// # Errors
 /// When the fit has no derivatives.
 pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Result<Leftover, Fault> {
-    let Some((jacobian, _)) = fit.jacobian.as_ref().filter(|(own, _)| own.ncols() == problem.unknowns.len()) else {
+    let all = |own: &&Jacobian| own.matrix.ncols() == problem.unknowns.len();
+    let Some(Jacobian { matrix: jacobian, .. }) = fit.jacobian.as_ref().filter(all) else {
         return Err(Fault::run("a fit has no derivatives by all unknowns"));
     };
     let blocks = blocks(problem, whole);

@@ -50,7 +50,7 @@ impl Search<'_> {
             let (Some(start), Some(old)) = (start, pass.tried[k].fit.clone()) else { continue };
             let problem = pass.tried[k].hypothesis.problem(self.setup)?;
             let xi = [&start[..], &old.xi[count..]].concat();
-            let known = old.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+            let known = old.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
             let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
             drop(problem);
             pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
@@ -113,7 +113,7 @@ impl Search<'_> {
         let (count, whole) = (pass.fit.xi.len(), self.whole());
         let problem = pass.base.problem(self.setup)?;
         let mut tries: Vec<(&str, Fit)> = Vec::new();
-        let known = pass.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let known = pass.fit.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
         let against = Effort::FULL.against(fit.cost);
         let plain = minimise(&problem, &fit.xi[..count], &whole, against, known);
         tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));

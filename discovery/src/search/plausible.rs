@@ -66,7 +66,8 @@ impl Search<'_> {
                 start[k] = if is_size { start[k].clamp(low, high) } else { 0.0 };
             }
         }
-        let known = fit.jacobian.as_ref().filter(|(own, _)| own.ncols() == start.len()).map(|(own, _)| (own, &whole));
+        let known =
+            fit.jacobian.as_ref().map(|own| (&own.matrix, &whole)).filter(|(own, _)| own.ncols() == start.len());
         let Ok(free) = minimise(&problem, &start, &whole, patience(&problem), known) else { return Ok(fit) };
         if is_enough(&free, fit.cost) {
             return Ok(free);

@@ -9,7 +9,7 @@ use super::context::Search;
 use super::pass::Pass;
 use crate::catalogue::Kind;
 use crate::fault::Fault;
-use crate::fit::{Effort, Fit, minimise};
+use crate::fit::{Effort, Fit, Jacobian, minimise};
 use crate::hypothesis::Look;
 
 /// Steps; nothing is computed anew.
@@ -27,7 +27,7 @@ impl Search<'_> {
     pub(super) fn probe(&self, pass: &mut Pass, seen: &Fit, is_quiet: bool) -> Result<(), Fault> {
         (self.progress)("screening again what nuisances could imitate");
         let whole = self.whole();
-        let Some((jacobian, _)) = &seen.jacobian else { return Ok(()) };
+        let Some(Jacobian { matrix: jacobian, .. }) = &seen.jacobian else { return Ok(()) };
         let (effort, limit) = if is_quiet { (FEWER, LEFT.1) } else { (STEPS, LEFT.0) };
         for tried in &mut pass.tried {
             // Measuring chains answer in proportion.

@@ -299,7 +299,7 @@ impl Search<'_> {
         let mut effort = patience(&problem).against(lowest.cost);
         effort.steps = if turn == 0 { TURN } else { effort.steps };
         // Derivatives that were borrowed at first are its own by then.
-        let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|(jacobian, _)| (jacobian, &whole));
+        let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|jacobian| (&jacobian.matrix, &whole));
         let next = minimise(&problem, &fit.xi, &whole, effort, known);
         let fit = next.map_or(fit.clone(), |next| lower(fit, next));
         lowest.take(&fit);
@@ -325,7 +325,7 @@ impl Search<'_> {
         if !hypothesis.machine.is_fast() && base.fresh && base.misfit / lowest.expected < FAR {
             // Derivatives are dear, and those of the fit without are good: which candidates are worth their own is seen later.
             let thrifty = Effort { worthwhile: f64::NEG_INFINITY, ..Effort::FULL };
-            let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+            let known = base.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
             let start = [&base.xi[..], &look.start[..]].concat();
             return Ok(minimise(&hypothesis.problem(self.setup)?, &start, &whole, thrifty, known).ok());
         }
@@ -345,7 +345,7 @@ impl Search<'_> {
     ) -> Result<Option<Begun>, Fault> {
         let problem = hypothesis.problem(self.setup)?;
         let whole = self.whole();
-        let known = base.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &whole));
+        let known = base.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
         let wide = self.wide();
         let expected = problem.expected(&wide);
         let mut starts: Vec<Vec<f64>> = look.probed.iter().map(|(_, end)| end.clone()).collect();
@@ -382,7 +382,7 @@ impl Search<'_> {
         if begun.misfit > hopeless * lowest.misfit.max(1.0) {
             return Ok(Fit::at(&problem, &begun.fit.xi, &whole).ok());
         }
-        let known = begun.fit.jacobian.as_ref().map(|(jacobian, _)| (jacobian, &wide));
+        let known = begun.fit.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &wide));
         Ok(minimise(&problem, &begun.fit.xi, &whole, Effort::FULL.against(lowest.cost), known).ok())
     }
 }

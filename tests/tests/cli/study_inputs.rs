@@ -194,7 +194,12 @@ fn what_does_not_fit_is_said_with_its_line() {
         ),
         (
             "b = { column = \"volt_mV\" }",
-            "error: line 7 of the study: the model has no input `b` of type Real at its top",
+            "error: line 7 of the study: the model has no input `b` of type Real at its top; declared as `input Real b`, without an \
+             equation for it, it can follow a column",
+        ),
+        (
+            "K = { column = \"volt_mV\" }",
+            "the model has no input `K` of type Real at its top; declared as `input Real K`",
         ),
         (
             "u = { column = \"volt\" }",
