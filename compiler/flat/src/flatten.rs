@@ -27,6 +27,9 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flatten_driven(tree, terms, &[])
 }
 
+/// Stands for the names of all inputs of the model itself that can follow samples, see [`flatten_driven`].
+pub const EVERY_INPUT: &str = "*";
+
 /// The same where inputs of the model itself, given by their names, follow recorded samples.  What is not the name of an input of type
 /// Real stays without effect; [`FlatModel::driven`] says which there are.
 pub fn flatten_driven(tree: &mut InstanceTree<'_>, terms: &[Injection], driven: &[String]) -> FlatModel {

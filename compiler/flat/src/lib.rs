@@ -18,7 +18,7 @@ mod state;
 mod variables;
 mod verify;
 
-pub use flatten::{flatten, flatten_driven, flatten_with};
+pub use flatten::{EVERY_INPUT, flatten, flatten_driven, flatten_with};
 pub use model::{
     BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart,
     Operand, PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,

@@ -1,6 +1,6 @@
 //! Executables: a launcher, a payload on a page boundary behind it, and a trailer that tells where the payload is.
 //!
-//! The launcher is a prebuilt program, so no linker is needed.  Trailer: 8 bytes of magic, position and length of the payload.
+//! The launcher is a prebuilt program, so no linker is needed; so is the library of units for other tools, whose payload stands beside it.  Trailer: 8 bytes of magic, position and length of the payload.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -20,9 +20,23 @@ const MARK: [&[u8]; 2] = [b"hyd launcher, ", b"reads payloads of format "];
 /// What a launcher has to hold somewhere, so that [`is_launcher`] knows it: the mark and the version in decimal, then a full stop.
 pub const LAUNCHER_MARK: &[u8] = b"hyd launcher, reads payloads of format 5.";
 
+/// The same for the library of a unit: it begins otherwise.
+const LIBRARY: &[u8] = b"hyd library, ";
+/// What the library of a unit has to hold somewhere, so that [`is_library`] knows it.
+pub const LIBRARY_MARK: &[u8] = b"hyd library, reads payloads of format 5.";
+
 /// True if the bytes are a launcher that reads payloads of this format.
 pub fn is_launcher(program: &[u8]) -> bool {
-    let mark = [MARK[0], MARK[1], format!("{VERSION}.").as_bytes()].concat();
+    holds_mark(program, MARK[0])
+}
+
+/// True if the bytes are the library of a unit that reads payloads of this format.
+pub fn is_library(program: &[u8]) -> bool {
+    holds_mark(program, LIBRARY)
+}
+
+fn holds_mark(program: &[u8], begin: &[u8]) -> bool {
+    let mark = [begin, MARK[1], format!("{VERSION}.").as_bytes()].concat();
     // Searching for the first byte alone is many times faster than comparing everywhere.
     let mut rest = program;
     while let Some(position) = rest.iter().position(|&byte| byte == mark[0]) {
@@ -96,5 +110,6 @@ mod tests {
     fn a_launcher_is_known_by_its_mark() {
         assert!(is_launcher(&[b"xhyd launhyd", LAUNCHER_MARK, b"y"].concat()));
         assert!(!is_launcher(b"hyd launcher, reads payloads of format 0."));
+        assert!(is_library(LIBRARY_MARK) && !is_library(LAUNCHER_MARK) && !is_launcher(LIBRARY_MARK));
     }
 }

@@ -1,13 +1,23 @@
-//! One input that follows recorded samples: the samples, and which of them counts.
+//! One input of the model: it follows recorded samples, and then which of them counts, or what is said from outside.
 
 use std::sync::Arc;
 
 use hyd_system::{Sample, Series};
 
+/// A straight line through a point.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Line {
+    pub value: f64,
+    pub slope: f64,
+    pub from: f64,
+}
+
 /// One input.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Follower {
     pub series: Option<Arc<Series>>,
+    /// What is said from outside, instead of samples.
+    pub line: Option<Line>,
     /// The samples that count are chosen by events.
     pub stepwise: bool,
     /// The sample that counts, or where the last search has ended.
@@ -20,6 +30,10 @@ pub(crate) struct Follower {
 impl Follower {
     /// What the input is at a time (s).
     fn at(&mut self, t: f64) -> Sample {
+        if let Some(Line { value, slope, from }) = self.line {
+            let value = if slope == 0.0 { value } else { value + slope * (t - from) };
+            return Sample { value, slope, curvature: 0.0 };
+        }
         let Some(series) = &self.series else { return Sample::default() };
         if !self.stepwise {
             self.sample = series.interval(t, self.sample);

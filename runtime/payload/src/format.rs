@@ -89,6 +89,12 @@ pub fn write(model: &Model) -> Vec<u8> {
     out
 }
 
+/// A number that is another one, all but surely, when the model is; none for bytes that are no payload.
+pub fn fingerprint(bytes: &[u8]) -> Option<u64> {
+    let place = bytes.get(..HEADER).filter(|header| header[..8] == MAGIC)?;
+    u64::get(&mut Input(&place[HEADER - 8..])).ok()
+}
+
 /// Puts length and checksum of a payload right; nothing is done where there is not even a header.
 pub fn seal(bytes: &mut [u8]) {
     let Some(length) = bytes.len().checked_sub(HEADER) else { return };

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_system::{EvalFailure, Hold, InputError, Instants, Series, TimeEvent};
 
-use crate::follower::Follower;
+use crate::follower::{Follower, Line};
 use crate::instance::Instance;
 
 impl Instance {
@@ -23,10 +23,33 @@ impl Instance {
         Ok(())
     }
 
+    /// Lets an input (position in [`hyd_system::Structure::inputs`]) follow the straight line through `value` at `from` (s) from now on;
+    /// nothing else is needed where that is known to be no event.  False if there is no such input.
+    pub fn hold_input(&mut self, input: usize, value: f64, (slope, from): (f64, f64)) -> bool {
+        let Some(follower) = self.memory.inputs.get_mut(input) else { return false };
+        *follower = Follower { line: Some(Line { value, slope, from }), ..Follower::default() };
+        true
+    }
+
+    /// The line that an input follows, if [`Instance::hold_input`] has said one: value, slope, and time of the value (s).
+    pub fn line_of_input(&self, input: usize) -> Option<(f64, f64, f64)> {
+        let line = self.memory.inputs.get(input)?.line?;
+        Some((line.value, line.slope, line.from))
+    }
+
+    /// Value of an input at the time of the last evaluation.
+    pub fn input_value(&self, input: usize) -> Option<f64> {
+        let range = &self.loaded.model.area.inputs;
+        self.memory.data[range.start as usize..range.end as usize].get(input).copied()
+    }
+
     /// Begins a run at `t0` (s): the samples that count there.
     pub(crate) fn start_inputs(&mut self, t0: f64) -> Result<(), EvalFailure> {
         let instants = Instants::of_run(t0);
         for (site, follower) in self.loaded.model.structure.inputs.iter().zip(&mut self.memory.inputs) {
+            if follower.line.is_some() {
+                continue;
+            }
             let Some(series) = &follower.series else {
                 let reason = format!("the input `{}` has no samples", site.name);
                 return Err(EvalFailure { equation: None, variable: Some(site.name.to_string()), reason });

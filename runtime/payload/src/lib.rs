@@ -10,6 +10,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod accumulation;
+mod affine;
 mod ahead;
 mod backward_error;
 mod clock;
@@ -35,6 +36,7 @@ mod model;
 mod names;
 pub mod program;
 mod routines;
+mod saved;
 mod search;
 mod selection;
 mod start;

@@ -167,7 +167,25 @@ fn mark(dependent: &[u32], is_dependent: &mut [bool]) {
     dependent.iter().for_each(|&column| is_dependent[column as usize] = true);
 }
 
+crate::codec::stored! {
+    Choice { dependent, states, matrix, done, values, is_dependent }
+}
+
 impl Choice {
+    /// True if it is a choice of this set.
+    pub(crate) fn suits(&self, set: &CandidateSet) -> bool {
+        let first = set.first_choice();
+        let below = |list: &[u32]| list.iter().all(|&k| (k as usize) < set.candidates.len());
+        self.dependent.len() == first.dependent.len()
+            && self.states.len() == first.states.len()
+            && self.matrix.len() == first.matrix.len()
+            && self.done.len() == first.done.len()
+            && self.values.len() == first.values.len()
+            && self.is_dependent.len() == first.is_dependent.len()
+            && below(&self.dependent)
+            && below(&self.states)
+    }
+
     /// Makes the choice; states that stay keep their equations.  False if it is the same one.
     fn adopt(&mut self, dependent: Vec<u32>) -> bool {
         let mut released = self.dependent.iter().copied().filter(|k| !dependent.contains(k));

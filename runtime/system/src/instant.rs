@@ -24,6 +24,11 @@ impl Instants {
         Self { origin: start.abs() }
     }
 
+    /// The largest time (s) that they are computed from, beside themselves.
+    pub fn origin(&self) -> f64 {
+        self.origin
+    }
+
     /// How far two instants about `t` (s) may lie apart to be one (s).
     pub fn width(&self, t: f64) -> f64 {
         ROUNDING * t.abs().max(self.origin)

@@ -8,6 +8,7 @@
 use hyd_instance::{InstId, ScalarType};
 use hyd_syntax::tree::{ClassKind, Direction, Variability};
 
+use crate::flatten::EVERY_INPUT;
 use crate::model::{DrivenBlock, Section, VarId};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
@@ -36,7 +37,8 @@ impl Flattener<'_, '_> {
         let instance = &self.tree.instances[inst];
         let is_real = instance.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Real);
         let bare = |name: &String| name.split('[').next().is_some_and(|bare| bare == &*instance.name);
-        is_real && instance.variability == Variability::Continuous && self.driven.iter().any(bare)
+        let named = |name: &String| name == EVERY_INPUT || bare(name);
+        is_real && instance.variability == Variability::Continuous && self.driven.iter().any(named)
     }
 
     /// The equations of inputs that follow recorded samples.
