@@ -23,6 +23,7 @@ const TURNING: f64 = 0.03;
 const MOST_OF_REST: f64 = 0.01;
 
 /// Work space of the estimate.
+#[derive(Clone)]
 pub(crate) struct FirstStep {
     y: Vec<f64>,
     yp: Vec<f64>,

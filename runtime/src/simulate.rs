@@ -24,11 +24,13 @@ use crate::{Options, Statistics};
 
 mod choosing;
 mod jump;
+mod onward;
 mod reach;
 mod stall;
 
 use choosing::Choosing;
 pub use jump::Jump;
+pub use onward::{Onward, Reached};
 use stall::Stall;
 
 /// Without a stated limit a step is at most this part of the run, with and without state events to be seen.
@@ -90,9 +92,34 @@ pub struct Simulator {
 }
 
 /// Values at a start or an event.
+#[derive(Clone, Default)]
 struct Point {
     y: Vec<f64>,
     yp: Vec<f64>,
+}
+
+/// Everything that a run depends on; derivatives do not go along, because a run that is copied has none.
+impl Clone for Simulator {
+    fn clone(&self) -> Self {
+        Self {
+            integrator: self.integrator.clone(),
+            weights: self.weights.clone(),
+            consistency: self.consistency.clone(),
+            initial: self.initial.clone(),
+            roots: self.roots.clone(),
+            output: self.output.clone(),
+            first_step: self.first_step.clone(),
+            delays: self.delays.clone(),
+            point: self.point.clone(),
+            differential: self.differential.clone(),
+            states: self.states.clone(),
+            choosing: self.choosing,
+            sensitivity: None,
+            kept: None,
+            jumps: self.jumps.clone(),
+            statistics: self.statistics,
+        }
+    }
 }
 
 /// What a run keeps beside the work space.
@@ -107,7 +134,24 @@ struct Run<'a, 'b> {
     unchanged_until: f64,
     /// Time of the last event, at first the start (s): time events are looked for after it.
     last_event: f64,
+    /// No step leads beyond (s): what holds there is not known yet.
+    horizon: f64,
     terminated: Option<String>,
+}
+
+/// What a step has led to, in time order; values of an event stand in `point`.
+enum Arrival {
+    /// A time (s) with nothing to do.
+    Plain(f64),
+    /// An event that waits.
+    Event(Found),
+}
+
+/// An event at a time (s).
+#[derive(Clone, Copy)]
+struct Found {
+    t: f64,
+    source: EventSource,
 }
 
 impl Run<'_, '_> {
@@ -116,7 +160,7 @@ impl Run<'_, '_> {
     }
 
     fn limit(&self) -> f64 {
-        self.time_event.min(self.options.stop)
+        self.time_event.min(self.options.stop).min(self.horizon)
     }
 
     /// Notes that an event, or the start, has been settled at `t` (s).
@@ -223,6 +267,7 @@ impl Simulator {
             time_event: f64::INFINITY,
             last_event: options.start,
             unchanged_until: options.start,
+            horizon: f64::INFINITY,
             terminated: None,
         };
         let result = self.begin(&mut run).and_then(|()| self.advance(&mut run));
@@ -338,43 +383,68 @@ impl Simulator {
             if (run.stop)() {
                 return Err(SolveError::Interrupted { time: t });
             }
-            let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
-            if statistics.steps >= most || stall.stands(statistics, (t, run.options.stop), most) {
-                let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
-                let unknown = self.integrator.dominant(&self.weights);
-                let y = self.integrator.y();
-                return Err(SolveError::too_many_steps((t, steps, step), unknown, y, run.problem));
-            }
-            if run.limit() - t <= 16.0 * self.integrator.smallest_step(t) {
-                // Closer than a step can be: the same instant.
-                t = run.limit();
-                self.point.y.copy_from_slice(self.integrator.y());
-                self.point.yp.copy_from_slice(self.integrator.yp());
-                if t == run.time_event {
-                    run.problem.statistics.time_events += 1;
-                    self.event(run, t, EventSource::Time)?;
-                } else {
+            self.go_on(run, t, &mut stall)?;
+            match self.at_limit(run, t) {
+                Some(Arrival::Plain(end)) => {
+                    t = end;
                     let Point { y, yp } = &self.point;
                     match &mut self.sensitivity {
                         Some(sensitivity) => sensitivity.wait(t, (y, yp)),
                         None => self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, None)?,
                     }
+                    continue;
                 }
-                continue;
+                Some(Arrival::Event(found)) => t = self.pass(run, found)?,
+                None => {
+                    t = match self.step(run)? {
+                        Arrival::Plain(t) => t,
+                        Arrival::Event(found) => self.pass(run, found)?,
+                    }
+                }
             }
-            t = self.step(run)?;
         }
         Ok(t)
     }
 
-    /// One step with what it passes: events, rows, assertions.  Returns the time reached.
-    fn step(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
+    /// An error where the run will not come to its end with the steps that it may do.
+    fn go_on(&self, run: &Run<'_, '_>, t: f64, stall: &mut Stall) -> Result<(), SolveError> {
+        let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
+        if statistics.steps < most && !stall.stands(statistics, (t, run.options.stop), most) {
+            return Ok(());
+        }
+        let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
+        let unknown = self.integrator.dominant(&self.weights);
+        Err(SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem))
+    }
+
+    /// Whether `t` is closer to the next limit than a step can be, and so the same instant: what is there.
+    fn at_limit(&mut self, run: &mut Run<'_, '_>, t: f64) -> Option<Arrival> {
+        if run.limit() - t > 16.0 * self.integrator.smallest_step(t) {
+            return None;
+        }
+        let t = run.limit();
+        self.point.y.copy_from_slice(self.integrator.y());
+        self.point.yp.copy_from_slice(self.integrator.yp());
+        if t != run.time_event {
+            return Some(Arrival::Plain(t));
+        }
+        run.problem.statistics.time_events += 1;
+        Some(Arrival::Event(Found { t, source: EventSource::Time }))
+    }
+
+    /// Goes through an event; returns its time (s).
+    fn pass(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<f64, SolveError> {
+        self.event(run, found.t, found.source).map(|()| found.t)
+    }
+
+    /// One step with what it passes but an event, which is found: rows, assertions.
+    fn step(&mut self, run: &mut Run<'_, '_>) -> Result<Arrival, SolveError> {
         let from = self.integrator.t();
         let limit = self.reach(run, from);
         let failures = run.problem.statistics.convergence_failures;
         if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
             if let Some(t) = self.jump(run, &failure, (from, limit))? {
-                return Ok(t);
+                return Ok(Arrival::Plain(t));
             }
             let attempt = self.integrator.last_attempt();
             return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
@@ -414,7 +484,7 @@ impl Simulator {
                     self.integrator.set_states(y, yp, self.consistency.states());
                 }
             }
-            return Ok(t);
+            return Ok(Arrival::Plain(t));
         }
         let Point { y, yp } = &mut self.point;
         let mut source = EventSource::Time;
@@ -432,8 +502,7 @@ impl Simulator {
                 self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
-        self.event(run, t, source)?;
-        Ok(t)
+        Ok(Arrival::Event(Found { t, source }))
     }
 
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.

@@ -31,6 +31,7 @@ const HARMONIC: [f64; MAX_ORDER + 1] = {
 };
 
 /// Differences and coefficients.
+#[derive(Clone)]
 pub(super) struct History {
     n: usize,
     /// Tiles of a difference.

@@ -35,6 +35,7 @@ const MOST_STUCK: u32 = 1000;
 const MOST_FAILURES: u32 = 12;
 
 /// The integrator with all its work space.
+#[derive(Clone)]
 pub(crate) struct Bdf {
     history: History,
     corrector: Corrector,

@@ -54,6 +54,7 @@ pub(crate) struct Prediction<'a> {
 }
 
 /// Iteration matrix and the vectors of the iteration.
+#[derive(Clone)]
 pub(crate) struct Corrector {
     matrix: IterationMatrix,
     leading_range: RangeInclusive<f64>,

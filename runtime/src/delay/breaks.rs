@@ -39,7 +39,7 @@ pub(super) struct Cursor {
 }
 
 /// Breaks of all sites.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Breaks {
     sites: usize,
     /// States of all sites per break, oldest break first.

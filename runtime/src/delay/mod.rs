@@ -39,7 +39,7 @@ const NEWEST_POINTS: usize = 4;
 const NEWEST_DISTANCE: f64 = 0.25;
 
 /// The past of a run and all work space; used for run after run.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct DelayWork {
     sites: Vec<DelaySite>,
     any_varying: bool,
@@ -61,7 +61,7 @@ pub(crate) struct DelayWork {
 }
 
 /// The delay times, by site.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Lags {
     /// Upper bounds (s).
     bounds: Vec<f64>,
@@ -72,7 +72,7 @@ struct Lags {
 }
 
 /// What the equations get, by site: the delayed values and rates, and the sources that they were found from.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Values {
     /// At the iterate, or at the end of the step being recorded.
     sources: Vec<f64>,
@@ -85,14 +85,14 @@ struct Values {
 }
 
 /// What one evaluation answers, by site.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Asked {
     sources: Vec<f64>,
     times: Vec<f64>,
 }
 
 /// What a source may be wrong by, by site.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Accuracy {
     tolerance: f64,
     /// The largest value so far, and the tolerance of that.
@@ -101,7 +101,7 @@ struct Accuracy {
 }
 
 /// The step in work, or being recorded.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct StepInWork {
     /// End of the step being recorded (s), with the sources there.
     anchor: Option<f64>,

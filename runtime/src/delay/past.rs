@@ -37,7 +37,7 @@ pub(super) type Wanted = (f64, Segment, Option<Segment>);
 pub(super) type Segment = usize;
 
 /// Values of the sources from the start to now.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Past {
     sites: usize,
     pieces: Vec<Piece>,

@@ -18,7 +18,7 @@ use super::system::Delaying;
 const VISIBLE_JUMP: f64 = 100.0;
 
 /// What is kept for derivatives.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Derived {
     /// Directions, the last of which is time.
     width: usize,

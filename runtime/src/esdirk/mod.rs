@@ -36,6 +36,7 @@ const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 const MOST_GROWTH_PREDICTED: f64 = 2.0;
 
 /// The integrator with all its work space.
+#[derive(Clone)]
 pub(crate) struct Esdirk {
     corrector: Corrector,
     control: StepControl,
@@ -49,6 +50,7 @@ pub(crate) struct Esdirk {
 }
 
 /// Vectors of a stage.
+#[derive(Clone)]
 struct Attempt {
     base: Vec<f64>,
     predicted: Tiled,

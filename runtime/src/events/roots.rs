@@ -45,6 +45,7 @@ struct Dip {
 }
 
 /// Watches the root functions over a run.
+#[derive(Clone)]
 pub(crate) struct RootWatch {
     held: Vec<bool>,
     /// The value was exactly zero on the wrong side just after the last event: zero is not a change until it has moved.

@@ -40,6 +40,7 @@ pub(crate) struct Inconsistent {
 }
 
 /// Matrix, factors and vectors.
+#[derive(Clone)]
 pub(crate) struct Consistency {
     core: Core,
     newton: Newton,
@@ -47,6 +48,7 @@ pub(crate) struct Consistency {
     have_matrix: bool,
 }
 
+#[derive(Clone)]
 struct Core {
     matrix: IterationMatrix,
     differential: Vec<bool>,
@@ -228,6 +230,63 @@ impl Consistency {
         let constrained = self.core.differential.iter().any(|differential| !differential);
         (constrained && self.approach(problem, (t, h), weights, (limit, MOST_PROJECTIONS), y, yp))
             || self.refine(problem, (t, h), weights, y, yp)
+    }
+
+    /// Takes the matrix at a point of which the values to be found are a smooth continuation; false if it has none.
+    /// The same bits come of the same point, whatever was factored before.
+    pub(crate) fn anchor(
+        &mut self,
+        problem: &mut Problem<'_>,
+        weights: &Weights,
+        (t, y, yp): (f64, &[f64], &[f64]),
+    ) -> bool {
+        self.core.matrix.begin(&weights.nominals);
+        self.core.y.copy_from_slice(y);
+        self.core.yp.copy_from_slice(yp);
+        self.have_matrix = self.core.factor(problem, t).is_ok();
+        self.have_matrix
+    }
+
+    /// What rates and algebraic unknowns change by when states change by those entries of `dy`, and each residual by that of `residual`
+    /// beside: the implicit function theorem at the point of [`Consistency::anchor`].
+    pub(crate) fn tangent(&mut self, residual: &[f64], dy: &mut [f64], dyp: &mut [f64]) {
+        let core = &mut self.core;
+        self.residual.iter_mut().zip(residual).for_each(|(own, given)| *own = -given);
+        for (column, &along) in dy.iter().enumerate().filter(|(k, _)| core.differential[*k]) {
+            for (row, slope) in core.matrix.state_column(column) {
+                self.residual[row] -= slope * along;
+            }
+        }
+        core.matrix.solve(&mut self.residual);
+        for (k, &value) in self.residual.iter().enumerate() {
+            *(if core.differential[k] { &mut dyp[k] } else { &mut dy[k] }) = value;
+        }
+    }
+
+    /// The values where the system is affine (see `exchange`) and the matrix is that since the last event: one evaluation.  False where
+    /// they are not finite; `y` and `yp` have changed then, too.
+    pub(crate) fn solve_affine(&mut self, problem: &mut Problem<'_>, t: f64, y: &mut [f64], yp: &mut [f64]) -> bool {
+        let core = &mut self.core;
+        if !problem.residual(t, y, yp, &mut self.residual) {
+            return false;
+        }
+        core.matrix.solve(&mut self.residual);
+        for (k, &d) in self.residual.iter().enumerate() {
+            *(if core.differential[k] { &mut yp[k] } else { &mut y[k] }) -= d;
+        }
+        self.residual.iter().all(|d| d.is_finite())
+    }
+
+    /// As [`Consistency::project`], but rates and algebraic unknowns alike as exact as numbers allow, or not at all.
+    pub(crate) fn follow(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        self.approach(problem, (t, h), weights, (PROJECTED / weights.tolerance(), MOST_PROJECTIONS), y, yp)
     }
 
     fn approach(

@@ -30,11 +30,13 @@ const SMALLEST_SHARE: f64 = 1e-4;
 const MOST_PASSES: usize = 100;
 
 /// Solver of the initial system.
+#[derive(Clone)]
 pub(crate) struct InitialSystem {
     core: Core,
     newton: Newton,
 }
 
+#[derive(Clone)]
 struct Core {
     pattern: Pattern,
     solver: LinearSolver,

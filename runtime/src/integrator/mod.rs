@@ -40,6 +40,7 @@ enum Active {
 }
 
 /// Both methods with their work space.
+#[derive(Clone)]
 pub(crate) struct Integrator {
     bdf: Bdf,
     /// Made when first needed.

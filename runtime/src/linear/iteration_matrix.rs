@@ -11,6 +11,7 @@ use super::{FactorError, LinearSolver};
 use crate::tiled::{Tile, Tiled};
 
 /// Both parts, their combination and its factors.
+#[derive(Clone)]
 pub(crate) struct IterationMatrix {
     merged: MergedPattern,
     state_pattern: Pattern,

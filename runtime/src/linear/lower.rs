@@ -13,7 +13,7 @@ struct Term {
 }
 
 /// The rows that change, in the order of their pivots.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Lower {
     /// Row and number of its terms.
     rows: Vec<(u32, u32)>,

@@ -5,6 +5,7 @@
 use hyd_system::Pattern;
 
 /// Union of two square patterns with the position of each entry of both in it.
+#[derive(Clone)]
 pub(super) struct MergedPattern {
     /// The union.
     pub(super) pattern: Pattern,

@@ -36,6 +36,7 @@ const SMALL_LIMIT: usize = 40;
 
 const _: () = assert!(SMALL_LIMIT <= pivoting::MOST, "the search for pivots has room for the largest");
 
+#[derive(Clone)]
 enum Kernel {
     Small(Box<Small>),
     Dense(Dense),
@@ -43,6 +44,7 @@ enum Kernel {
 }
 
 /// A scaled factorisation that can be renewed and used for many right-hand sides.
+#[derive(Clone)]
 pub(crate) struct LinearSolver {
     pattern: Pattern,
     row_scale: Vec<f64>,

@@ -48,6 +48,7 @@ impl Pivot {
 }
 
 /// Factors of one matrix with the way to renew them.
+#[derive(Clone)]
 pub(super) struct Small {
     n: usize,
     pivots: Vec<Pivot>,

@@ -22,7 +22,7 @@ use crate::tiled::{LANES, Tile};
 const PIVOT_DRIFT: f64 = 1e-6;
 
 /// One triangular factor in compressed columns, rows ascending, diagonal left out.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Factor {
     starts: Vec<u32>,
     rows: Vec<u32>,
@@ -64,6 +64,7 @@ impl Factor {
 }
 
 /// Factors of one matrix and all that is needed to renew them.
+#[derive(Clone)]
 pub(super) struct Sparse {
     /// Column of A at each place, and its inverse.
     columns: Vec<u32>,
@@ -79,7 +80,26 @@ pub(super) struct Sparse {
     tiles: Vec<Tile>,
     pivoted: bool,
     lu: SimplicialLu<u32, f64>,
+    scratch: Scratch,
+}
+
+/// Memory of the factorisation, in which nothing lasts.
+struct Scratch {
+    unknowns: usize,
     memory: MemBuffer,
+}
+
+impl Scratch {
+    fn new(unknowns: usize) -> Self {
+        let size = factorize_simplicial_numeric_lu_scratch::<u32, f64>(unknowns, unknowns);
+        Self { unknowns, memory: MemBuffer::new(size) }
+    }
+}
+
+impl Clone for Scratch {
+    fn clone(&self) -> Self {
+        Self::new(self.unknowns)
+    }
 }
 
 impl Sparse {
@@ -99,7 +119,7 @@ impl Sparse {
             tiles: Vec::new(),
             pivoted: false,
             lu: SimplicialLu::new(),
-            memory: MemBuffer::new(factorize_simplicial_numeric_lu_scratch::<u32, f64>(n, n)),
+            scratch: Scratch::new(n),
         }
     }
 
@@ -169,7 +189,7 @@ impl Sparse {
             &mut self.lu,
             SparseColMatRef::new(symbolic, values),
             PermRef::new_checked(&self.columns, &self.columns_inverse, n),
-            MemStack::new(&mut self.memory),
+            MemStack::new(&mut self.scratch.memory),
         );
         match result {
             Ok(()) => {}

@@ -1,0 +1,273 @@
+//! A run that goes on at its caller's pace: step by step, to points that are named one after the other.
+//!
+//! The same steps, events and values as [`Simulator::run`], with the caller between them.  A step may lead beyond the point that
+//! was asked for; values there come from the integrator's dense output, as rows of results do.  An event that a step has found waits
+//! until the caller has come to it, and happens when he says so.  Where inputs, or parameters, have changed from outside the run
+//! begins anew with consistent values, without forgetting what it knows of the past of delays.  [`Clone`] keeps everything that the run
+//! depends on, so a copy goes on with the same bits.
+
+use hyd_results::Discard;
+use hyd_system::{DaeSystem, EventPhase, Structure};
+
+use super::{Arrival, Found, Point, Run, Simulator, Stall};
+use crate::delay::Delaying;
+use crate::error::{SolveError, Stage};
+use crate::events::iteration::{Chatter, settle};
+use crate::loops::judge;
+use crate::problem::Problem;
+use crate::{Options, Statistics, Warning};
+
+/// How far a run has come.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Reached {
+    /// The point that was asked for: all that happens up to it has happened.
+    Point,
+    /// A time before it (s), at the end of a step.
+    Step(f64),
+    /// An event at this time (s), not after the point, waits for [`Onward::event`].
+    Event(f64),
+    /// The model has ended the run: its message.
+    Terminated(String),
+}
+
+/// A run in work.
+#[derive(Clone)]
+pub struct Onward {
+    simulator: Simulator,
+    options: Options,
+    progress: Progress,
+    /// The newest point (s); steps go on from there.
+    t: f64,
+    waiting: Option<Found>,
+    stall: Stall,
+    /// Values at the point that was shown last.
+    shown: Point,
+}
+
+/// What lasts from one step to the next beside the work space.
+#[derive(Clone, Default)]
+struct Progress {
+    chatter: Chatter,
+    time_event: f64,
+    unchanged_until: f64,
+    last_event: f64,
+    terminated: Option<String>,
+}
+
+impl Onward {
+    /// Work space for systems of this structure.  Rows and derivatives among the options are left out of account.
+    pub fn new(structure: &Structure, options: Options) -> Self {
+        let n = structure.unknowns;
+        let options = Options {
+            event_rows: false,
+            every_step: false,
+            within_steps: false,
+            // No row is asked for.
+            times: vec![f64::MAX],
+            sensitivity: Vec::new(),
+            ..options
+        };
+        Self {
+            simulator: Simulator::new(structure),
+            progress: Progress::default(),
+            t: options.start,
+            waiting: None,
+            stall: Stall::new(options.start),
+            shown: Point { y: vec![0.0; n], yp: vec![0.0; n] },
+            options,
+        }
+    }
+
+    /// The start: parameters, consistent values, the events of the start.
+    ///
+    /// # Errors
+    /// As [`Simulator::run`].
+    pub fn begin(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
+        self.options.check()?;
+        let start = self.options.start;
+        self.simulator.jumps.clear();
+        self.simulator.statistics = Statistics::default();
+        self.simulator.delays.restart(self.options.tolerance);
+        self.simulator.output.restart(&self.options, 0);
+        let never = Progress { time_event: f64::INFINITY, ..Progress::default() };
+        self.progress = Progress { last_event: start, unchanged_until: start, ..never };
+        (self.t, self.waiting, self.stall) = (start, None, Stall::new(start));
+        self.within(system, f64::INFINITY, |simulator, run| simulator.begin(run))
+    }
+
+    /// One step towards `to` (s), if it has not come there yet; `beyond`: what holds after `to` is known, so the step may lead beyond it.
+    ///
+    /// # Errors
+    /// As [`Simulator::run`]; the run is at an end then.
+    pub fn advance(&mut self, system: &mut dyn DaeSystem, to: f64, beyond: bool) -> Result<Reached, SolveError> {
+        if let Some(reached) = self.reached(to) {
+            return Ok(reached);
+        }
+        self.reach_to(system, to);
+        let horizon = if beyond { f64::INFINITY } else { to };
+        let (t, mut stall) = (self.t, self.stall);
+        let arrival = self.within(system, horizon, |simulator, run| {
+            simulator.go_on(run, t, &mut stall)?;
+            match simulator.at_limit(run, t) {
+                Some(arrival) => Ok(arrival),
+                None => simulator.step(run),
+            }
+        });
+        self.stall = stall;
+        match arrival? {
+            Arrival::Plain(t) => self.t = t,
+            Arrival::Event(found) => (self.t, self.waiting) = (found.t, Some(found)),
+        }
+        Ok(self.reached(to).unwrap_or(Reached::Step(self.t)))
+    }
+
+    fn reached(&self, to: f64) -> Option<Reached> {
+        if let Some(message) = &self.progress.terminated {
+            return Some(Reached::Terminated(message.clone()));
+        }
+        match self.waiting {
+            Some(found) if found.t <= to => Some(Reached::Event(found.t)),
+            Some(_) => Some(Reached::Point),
+            None => (self.t >= to).then_some(Reached::Point),
+        }
+    }
+
+    /// The event that waits.
+    ///
+    /// # Errors
+    /// As [`Simulator::run`].
+    pub fn event(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
+        let Some(found) = self.waiting.take() else { return Ok(()) };
+        self.t = found.t;
+        self.within(system, f64::INFINITY, |simulator, run| simulator.pass(run, found).map(|_| ()))
+    }
+
+    /// Inputs or parameters have changed at `at` (s), which lies within the last step: consistent values there, the events that follow from
+    /// them, and a new beginning.
+    ///
+    /// # Errors
+    /// As [`Simulator::run`].
+    pub fn disturb(&mut self, system: &mut dyn DaeSystem, at: f64) -> Result<(), SolveError> {
+        (self.t, self.waiting) = (at, None);
+        self.within(system, f64::INFINITY, |simulator, run| {
+            let mut point = std::mem::take(&mut simulator.point);
+            simulator.look_up(at, &mut point);
+            let Point { y, yp } = &mut point;
+            let place = (at, simulator.integrator.step_size());
+            let solved = simulator.consistency.solve(run.problem, place, &simulator.weights, y, yp);
+            let result = match solved {
+                Err(fault) => {
+                    let attempt = simulator.consistency.last_attempt();
+                    Err(SolveError::inconsistent(Stage::Event, at, fault, attempt, run.problem))
+                }
+                Ok(()) => judge(run.problem, (Stage::Event, at), (y, yp)).and_then(|()| {
+                    let first = (EventPhase::First, place.0, place.1);
+                    settle(run.problem, &mut simulator.consistency, &simulator.weights, first, (y, yp), None)
+                }),
+            };
+            simulator.point = point;
+            run.terminated = result?.terminated.or(run.terminated.take());
+            simulator.output.assertions(run.problem, at, (&simulator.point.y, &simulator.point.yp))?;
+            simulator.restart(run, at);
+            Ok(())
+        })
+    }
+
+    /// All recorded variables at `at` (s), which lies within the last step, as [`DaeSystem::outputs`] orders them.
+    pub fn outputs(&mut self, system: &mut dyn DaeSystem, at: f64, row: &mut [f64]) {
+        let mut shown = std::mem::take(&mut self.shown);
+        self.within(system, f64::INFINITY, |simulator, run| {
+            simulator.look_up(at, &mut shown);
+            let Point { y, yp } = &mut shown;
+            let place = (at, simulator.integrator.step_size());
+            simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
+            run.problem.system.outputs(at, y, yp, row);
+        });
+        self.shown = shown;
+    }
+
+    /// Unknowns and rates at the point that was shown last.
+    pub fn shown(&self) -> (&[f64], &[f64]) {
+        (&self.shown.y, &self.shown.yp)
+    }
+
+    /// The newest point (s): the end of the last step, or an event that waits.
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
+    /// The next time event that is known (s); infinity if there is none.
+    pub fn next_time_event(&self) -> f64 {
+        self.progress.time_event
+    }
+
+    /// What the run has cost so far.
+    pub fn statistics(&self) -> &Statistics {
+        &self.simulator.statistics
+    }
+
+    /// Assertions of level warning that did not hold, so far.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.simulator.output.warnings
+    }
+
+    /// What the run was asked for.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Nobody has said where the run ends: it goes on for as long again.
+    fn reach_to(&mut self, system: &mut dyn DaeSystem, to: f64) {
+        let Options { start, stop, intervals, .. } = &mut self.options;
+        if to <= *stop {
+            return;
+        }
+        let factor = ((to - *start) / (*stop - *start).max(f64::MIN_POSITIVE)).ceil().clamp(2.0, 1e6);
+        *intervals = ((*intervals as f64 * factor) as usize).min(1_000_000_000);
+        *stop = (*start + factor * (*stop - *start)).max(to + (to - *start));
+        self.within(system, f64::INFINITY, |_, run| run.find_time_event());
+    }
+
+    fn within<R>(
+        &mut self,
+        system: &mut dyn DaeSystem,
+        horizon: f64,
+        work: impl FnOnce(&mut Simulator, &mut Run<'_, '_>) -> R,
+    ) -> R {
+        let mut delays = std::mem::take(&mut self.simulator.delays);
+        let statistics = self.simulator.statistics;
+        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics };
+        let progress = std::mem::take(&mut self.progress);
+        let mut run = Run {
+            problem: &mut problem,
+            options: &self.options,
+            sink: &mut Discard,
+            stop: &|| false,
+            chatter: progress.chatter,
+            time_event: progress.time_event,
+            unchanged_until: progress.unchanged_until,
+            last_event: progress.last_event,
+            horizon,
+            terminated: progress.terminated,
+        };
+        let result = work(&mut self.simulator, &mut run);
+        let Run { chatter, time_event, unchanged_until, last_event, terminated, .. } = run;
+        self.progress = Progress { chatter, time_event, unchanged_until, last_event, terminated };
+        self.simulator.statistics = problem.statistics;
+        self.simulator.delays = delays;
+        result
+    }
+}
+
+impl Simulator {
+    /// Unknowns and rates within the last step.
+    fn look_up(&self, at: f64, point: &mut Point) {
+        let t = self.integrator.t();
+        if (at - t).abs() <= 16.0 * self.integrator.smallest_step(t) || at < self.integrator.t_before() {
+            point.y.copy_from_slice(self.integrator.y());
+            point.yp.copy_from_slice(self.integrator.yp());
+        } else {
+            self.integrator.at(at, &mut point.y, &mut point.yp);
+        }
+    }
+}
