@@ -220,8 +220,12 @@ pub struct Build {
     /// Inputs of the model that the executable reads from a table (--input DATA.csv): their names, an array by any of its elements
     #[arg(long, value_name = "NAME,...", value_parser = names)]
     pub input: Option<Names>,
-    /// The executable
-    #[arg(long, short, value_name = "EXE")]
+    /// Makes a unit for other tools (model exchange and co-simulation) by this version of the Functional Mock-up Interface instead of an
+    /// executable; inputs of type Real are its inputs
+    #[arg(long, value_name = "2.0|3.0", value_enum, conflicts_with = "input")]
+    pub fmu: Option<FmiVersion>,
+    /// The executable, or the unit
+    #[arg(long, short, value_name = "EXE|FMU")]
     pub output: PathBuf,
     /// Makes all variables of loops of equations unknowns of the solver: slower, for values of the parameters with which rounding errors
     /// grow along a loop
@@ -230,6 +234,17 @@ pub struct Build {
     /// Prints what was made as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// Versions of the Functional Mock-up Interface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum FmiVersion {
+    /// 2.0
+    #[value(name = "2.0", alias = "2")]
+    Two,
+    /// 3.0
+    #[value(name = "3.0", alias = "3")]
+    Three,
 }
 
 /// `hyd linearize`

@@ -1,42 +1,47 @@
 //! `hyd build FILE -o EXE`: the model as an executable that needs neither `hyd` nor a compiler.
 //!
 //! The executable is a prebuilt launcher with the compiled model behind it.  The launcher stands beside `hyd`, where
-//! `cargo build --release` puts both; `HYD_LAUNCHER` names another one.
+//! `cargo build --release` puts both; `HYD_LAUNCHER` names another one.  With `--fmu` it is a unit for other tools (`build_fmu`), whose
+//! prebuilt library is found in the same way; `HYD_UNIT` names another one.
 
 use std::path::{Path, PathBuf};
 
-use hyd_compiler::{Extras, FlatModel, Goal, Loops};
-use hyd_payload::{executable, format};
+use hyd_compiler::{Compilation, CompiledModel, Extras, FlatModel, Goal, Loops};
+use hyd_payload::{Model, executable, format};
 use hyd_results::write_whole;
 use hyd_source::did_you_mean;
 use hyd_system::DaeSystem;
 
 use crate::arguments::Build;
 use crate::translate::translate_with;
-use crate::{Failure, output};
+use crate::{Failure, build_fmu, output};
 use hyd_run::{check_target, parameters};
 
-/// Environment variable that names the launcher.
-const LAUNCHER_VARIABLE: &str = "HYD_LAUNCHER";
-/// File name of the launcher.
-const LAUNCHER: &str = if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launcher" };
+/// A program or library that was made with this one: its file name, the variable of the environment that names another file, what it
+/// is called, and how it is told from other files.
+pub(crate) struct Prebuilt {
+    pub(crate) file: &'static str,
+    pub(crate) variable: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) is_it: fn(&[u8]) -> bool,
+}
+
+const LAUNCHER: Prebuilt = Prebuilt {
+    file: if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launcher" },
+    variable: "HYD_LAUNCHER",
+    name: "launcher",
+    is_it: executable::is_launcher,
+};
 
 /// Runs the verb.
 pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     check_target("-o", &arguments.output, &[&arguments.model.file])?;
-    let launcher = launcher(&arguments.output)?;
-    let loops = if arguments.whole_loops { Loops::Whole } else { Loops::Torn };
+    if let Some(version) = arguments.fmu {
+        return build_fmu::build(arguments, version);
+    }
+    let launcher = LAUNCHER.read(&arguments.output)?;
     let driven = arguments.input.clone().unwrap_or_default().0;
-    let extras = Extras { loops, driven: &driven, ..Extras::default() };
-    let compilation = translate_with(&arguments.model, Goal::Run, &extras)?;
-    let model = compilation.model.as_ref();
-    let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
-    let mut payload = model.stored().map_err(|reason| {
-        Failure::Fault(format!(
-            "no code could be generated for the derivatives of `{}`: {reason}",
-            model.tables().model
-        ))
-    })?;
+    let (compilation, payload) = translated(arguments, &driven)?;
     let sites = &payload.structure.inputs;
     if let Some(name) = driven.iter().find(|name| sites.iter().all(|site| *site.name != ***name)) {
         let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
@@ -44,20 +49,11 @@ pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
         let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
         return Err(Failure::Usage(format!("--input: the model has no input `{name}` of type Real at its top{hint}")));
     }
-    let changes = parameters::changes(model.tables(), &arguments.model.set, &compilation.set_at_translation);
-    payload.parameters.preset = changes.map_err(Failure::Fault)?;
-    // What the executable begins with must be what a run could be given.
-    let mut system = model.instantiate();
-    for &(index, value) in &payload.parameters.preset {
-        let refused = |_| Failure::Fault(format!("a parameter cannot be set to {value}"));
-        system.set_parameter(index as usize, value).map_err(refused)?;
-    }
     let bytes = executable::join(&launcher, &format::write(&payload));
     let path = &arguments.output;
-    let failed = |error: std::io::Error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
-    write_whole(path, &bytes).map_err(failed)?;
-    allow_execution(path).map_err(failed)?;
-    let code = model.statistics();
+    write_whole(path, &bytes).map_err(|error| not_written(path, &error))?;
+    allow_execution(path).map_err(|error| not_written(path, &error))?;
+    let code = model_of(&compilation)?.statistics();
     let name = &payload.tables.model;
     output::print(&match arguments.json {
         true => format!(
@@ -74,37 +70,74 @@ pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
     })
 }
 
-/// The bytes of the launcher, which `output` must not be, nor this program.
-fn launcher(output: &Path) -> Result<Vec<u8>, Failure> {
-    let path = match std::env::var_os(LAUNCHER_VARIABLE).filter(|path| !path.is_empty()) {
-        Some(path) => PathBuf::from(path),
-        None => beside_us()?,
-    };
-    let own = std::env::current_exe().unwrap_or_default();
-    check_target("-o", output, &[&path, &own])?;
-    let bytes = std::fs::read(&path);
-    let bytes =
-        bytes.map_err(|error| Failure::Fault(format!("the launcher `{}` cannot be read: {error}", path.display())))?;
-    match executable::is_launcher(&bytes) {
-        true => Ok(bytes),
-        false => Err(Failure::Fault(format!(
-            "`{}` is not a launcher for this version of hyd; `cargo build --release` makes both anew",
-            path.display()
-        ))),
-    }
+/// The file that could not be written.
+pub(crate) fn not_written(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
 }
 
-/// The launcher in the folder of this program, or in the one above (where programs of tests stand a level deeper).
-fn beside_us() -> Result<PathBuf, Failure> {
-    let own = std::env::current_exe();
-    let own = own.map_err(|error| Failure::Fault(format!("the place of this program is not known: {error}")))?;
-    let found = own.ancestors().skip(1).take(2).map(|folder| folder.join(LAUNCHER)).find(|path| path.is_file());
-    found.ok_or_else(|| {
-        let folder = own.parent().unwrap_or(Path::new("")).display().to_string();
-        Failure::Fault(format!(
-            "there is no `{LAUNCHER}` in `{folder}`; `cargo build --release` makes it, and {LAUNCHER_VARIABLE} may name another place"
-        ))
-    })
+/// Code of a translation.
+pub(crate) fn model_of(compilation: &Compilation) -> Result<&CompiledModel, Failure> {
+    compilation.model.as_deref().ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))
+}
+
+/// The translation of the model, and what is carried of it, with the values that were set; `driven`: inputs that stay open.
+pub(crate) fn translated(arguments: &Build, driven: &[String]) -> Result<(Compilation, Model), Failure> {
+    let loops = if arguments.whole_loops { Loops::Whole } else { Loops::Torn };
+    let compilation = translate_with(&arguments.model, Goal::Run, &Extras { loops, driven, ..Extras::default() })?;
+    let model = model_of(&compilation)?;
+    let mut payload = match arguments.fmu {
+        // A unit has no use for derivatives along parameters.
+        Some(_) => model.payload().clone(),
+        None => model.stored().map_err(|reason| {
+            let name = &model.tables().model;
+            Failure::Fault(format!("no code could be generated for the derivatives of `{name}`: {reason}"))
+        })?,
+    };
+    let changes = parameters::changes(model.tables(), &arguments.model.set, &compilation.set_at_translation);
+    payload.parameters.preset = changes.map_err(Failure::Fault)?;
+    // What it begins with must be what a run could be given.
+    let mut system = model.instantiate();
+    for &(index, value) in &payload.parameters.preset {
+        let refused = |_| Failure::Fault(format!("a parameter cannot be set to {value}"));
+        system.set_parameter(index as usize, value).map_err(refused)?;
+    }
+    Ok((compilation, payload))
+}
+
+impl Prebuilt {
+    /// Its bytes; `output` must not be it, nor this program.
+    pub(crate) fn read(&self, output: &Path) -> Result<Vec<u8>, Failure> {
+        let name = self.name;
+        let path = match std::env::var_os(self.variable).filter(|path| !path.is_empty()) {
+            Some(path) => PathBuf::from(path),
+            None => self.beside_us()?,
+        };
+        let own = std::env::current_exe().unwrap_or_default();
+        check_target("-o", output, &[&path, &own])?;
+        let bytes = std::fs::read(&path)
+            .map_err(|error| Failure::Fault(format!("the {name} `{}` cannot be read: {error}", path.display())))?;
+        match (self.is_it)(&bytes) {
+            true => Ok(bytes),
+            false => Err(Failure::Fault(format!(
+                "`{}` is not a {name} for this version of hyd; `cargo build --release` makes both anew",
+                path.display()
+            ))),
+        }
+    }
+
+    /// It in the folder of this program, or in the one above (where programs of tests stand a level deeper).
+    fn beside_us(&self) -> Result<PathBuf, Failure> {
+        let (file, variable) = (self.file, self.variable);
+        let own = std::env::current_exe();
+        let own = own.map_err(|error| Failure::Fault(format!("the place of this program is not known: {error}")))?;
+        let found = own.ancestors().skip(1).take(2).map(|folder| folder.join(file)).find(|path| path.is_file());
+        found.ok_or_else(|| {
+            let folder = own.parent().unwrap_or(Path::new("")).display().to_string();
+            Failure::Fault(format!(
+                "there is no `{file}` in `{folder}`; `cargo build --release` makes it, and {variable} may name another place"
+            ))
+        })
+    }
 }
 
 #[cfg(unix)]

@@ -10,6 +10,7 @@ mod bench_import;
 mod bench_schema;
 mod bench_show;
 mod build;
+mod build_fmu;
 mod check;
 mod compare;
 mod discover;

@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 28] = [
+const ALLOWED: [(&str, &[&str]); 30] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -83,6 +83,9 @@ const ALLOWED: [(&str, &[&str]); 28] = [
     ),
     // What every executable is: no stage of the compiler, no code generator.
     ("hyd-launcher", &["hyd-payload", "hyd-run", "hyd-runtime", "hyd-system"]),
+    // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.
+    ("hyd-fmi", &["hyd-payload", "hyd-system"]),
+    ("hyd-unit", &["hyd-fmi", "hyd-payload", "hyd-runtime", "hyd-system"]),
     ("hyd-report", &[]),
     // What computes models beside the product knows nothing of it.
     ("hyd-differential", &[]),

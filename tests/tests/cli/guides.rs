@@ -47,6 +47,7 @@ fn run(folder: &Path, line: &str) -> Outcome {
     );
     let mut command = Command::new(program);
     command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
+    command.env("HYD_UNIT", crate::units::library());
     let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
     let output = command.output().unwrap_or_else(|error| panic!("`{line}`: {error}"));
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
@@ -200,5 +201,14 @@ fn many_runs() {
     let measured = Frame::read(&folder.join("measured/members.parquet")).expect("readable");
     let Some(Cells::Numbers(lifts)) = measured.column("max(y)") else { panic!("no column") };
     assert!(lifts.len() == 7 && lifts.iter().all(|lift| *lift > 4e-3), "{lifts:?}");
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn fmu() {
+    let folder = type_through("fmu");
+    for unit in ["drive.fmu", "drive2.fmu", "mass.fmu", "heavy.fmu"] {
+        assert!(fs::metadata(folder.join(unit)).expect("made").len() > 100_000, "{unit}");
+    }
     fs::remove_dir_all(folder).expect("removed");
 }

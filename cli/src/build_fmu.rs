@@ -1,0 +1,190 @@
+//! `hyd build FILE --fmu 3.0 -o UNIT.fmu`: the model as a unit for other tools.
+//!
+//! What the payload does not say is gathered from the flat model here: which variables are inputs and outputs, bounds, what unit strings
+//! mean.  The rest is done by `hyd_fmi`.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use hyd_compiler::FlatModel;
+use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VarId, VariableBlock};
+use hyd_fmi::{Bounds, End, Facts, KnownUnit, Parts, Version, describe, identifier, pack, token};
+use hyd_payload::{Backend, Loaded, Model, executable, format};
+use hyd_results::write_whole;
+use hyd_symbolic::Node;
+use hyd_system::DaeSystem;
+
+use crate::arguments::{Build, FmiVersion};
+use crate::build::{Prebuilt, not_written, translated};
+use crate::{Failure, output};
+
+const LIBRARY: Prebuilt = Prebuilt {
+    file: if cfg!(windows) {
+        "hyd_unit.dll"
+    } else if cfg!(target_vendor = "apple") {
+        "libhyd_unit.dylib"
+    } else {
+        "libhyd_unit.so"
+    },
+    variable: "HYD_UNIT",
+    name: "library of units",
+    is_it: executable::is_library,
+};
+
+/// Makes the unit.
+pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failure> {
+    let library = LIBRARY.read(&arguments.output)?;
+    let (compilation, payload) = translated(arguments, &[EVERY_INPUT.to_string()])?;
+    if let Some(site) = payload.structure.inputs.iter().find(|site| site.differentiated) {
+        return Err(Failure::Fault(format!(
+            "the equations need the derivative of the input `{}`, which no other tool hands over; make the derivative an input of its own",
+            site.name
+        )));
+    }
+    let version = match version {
+        FmiVersion::Two => Version::Two,
+        FmiVersion::Three => Version::Three,
+    };
+    let flat = compilation.flat.as_deref();
+    let flat = flat.ok_or_else(|| Failure::Fault("the translation gave no flat model".to_string()))?;
+    let facts = facts(flat, &payload)?;
+    let inputs: Vec<f64> = payload.structure.inputs.iter().map(|site| start_of(&facts, &payload, &site.name)).collect();
+    let bytes = format::write(&payload);
+    let known_by = token(&bytes);
+    let description = describe(&payload, &facts, version, &known_by);
+    let description = description.ok_or_else(|| Failure::Fault("a state of the model has no name".to_string()))?;
+    let name = &payload.tables.model;
+    let parts = Parts { description: &description, library: &library, payload: &bytes, inputs: &inputs };
+    let path = &arguments.output;
+    let archive = pack(version, name, parts).map_err(|error| not_written(path, &error))?;
+    write_whole(path, &archive).map_err(|error| not_written(path, &error))?;
+    let exchange = payload.structure.delays.is_empty();
+    if !exchange {
+        let note = "the model has delays, so the unit is for co-simulation only: it has no finite state that others could integrate";
+        output::sentence("note", note, arguments.model.message_format);
+    }
+    let kept = discrete_inputs(flat);
+    if !kept.is_empty() {
+        let note = format!("inputs that are not of type Real are parameters of the unit: {}", kept.join(", "));
+        output::sentence("note", &note, arguments.model.message_format);
+    }
+    let kinds = if exchange { "model exchange and co-simulation" } else { "co-simulation" };
+    output::print(&match arguments.json {
+        true => format!(
+            "{}\n",
+            serde_json::json!({"status": "done", "model": **name, "unit": path.display().to_string(), "bytes": archive.len(),
+                "version": version.text(), "model_exchange": exchange, "identifier": identifier(name), "token": known_by})
+        ),
+        false => format!(
+            "{name}: unit of FMI {} in {}, {} kB, {kinds}\n",
+            version.text(),
+            path.display(),
+            archive.len() >> 10
+        ),
+    })
+}
+
+/// Inputs that stay parameters.
+fn discrete_inputs(flat: &FlatModel) -> Vec<String> {
+    let driven: Vec<VarId> = flat.driven.iter().map(|block| block.variable).collect();
+    let open = flat.inputs.iter().map(|&block| &flat.variables[block]).filter(|block| !driven.contains(&block.first));
+    open.filter(|block| block.count > 0).map(|block| format!("`{}`", block.name.element(0))).collect()
+}
+
+/// The start value of an input by its full name.
+fn start_of(facts: &Facts, payload: &Model, name: &str) -> f64 {
+    let variables = payload.tables.variables.iter().enumerate();
+    let found = variables.filter(|(k, _)| facts.ends.get(k) == Some(&End::Input)).find_map(|(k, info)| {
+        let element = (0..info.sources.len()).find(|&element| info.name.element(element) == name)?;
+        facts.bounds.get(&(k, element))?.start
+    });
+    found.unwrap_or(0.0)
+}
+
+fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
+    let loaded = Loaded::new(payload.clone(), Backend::Native).map(Arc::new).map_err(Failure::Fault)?;
+    let mut system = loaded.instantiate();
+    let start = payload.experiment.start.unwrap_or(0.0);
+    for input in 0..payload.structure.inputs.len() {
+        system.hold_input(input, 0.0, (0.0, start));
+    }
+    system
+        .bind(start)
+        .map_err(|failure| Failure::Fault(format!("the start values cannot be computed: {}", failure.reason)))?;
+    let positions = positions(flat, payload);
+    let mut facts = Facts {
+        parameters: system.parameters().to_vec(),
+        tool: concat!("hyd ", env!("CARGO_PKG_VERSION")).to_string(),
+        ..Facts::default()
+    };
+    for (list, end) in [(&flat.outputs, End::Output), (&flat.inputs, End::Input)] {
+        facts.ends.extend(list.iter().filter_map(|block| positions.get(block)).map(|&k| (k, end)));
+    }
+    for (&block, &variable) in &positions {
+        bounds(&flat.variables[block], variable, &mut facts);
+    }
+    for (variable, element, value) in input_starts(flat, &positions) {
+        facts.bounds.entry((variable, element)).or_default().start = Some(value);
+    }
+    for info in &payload.tables.variables {
+        for unit in [&info.unit, &info.display_unit].into_iter().filter(|unit| !unit.is_empty()) {
+            if let Ok(known) = hyd_units::parse_unit(unit) {
+                let powers = known.dimension.0.map(|power| power.as_whole());
+                let whole = powers.iter().all(Option::is_some);
+                let powers = whole.then(|| powers.map(Option::unwrap_or_default));
+                let unit = unit.to_string();
+                facts.units.insert(unit, KnownUnit { powers, factor: known.factor, offset: known.offset });
+            }
+        }
+    }
+    Ok(facts)
+}
+
+/// Where the blocks of the flat model stand in the tables.
+fn positions(flat: &FlatModel, payload: &Model) -> BTreeMap<BlockId, usize> {
+    let named = payload.tables.variables.iter().enumerate().filter(|(_, info)| !info.name.derivative);
+    let by_name: std::collections::HashMap<String, usize> =
+        named.filter(|(_, info)| !info.sources.is_empty()).map(|(k, info)| (info.name.element(0), k)).collect();
+    let blocks = flat.variables.iter_enumerated().filter(|(_, block)| block.count > 0);
+    blocks.filter_map(|(id, block)| Some((id, *by_name.get(&block.name.element(0))?))).collect()
+}
+
+fn bounds(block: &VariableBlock, variable: usize, facts: &mut Facts) {
+    for element in 0..block.count as usize {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let (min, max) = (finite(block.min.get(element)), finite(block.max.get(element)));
+        let nominal = block.nominal.get(element);
+        if min.is_some() || max.is_some() || nominal.is_some() {
+            facts.bounds.insert((variable, element), Bounds { min, max, nominal, start: None });
+        }
+    }
+}
+
+/// Start values of inputs that are numbers: variable, element, value.
+fn input_starts(flat: &FlatModel, positions: &BTreeMap<BlockId, usize>) -> Vec<(usize, usize, f64)> {
+    let mut found = Vec::new();
+    for equation in flat.equations.iter().filter(|equation| equation.section == Section::Start) {
+        let template = flat.templates.get(equation.template);
+        for k in 0..equation.count as usize {
+            let operands = equation.operands_of(k, template.arity as usize);
+            let slot = |node| match flat.templates.arena.node(node) {
+                Node::Slot(slot) => operands.get(hyd_index::TypedIndex::index(slot)),
+                _ => None,
+            };
+            let Some(Target::Start(v)) = slot(template.left).map(|operand| operand.target()) else { continue };
+            let (block, element) = flat.locate(v);
+            let Some(&variable) = positions.get(&block).filter(|_| flat.inputs.contains(&block)) else { continue };
+            let value = match (flat.templates.arena.as_constant(template.right), slot(template.right)) {
+                (Some(value), _) => Some(value),
+                (None, Some(operand)) => match operand.target() {
+                    Target::Const(c) if operand.negated() => Some(-flat.constants[c]),
+                    Target::Const(c) => Some(flat.constants[c]),
+                    _ => None,
+                },
+                _ => None,
+            };
+            found.extend(value.map(|value| (variable, element, value)));
+        }
+    }
+    found
+}

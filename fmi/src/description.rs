@@ -1,0 +1,363 @@
+//! The description of a model: `modelDescription.xml` of both versions.
+//!
+//! Source: Functional Mock-up Interface 2.0.4, sections 2.2, 3.3, 4.3; 3.0.2, sections 2.4, 3.3, 4.3.  One list of variables serves both;
+//! what differs is how an element is called and how others are referred to: by position in 2.0, by number in 3.0.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use hyd_payload::Model;
+use hyd_system::ValueKind;
+
+use crate::archive::identifier;
+use crate::catalogue::Catalogue;
+use crate::dependencies;
+use crate::facts::{Facts, Version};
+use crate::units::Units;
+use crate::variables::{Causality, Entry, Variables};
+use crate::xml::{Attributes, Document, list, number};
+
+/// Categories of messages, with what they are for.
+const CATEGORIES: [(&str, &str); 3] = [
+    ("logStatusWarning", "Assertions of level warning that do not hold"),
+    ("logStatusError", "What ends a run"),
+    ("logEvents", "Events that the importer handles, and what they change"),
+];
+
+/// Literals of an enumeration.
+type Literals = Arc<[Arc<str>]>;
+
+/// The description of a model.  `token`: what the library is to know the unit by.  None where states have no names, which a model of
+/// this program always has.
+pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> Option<Vec<u8>> {
+    let catalogue = Catalogue::new(model)?;
+    let mut variables = Variables::new(model, facts, &catalogue, version)?;
+    let units = Units::of(&mut variables.entries, facts);
+    let enumerations = enumerations(&variables.entries);
+    let writer = Description { model, version, variables: &variables, enumerations: &enumerations };
+    let mut document = Document::new();
+    let structured = variables
+        .entries
+        .iter()
+        .all(|entry| is_structured(&entry.name) && entry.aliases.iter().all(|(name, _)| is_structured(name)));
+    let root = Attributes::default()
+        .with("fmiVersion", version.text())
+        .with("modelName", &model.tables.model)
+        .with(if version == Version::Two { "guid" } else { "instantiationToken" }, token)
+        .text("description", &model.identity.description)
+        .with("generationTool", &facts.tool)
+        .with("variableNamingConvention", if structured { "structured" } else { "flat" });
+    let root = match version {
+        Version::Two => root.with("numberOfEventIndicators", model.structure.roots),
+        Version::Three => root,
+    };
+    document.element("fmiModelDescription", root, |document| {
+        writer.interfaces(document);
+        units.write(document, facts);
+        writer.types(document);
+        document.element("LogCategories", Attributes::default(), |document| {
+            for (name, text) in CATEGORIES {
+                document.empty("Category", Attributes::default().with("name", name).with("description", text));
+            }
+        });
+        writer.experiment(document);
+        document.element("ModelVariables", Attributes::default(), |document| {
+            variables.entries.iter().for_each(|entry| match version {
+                Version::Two => writer.variable_two(document, entry),
+                Version::Three => writer.variable_three(document, entry),
+            });
+        });
+        writer.structure(document);
+    });
+    Some(document.finish())
+}
+
+struct Description<'a> {
+    model: &'a Model,
+    version: Version,
+    variables: &'a Variables,
+    enumerations: &'a BTreeMap<Literals, String>,
+}
+
+/// A name for each enumeration among the variables.
+fn enumerations(entries: &[Entry]) -> BTreeMap<Literals, String> {
+    let mut found = BTreeMap::new();
+    for entry in entries {
+        if let ValueKind::Enumeration(literals) = &entry.kind {
+            let name = format!("Enumeration{}", found.len() + 1);
+            found.entry(literals.clone()).or_insert(name);
+        }
+    }
+    found
+}
+
+impl Description<'_> {
+    /// What the unit can do; systems with delays have no finite state, so no integrator outside can solve them.
+    fn interfaces(&self, document: &mut Document) {
+        let name = identifier(&self.model.tables.model);
+        let exchange = self.model.structure.delays.is_empty();
+        let both = || Attributes::default().with("modelIdentifier", &name);
+        match self.version {
+            Version::Two => {
+                let states = |attributes: Attributes| {
+                    attributes.with("canNotUseMemoryManagementFunctions", true).with("canGetAndSetFMUstate", true)
+                };
+                if exchange {
+                    let attributes = states(both()).with("canSerializeFMUstate", true);
+                    document.empty("ModelExchange", attributes.with("providesDirectionalDerivative", true));
+                }
+                let attributes = both().with("canHandleVariableCommunicationStepSize", true);
+                document.empty("CoSimulation", states(attributes.with("canInterpolateInputs", true)));
+            }
+            Version::Three => {
+                let states = |attributes: Attributes| attributes.with("canGetAndSetFMUState", true);
+                if exchange {
+                    let attributes = states(both()).with("canSerializeFMUState", true);
+                    let attributes = attributes.with("providesDirectionalDerivatives", true);
+                    document.empty("ModelExchange", attributes.with("needsCompletedIntegratorStep", true));
+                }
+                let attributes = states(both())
+                    .with("canHandleVariableCommunicationStepSize", true)
+                    .with("providesIntermediateUpdate", true)
+                    .with("mightReturnEarlyFromDoStep", true)
+                    .with("canReturnEarlyAfterIntermediateUpdate", true)
+                    .with("hasEventMode", true);
+                document.empty("CoSimulation", attributes);
+            }
+        }
+    }
+
+    fn types(&self, document: &mut Document) {
+        if self.enumerations.is_empty() {
+            return;
+        }
+        let items = |document: &mut Document, literals: &Literals| {
+            for (k, literal) in literals.iter().enumerate() {
+                document.empty("Item", Attributes::default().with("name", literal).with("value", k + 1));
+            }
+        };
+        document.element("TypeDefinitions", Attributes::default(), |document| {
+            for (literals, name) in self.enumerations {
+                let named = Attributes::default().with("name", name);
+                match self.version {
+                    Version::Two => document.element("SimpleType", named, |document| {
+                        document.element("Enumeration", Attributes::default(), |document| items(document, literals));
+                    }),
+                    Version::Three => {
+                        document.element("EnumerationType", named, |document| items(document, literals));
+                    }
+                }
+            }
+        });
+    }
+
+    fn experiment(&self, document: &mut Document) {
+        let experiment = &self.model.experiment;
+        let attributes = Attributes::default()
+            .with("startTime", number(experiment.start.unwrap_or(0.0)))
+            .with("stopTime", number(experiment.stop.unwrap_or(experiment.start.unwrap_or(0.0) + 1.0)))
+            .with("tolerance", number(experiment.tolerance.unwrap_or(1e-6)));
+        document.empty("DefaultExperiment", attributes.maybe("stepSize", experiment.interval.map(number)));
+    }
+
+    /// Attributes that both versions share.
+    fn common(&self, entry: &Entry) -> Attributes {
+        let attributes = Attributes::default()
+            .with("name", &entry.name)
+            .with("valueReference", entry.reference)
+            .text("description", &entry.description)
+            .with("causality", entry.causality.text())
+            .with("variability", entry.changes.text());
+        match entry.causality {
+            Causality::Independent | Causality::Input => attributes,
+            _ => attributes.with("initial", if entry.start.is_empty() { "calculated" } else { "exact" }),
+        }
+    }
+
+    /// Type and attributes of the value.
+    fn value(&self, entry: &Entry, attributes: Attributes) -> (&'static str, Attributes) {
+        let two = self.version == Version::Two;
+        let start = list(entry.start.iter().map(|&value| match entry.kind {
+            ValueKind::Real => number(value),
+            ValueKind::Boolean => (value != 0.0).to_string(),
+            ValueKind::Integer | ValueKind::Enumeration(_) => format!("{value:.0}"),
+        }));
+        let bounds = &entry.bounds;
+        // Version 2.0 has no word for a value that is not a number of its type.
+        match &entry.kind {
+            ValueKind::Real => {
+                let limit = |value: Option<f64>| value.filter(|value| value.is_finite()).map(number);
+                let attributes = attributes
+                    .text("unit", &entry.unit)
+                    .text("displayUnit", &entry.display_unit)
+                    .maybe("min", limit(bounds.min))
+                    .maybe("max", limit(bounds.max))
+                    .maybe("nominal", limit(bounds.nominal.filter(|nominal| *nominal > 0.0)))
+                    .text("start", &start);
+                (if two { "Real" } else { "Float64" }, attributes)
+            }
+            ValueKind::Integer => {
+                let limit = |value: Option<f64>| value.filter(|value| value.is_finite()).map(|v| format!("{v:.0}"));
+                let attributes = attributes.maybe("min", limit(bounds.min)).maybe("max", limit(bounds.max));
+                (if two { "Integer" } else { "Int64" }, attributes.text("start", &start))
+            }
+            ValueKind::Boolean => ("Boolean", attributes.text("start", &start)),
+            ValueKind::Enumeration(literals) => {
+                let attributes = attributes.maybe("declaredType", self.enumerations.get(literals));
+                ("Enumeration", attributes.text("start", &start))
+            }
+        }
+    }
+
+    fn variable_two(&self, document: &mut Document, entry: &Entry) {
+        let (name, mut attributes) = self.value(entry, Attributes::default());
+        if let Some(state) = entry.rate_of {
+            let owner = |other: &Entry| other.reference == state && !other.is_alias;
+            let position = self.variables.entries.iter().position(owner);
+            attributes = attributes.maybe("derivative", position.map(|k| k + 1));
+        }
+        let attributes = attributes.flag("reinit", entry.reinit);
+        document.element("ScalarVariable", self.common(entry), |document| document.empty(name, attributes));
+    }
+
+    fn variable_three(&self, document: &mut Document, entry: &Entry) {
+        let (name, attributes) = self.value(entry, self.common(entry));
+        let attributes = attributes.maybe("derivative", entry.rate_of).flag("reinit", entry.reinit);
+        document.element(name, attributes, |document| {
+            for size in &entry.sizes {
+                document.empty("Dimension", Attributes::default().with("start", size));
+            }
+            for (name, description) in &entry.aliases {
+                document.empty("Alias", Attributes::default().with("name", name).text("description", description));
+            }
+        });
+    }
+
+    /// Outputs, rates and what is unknown at the start, with what they depend on as far as it is known.
+    fn structure(&self, document: &mut Document) {
+        let entries = &self.variables.entries;
+        let owners = entries.iter().enumerate().filter(|(_, entry)| !entry.is_alias);
+        let position: BTreeMap<u32, usize> = owners.map(|(k, entry)| (entry.reference, k + 1)).collect();
+        let refer = |reference: u32| match self.version {
+            Version::Two => position.get(&reference).copied().unwrap_or_default() as u64,
+            Version::Three => u64::from(reference),
+        };
+        let named = |reference: u64| {
+            let name = if self.version == Version::Two { "index" } else { "valueReference" };
+            Attributes::default().with(name, reference)
+        };
+        let outputs: Vec<u64> = entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| entry.causality == Causality::Output)
+            .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) })
+            .collect();
+        let rates = self.rates(&refer);
+        let states = self.variables.rates.iter().flat_map(|&(rate, state)| [state, rate]).map(&refer);
+        let calculated = entries.iter().enumerate().filter(|(_, entry)| entry.causality == Causality::Calculated);
+        let calculated = calculated
+            .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) });
+        let mut unknown: Vec<u64> = outputs.iter().copied().chain(states).chain(calculated).collect();
+        unknown.sort_unstable();
+        unknown.dedup();
+        let rate = |document: &mut Document, name: &str| {
+            for (reference, depends) in &rates {
+                document.empty(name, named(*reference).maybe("dependencies", depends.as_ref()));
+            }
+        };
+        let plain = |document: &mut Document, name: &str, list: &[u64]| {
+            list.iter().for_each(|&reference| document.empty(name, named(reference)));
+        };
+        document.element("ModelStructure", Attributes::default(), |document| match self.version {
+            Version::Two => {
+                if !outputs.is_empty() {
+                    document.element("Outputs", Attributes::default(), |d| plain(d, "Unknown", &outputs));
+                }
+                if !rates.is_empty() {
+                    document.element("Derivatives", Attributes::default(), |d| rate(d, "Unknown"));
+                }
+                if !unknown.is_empty() {
+                    document.element("InitialUnknowns", Attributes::default(), |d| plain(d, "Unknown", &unknown));
+                }
+            }
+            Version::Three => {
+                plain(document, "Output", &outputs);
+                rate(document, "ContinuousStateDerivative");
+                plain(document, "InitialUnknown", &unknown);
+                let indicators: Vec<u64> = self.variables.indicators.iter().map(|&k| u64::from(k)).collect();
+                plain(document, "EventIndicator", &indicators);
+            }
+        });
+    }
+
+    /// Each rate with the states and inputs that it depends on, if that is known.
+    fn rates(&self, refer: &impl Fn(u32) -> u64) -> Vec<(u64, Option<String>)> {
+        let known = dependencies::of_rates(self.model);
+        let entries = &self.variables.entries;
+        let inputs = entries.iter().filter(|entry| entry.causality == Causality::Input);
+        let inputs: Vec<u64> = inputs.map(|entry| refer(entry.reference)).collect();
+        let of = |(k, &(rate, _)): (usize, &(u32, u32))| {
+            let depends = known.as_ref().map(|known| {
+                let own = (0..known.len()).filter(|&state| self.variables.rate_entry[state] == k);
+                let states = own.flat_map(|state| &known[state]).map(|&j| {
+                    let (_, state) = self.variables.rates[self.variables.rate_entry[j]];
+                    refer(state)
+                });
+                // Which rates an input reaches is not known, so it may be each.
+                let mut all: Vec<u64> = states.chain(inputs.iter().copied()).collect();
+                all.sort_unstable();
+                all.dedup();
+                list(all.iter().map(u64::to_string))
+            });
+            (refer(rate), depends)
+        };
+        self.variables.rates.iter().enumerate().map(of).collect()
+    }
+}
+
+/// True if the name has the form that the naming convention `structured` asks for.
+fn is_structured(name: &str) -> bool {
+    let inner = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')).unwrap_or(name);
+    let mut rest = inner;
+    loop {
+        let Some(after) = without_word(rest) else { return false };
+        rest = after;
+        if let Some(indexed) = rest.strip_prefix('[') {
+            let Some((inside, after)) = indexed.split_once(']') else { return false };
+            let number = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+            if !inside.split(',').all(number) {
+                return false;
+            }
+            rest = after;
+        }
+        match rest.strip_prefix('.') {
+            Some(after) => rest = after,
+            None => return rest.is_empty(),
+        }
+    }
+}
+
+/// What follows the word at the beginning, quoted or not.
+fn without_word(text: &str) -> Option<&str> {
+    if let Some(quoted) = text.strip_prefix('\'') {
+        let (inside, after) = quoted.split_once('\'')?;
+        return (!inside.is_empty() && inside.is_ascii() && !inside.contains(['\\', '"', '?'])).then_some(after);
+    }
+    let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
+    (end > 0 && !text.starts_with(|c: char| c.is_ascii_digit())).then(|| &text[end..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_structured;
+
+    #[test]
+    fn names_of_the_structured_form_are_known() {
+        for name in ["x", "der(a.b[1,2].c)", "a[3].'b c'.d", "_x1"] {
+            assert!(is_structured(name), "{name}");
+        }
+        for name in ["", "1x", "a..b", "a[]", "a[x]", "der(der(x))", "a.b c", "a[1"] {
+            assert!(!is_structured(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! What the maker of a unit knows beside the payload.
+
+use std::collections::BTreeMap;
+
+/// Version of the interface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Version {
+    /// 2.0
+    Two,
+    /// 3.0
+    Three,
+}
+
+impl Version {
+    /// As users write it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Version::Two => "2.0",
+            Version::Three => "3.0",
+        }
+    }
+}
+
+/// An input or output of the model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum End {
+    /// Given from outside.
+    Input,
+    /// Meant for outside.
+    Output,
+}
+
+/// Attributes of one element of a variable.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Bounds {
+    /// Smallest value.
+    pub min: Option<f64>,
+    /// Largest value.
+    pub max: Option<f64>,
+    /// Usual size.
+    pub nominal: Option<f64>,
+    /// Start value of an input.
+    pub start: Option<f64>,
+}
+
+/// What a unit string means: `SI value = factor * value + offset`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct KnownUnit {
+    /// Powers of kg, m, s, A, K, mol, cd; none where one is not whole.
+    pub powers: Option<[i32; 7]>,
+    /// SI value of one.
+    pub factor: f64,
+    /// SI value of zero.
+    pub offset: f64,
+}
+
+/// What the payload does not say.
+#[derive(Clone, Debug, Default)]
+pub struct Facts {
+    /// Which variables (indices into the tables) are inputs and outputs.
+    pub ends: BTreeMap<usize, End>,
+    /// Attributes by variable and element; what is not listed has none.
+    pub bounds: BTreeMap<(usize, usize), Bounds>,
+    /// Unit strings of the tables that have a meaning.
+    pub units: BTreeMap<String, KnownUnit>,
+    /// Values of all parameters, as the tables address them.
+    pub parameters: Vec<f64>,
+    /// The program that makes the unit.
+    pub tool: String,
+}

@@ -1,0 +1,251 @@
+//! Values by number: reading and writing.
+
+use hyd_fmi::Meaning;
+use hyd_system::{DaeSystem, Place, Settable, Source, ValueKind, VariableInfo};
+
+use crate::core::{Core, Engine, Mode};
+use crate::fault::Fault;
+
+/// What a function of the interface reads or writes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Wanted {
+    /// Real numbers.
+    Real,
+    /// Integers and literals of enumerations.
+    Whole,
+    Truth,
+}
+
+impl Wanted {
+    fn suits(self, kind: &ValueKind) -> bool {
+        match kind {
+            ValueKind::Real => self == Wanted::Real,
+            ValueKind::Integer | ValueKind::Enumeration(_) => self == Wanted::Whole,
+            ValueKind::Boolean => self == Wanted::Truth,
+        }
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Wanted::Real => "a real number",
+            Wanted::Whole => "an integer",
+            Wanted::Truth => "a Boolean",
+        }
+    }
+}
+
+impl Core {
+    /// Brings the row of outputs up to date.
+    pub(crate) fn refresh(&mut self) -> Result<(), Fault> {
+        match self.mode {
+            Mode::Instantiated => {
+                // Parameters alone are known before the start.
+                if self.unstarted && !self.fresh {
+                    let start = self.setup.start;
+                    let bound = self.system.bind(start);
+                    bound.map_err(|failure| {
+                        Fault::usage(format!("the start values cannot be computed: {}", failure.reason))
+                    })?;
+                    self.fresh = true;
+                }
+                return Ok(());
+            }
+            Mode::Initialization => self.start()?,
+            Mode::Event | Mode::Running | Mode::Terminated => {}
+        }
+        if self.fresh {
+            return Ok(());
+        }
+        if self.disturbed {
+            // What the inputs make of the point is asked for before the step.
+            self.take_inputs()?;
+        }
+        let row = &mut self.row;
+        match &mut self.engine {
+            Engine::Exchange(exchange) => {
+                exchange.outputs(&mut self.system, row).map_err(|error| Fault::discard(&error))?;
+            }
+            Engine::Stepping(steps) => steps.outputs(&mut self.system, self.at, row),
+            Engine::None => return Err(Fault::usage("the start has not been found")),
+        }
+        self.fresh = true;
+        Ok(())
+    }
+
+    /// The value behind a number.
+    pub(crate) fn value(&mut self, reference: u32, wanted: Wanted) -> Result<f64, Fault> {
+        self.values(reference, 1, wanted).map(|values| values[0])
+    }
+
+    /// `count` values from a number on, which must be elements of one variable.
+    pub(crate) fn values(&mut self, reference: u32, count: usize, wanted: Wanted) -> Result<Vec<f64>, Fault> {
+        let known = self.known.clone();
+        let meaning = known.catalogue.meaning(reference).ok_or_else(|| unknown(reference))?;
+        let (variable, first) = match meaning {
+            Meaning::Element(variable, first) => (variable, first),
+            Meaning::Time => return wanted_real(wanted, reference).map(|()| vec![self.time()]),
+            other => {
+                wanted_real(wanted, reference)?;
+                return self.of_interface(other).map(|value| vec![value]);
+            }
+        };
+        let info = &known.loaded.model.tables.variables[variable];
+        check_kind(info, first, wanted)?;
+        self.refresh()?;
+        let range = info.sources.get(first..first + count).ok_or_else(|| unknown(reference))?;
+        let value = |(k, source): (usize, &Source)| {
+            let value = match source.place {
+                Place::Constant(value) => value,
+                Place::Parameter(k) => self.system.parameters()[k as usize],
+                Place::Output(_) if self.mode == Mode::Instantiated => {
+                    let name = info.name.element(first + k);
+                    let site = known.inputs.get(&(variable, first + k));
+                    let line = site.and_then(|&site| self.system.line_of_input(site)).map(|(value, ..)| value);
+                    return match line {
+                        Some(value) => Ok(value),
+                        None => Err(Fault::usage(format!("`{name}` has no value before the start"))),
+                    };
+                }
+                Place::Output(k) => self.row[k as usize],
+            };
+            Ok(if source.negated { -value } else { value })
+        };
+        range.iter().enumerate().map(value).collect()
+    }
+
+    /// The time (s).
+    pub(crate) fn time(&self) -> f64 {
+        match &self.engine {
+            Engine::Exchange(exchange) => exchange.time(),
+            _ => self.at,
+        }
+    }
+
+    /// What only the interface has.
+    fn of_interface(&mut self, meaning: Meaning) -> Result<f64, Fault> {
+        self.refresh()?;
+        let (y, yp, states) = match &self.engine {
+            Engine::Exchange(exchange) => {
+                let (y, yp) = exchange.point();
+                (y.to_vec(), yp.to_vec(), exchange.state_unknowns().to_vec())
+            }
+            Engine::Stepping(steps) => {
+                let (y, yp) = steps.shown();
+                let mut is_state = vec![false; y.len()];
+                let system: &mut dyn DaeSystem = &mut self.system;
+                system.states(&mut is_state);
+                let states = (0u32..).zip(&is_state).filter(|(_, state)| **state).map(|(k, _)| k).collect();
+                (y.to_vec(), yp.to_vec(), states)
+            }
+            Engine::None => return Err(Fault::usage("the start has not been found")),
+        };
+        let state = |k: usize| states.get(k).copied().unwrap_or_default() as usize;
+        match meaning {
+            Meaning::State(k) => Ok(y[state(k)]),
+            Meaning::Rate(k) => Ok(yp[state(k)]),
+            Meaning::Indicator(k) => {
+                let mut out = vec![0.0; self.structure().roots];
+                match &mut self.engine {
+                    Engine::Exchange(exchange) => {
+                        exchange.indicators(&mut self.system, &mut out).map_err(|error| Fault::discard(&error))?;
+                    }
+                    _ => self.system.roots(self.at, &y, &yp, &mut out),
+                }
+                Ok(out[k])
+            }
+            Meaning::Time | Meaning::Element(..) => Ok(self.time()),
+        }
+    }
+
+    /// Sets the value behind a number: of a parameter before the start, of an input at any time.
+    pub(crate) fn set(&mut self, reference: u32, offset: usize, value: f64, wanted: Wanted) -> Result<(), Fault> {
+        let known = self.known.clone();
+        let meaning = known.catalogue.meaning(reference).ok_or_else(|| unknown(reference))?;
+        let Meaning::Element(variable, first) = meaning else {
+            return Err(Fault::usage(format!("the variable {reference} cannot be set")));
+        };
+        let (element, info) = (first + offset, &known.loaded.model.tables.variables[variable]);
+        check_kind(info, first, wanted)?;
+        let name = || info.name.element(element);
+        if let Some(&site) = known.inputs.get(&(variable, element)) {
+            if !value.is_finite() {
+                return Err(Fault { harmless: true, ..Fault::usage(format!("`{}` cannot be {value}", name())) });
+            }
+            return self.hold(site, value, 0.0);
+        }
+        let source = info.sources.get(element).ok_or_else(|| unknown(reference))?;
+        let (Settable::Yes, Place::Parameter(k)) = (&info.settable, source.place) else {
+            let reason = match info.settable {
+                Settable::Structural => "it decides sizes or structure and was fixed when the unit was made",
+                _ => "it is neither a parameter that can be set nor an input",
+            };
+            return Err(Fault::usage(format!("`{}` cannot be set: {reason}", name())));
+        };
+        if !matches!(self.mode, Mode::Instantiated | Mode::Initialization) {
+            return Err(Fault::usage(format!(
+                "`{}` is a fixed parameter, which cannot be set after the start",
+                name()
+            )));
+        }
+        let value = if source.negated { -value } else { value };
+        let set = self.system.set_parameter(k as usize, value);
+        set.map_err(|_| Fault::usage(format!("`{}` cannot be {value}: it is not a value of its type", name())))?;
+        (self.unstarted, self.fresh) = (true, false);
+        Ok(())
+    }
+
+    /// Lets an input rise by a slope from its present value on.
+    pub(crate) fn set_slope(&mut self, reference: u32, slope: f64) -> Result<(), Fault> {
+        let site = match self.known.catalogue.meaning(reference) {
+            Some(Meaning::Element(variable, element)) => self.known.inputs.get(&(variable, element)).copied(),
+            _ => None,
+        };
+        let site = site.ok_or_else(|| Fault::usage(format!("the variable {reference} is not an input")))?;
+        if !slope.is_finite() {
+            return Err(Fault::usage(format!("an input cannot have the slope {slope}")));
+        }
+        let t = self.time();
+        let (value, old, from) = self.system.line_of_input(site).unwrap_or((0.0, 0.0, t));
+        self.hold(site, value + old * (t - from), slope)
+    }
+
+    /// Lets an input follow a line through `value` from now on.
+    pub(crate) fn hold(&mut self, site: usize, value: f64, slope: f64) -> Result<(), Fault> {
+        let t = match self.mode {
+            Mode::Instantiated | Mode::Initialization => self.setup.start,
+            _ => self.time(),
+        };
+        let before = self.system.line_of_input(site);
+        if before.is_some_and(|(old, old_slope, from)| {
+            (old + old_slope * (t - from)).to_bits() == value.to_bits() && old_slope.to_bits() == slope.to_bits()
+        }) {
+            return Ok(());
+        }
+        self.system.hold_input(site, value, (slope, t));
+        self.fresh = false;
+        match (&mut self.engine, self.mode) {
+            (_, Mode::Instantiated | Mode::Initialization) => self.unstarted = true,
+            (Engine::Exchange(exchange), _) => exchange.forget(),
+            _ => self.disturbed = true,
+        }
+        Ok(())
+    }
+}
+
+fn unknown(reference: u32) -> Fault {
+    Fault::usage(format!("there is no variable with the value reference {reference}"))
+}
+
+fn wanted_real(wanted: Wanted, reference: u32) -> Result<(), Fault> {
+    match wanted {
+        Wanted::Real => Ok(()),
+        _ => Err(Fault::usage(format!("the variable {reference} is not {}", wanted.text()))),
+    }
+}
+
+fn check_kind(info: &VariableInfo, element: usize, wanted: Wanted) -> Result<(), Fault> {
+    match wanted.suits(&info.kind) {
+        true => Ok(()),
+        false => Err(Fault::usage(format!("`{}` is not {}", info.name.element(element), wanted.text()))),
+    }
+}
