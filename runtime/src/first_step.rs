@@ -4,6 +4,8 @@
 //! small explicit Euler step; the same small step tells how fast the algebraic unknowns move, which the predictor needs.
 //! Source: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I" (1993), section II.4, carried over to
 //! differential-algebraic systems.  Where the small step leads out of the domain the estimate is `0.5 / |y'|`.
+//! Where nothing moves at the start only the length of the run says how far to look, and rates of a wave may be the same there by chance:
+//! then they are looked at nearer by, too.
 
 use crate::initial::consistent::Consistency;
 use crate::problem::Problem;
@@ -21,6 +23,12 @@ const AIM_FOURTH: f64 = 0.1;
 const TURNING: f64 = 0.03;
 /// The first step is at most this part of the time to the next known stop.
 const MOST_OF_REST: f64 = 0.01;
+
+/// Parts of the way to a point as far away as the run lets it be where rates are looked at, too: odd powers of the golden section, so that
+/// they hardly all fall on zeros of a wave.
+const NEARER: [f64; 3] = [0.618_033_988_749_895, 0.236_067_977_499_79, 0.034_441_853_748_633];
+/// The far point was deceiving where a nearer one shows so many times its curvature.
+const DECEIVED: f64 = 4.0;
 
 /// Work space of the estimate.
 #[derive(Clone)]
@@ -101,11 +109,40 @@ impl FirstStep {
         if !fastest_algebraic.is_finite() {
             return FirstSteps::equal((0.5 / speed).min(most).max(smallest));
         }
-        let curvature = weights.norm(&self.rates);
+        let mut curvature = weights.norm(&self.rates);
+        if probe == most {
+            let nearer = self.nearer(problem, consistency, weights, (t, most), (y, yp, differential));
+            curvature = if nearer > DECEIVED * curvature { nearer } else { curvature };
+        }
         // Beyond the probed part of the solution nothing is known.
         let horizon = most.min(if speed > 0.0 { 1e2 * probe } else { most });
         let h = if curvature > 0.0 { (4.0 * AIM / curvature).sqrt() } else { most };
         let first_order = h.min(horizon).max(smallest);
         FirstSteps { first_order, fourth_order: fourth_order(speed, curvature, tolerance, most).max(smallest) }
+    }
+    /// The largest curvature that rates at nearer points show.
+    fn nearer(
+        &mut self,
+        problem: &mut Problem<'_>,
+        consistency: &mut Consistency,
+        weights: &Weights,
+        (t, most): (f64, f64),
+        (y, yp, differential): (&[f64], &[f64], &[bool]),
+    ) -> f64 {
+        let mut largest = 0.0f64;
+        for part in NEARER {
+            let probe = part * most;
+            for k in 0..y.len() {
+                self.y[k] = y[k] + probe * yp[k];
+            }
+            self.yp.copy_from_slice(yp);
+            if consistency.refine(problem, (t + probe, probe), weights, &mut self.y, &mut self.yp) {
+                for k in (0..y.len()).filter(|&k| differential[k]) {
+                    self.rates[k] = (self.yp[k] - yp[k]) / probe;
+                }
+                largest = largest.max(weights.norm(&self.rates));
+            }
+        }
+        largest
     }
 }
