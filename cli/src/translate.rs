@@ -52,7 +52,7 @@ pub(crate) fn report(files: &Files, diagnostics: &[Diagnostic], format: MessageF
 impl LibraryArguments {
     /// The same as data.
     pub(crate) fn libraries(&self) -> Libraries {
-        Libraries { folders: self.library.clone(), allow_outside: self.allow_outside }
+        Libraries { folders: self.library.clone(), allow_outside: self.allow_outside, ..Libraries::default() }
     }
 }
 

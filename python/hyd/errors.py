@@ -7,6 +7,7 @@ Every exception of hyd is an :class:`Error` with the message as the command word
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from types import FrameType
@@ -34,7 +35,7 @@ class _Said(BaseException):
 
     def __init__(self, message: str = "", messages: Optional[list] = None, run: Any = None):
         self.messages: list = list(messages or [])
-        first = next((own for own in self.messages if own["severity"] == "error"), None)
+        first = next((own for own in self.messages if own["severity"] == "error" and message in ("", own["message"])), None)
         if not message and first is not None:
             message = first["message"]
         self.message: str = message
@@ -81,7 +82,15 @@ class Interrupted(_Said, KeyboardInterrupt):
 
 
 class HydWarning(UserWarning):
-    """Something that is probably not meant."""
+    """Something that is probably not meant.
+
+    Attributes
+    ----------
+    result : object
+        What the work has made nevertheless, such as a :class:`Run`; where a filter makes an exception of the warning it is not lost.
+    """
+
+    result: Any = None
 
 
 class HydNote(HydWarning):
@@ -101,20 +110,63 @@ def _exception(kind: str, sentence: Optional[str], messages: list, run: Any) -> 
         from .run import Run
 
         run = Run(run)
+    messages = [_as_keywords(own) for own in messages]
+    sentence = sentence and _keywords(sentence)
     if sentence is None and not any(own["severity"] == "error" for own in messages):
         sentence = "interrupted" if kind == "interrupted" else "the work was given up"
-    # What was said before a sentence is not its place.
-    if sentence is not None:
-        messages = [own for own in messages if own["severity"] == "error"]
+    # The sentence stands behind what was said before it, which is not its place.
+    if sentence is not None and messages:
+        severity = "note" if kind == "interrupted" else "error"
+        messages.append(dict.fromkeys(("code", "file", "line", "column", "excerpt"), None))
+        messages[-1].update(severity=severity, message=sentence, notes=[])
     return _KINDS[kind](sentence or "", messages, run)
 
 
-def _warn(messages: list) -> None:
-    """Python warnings of messages, called by the extension; they point at the first line outside of this package."""
+#: Options of the command that are keywords here, where their names differ.
+_OTHER_WORDS = {"input": "inputs", "report": "report"}
+_OPTION = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)(?: ([^\s`]+)(?=`))?")
+
+
+def _keywords(sentence: str) -> str:
+    """A sentence with the options of the command as the keywords that they are here."""
+
+    def keyword(found: "re.Match[str]") -> str:
+        word = found[1].replace("-", "_")
+        word = _OTHER_WORDS.get(word, word)
+        return f"{word}={found[2]}" if found[2] else word
+
+    return _OPTION.sub(keyword, sentence)
+
+
+def _as_keywords(message: dict) -> dict:
+    """A message that has no place in a text, in the words of Python."""
+    if message["file"] is not None:
+        return message
+    said = dict(message, message=_keywords(message["message"]), notes=[_keywords(own) for own in message["notes"]])
+    if message["excerpt"]:
+        said["excerpt"] = _keywords(message["excerpt"])
+    return said
+
+
+def _warn(messages: list, result: Any = None) -> None:
+    """Python warnings of messages; they point at the first line outside of this package.
+
+    Where a filter makes exceptions of warnings, all are given before the first is raised, and it has what the work has made as ``result``.
+    """
+    raised: Optional[HydWarning] = None
     level = 1
     frame: Optional[FrameType] = sys._getframe(0)
     while frame is not None and os.path.dirname(os.path.abspath(frame.f_code.co_filename)) == _HERE:
         level, frame = level + 1, frame.f_back
-    for own in messages:
+    for own in map(_as_keywords, messages):
         category = HydNote if own["severity"] == "note" else HydWarning
-        warnings.warn((own["excerpt"] or own["message"]).strip(), category, stacklevel=max(level, 1))
+        warning = category((own["excerpt"] or own["message"]).strip())
+        warning.result = result
+        try:
+            warnings.warn(warning, stacklevel=max(level, 1))
+        except HydNote:
+            pass  # A note is no reason to lose work.
+        except HydWarning as error:
+            raised = raised or error
+    if raised is not None:
+        raise raised

@@ -34,13 +34,13 @@ class Function:
         Values that the arguments have in the model.
     """
 
-    def __init__(self, function: _hyd.Function, outputs: Sequence[str], parameters: Sequence[str]):
+    def __init__(self, function: _hyd.Function, outputs: Sequence[str], parameters: Sequence[str], made: tuple):
         self._function = function
         self.outputs: List[str] = list(outputs)
         self.parameters: List[str] = list(parameters)
         self.at: np.ndarray = np.asarray(function.at)
         self.start: np.ndarray = np.asarray(function.start())
-        self._last: Optional[Tuple[bytes, np.ndarray, np.ndarray]] = None
+        self._made = made
 
     @property
     def size(self) -> int:
@@ -79,17 +79,24 @@ class Function:
         True
         """
         target = np.asarray(measured, dtype=float).ravel()
-        weights = 1.0 / np.broadcast_to(np.asarray(sigma, dtype=float).ravel(), (self.size,) if np.ndim(sigma) == 0 else np.shape(np.ravel(sigma)))
-        if target.shape != (self.size,) or weights.shape != (self.size,):
-            raise UsageError(f"{self.size} values are measured for {len(self.at)} times and {len(self.outputs)} outputs, not {target.size}")
-        last: dict = {}
+        deviations = np.asarray(sigma, dtype=float).ravel()
+        for word, count in (("measured", target.size), ("sigma", deviations.size)):
+            if count != self.size and not (word == "sigma" and np.ndim(sigma) == 0):
+                raise UsageError(f"{word}: {count} values, and {len(self.at)} times of {len(self.outputs)} outputs are {self.size}")
+        if not (deviations > 0).all() or not np.isfinite(deviations).all():
+            raise UsageError("sigma: standard deviations are numbers greater than 0")
+        weights = np.broadcast_to(1.0 / deviations, (self.size,))
+        # One object, so that threads see arguments with their own values.
+        last: List[Tuple[bytes, np.ndarray, np.ndarray]] = []
 
         def both(p: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
             key = np.asarray(p, dtype=float).tobytes()
-            if last.get("key") != key:
-                values, jacobian = self.value_and_jacobian(p)
-                last.update(key=key, values=values, jacobian=jacobian)
-            return last["values"], last["jacobian"]
+            for known, values, jacobian in last[:1]:
+                if known == key:
+                    return values, jacobian
+            values, jacobian = self.value_and_jacobian(p)
+            last[:] = [(key, values, jacobian)]
+            return values, jacobian
 
         return Problem(
             lambda p: weights * (both(p)[0] - target),
@@ -131,8 +138,9 @@ class Function:
         return function
 
     def to_torch(self) -> Callable:
-        """The function for PyTorch, with its derivative (``torch.autograd.Function``)."""
+        """The function for PyTorch, with its first derivative (``torch.autograd.Function``); second ones are refused."""
         import torch
+        from torch.autograd.function import once_differentiable
 
         own = self
 
@@ -148,6 +156,7 @@ class Function:
                 return torch.tensor(values, dtype=p.dtype, device=p.device)
 
             @staticmethod
+            @once_differentiable
             def backward(context, *gradients):
                 (jacobian,) = context.saved_tensors
                 return gradients[0] @ jacobian
@@ -168,5 +177,14 @@ class Function:
             raise RunError(f"the model ended the run before {first} s")
         return values
 
+    def __reduce__(self):
+        return (made, self._made)
+
     def __repr__(self) -> str:
-        return f"<hyd.Function of {', '.join(self.parameters)}: {', '.join(self.outputs)} at {len(self.at)} times>"
+        return f"<hyd.Function of {', '.join(self.parameters)}: {', '.join(self.outputs)} at {len(self.at)} {'time' if len(self.at) == 1 else 'times'}>"
+
+
+def made(model: Any, given: list, wanted: dict) -> Function:
+    """A function of a model of the package; ``wanted`` as the extension takes it."""
+    own = model._model.function(given, wanted)
+    return Function(own, wanted["outputs"], wanted["parameters"], (model, given, wanted))

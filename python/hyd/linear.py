@@ -7,6 +7,8 @@ from typing import Any, List
 
 import numpy as np
 
+from .errors import _warn
+
 
 class LinearModel:
     """``dx/dt = A x + B u``, ``y = C x + D u`` for small deviations from a point of a run.
@@ -26,6 +28,7 @@ class LinearModel:
     """
 
     def __init__(self, found: dict):
+        warnings = found.pop("warnings")
         self._json: str = found["json"]
         self.A, self.B, self.C, self.D = (np.asarray(found[name]) for name in "ABCD")
         self.x, self.u, self.y = (np.asarray(found[name]) for name in "xuy")
@@ -35,6 +38,7 @@ class LinearModel:
         self.outputs: List[str] = found["outputs"]
         self.time: float = found["time"]
         self.model: str = found["model"]
+        _warn(warnings, self)
 
     def to_dict(self) -> dict:
         """What ``hyd linearize --json`` prints."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import inspect
 import os
 from dataclasses import dataclass
 from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
@@ -10,12 +11,13 @@ from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Unio
 import numpy as np
 
 from . import _hyd
-from .errors import UsageError
-from .function import Function
+from .errors import UsageError, _warn
+from .function import Function, made
+from .inputs import samples
 from .linear import LinearModel
 from .run import Run
 from .sweep import Sweep, sweep
-from .values import text
+from .values import checked, names, real, text
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -121,8 +123,14 @@ def load(
     else:
         given = _hyd.Model.parameter_file(os.fspath(parameters))
     if source is not None:
-        return Model(_hyd.Model.load(os.fspath(source), model, given, (folders, allow_outside), strict_units))
-    return Model(_hyd.Model.of_text(text or "", name, model, given, (folders, allow_outside), strict_units))
+        return _loaded(_hyd.Model.load(os.fspath(source), model, given, (folders, allow_outside), strict_units))
+    return _loaded(_hyd.Model.of_text(text or "", name, model, given, (folders, allow_outside), strict_units))
+
+
+def _loaded(own: _hyd.Model) -> "Model":
+    loaded = Model(own)
+    _warn(own.warnings(), loaded)
+    return loaded
 
 
 def _assignments(values: Mapping[str, Any]) -> list:
@@ -252,7 +260,8 @@ class Model:
         variables
             Variables that are recorded: those whose full name matches this regular expression.
         inputs
-            Recorded inputs: a file as ``--input`` takes it, or a mapping or data frame with ``time`` in s and a column for each input.
+            Recorded inputs: a file as ``--input`` takes it, or a mapping, data frame, Arrow table or ``xarray.Dataset`` with ``time`` in s (or time
+            differences) and a column for each input; or a run, which has variables of these names.
         hold
             What inputs do between samples: ``"linear"``, ``"zero"`` or ``"smooth"``, for all, or ``"NAME=zero"`` for one.
         backend
@@ -295,9 +304,17 @@ class Model:
             backend=backend,
             result=None if result is None else os.fspath(result),
         )
-        return Run(self._model.simulate(self._set(parameters, values), options, *_inputs(inputs, hold), []))
+        return self._run(self._set("simulate", parameters, values), options, inputs, hold, [])
 
-    def sensitivity(self, by: Sequence[str], parameters: Optional[Mapping[str, Any]] = None, /, **options: Any) -> Run:
+    def _run(self, given: list, options: Mapping[str, Any], inputs: Any, hold: Any, by: List[str]) -> Run:
+        own, warnings = self._model.simulate(given, checked(options), *self._inputs(inputs, hold), by)
+        run = Run(own)
+        _warn(warnings, run)
+        return run
+
+    def sensitivity(
+        self, by: Union[str, Sequence[str], None] = None, parameters: Optional[Mapping[str, Any]] = None, /, **options: Any
+    ) -> Run:
         """Run the model with the derivatives of all recorded variables.
 
         Parameters
@@ -318,19 +335,19 @@ class Model:
         >>> run.derivative("y", "p0").shape == run.time.shape
         True
         """
-        by = [by] if isinstance(by, str) else list(by)
+        by = names("by", self._named("by", by, options))
         values = {name: options.pop(name) for name in list(options) if name not in self._RUN}
-        inputs = _inputs(options.pop("inputs", None), options.pop("hold", ()))
+        inputs, hold = options.pop("inputs", None), options.pop("hold", ())
         known = dict.fromkeys(own for own in self._RUN if own not in ("inputs", "hold"))
         known.update(every_step=False)
         known.update(options)
         if known["result"] is not None:
             known["result"] = os.fspath(known["result"])
-        return Run(self._model.simulate(self._set(parameters, values), known, *inputs, by))
+        return self._run(self._set("sensitivity", parameters, values), known, inputs, hold, by)
 
     def sweep(
         self,
-        vary: Mapping[str, Any],
+        vary: Optional[Mapping[str, Any]] = None,
         parameters: Optional[Mapping[str, Any]] = None,
         /,
         *,
@@ -394,8 +411,9 @@ class Model:
             intervals=intervals,
             threads=threads,
         )
-        own = self._set(parameters, values)
-        return sweep(self._model, own, vary, options, measure, _inputs(inputs, hold), result, progress)
+        vary = self._named("vary", vary, values)
+        own = self._set("sweep", parameters, values)
+        return sweep(self._model, own, vary, options, measure, self._inputs(inputs, hold), result, progress)
 
     def linearize(
         self,
@@ -433,13 +451,14 @@ class Model:
         >>> linear.A.shape == (len(linear.states), len(linear.states))
         True
         """
-        own = self._set(parameters, values)
-        return LinearModel(self._model.linearize(own, float(at), list(inputs), list(outputs), tolerance))
+        own = self._set("linearize", parameters, values)
+        wanted = (real("at", at), names("inputs", inputs), names("outputs", outputs), checked({"tolerance": tolerance})["tolerance"])
+        return LinearModel(self._model.linearize(own, *wanted))
 
     def function(
         self,
-        outputs: Sequence[str],
-        parameters: Sequence[str],
+        outputs: Union[str, Sequence[str], None] = None,
+        parameters: Union[str, Sequence[str], None] = None,
         fixed: Optional[Mapping[str, Any]] = None,
         /,
         *,
@@ -476,18 +495,26 @@ class Model:
         >>> values.shape, jacobian.shape
         ((3,), (3, 2))
         """
-        names = [outputs] if isinstance(outputs, str) else list(outputs)
-        arguments = [parameters] if isinstance(parameters, str) else list(parameters)
+        lists = {
+            "outputs": names("outputs", self._named("outputs", outputs, values)),
+            "parameters": names("parameters", self._named("parameters", parameters, values)),
+        }
+        for word, own in lists.items():
+            if not own:
+                raise UsageError(f"{word}: no name is given")
+        fixed = values.pop("fixed") if fixed is None and "fixed" in values and not self._model.is_parameter("fixed") else fixed
         wanted = dict(
-            outputs=names,
-            parameters=arguments,
-            at=None if at is None else [float(time) for time in np.atleast_1d(at)],
-            start=start,
-            stop=stop,
-            tolerance=tolerance,
-            solver=solver,
+            **lists,
+            at=None if at is None else [real("at", time) for time in np.atleast_1d(at)],
+            **checked(dict(start=start, stop=stop, tolerance=tolerance, solver=solver)),
         )
-        return Function(self._model.function(self._set(fixed, values), wanted), names, arguments)
+        if wanted["at"] == []:
+            raise UsageError("at: no time is given")
+        given = self._set("function", fixed, values)
+        both = [name for name, _ in given if name in lists["parameters"]]
+        if both:
+            raise UsageError(f"`{both[0]}` is an argument of the function and set; a parameter is one or the other")
+        return made(self, given, wanted)
 
     def equations(self, stage: str = "flat") -> str:
         """The text of a stage of the translation: ``flat``, ``system``, ``reduced``, ``sorted``, ``jacobian`` or ``c``."""
@@ -497,15 +524,52 @@ class Model:
         """What a variable equals, what it is solved from, in which block, and where that stands in the text."""
         return self._model.explain(variable)
 
-    def _set(self, parameters: Optional[Mapping[str, Any]], values: Mapping[str, Any]) -> list:
+    def _named(self, word: str, value: Any, values: dict) -> Any:
+        """What stands before the keywords, or was given by its name."""
+        if word in values and not self._model.is_parameter(word):
+            if value is not None:
+                raise UsageError(f"{word}: is given twice")
+            return values.pop(word)
+        if value is None:
+            raise UsageError(f"{word}: is missing")
+        return value
+
+    def _set(self, method: str, parameters: Optional[Mapping[str, Any]], values: Mapping[str, Any]) -> list:
         """Parameters to set, with their values as text; a name that is none of the model's is refused here."""
+        values = dict(values)
+        if parameters is None and isinstance(values.get("parameters"), Mapping) and not self._model.is_parameter("parameters"):
+            parameters = values.pop("parameters")
+        if parameters is not None and not isinstance(parameters, Mapping):
+            raise UsageError(f"parameters: {parameters!r} is not a mapping of names to values")
+        twice = [name for name in values if name in (parameters or {})]
+        if twice:
+            raise UsageError(f"`{twice[0]}` is set twice")
         both = {**(parameters or {}), **values}
+        own = inspect.signature(getattr(Model, method)).parameters.values()
+        keywords = [one.name for one in own if one.kind is one.KEYWORD_ONLY] + (list(self._RUN) if method == "sensitivity" else [])
         for name in values:
             if not self._model.is_parameter(name):
-                known = [*self._RUN, *self._model.settable()]
+                if name in self._words():
+                    raise UsageError(f"{method} has no option `{name}`")
+                known = [*keywords, *self._model.settable()]
                 hint = _hyd.did_you_mean(name, known)
                 raise UsageError(f"the model has no parameter `{name}`" + (f"; {hint}" if hint else ""))
         return _assignments(both)
+
+    @classmethod
+    def _words(cls) -> set:
+        """Keywords of all methods."""
+        methods = (cls.simulate, cls.sweep, cls.linearize, cls.function)
+        return {one.name for own in methods for one in inspect.signature(own).parameters.values() if one.kind is one.KEYWORD_ONLY}
+
+    def _inputs(self, inputs: Any, hold: Union[str, Sequence[str]]) -> Tuple[Any, List[str]]:
+        """Recorded inputs as the extension takes them."""
+        holds = names("hold", hold)
+        if inputs is None:
+            return None, holds
+        if isinstance(inputs, (str, os.PathLike)):
+            return os.fspath(inputs), holds
+        return samples(inputs, self.inputs), holds
 
     def __repr__(self) -> str:
         return f"<hyd.Model {self.name} of {self.file}>"
@@ -531,7 +595,7 @@ class Model:
 
 
 def _restored(state: str) -> Model:
-    return Model(_hyd.Model.of_state(state))
+    return _loaded(_hyd.Model.of_state(state))
 
 
 def _value(own: Mapping[str, Any]) -> Any:
@@ -552,23 +616,3 @@ def _shown(value: Any) -> str:
     if value is None:
         return "..."
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _inputs(inputs: Any, hold: Union[str, Sequence[str]]) -> Tuple[Any, List[str]]:
-    """Recorded inputs as the extension takes them."""
-    holds = [hold] if isinstance(hold, str) else list(hold)
-    if inputs is None:
-        return None, holds
-    if isinstance(inputs, (str, os.PathLike)):
-        return os.fspath(inputs), holds
-    if hasattr(inputs, "columns") and not isinstance(inputs, Mapping):
-        names = list(inputs.columns)
-        columns = {str(name): np.asarray(inputs[name], dtype=float) for name in names}
-        if "time" not in columns and getattr(getattr(inputs, "index", None), "name", None) == "time":
-            columns["time"] = np.asarray(inputs.index, dtype=float)
-    else:
-        columns = {str(name): np.asarray(values, dtype=float) for name, values in inputs.items()}
-    if "time" not in columns:
-        raise UsageError("inputs need a column `time` in s")
-    times = columns.pop("time")
-    return (times.tolist(), [(name, values.tolist()) for name, values in columns.items()]), holds

@@ -8,6 +8,8 @@ from typing import Optional, Sequence
 import numpy as np
 
 from . import _hyd
+from .errors import UsageError
+from .values import names as listed
 
 
 class Picture:
@@ -28,8 +30,6 @@ class Picture:
         name = os.fspath(path)
         ending = os.path.splitext(name)[1].lower()
         if ending not in (".svg", ".png"):
-            from .errors import UsageError
-
             raise UsageError(f"`{name}`: a picture ends in .svg or .png")
         content = self.svg.encode() if ending == ".svg" else bytes(_hyd.picture(*self._drawn, True))
         with open(name, "wb") as file:
@@ -57,12 +57,19 @@ def plot(*runs, names: Sequence[str], labels: Optional[Sequence[str]] = None, ti
     title
         A line above the picture.
     """
+    names = listed("names", names)
+    if not runs:
+        raise UsageError("plot: no run is given")
+    if labels is not None:
+        labels = listed("labels", labels)
+        if len(labels) != len(runs):
+            raise UsageError(f"labels: {len(labels)} {'label' if len(labels) == 1 else 'labels'} for {len(runs)} {'run' if len(runs) == 1 else 'runs'}")
     curves = []
     for number, run in enumerate(runs):
         times = np.asarray(run.time)
         for name in names:
             curves.append((name, run.units.get(name, ""), number, times, np.asarray(run[name])))
     # Runs of a variable stand together.
-    curves.sort(key=lambda curve: list(names).index(curve[0]))
+    curves.sort(key=lambda curve: names.index(curve[0]))
     labels = labels or ([f"run {k + 1}" for k in range(len(runs))] if len(runs) > 1 else [""])
     return Picture(curves, title, labels)

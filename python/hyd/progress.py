@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Any, Callable, Optional
 
+from .errors import UsageError
+
 
 class Bar:
     """Shows how far work has come."""
@@ -19,6 +21,8 @@ class Bar:
         """The bar that is asked for: none, one of our own, or a function of the caller's."""
         if progress is None or progress is False:
             return None
+        if progress is not True and not callable(progress):
+            raise UsageError(f"progress: {progress!r} is neither True nor a function")
         return Bar(unit) if progress is True else _Told(progress)
 
     def count(self, done: int, all: int) -> None:

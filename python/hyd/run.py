@@ -10,6 +10,7 @@ from typing import Any, Iterator, List, Optional
 import numpy as np
 
 from . import _hyd
+from .errors import UsageError
 from .picture import Picture, plot
 
 #: Variables that are shown when nobody says which.
@@ -62,7 +63,7 @@ class Run:
     @property
     def units(self) -> dict:
         """Units by name; ``""`` where none is known."""
-        return {name: unit for name, unit, _ in self._variables}
+        return {"time": "s", **{name: unit for name, unit, _ in self._variables}}
 
     @property
     def descriptions(self) -> dict:
@@ -130,9 +131,9 @@ class Run:
     def at(self, time: float) -> dict:
         """All variables at a time in s, interpolated linearly between rows; at an event, the values after it."""
         times = self.time
+        if not len(times):
+            raise UsageError("the run has no rows")
         if not times[0] <= time <= times[-1]:
-            from .errors import UsageError
-
             raise UsageError(f"the run goes from {times[0]} to {times[-1]} s, and has nothing at {time} s")
         after = int(np.searchsorted(times, time, side="right"))
         if after == len(times) or times[after - 1] == time:
@@ -201,13 +202,13 @@ class Run:
         own = self.summary
         return (
             f"<hyd.Run of {own['model']}: {own['start']:g} to {own['time']:g} s, {own['status']}, "
-            f"{len(self)} variables, {len(self._run)} rows>"
+            f"{_count(len(self), 'variable')}, {_count(len(self._run), 'row')}>"
         )
 
     def _repr_html_(self) -> str:
         own = self.summary
         head = f"{own['model']}: {own['start']:g} to {own['time']:g} s, {own['status']}"
-        counts = f"{len(self)} variables, {len(self._run)} rows, {own['counters']['steps']} steps"
+        counts = f"{_count(len(self), 'variable')}, {_count(len(self._run), 'row')}, {_count(own['counters']['steps'], 'step')}"
         picture = self.plot(title="").svg if len(self) and len(self._run) > 1 else ""
         said = "".join(f"<p>warning: {html.escape(text)}</p>" for text in own["warnings"])
         return f'<div class="hyd-run"><p><b>{html.escape(head)}</b><br>{counts}</p>{said}{picture}</div>'
@@ -216,6 +217,10 @@ class Run:
         summary, variables, times, matrix, parameters = self._run.state()
         columns = np.ascontiguousarray(np.asarray(matrix)).ravel()
         return (_restored, (summary, variables, np.asarray(times).copy(), columns, list(parameters.items())))
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _restored(summary, variables, times, columns, parameters) -> Run:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
-from typing import Any, Iterable, List, Optional, Sequence, Union
+import weakref
+from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
 
 from . import _hyd
+from .errors import _warn
 from .model import Model, load
 from .progress import Bar
+from .values import checked, names, whole
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -42,13 +46,17 @@ def study(
     Study
     """
     folders = [os.fspath(library)] if isinstance(library, (str, os.PathLike)) else [os.fspath(own) for own in library]
-    return Study(_hyd.Study(os.fspath(file), os.fspath(bench), folders, allow_outside, threads), folders, allow_outside)
+    threads = checked({"threads": threads})["threads"]
+    # Found again wherever the process goes.
+    files = (os.path.abspath(file), os.path.abspath(bench))
+    return Study(_hyd.Study(*files, folders, allow_outside, threads), [os.path.abspath(own) for own in folders], allow_outside, files, threads)
 
 
 class Study:
     """A study and a set of shots; made by :func:`study`."""
 
-    def __init__(self, own: _hyd.Study, folders: List[str], allow_outside: bool):
+    def __init__(self, own: _hyd.Study, folders: List[str], allow_outside: bool, files: Tuple[str, str], threads: Optional[int]):
+        self._files, self._threads = files, threads
         self._study = own
         self._folders = folders
         self._allow_outside = allow_outside
@@ -70,7 +78,10 @@ class Study:
         Fit
         """
         path = None if write_parameters is None else os.fspath(write_parameters)
-        return Fit(*self._study.fit(list(profile), seed, path))
+        text, report, parameters, converged, warnings = self._study.fit(names("profile", profile), whole("seed", seed), path)
+        fit = Fit(text, report, parameters, converged)
+        _warn(warnings, fit)
+        return fit
 
     def discover(
         self,
@@ -100,22 +111,40 @@ class Study:
         -------
         Finding
         """
-        keeper = None
+        options = checked({"calibrate": calibrate, "seed": seed})
         if report is None:
-            keeper = tempfile.TemporaryDirectory(prefix="hyd-report-")
-            folder = keeper.name
+            folder = tempfile.mkdtemp(prefix="hyd-report-")
         else:
-            folder = os.fspath(report)
+            folder = os.path.abspath(report)
         bar = Bar.of(progress, "")
         try:
-            text, found, model = self._study.discover(
-                folder, resume, calibrate, seed, None if bar is None else bar.say
+            text, found, model, warnings = self._study.discover(
+                folder, resume, options["calibrate"], options["seed"], None if bar is None else bar.say
             )
+        except BaseException:
+            if report is None:
+                shutil.rmtree(folder, ignore_errors=True)
+            raise
         finally:
             if bar is not None:
                 bar.close()
         libraries = (self._folders, self._allow_outside)
-        return Finding(text, json.loads(found), folder, model, libraries, keeper)
+        finding = Finding(text, json.loads(found), folder, model, libraries)
+        if report is None:
+            weakref.finalize(finding, shutil.rmtree, folder, ignore_errors=True)
+        _warn(warnings, finding)
+        return finding
+
+    def __repr__(self) -> str:
+        file, bench = map(os.path.basename, self._files)
+        return f"<hyd.Study of {file} and {bench}>"
+
+    def __reduce__(self):
+        return (_restored, (*self._files, self._folders, self._allow_outside, self._threads))
+
+
+def _restored(file: str, bench: str, folders: List[str], allow_outside: bool, threads: Optional[int]) -> Study:
+    return study(file, bench, library=folders, allow_outside=allow_outside, threads=threads)
 
 
 class Fit:
@@ -156,13 +185,12 @@ class Finding:
         The folder of the report.
     """
 
-    def __init__(self, text: str, report: dict, folder: str, model: Optional[Any], libraries: tuple, keeper: Any):
+    def __init__(self, text: str, report: dict, folder: str, model: Optional[Any], libraries: tuple):
         self.text = text
         self.report = report
         self.folder = folder
         self._file = model
         self._libraries = libraries
-        self._keeper = keeper
         self._model: Optional[Model] = None
 
     @property

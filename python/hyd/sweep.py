@@ -9,15 +9,15 @@ from typing import Any, Dict, Iterator, Mapping, Optional
 
 import numpy as np
 
-from .errors import UsageError
+from .errors import UsageError, _warn
 from .progress import Bar
-from .values import variation
+from .values import checked, names, variation
 
 
 class Sweep(Mapping[str, Any]):
     """The results of many runs: a table with a line for each run.
 
-    Columns are ``member`` (the number of the run), the values that vary, ``status`` (``"done"``, ``"terminated"`` or ``"failed"``), ``message`` and ``time``
+    Columns are numpy arrays (texts are arrays of objects): ``member`` (the number of the run), the values that vary, ``status`` (``"done"``, ``"terminated"`` or ``"failed"``), ``message`` and ``time``
     reached in s, the last value of each variable, and the measures that were asked for.
 
     Attributes
@@ -73,7 +73,8 @@ class Sweep(Mapping[str, Any]):
         return dict(self.rows)
 
     def __repr__(self) -> str:
-        return f"<hyd.Sweep of {len(self['member'])} runs, {self.failed} failed>"
+        runs = len(self["member"])
+        return f"<hyd.Sweep of {runs} {'run' if runs == 1 else 'runs'}, {self.failed} failed>"
 
     def _repr_html_(self) -> str:
         try:
@@ -84,12 +85,18 @@ class Sweep(Mapping[str, Any]):
 
 def sweep(model, own, vary, options, measure, inputs, result, progress) -> Sweep:
     """Run a sweep of the extension and read its tables."""
-    kept = dict(options)
-    kept["measure"] = [measure] if isinstance(measure, str) else [str(own) for own in measure]
+    kept = checked(options)
+    kept["measure"] = names("measure", measure)
+    if not isinstance(vary, Mapping):
+        raise UsageError(f"vary: {vary!r} is not a mapping of names to values")
+    both = [name for name, _ in own if name in vary]
+    if both:
+        raise UsageError(f"`{both[0]}` is varied and set; a parameter is one or the other")
     kept["vary"] = [(str(name), variation(values)) for name, values in vary.items()]
     bar = Bar.of(progress, "runs")
     with tempfile.TemporaryDirectory(prefix="hyd-sweep-") as folder:
-        kept["result"] = folder if result is None else os.fspath(result)
+        kept["result"] = folder if result is None else os.path.abspath(result)
+        kept["kept"] = result is not None
         try:
             found = model.sweep(own, kept, *inputs, None if bar is None else bar.count)
         finally:
@@ -97,8 +104,11 @@ def sweep(model, own, vary, options, measure, inputs, result, progress) -> Sweep
                 bar.close()
     table = {name: _column(values) for name, values in found["table"]}
     rows = {name: _column(values) for name, values in found["rows"]} if "rows" in found else None
-    return Sweep(table, rows, found, None if result is None else kept["result"])
+    swept = Sweep(table, rows, found, None if result is None else kept["result"])
+    _warn(found["warnings"], swept)
+    return swept
 
 
 def _column(values: Any) -> Any:
-    return values if isinstance(values, list) and values and isinstance(values[0], str) else np.asarray(values)
+    is_text = isinstance(values, list) and values and isinstance(values[0], str)
+    return np.asarray(values, dtype=object) if is_text else np.asarray(values)

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import math
 import numbers
-from typing import Any, Iterable, Union
+import operator
+from typing import Any, Iterable, Mapping, Union
+
+import numpy as np
+
+from .errors import UsageError
 
 
 class Variation(str):
@@ -26,15 +31,80 @@ def text(value: Any) -> str:
         return repr(float(value))
     if hasattr(value, "tolist"):
         return text(value.tolist())
-    if isinstance(value, Iterable):
+    if isinstance(value, Iterable) and not isinstance(value, (bytes, bytearray, Mapping, set, frozenset)):
         return "{" + ", ".join(text(own) for own in value) + "}"
-    raise TypeError(f"{value!r} is not a value of a parameter: a number, a truth value, a name, or a list of them")
+    raise UsageError(f"{value!r} is not a value of a parameter: a number, a truth value, a name, or a list of them")
+
+
+def whole(name: str, value: Any) -> int:
+    """A number without a fraction; ``name`` is the keyword."""
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        return operator.index(value)
+    except TypeError:
+        raise UsageError(f"{name}: {value!r} is not an integer") from None
+
+
+def real(name: str, value: Any) -> float:
+    """A number; ``name`` is the keyword."""
+    try:
+        if isinstance(value, (str, bytes, bool, np.bool_)):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name}: {value!r} is not a number") from None
+
+
+def names(keyword: str, value: Any) -> list:
+    """A list of names; one may stand by itself."""
+    if isinstance(value, str):
+        return [value]
+    try:
+        found = list(value)
+    except TypeError:
+        found = [None]
+    for own in found:
+        if not isinstance(own, str):
+            raise UsageError(f"{keyword}: {value!r} is not a list of names")
+    return found
+
+
+#: What keywords of runs are.
+_WHOLE = ("intervals", "max_steps", "samples", "seed", "threads", "calibrate")
+_REAL = ("start", "stop", "tolerance")
+_WORDS = ("solver", "variables", "backend", "method")
+
+
+def checked(options: Mapping[str, Any]) -> dict:
+    """Options in the types that the extension takes."""
+    known = {}
+    for name, value in options.items():
+        if value is not None:
+            if name in _WHOLE:
+                value = whole(name, value)
+                if value < 0:
+                    raise UsageError(f"{name}: {value} is negative")
+                if name in ("threads", "calibrate") and value == 0:
+                    raise UsageError(f"{name}: 0 is not a number of {'threads' if name == 'threads' else 'sets'}")
+                if value >= 1 << 63:
+                    raise UsageError(f"{name}: {value} is too large")
+            elif name in _REAL:
+                value = real(name, value)
+            elif name in _WORDS and not isinstance(value, str):
+                raise UsageError(f"{name}: {value!r} is not a word")
+            elif name in ("every_step", "rows") and not isinstance(value, (bool, np.bool_)):
+                raise UsageError(f"{name}: {value!r} is neither True nor False")
+            elif name in ("every_step", "rows"):
+                value = bool(value)
+        known[name] = value
+    return known
 
 
 def _number(value: float) -> str:
-    value = float(value)
+    value = real("a value", value)
     if not math.isfinite(value):
-        raise ValueError(f"{value} is not a value that a parameter can be varied to")
+        raise UsageError(f"{value} is not a value that a parameter can be varied to")
     return repr(value)
 
 
@@ -46,12 +116,12 @@ def grid(start: float, stop: float, count: int) -> Variation:
     >>> hyd.grid(8e6, 20e6, 50)
     '8000000.0:20000000.0:50'
     """
-    return Variation(f"{_number(start)}:{_number(stop)}:{int(count)}")
+    return Variation(f"{_number(start)}:{_number(stop)}:{whole('count', count)}")
 
 
 def log_grid(start: float, stop: float, count: int) -> Variation:
     """Numbers at equal ratios, both ends among them."""
-    return Variation(f"log:{_number(start)}:{_number(stop)}:{int(count)}")
+    return Variation(f"log:{_number(start)}:{_number(stop)}:{whole('count', count)}")
 
 
 def listed(values: Iterable[Union[float, bool, str]]) -> Variation:
@@ -86,4 +156,9 @@ def triangular(low: float, mode: float, high: float) -> Variation:
 
 def variation(values: Any) -> str:
     """What varies a parameter: one of the above, its text, or a list of values."""
-    return values if isinstance(values, str) else listed(values)
+    if isinstance(values, str):
+        return values
+    if isinstance(values, (bytes, bytearray, Mapping, set, frozenset)):
+        raise UsageError(f"{values!r} is not what a parameter varies over: a list of values, or hyd.grid and its like")
+    is_one = isinstance(values, (numbers.Number, np.generic)) or getattr(values, "ndim", 1) == 0
+    return listed([values] if is_one else values)

@@ -14,7 +14,7 @@ use hyd_verbs::run_diagnostic;
 use pyo3::prelude::*;
 
 use crate::array::Array;
-use crate::messages::{Message, exception, failed};
+use crate::messages::{Message, exception, failed, rejected, stopped};
 use crate::signals::Signals;
 use crate::translated::Translated;
 
@@ -30,6 +30,13 @@ pub(crate) struct Wanted {
     stop: Option<f64>,
     tolerance: Option<f64>,
     solver: Option<String>,
+}
+
+impl Wanted {
+    /// Names of the arguments.
+    pub(crate) fn parameters(&self) -> &[String] {
+        &self.parameters
+    }
 }
 
 /// `hyd.Function` below its documentation.
@@ -71,6 +78,9 @@ impl Function {
         let wanted = Functional { parameters: wanted.parameters, outputs: wanted.outputs, times, options };
         let (free, whole) = Default::default();
         let own = Self { translated, set, wanted, free, whole };
+        if let Some(outside) = own.translated.outside(&own.set, start) {
+            return Err(rejected(py, &[outside]));
+        }
         // What is wrong with names is said now.
         let first = own.evaluator(own.translated.model()).map_err(usage)?;
         own.free.lock().unwrap_or_else(PoisonError::into_inner).push(first);
@@ -118,8 +128,10 @@ impl Function {
             }
             (response, signals.caught())
         });
+        if let Some(caught) = caught {
+            return Err(stopped(py, caught, None, &[], None));
+        }
         response.map_err(|error| match error {
-            _ if caught.is_some() => exception(py, "interrupted", None, &[], None),
             EvaluationError::Run(error) => {
                 let (files, flat) = (&self.translated.compilation.files, self.translated.compilation.flat.as_deref());
                 let kind = if matches!(*error, SolveError::Assertion { .. }) { "model" } else { "run" };

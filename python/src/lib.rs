@@ -27,8 +27,8 @@ use pyo3::prelude::*;
 
 /// Runs the command `hyd` with these arguments, the first being the name of the program; gives its exit code.
 #[pyfunction]
-fn main(py: Python<'_>, arguments: Vec<String>) -> u8 {
-    py.detach(|| hyd::exit_code(arguments.into_iter().map(OsString::from)))
+fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| hyd::exit_code(arguments))
 }
 
 /// What a misspelt name may have been meant to be, as a sentence.

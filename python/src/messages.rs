@@ -9,6 +9,7 @@ use hyd_compiler::render::render;
 use hyd_compiler::{Code, Diagnostic, Files, Severity};
 use hyd_run::Failure;
 use hyd_verbs::Listener;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -54,6 +55,11 @@ impl Message {
     /// True for a message with this code.
     pub(crate) fn has(&self, code: Code) -> bool {
         self.code.as_deref() == Some(code.number())
+    }
+
+    /// True if the sentence begins by naming one of these: `u` for the input `u`.
+    pub(crate) fn names(&self, names: &[String]) -> bool {
+        self.text.split('`').nth(1).is_some_and(|own| names.iter().any(|name| name == own))
     }
 
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -117,15 +123,34 @@ impl Listener for Kept {
 
 /// Gives warnings among messages to Python's warnings, as far as its filters let them through.
 pub(crate) fn warn(py: Python<'_>, messages: &[Message]) -> PyResult<()> {
-    let is_said = |message: &&Message| message.severity != Severity::Error;
-    let list = PyList::empty(py);
-    for message in messages.iter().filter(is_said) {
-        list.append(message.to_dict(py)?)?;
-    }
+    let list = warnings(py, messages)?;
     if list.is_empty() {
         return Ok(());
     }
     py.import(ERRORS)?.call_method1("_warn", (list,)).map(|_| ())
+}
+
+/// The warnings and notes among messages, for the package to give them together with what the work has made.
+pub(crate) fn warnings<'py>(py: Python<'py>, messages: &[Message]) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for message in messages.iter().filter(|message| message.severity != Severity::Error) {
+        list.append(message.to_dict(py)?)?;
+    }
+    Ok(list)
+}
+
+/// The exception of work that a handler of a signal has ended: [`exception`] for Ctrl-C, else what the handler has raised.
+pub(crate) fn stopped(
+    py: Python<'_>,
+    caught: PyErr,
+    sentence: Option<&str>,
+    messages: &[Message],
+    run: Option<Py<PyAny>>,
+) -> PyErr {
+    match caught.is_instance_of::<PyKeyboardInterrupt>(py) {
+        true => exception(py, "interrupted", sentence, messages, run),
+        false => caught,
+    }
 }
 
 /// The exception of messages with errors among them.

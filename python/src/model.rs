@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hyd_compiler::{Code, Extras, Files, FlatModel, Goal, Severity, Stage};
-use hyd_run::{Failure, InputTable, Selection, Status, parameters, read_text};
+use hyd_run::{Failure, InputTable, Selection, parameters, read_text};
 use hyd_runtime::SolveError;
 use hyd_system::by_part::by_part;
 use hyd_system::given::Elements;
@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::function::{Function, Wanted};
 use crate::inputs::{Inputs, table};
 use crate::linear::to_dict;
-use crate::messages::{Kept, Message, exception, failed, rejected, warn};
+use crate::messages::{Kept, Message, exception, failed, rejected, stopped, warn, warnings};
 use crate::rows::Collector;
 use crate::run::Run;
 use crate::run_options::RunOptions;
@@ -46,6 +46,8 @@ pub(crate) struct Model {
     base: Arc<Translated>,
     /// What is said of inputs without values, whenever they are left without.
     open_inputs: Vec<Message>,
+    /// What the translation has said beside that, until somebody asks.
+    said: Mutex<Vec<Message>>,
     others: Mutex<BTreeMap<Key, Arc<Translated>>>,
 }
 
@@ -64,8 +66,8 @@ impl Model {
         let translated = py.detach(|| Translated::new(&texts, class.as_deref(), key));
         let (base, messages) = translated.map_err(|messages| rejected(py, &messages))?;
         let (open_inputs, messages): (Vec<_>, Vec<_>) = messages.into_iter().partition(|own| own.has(Code::OpenInput));
-        warn(py, &messages)?;
-        Ok(Self { texts, class, given, strict_units, base: Arc::new(base), open_inputs, others: Mutex::default() })
+        let (base, said, others) = (Arc::new(base), Mutex::new(messages), Mutex::default());
+        Ok(Self { texts, class, given, strict_units, base, open_inputs, said, others })
     }
 
     /// What was set when the model was loaded with what is set now; a name is set once.
@@ -80,12 +82,21 @@ impl Model {
         all
     }
 
-    /// The translation for these parameters and recorded inputs; made anew where they decide sizes or structure, or cannot be set.
-    fn translated(&self, py: Python<'_>, set: &[Assignment], driven: Vec<String>) -> PyResult<Arc<Translated>> {
+    /// The translation for these parameters and recorded inputs; made anew where they decide sizes or structure, or cannot be set.  `later`: what
+    /// gets its value after that.
+    fn translated(
+        &self,
+        py: Python<'_>,
+        set: &[Assignment],
+        driven: Vec<String>,
+        later: &[String],
+    ) -> PyResult<Arc<Translated>> {
         let base = &self.base;
         let are_open = driven.is_empty();
         if are_open {
-            warn(py, &self.open_inputs)?;
+            let fed: Vec<String> = set.iter().map(|(name, _)| name).chain(later).cloned().collect();
+            let open = self.open_inputs.iter().filter(|own| !own.names(&fed)).cloned();
+            warn(py, &open.collect::<Vec<_>>())?;
         }
         let tables = base.model().tables();
         let is_run_time = |own: &&Assignment| {
@@ -109,13 +120,16 @@ impl Model {
         let made = py.detach(|| Translated::new(&self.texts, self.class.as_deref(), key.clone()));
         let (made, mut messages) = made.map_err(|messages| rejected(py, &messages))?;
         messages.retain(|own| !(are_open && own.has(Code::OpenInput)));
-        warn(py, &messages)?;
         let made = Arc::new(made);
-        let mut others = self.others.lock().unwrap_or_else(PoisonError::into_inner);
-        if others.len() >= MOST_TRANSLATIONS {
-            others.pop_first();
+        {
+            let mut others = self.others.lock().unwrap_or_else(PoisonError::into_inner);
+            if others.len() >= MOST_TRANSLATIONS {
+                others.pop_first();
+            }
+            others.insert(key, made.clone());
         }
-        others.insert(key, made.clone());
+        // Where a filter makes an exception of it the translation is kept.
+        warn(py, &messages)?;
         Ok(made)
     }
 }
@@ -135,7 +149,7 @@ impl Model {
         let text = read_text(&file)
             .map_err(|error| rejected(py, &[Message::of(&Files::new(), &file_access(error.to_string()))]))?;
         let name = file.display().to_string();
-        Self::new(py, Texts::new(name, text, Some(file), of_folders(libraries)), class, set, strict_units)
+        Self::new(py, Texts::new(name, text, Some(file), &of_folders(libraries)), class, set, strict_units)
     }
 
     /// Takes a text.
@@ -149,7 +163,7 @@ impl Model {
         libraries: (Vec<PathBuf>, bool),
         strict_units: bool,
     ) -> PyResult<Self> {
-        Self::new(py, Texts::new(name, text, None, of_folders(libraries)), class, set, strict_units)
+        Self::new(py, Texts::new(name, text, None, &of_folders(libraries)), class, set, strict_units)
     }
 
     /// The names of files of parameters with their values as text.
@@ -177,6 +191,12 @@ impl Model {
         let broken = || exception(py, "usage", Some("this is no state of a model"), &[], None);
         let (texts, class, given, strict_units) = made().ok_or_else(broken)?;
         Self::new(py, texts, class, given, strict_units)
+    }
+
+    /// What the translation has said; once.
+    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let said = std::mem::take(&mut *self.said.lock().unwrap_or_else(PoisonError::into_inner));
+        warnings(py, &said)
     }
 
     /// Full name of the class.
@@ -292,16 +312,16 @@ impl Model {
         explained.map_err(|sentence| failed(py, &Failure::Usage(sentence), &[]))
     }
 
-    /// One run.
-    fn simulate(
+    /// One run, and its warnings.
+    fn simulate<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         set: Vec<Assignment>,
         options: RunOptions,
         inputs: Option<Inputs>,
         hold: Vec<String>,
         sensitivity: Vec<String>,
-    ) -> PyResult<Run> {
+    ) -> PyResult<(Run, Bound<'py, PyList>)> {
         let usage = |failure: Failure| failed(py, &failure, &[]);
         let arguments = options.arguments(sensitivity).map_err(usage)?;
         hyd_run::check_usage(&arguments, None).map_err(usage)?;
@@ -309,13 +329,14 @@ impl Model {
         let table = table(inputs, hold).map_err(usage)?;
         let set = self.all(set);
         let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
-        let translated = self.translated(py, &set, driven)?;
+        let translated = self.translated(py, &set, driven, &[])?;
         let experiment = &translated.model().payload().experiment;
         let experiment = InputTable::experiment(table.as_ref(), experiment, arguments.start);
-        let promised = match arguments.every_step {
-            true => USUAL_STEPS,
-            false => hyd_run::options(&arguments, &experiment).map_err(usage)?.intervals,
-        };
+        let options = hyd_run::options(&arguments, &experiment).map_err(usage)?;
+        if let Some(outside) = translated.outside(&set, options.start) {
+            return Err(rejected(py, &[outside]));
+        }
+        let promised = if arguments.every_step { USUAL_STEPS } else { options.intervals };
         let one = OneRun {
             compilation: &translated.compilation,
             set: &set,
@@ -335,15 +356,19 @@ impl Model {
             let ran = ran.map(|(outcome, rows)| (outcome.summary, outcome.result, Arc::new(rows.finish())));
             (ran, signals.caught())
         });
-        let (summary, result, rows) = ran.map_err(|failure| match &caught {
-            Some(_) => exception(py, "interrupted", None, &[], None),
-            None => failed(py, &failure, &[]),
-        })?;
+        let (summary, result, rows) = match (ran, caught) {
+            (Ok((summary, _, rows)), Some(caught)) => {
+                let run = Py::new(py, Run::new(rows, &summary))?.into_any();
+                return Err(stopped(py, caught, summary.message.as_deref(), &[], Some(run)));
+            }
+            (Err(_), Some(caught)) => return Err(stopped(py, caught, None, &[], None)),
+            (Err(failure), None) => return Err(failed(py, &failure, &[])),
+            (Ok(ended), None) => ended,
+        };
         let run = Run::new(rows, &summary);
-        if summary.status == Status::Interrupted {
-            let run = Py::new(py, run)?.into_any();
-            return Err(exception(py, "interrupted", summary.message.as_deref(), &[], Some(run)));
-        }
+        let said = summary.warnings.iter().map(|text| Message::sentence(Severity::Warning, text));
+        let jumps = summary.jumps.iter().map(|text| Message::sentence(Severity::Note, text));
+        let mut said: Vec<Message> = said.chain(jumps).collect();
         if let Err(error) = result {
             let kind = match error {
                 SolveError::Option(_) => return Err(failed(py, &Failure::Usage(error.to_string()), &[])),
@@ -351,14 +376,11 @@ impl Model {
                 _ => "run",
             };
             let (files, flat) = (&translated.compilation.files, translated.compilation.flat.as_deref());
-            let message = Message::of(files, &run_diagnostic(&error, files, flat, None));
+            said.push(Message::of(files, &run_diagnostic(&error, files, flat, None)));
             let run = Py::new(py, run)?.into_any();
-            return Err(exception(py, kind, None, &[message], Some(run)));
+            return Err(exception(py, kind, None, &said, Some(run)));
         }
-        let said = summary.warnings.iter().map(|text| Message::sentence(Severity::Warning, text));
-        let jumps = summary.jumps.iter().map(|text| Message::sentence(Severity::Note, text));
-        warn(py, &said.chain(jumps).collect::<Vec<_>>())?;
-        Ok(run)
+        Ok((run, warnings(py, &said)?))
     }
 
     /// Many runs.
@@ -372,9 +394,12 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let table = table(inputs, hold).map_err(|failure| failed(py, &failure, &[]))?;
-        let set = self.all(set);
+        let mut set = self.all(set);
         let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
-        let translated = self.translated(py, &set, driven)?;
+        let varied: Vec<String> = options.varied().collect();
+        // What was given when the model was loaded may vary now.
+        set.retain(|(name, _)| !(varied.contains(name) && self.given.iter().any(|(own, _)| own == name)));
+        let translated = self.translated(py, &set, driven, &varied)?;
         sweep(py, (&translated, set), options, table.as_ref(), progress)
     }
 
@@ -389,7 +414,11 @@ impl Model {
         tolerance: Option<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let set = self.all(set);
-        let translated = self.translated(py, &set, Vec::new())?;
+        let translated = self.translated(py, &set, Vec::new(), &inputs)?;
+        let start = translated.model().payload().experiment.start.unwrap_or(0.0);
+        if let Some(outside) = translated.outside(&set, start) {
+            return Err(rejected(py, &[outside]));
+        }
         let point = Point { at, inputs, outputs, tolerance };
         let kept = Kept::default();
         let (linear, caught) = py.detach(|| {
@@ -398,25 +427,25 @@ impl Model {
             (linear, signals.caught())
         });
         let messages = kept.take();
-        let linear = linear.map_err(|failure| match &caught {
-            Some(_) => exception(py, "interrupted", None, &messages, None),
-            None => failed(py, &failure, &messages),
-        })?;
-        warn(py, &messages)?;
-        to_dict(py, linear)
+        if let Some(caught) = caught {
+            return Err(stopped(py, caught, None, &messages, None));
+        }
+        let linear = to_dict(py, linear.map_err(|failure| failed(py, &failure, &messages))?)?;
+        linear.set_item("warnings", warnings(py, &messages)?)?;
+        Ok(linear)
     }
 
     /// A function of parameters.
     fn function(&self, py: Python<'_>, set: Vec<Assignment>, wanted: Wanted) -> PyResult<Function> {
         let set = self.all(set);
-        let translated = self.translated(py, &set, Vec::new())?;
+        let translated = self.translated(py, &set, Vec::new(), wanted.parameters())?;
         Function::new(py, translated, set, wanted)
     }
 }
 
 /// Where classes come from: folders, and whether data files may stand outside of them.
 fn of_folders((folders, allow_outside): (Vec<PathBuf>, bool)) -> Libraries {
-    Libraries { folders, allow_outside }
+    Libraries { folders, allow_outside, ..Libraries::default() }
 }
 
 /// A name without the subscripts at its end, if it names one of several elements.

@@ -154,9 +154,9 @@ impl Run {
         values: Vec<f64>,
         parameters: Vec<(String, f64)>,
     ) -> PyResult<Self> {
-        let columns = if times.is_empty() { 0 } else { values.len() / times.len() };
-        let is_within = |own: &Kept| own.3.is_none_or(|column| column < columns);
-        if columns * times.len() != values.len() || !variables.iter().all(is_within) {
+        // A run may have failed before its first row.
+        let columns = variables.iter().filter_map(|own| own.3).max().map_or(0, |last| last.saturating_add(1));
+        if columns.checked_mul(times.len()) != Some(values.len()) {
             return Err(PyValueError::new_err("this is no state of a run"));
         }
         let fixed = |value: f64| Source { place: Place::Constant(value), negated: false };

@@ -9,10 +9,10 @@ use hyd_verbs::Libraries;
 use hyd_verbs::discover::{SearchOptions, discover};
 use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
 use hyd_verbs::study::{Opened, StudyFiles, open};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
-use crate::messages::{Kept, Message, exception, failed, warn};
+use crate::messages::{Kept, Message, failed, stopped, warn, warnings};
 use crate::signals::watched;
 
 /// `hyd.Study` below its documentation.
@@ -33,13 +33,13 @@ impl Study {
     }
 }
 
-/// Work on a study that can be interrupted; its messages become warnings, what happened on the way goes to `progress`.
+/// Work on a study that can be interrupted; gives its messages, too, and what happened on the way goes to `progress`.
 fn work<T: Send>(
     py: Python<'_>,
     (opened, first): (&Opened, Vec<Message>),
     progress: Option<&Py<PyAny>>,
     work: impl FnOnce(&Kept) -> Result<T, Failure> + Send,
-) -> PyResult<T> {
+) -> PyResult<(T, Vec<Message>)> {
     let kept = Kept::default();
     let told = |py: Python<'_>| -> PyResult<()> {
         for (seconds, text) in kept.take_progress() {
@@ -54,17 +54,12 @@ fn work<T: Send>(
     let mut messages = first;
     messages.extend(kept.take());
     if let Some(error) = caught {
-        return Err(if error.is_instance_of::<PyKeyboardInterrupt>(py) {
-            exception(py, "interrupted", Some("interrupted"), &messages, None)
-        } else {
-            error
-        });
+        return Err(stopped(py, error, Some("interrupted"), &messages, None));
     }
     debug_assert!(!stop.load(Ordering::Relaxed), "invariant: only signals end the work");
     told(py)?;
     let result = result.map_err(|failure| failed(py, &failure, &messages))?;
-    warn(py, &messages)?;
-    Ok(result)
+    Ok((result, messages))
 }
 
 #[pymethods]
@@ -78,44 +73,45 @@ impl Study {
         allow_outside: bool,
         threads: Option<NonZeroUsize>,
     ) -> PyResult<Self> {
-        let libraries = Libraries { folders, allow_outside };
+        let libraries = Libraries { folders, allow_outside, ..Libraries::default() }.fixed();
         let own = Self { files: StudyFiles { study, bench, libraries, threads } };
         let (_, messages) = own.open(py)?;
         warn(py, &messages)?;
         Ok(own)
     }
 
-    /// Fits; gives text, JSON, the parameters as a file of parameters, and whether the values are a minimum.
-    fn fit(
+    /// Fits; gives text, JSON, the parameters as a file of parameters, whether the values are a minimum, and warnings.
+    fn fit<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         profile: Vec<String>,
         seed: u64,
         write_parameters: Option<PathBuf>,
-    ) -> PyResult<(String, String, String, bool)> {
+    ) -> PyResult<(String, String, String, bool, Bound<'py, PyList>)> {
         let (opened, _) = self.open(py)?;
         let options = FitOptions { seed, profile, write_parameters };
-        let found = work(py, (&opened, Vec::new()), None, |kept| fit(&opened, &options, kept))?;
+        let (found, mut messages) = work(py, (&opened, Vec::new()), None, |kept| fit(&opened, &options, kept))?;
         if !found.converged {
-            warn(py, &[Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED)])?;
+            messages.push(Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED));
         }
-        Ok((found.text, found.json.to_string(), found.parameters, found.converged))
+        let said = warnings(py, &messages)?;
+        Ok((found.text, found.json.to_string(), found.parameters, found.converged, said))
     }
 
-    /// Searches; gives text, JSON, and the file of the model that was found.
-    fn discover(
+    /// Searches; gives text, JSON, the file of the model that was found, and warnings.
+    fn discover<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         report: PathBuf,
         resume: bool,
         calibrate: Option<NonZeroUsize>,
         seed: u64,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(String, String, Option<PathBuf>)> {
+    ) -> PyResult<(String, String, Option<PathBuf>, Bound<'py, PyList>)> {
         let (opened, _) = self.open(py)?;
         let options = SearchOptions { report, resume, calibrate, seed };
-        let found =
+        let (found, messages) =
             work(py, (&opened, Vec::new()), progress.as_ref(), |kept| discover(&self.files, &opened, &options, kept))?;
-        Ok((found.text, found.json, found.model))
+        Ok((found.text, found.json, found.model, warnings(py, &messages)?))
     }
 }

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::array::Array;
-use crate::messages::{Kept, Message, exception, failed, warn};
+use crate::messages::{Kept, Message, exception, failed, stopped, warnings};
 use crate::signals::watched;
 use crate::translated::Translated;
 
@@ -25,6 +25,8 @@ use crate::translated::Translated;
 pub(crate) struct SweepOptions {
     vary: Vec<(String, String)>,
     result: PathBuf,
+    /// The folder is the caller's, not a temporary one.
+    kept: bool,
     samples: Option<usize>,
     method: Option<String>,
     seed: Option<u64>,
@@ -38,6 +40,11 @@ pub(crate) struct SweepOptions {
 }
 
 impl SweepOptions {
+    /// Names of what varies.
+    pub(crate) fn varied(&self) -> impl Iterator<Item = String> {
+        self.vary.iter().map(|(name, _)| name.clone())
+    }
+
     fn arguments(self, set: Vec<(String, String)>) -> Result<SweepArguments, Failure> {
         let method = match self.method.as_deref() {
             None => None,
@@ -75,6 +82,7 @@ pub(crate) fn sweep<'py>(
     table: Option<&InputTable>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let is_kept = options.kept;
     let arguments = options.arguments(set.clone()).map_err(|failure| failed(py, &failure, &[]))?;
     let (kept, stop) = (Kept::default(), AtomicBool::new(false));
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -103,12 +111,13 @@ pub(crate) fn sweep<'py>(
     let (swept, caught) = watched(py, &stop, work, &told)?;
     let messages = kept.take();
     if let Some(error) = caught {
-        return Err(if error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) {
-            let sentence = "interrupted; the same call with the same result folder goes on where it was stopped";
-            exception(py, "interrupted", Some(sentence), &messages, None)
-        } else {
-            error
-        });
+        let sentence = match is_kept {
+            true => "interrupted; the same call with the same result folder goes on where it was stopped",
+            false => {
+                "interrupted; with a folder for the results (result=...) the same call would go on where it was stopped"
+            }
+        };
+        return Err(stopped(py, error, Some(sentence), &messages, None));
     }
     let swept: Swept = swept.map_err(|failure| failed(py, &failure, &messages))?;
     told(py)?;
@@ -129,11 +138,12 @@ pub(crate) fn sweep<'py>(
         })
         .collect();
     if failures.iter().any(|message| message.severity == Severity::Error) {
-        return Err(exception(py, "run", None, &failures, None));
+        said.extend(failures);
+        return Err(exception(py, "run", None, &said, None));
     }
     said.extend(failures);
-    warn(py, &said)?;
     let dict = PyDict::new(py);
+    dict.set_item("warnings", warnings(py, &said)?)?;
     dict.set_item("members", report.members)?;
     dict.set_item("before", report.before)?;
     dict.set_item("now", report.now)?;

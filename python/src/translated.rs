@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use hyd_compiler::{Compilation, CompiledModel, Diagnostic, Extras, Files, Goal, Severity};
-use hyd_run::clock;
+use hyd_compiler::{Code, Compilation, CompiledModel, Diagnostic, Extras, Files, Goal, Severity};
+use hyd_run::{clock, parameters};
+use hyd_system::DaeSystem;
 use hyd_verbs::{Request, compile_text, with_whole_loops};
 
 use crate::messages::Message;
@@ -55,6 +56,21 @@ impl Translated {
     /// The model with whole loops, translated when it is first asked for.
     pub(crate) fn whole(&self) -> Option<Arc<CompiledModel>> {
         self.whole.get_or_init(|| with_whole_loops(&self.compilation, &self.key.set)).clone()
+    }
+
+    /// What is said of values that are set for a run which begins at `start` (s): they may put a parameter outside of its limits.
+    pub(crate) fn outside(&self, set: &[(String, String)], start: f64) -> Option<Message> {
+        let limits = &self.model().payload().parameters.limits;
+        // What the translation knew it has looked at.
+        if limits.is_empty() || set.iter().all(|own| self.key.set.contains(own)) {
+            return None;
+        }
+        let mut system = self.model().instantiate();
+        // Values that are not taken, or make no sense, are said by the run.
+        parameters::apply(&mut system, set, &self.compilation.set_at_translation).ok()?;
+        system.bind(start).ok()?;
+        let sentence = parameters::outside(limits, &system)?;
+        Some(Message::of(&self.compilation.files, &Diagnostic::error(Code::Value, sentence)))
     }
 
     /// The model.

@@ -39,7 +39,7 @@ pub struct Functional {
     pub parameters: Vec<String>,
     /// Full names of the variables that are the results.
     pub outputs: Vec<String>,
-    /// Times of the results (s), ascending, not before the start of the run; the last one ends it.
+    /// Times of the results (s), ascending, not before the start of the run; the last one ends it.  At an event the values are those after it.
     pub times: Vec<f64>,
     /// Start time, tolerance and limits.  Stop time, output points, rows at events and sensitivities follow from the above.
     pub options: Options,
@@ -177,7 +177,7 @@ impl<S: DaeSystem> ModelFunction<S> {
             found.ok_or_else(|| EvaluationError::Output { name: name.clone() })
         };
         let sources: Vec<Source> = outputs.iter().map(find).collect::<Result<_, _>>()?;
-        let plain = Options { stop: last, event_rows: false, every_step: false, sensitivity: Vec::new(), ..options };
+        let plain = Options { stop: last, event_rows: true, every_step: false, sensitivity: Vec::new(), ..options };
         let plain = Options { times: times.clone(), ..plain };
         let read = |source: &Source| match source.place {
             Place::Output(k) => Some(k),
@@ -292,12 +292,15 @@ impl Sink for Collector {
         Ok(())
     }
 
-    fn row(&mut self, t: f64, row: &[f64], _kind: RowKind) -> io::Result<()> {
-        if self.times.get(self.next) != Some(&t) {
+    fn row(&mut self, t: f64, row: &[f64], kind: RowKind) -> io::Result<()> {
+        // Values at the time of an event are those after it.
+        let is_after = kind == RowKind::AfterEvent && self.next > 0 && self.times[self.next - 1] == t;
+        let time = if is_after { self.next - 1 } else { self.next };
+        if self.times.get(time) != Some(&t) {
             return Ok(());
         }
         let count = self.response.parameters;
-        let first = self.next * self.sources.len();
+        let first = time * self.sources.len();
         for (position, source) in (first..).zip(&self.sources) {
             let (list, k, behind) = match source.place {
                 Place::Output(k) => (row, k as usize, self.row),
@@ -320,7 +323,7 @@ impl Sink for Collector {
                 }
             }
         }
-        self.next += 1;
+        self.next = time + 1;
         self.response.reached = self.next;
         Ok(())
     }

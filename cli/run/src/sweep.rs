@@ -99,6 +99,10 @@ pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
 /// Wrong usage.
 pub fn prepare(arguments: &SweepArguments, plan: Plan) -> Result<Prepared<'_>, Failure> {
     plan.check().map_err(usage)?;
+    if let Some(own) = plan.vary.iter().find(|own| plan.set.contains_key(&own.parameter)) {
+        let sentence = format!("`{}` is varied and set; a parameter is one or the other", own.parameter);
+        return Err(Failure::Usage(sentence));
+    }
     let shard = match arguments.shard.as_deref().map(Shard::parse) {
         None => Shard::WHOLE,
         Some(Some(shard)) => shard,

@@ -18,6 +18,8 @@ const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
 pub struct Libraries {
     /// Folders with libraries, or libraries; those of the environment come after them.
     pub folders: Vec<PathBuf>,
+    /// The folders of the environment stand among the others already.
+    pub complete: bool,
     /// Texts may name files outside of their own folder and those of the libraries.
     pub allow_outside: bool,
 }
@@ -99,8 +101,18 @@ impl Libraries {
         Ok(library)
     }
 
+    /// The same folders wherever the process goes and whatever becomes of its environment.
+    pub fn fixed(&self) -> Self {
+        let absolute = |folder: PathBuf| std::path::absolute(&folder).unwrap_or(folder);
+        let folders = self.all_folders().into_iter().map(absolute).collect();
+        Self { folders, complete: true, ..self.clone() }
+    }
+
     /// All folders of libraries, those of the environment last.
     fn all_folders(&self) -> Vec<PathBuf> {
+        if self.complete {
+            return self.folders.clone();
+        }
         let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
         let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());
         self.folders.iter().cloned().chain(listed).collect()
