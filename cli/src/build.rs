@@ -83,7 +83,7 @@ pub(crate) fn model_of(compilation: &Compilation) -> Result<&CompiledModel, Fail
 /// The translation of the model, and what is carried of it, with the values that were set; `driven`: inputs that stay open.
 pub(crate) fn translated(arguments: &Build, driven: &[String]) -> Result<(Compilation, Model), Failure> {
     let loops = if arguments.whole_loops { Loops::Whole } else { Loops::Torn };
-    let compilation = translate_with(&arguments.model, Goal::Run, &Extras { loops, driven, ..Extras::default() })?;
+    let compilation = translate_with(&arguments.model, Goal::Run, &Extras { loops, driven, ..Extras::default() }, &[])?;
     let model = model_of(&compilation)?;
     let mut payload = match arguments.fmu {
         // A unit has no use for derivatives along parameters.

@@ -23,7 +23,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let table = arguments.run.inputs.read()?;
     let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
     let extras = Extras { driven: &driven, ..Extras::default() };
-    let compilation = translate_with(&arguments.model, Goal::Run, &extras).inspect_err(|_| {
+    let compilation = translate_with(&arguments.model, Goal::Run, &extras, &[]).inspect_err(|_| {
         if arguments.run.json {
             let _ = output::print("{\"status\":\"rejected\"}\n");
         }

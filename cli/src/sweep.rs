@@ -29,7 +29,8 @@ pub(crate) fn sweep(arguments: &Sweep) -> Result<(), Failure> {
     let table = arguments.sweep.inputs.read()?;
     let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
     let extras = Extras { driven: &driven, ..Extras::default() };
-    let compilation = translate_with(&model_arguments(arguments, prepared.plan(), file), Goal::Run, &extras)?;
+    let varied: Vec<String> = prepared.plan().vary.iter().map(|own| own.parameter.clone()).collect();
+    let compilation = translate_with(&model_arguments(arguments, prepared.plan(), file), Goal::Run, &extras, &varied)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
     let terminal = Terminal(arguments.sweep.message_format);
     sweep_model((&compilation, &set), table.as_ref(), &prepared, &terminal, |subject| {

@@ -1,8 +1,8 @@
 //! From a file on the command line to a compilation, with all messages out on standard error.
 
 use hyd_compiler::render::{render, render_json};
-use hyd_compiler::{Compilation, Diagnostic, Extras, Files, Goal};
-use hyd_verbs::{Libraries, Request, compile_file};
+use hyd_compiler::{Code, Compilation, Diagnostic, Extras, Files, Goal};
+use hyd_verbs::{Libraries, Request, compile_file, first_name};
 
 use crate::arguments::{LibraryArguments, MessageFormat, ModelArguments, StudyArguments};
 use crate::{Failure, output};
@@ -10,16 +10,19 @@ use hyd_verbs::study::StudyFiles;
 
 /// Compiles the model up to `goal`; its messages are printed, errors among them end the command.
 pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compilation, Failure> {
-    translate_with(arguments, goal, &Extras::default())
+    translate_with(arguments, goal, &Extras::default(), &[])
 }
 
-/// The same with what the text does not say.
+/// The same with what the text does not say; `later`: what gets its value after the translation, so that nothing is said of an input that has none.
 pub(crate) fn translate_with(
     arguments: &ModelArguments,
     goal: Goal,
     extras: &Extras<'_>,
+    later: &[String],
 ) -> Result<Compilation, Failure> {
-    let compilation = compile_by(arguments, goal, extras)?;
+    let mut compilation = compile_by(arguments, goal, extras)?;
+    let is_later = |message: &str| first_name(message).is_some_and(|own| later.iter().any(|name| name == own));
+    compilation.diagnostics.retain(|own| own.code != Code::OpenInput || !is_later(&own.message));
     report(&compilation.files, &compilation.diagnostics, arguments.message_format);
     if compilation.has_errors() { Err(Failure::Reported) } else { Ok(compilation) }
 }

@@ -17,7 +17,7 @@ from .inputs import samples
 from .linear import LinearModel
 from .run import Run
 from .sweep import Sweep, sweep
-from .values import checked, names, real, text
+from .values import checked, names, paths, real, text
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -114,16 +114,16 @@ def load(
     """
     if (source is None) == (text is None):
         raise UsageError("load takes a file or a text: one of them")
-    folders = [os.fspath(library)] if isinstance(library, (str, os.PathLike)) else [os.fspath(own) for own in library]
+    folders = paths("library", library)
     given: list
     if parameters is None:
         given = []
     elif isinstance(parameters, Mapping):
         given = _assignments(parameters)
     else:
-        given = _hyd.Model.parameter_file(os.fspath(parameters))
+        given = _hyd.Model.parameter_file(os.fsdecode(parameters))
     if source is not None:
-        return _loaded(_hyd.Model.load(os.fspath(source), model, given, (folders, allow_outside), strict_units))
+        return _loaded(_hyd.Model.load(os.fsdecode(source), model, given, (folders, allow_outside), strict_units))
     return _loaded(_hyd.Model.of_text(text or "", name, model, given, (folders, allow_outside), strict_units))
 
 
@@ -302,7 +302,7 @@ class Model:
             solver=solver,
             variables=variables,
             backend=backend,
-            result=None if result is None else os.fspath(result),
+            result=None if result is None else os.fsdecode(result),
         )
         return self._run(self._set("simulate", parameters, values), options, inputs, hold, [])
 
@@ -342,7 +342,7 @@ class Model:
         known.update(every_step=False)
         known.update(options)
         if known["result"] is not None:
-            known["result"] = os.fspath(known["result"])
+            known["result"] = os.fsdecode(known["result"])
         return self._run(self._set("sensitivity", parameters, values), known, inputs, hold, by)
 
     def sweep(

@@ -13,7 +13,7 @@ from . import _hyd
 from .errors import _warn
 from .model import Model, load
 from .progress import Bar
-from .values import checked, names, whole
+from .values import checked, names, paths
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -45,7 +45,7 @@ def study(
     -------
     Study
     """
-    folders = [os.fspath(library)] if isinstance(library, (str, os.PathLike)) else [os.fspath(own) for own in library]
+    folders = paths("library", library)
     threads = checked({"threads": threads})["threads"]
     # Found again wherever the process goes.
     files = (os.path.abspath(file), os.path.abspath(bench))
@@ -78,7 +78,7 @@ class Study:
         Fit
         """
         path = None if write_parameters is None else os.fspath(write_parameters)
-        text, report, parameters, converged, warnings = self._study.fit(names("profile", profile), whole("seed", seed), path)
+        text, report, parameters, converged, warnings = self._study.fit(names("profile", profile), checked({"seed": seed})["seed"], path)
         fit = Fit(text, report, parameters, converged)
         _warn(warnings, fit)
         return fit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import operator
+import os
 from typing import Any, Iterable, Mapping, Union
 
 import numpy as np
@@ -68,6 +69,14 @@ def names(keyword: str, value: Any) -> list:
         if not isinstance(own, str):
             raise UsageError(f"{keyword}: {value!r} is not a list of names")
     return found
+
+
+def paths(keyword: str, value: Any) -> list:
+    """A list of paths; one may stand by itself."""
+    try:
+        return [os.fsdecode(value)] if isinstance(value, (str, bytes, os.PathLike)) else [os.fsdecode(own) for own in value]
+    except TypeError:
+        raise UsageError(f"{keyword}: {value!r} is not a list of paths") from None
 
 
 #: What keywords of runs are.

@@ -57,9 +57,10 @@ impl Message {
         self.code.as_deref() == Some(code.number())
     }
 
-    /// True if the sentence begins by naming one of these: `u` for the input `u`.
-    pub(crate) fn names(&self, names: &[String]) -> bool {
-        self.text.split('`').nth(1).is_some_and(|own| names.iter().any(|name| name == own))
+    /// True for what is said of an input without a value that has one of these names.
+    pub(crate) fn is_of_open_input(&self, names: &[String]) -> bool {
+        self.has(Code::OpenInput)
+            && hyd_verbs::first_name(&self.text).is_some_and(|own| names.iter().any(|name| name == own))
     }
 
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

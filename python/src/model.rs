@@ -95,7 +95,7 @@ impl Model {
         let are_open = driven.is_empty();
         if are_open {
             let fed: Vec<String> = set.iter().map(|(name, _)| name).chain(later).cloned().collect();
-            let open = self.open_inputs.iter().filter(|own| !own.names(&fed)).cloned();
+            let open = self.open_inputs.iter().filter(|own| !own.is_of_open_input(&fed)).cloned();
             warn(py, &open.collect::<Vec<_>>())?;
         }
         let tables = base.model().tables();
@@ -414,7 +414,7 @@ impl Model {
         tolerance: Option<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let set = self.all(set);
-        let translated = self.translated(py, &set, Vec::new(), &inputs)?;
+        let translated = self.translated(py, &set, Vec::new(), &[])?;
         let start = translated.model().payload().experiment.start.unwrap_or(0.0);
         if let Some(outside) = translated.outside(&set, start) {
             return Err(rejected(py, &[outside]));

@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use hyd_compiler::{Code, Compilation, CompiledModel, Diagnostic, Extras, Files, Goal, Severity};
 use hyd_run::{clock, parameters};
 use hyd_system::DaeSystem;
-use hyd_verbs::{Request, compile_text, with_whole_loops};
+use hyd_system::given::Elements;
+use hyd_verbs::{Request, compile_text, first_name, with_whole_loops};
 
 use crate::messages::Message;
 use crate::rows::LastLayout;
@@ -70,7 +71,20 @@ impl Translated {
         parameters::apply(&mut system, set, &self.compilation.set_at_translation).ok()?;
         system.bind(start).ok()?;
         let sentence = parameters::outside(limits, &system)?;
-        Some(Message::of(&self.compilation.files, &Diagnostic::error(Code::Value, sentence)))
+        let declared = first_name(&sentence).and_then(|name| {
+            let flat = self.compilation.flat.as_deref()?;
+            flat.variables
+                .raw
+                .iter()
+                .find(|block| Elements::of(&block.name, name).is_some())
+                .map(|block| block.origin.span)
+        });
+        let diagnostic = Diagnostic::error(Code::Value, sentence);
+        let diagnostic = match declared {
+            Some(declared) => diagnostic.at(declared, "declared here"),
+            None => diagnostic,
+        };
+        Some(Message::of(&self.compilation.files, &diagnostic))
     }
 
     /// The model.

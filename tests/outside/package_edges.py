@@ -52,6 +52,7 @@ def check_limits():
         assert said.returncode == 1 and "E0217" in said.stderr
         for call in (lambda: model.simulate(k=value), lambda: model.linearize(at=1, inputs=["k"], k=value), lambda: model.function(["x"], ["x"], k=value)):
             error = refused(hyd.ModelError, call, f"`{name}`")
+            assert error.line == (2 if name == "k" else 3)
             assert error.code == "E0217" and error.message in said.stderr, (error.message, said.stderr)
     assert model.simulate(k=2).status == "done"
 
@@ -159,12 +160,14 @@ def check_tables():
 def check_warnings():
     """Warnings are true, all are given, and as errors they lose no work."""
     model = hyd.load(text=FED)
+    file = WORK / "fed.mo"
+    file.write_text(FED)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert refused(hyd.HydWarning, model.simulate, "input `u`")
         model.simulate(u=1)
         model.sweep({"u": [1, 2]})
-        model.linearize(at=1, inputs="u", outputs="x")
+        model.linearize(at=1, inputs="u", outputs="x", u=1)
         model.function("x", "u", at=[1])
         extra = {"time": [0, 1], "u": [1, 1], "w": [0, 0]}
         warning = refused(hyd.HydWarning, lambda: model.simulate(inputs=extra, stop=1), "`w`")
@@ -172,6 +175,8 @@ def check_warnings():
         drive = hyd.load(DRIVE)
         # Jumps are notes, which are no reason to end.
         assert drive.simulate(stop=0.02).status == "done"
+    said = subprocess.run([HYD, "sweep", WORK / "fed.mo", "--vary", "u=1,2", "--result", WORK / "fed_sweep"], check=True, capture_output=True, text=True)
+    assert "nothing gives" not in said.stderr, said.stderr
     bad = "model W input Real u; Real x(start = 1, fixed = true); equation der(x) = x^2 + u; end W;"
     with warnings.catch_warnings(record=True):
         warnings.simplefilter("always")
@@ -179,8 +184,6 @@ def check_warnings():
     assert [own["severity"] for own in error.messages] == ["warning", "error"] and "`w`" in error.excerpt
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        file = WORK / "fed.mo"
-        file.write_text(FED)
         hyd.command("simulate", file)
     assert any("input `u`" in str(own.message) for own in caught), caught
     # A module of this name beside the caller is not the command.

@@ -31,4 +31,4 @@ pub use listener::Listener;
 pub use parameters::refuse_unknown;
 pub use run::Run;
 pub use run_failure::diagnostic as run_diagnostic;
-pub use translate::{Libraries, Request, compile_file, compile_text, with_whole_loops};
+pub use translate::{Libraries, Request, compile_file, compile_text, first_name, with_whole_loops};

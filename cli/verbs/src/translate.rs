@@ -51,6 +51,11 @@ pub fn compile_file(
     Ok(compile_text(&mut sources, &file.display().to_string(), &text, request, extras))
 }
 
+/// The first name that a message speaks of.
+pub fn first_name(message: &str) -> Option<&str> {
+    message.split('`').nth(1)
+}
+
 /// Compiles a text that messages call `name`; values that cannot be set are among its messages.
 pub fn compile_text(
     sources: &mut dyn Sources,
