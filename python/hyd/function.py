@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _hyd
 from .errors import RunError, UsageError
+from .values import counted
 
 
 class Problem(NamedTuple):
@@ -82,7 +83,7 @@ class Function:
         deviations = np.asarray(sigma, dtype=float).ravel()
         for word, count in (("measured", target.size), ("sigma", deviations.size)):
             if count != self.size and not (word == "sigma" and np.ndim(sigma) == 0):
-                raise UsageError(f"{word}: {count} values, and {len(self.at)} times of {len(self.outputs)} outputs are {self.size}")
+                raise UsageError(f"{word}: {counted(count, 'value')}, and {counted(len(self.at), 'time')} of {counted(len(self.outputs), 'output')} are {self.size}")
         if not (deviations > 0).all() or not np.isfinite(deviations).all():
             raise UsageError("sigma: standard deviations are numbers greater than 0")
         weights = np.broadcast_to(1.0 / deviations, (self.size,))
@@ -166,7 +167,7 @@ class Function:
     def _arguments(self, p: ArrayLike) -> list:
         arguments = np.atleast_1d(np.asarray(p, dtype=float)).ravel()
         if arguments.shape != (len(self.parameters),):
-            raise UsageError(f"{arguments.size} values for {len(self.parameters)} parameters")
+            raise UsageError(f"{counted(arguments.size, 'value')} for {counted(len(self.parameters), 'parameter')}")
         return arguments.tolist()
 
     def _whole(self, values: np.ndarray) -> np.ndarray:
@@ -181,7 +182,7 @@ class Function:
         return (made, self._made)
 
     def __repr__(self) -> str:
-        return f"<hyd.Function of {', '.join(self.parameters)}: {', '.join(self.outputs)} at {len(self.at)} {'time' if len(self.at) == 1 else 'times'}>"
+        return f"<hyd.Function of {', '.join(self.parameters)}: {', '.join(self.outputs)} at {counted(len(self.at), 'time')}>"
 
 
 def made(model: Any, given: list, wanted: dict) -> Function:

@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import UsageError
 from .run import Run
+from .values import counted
 
 _TIME = "time"
 
@@ -33,7 +34,7 @@ def samples(inputs: Any, known: Sequence[str]) -> Tuple[List[float], List[Tuple[
         if numbers.ndim != 1:
             raise UsageError(f"inputs: `{name}` has {numbers.ndim} dimensions; an array is a column for each element, such as `{name}[1]`")
         if len(numbers) != len(times):
-            raise UsageError(f"inputs: `{name}` has {len(numbers)} values, and there are {len(times)} times")
+            raise UsageError(f"inputs: `{name}` has {counted(len(numbers), 'value')}, and there are {counted(len(times), 'time')}")
         found.append((name, numbers.tolist()))
     return times.tolist(), found
 

@@ -8,6 +8,7 @@ from typing import Any, List
 import numpy as np
 
 from .errors import _warn
+from .values import counted
 
 
 class LinearModel:
@@ -51,5 +52,6 @@ class LinearModel:
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def __repr__(self) -> str:
-        counts = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        lists = (("state", self.states), ("input", self.inputs), ("output", self.outputs))
+        counts = ", ".join(counted(len(own), what) for what, own in lists)
         return f"<hyd.LinearModel of {self.model} at {self.time:g} s: {counts}>"

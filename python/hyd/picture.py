@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _hyd
 from .errors import UsageError
+from .values import counted
 from .values import names as listed
 
 
@@ -63,7 +64,7 @@ def plot(*runs, names: Sequence[str], labels: Optional[Sequence[str]] = None, ti
     if labels is not None:
         labels = listed("labels", labels)
         if len(labels) != len(runs):
-            raise UsageError(f"labels: {len(labels)} {'label' if len(labels) == 1 else 'labels'} for {len(runs)} {'run' if len(runs) == 1 else 'runs'}")
+            raise UsageError(f"labels: {counted(len(labels), 'label')} for {counted(len(runs), 'run')}")
     curves = []
     for number, run in enumerate(runs):
         times = np.asarray(run.time)

@@ -12,6 +12,7 @@ import numpy as np
 from . import _hyd
 from .errors import UsageError
 from .picture import Picture, plot
+from .values import counted
 
 #: Variables that are shown when nobody says which.
 _FEW = 12
@@ -202,13 +203,13 @@ class Run:
         own = self.summary
         return (
             f"<hyd.Run of {own['model']}: {own['start']:g} to {own['time']:g} s, {own['status']}, "
-            f"{_count(len(self), 'variable')}, {_count(len(self._run), 'row')}>"
+            f"{counted(len(self), 'variable')}, {counted(len(self._run), 'row')}>"
         )
 
     def _repr_html_(self) -> str:
         own = self.summary
         head = f"{own['model']}: {own['start']:g} to {own['time']:g} s, {own['status']}"
-        counts = f"{_count(len(self), 'variable')}, {_count(len(self._run), 'row')}, {_count(own['counters']['steps'], 'step')}"
+        counts = f"{counted(len(self), 'variable')}, {counted(len(self._run), 'row')}, {counted(own['counters']['steps'], 'step')}"
         picture = self.plot(title="").svg if len(self) and len(self._run) > 1 else ""
         said = "".join(f"<p>warning: {html.escape(text)}</p>" for text in own["warnings"])
         return f'<div class="hyd-run"><p><b>{html.escape(head)}</b><br>{counts}</p>{said}{picture}</div>'
@@ -217,10 +218,6 @@ class Run:
         summary, variables, times, matrix, parameters = self._run.state()
         columns = np.ascontiguousarray(np.asarray(matrix)).ravel()
         return (_restored, (summary, variables, np.asarray(times).copy(), columns, list(parameters.items())))
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _restored(summary, variables, times, columns, parameters) -> Run:

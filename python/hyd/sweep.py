@@ -11,7 +11,7 @@ import numpy as np
 
 from .errors import UsageError, _warn
 from .progress import Bar
-from .values import checked, names, variation
+from .values import checked, counted, names, variation
 
 
 class Sweep(Mapping[str, Any]):
@@ -73,8 +73,7 @@ class Sweep(Mapping[str, Any]):
         return dict(self.rows)
 
     def __repr__(self) -> str:
-        runs = len(self["member"])
-        return f"<hyd.Sweep of {runs} {'run' if runs == 1 else 'runs'}, {self.failed} failed>"
+        return f"<hyd.Sweep of {counted(len(self['member']), 'run')}, {self.failed} failed>"
 
     def _repr_html_(self) -> str:
         try:

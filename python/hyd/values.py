@@ -37,6 +37,11 @@ def text(value: Any) -> str:
     raise UsageError(f"{value!r} is not a value of a parameter: a number, a truth value, a name, or a list of them")
 
 
+def counted(number: int, what: str) -> str:
+    """A number of things."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def whole(name: str, value: Any) -> int:
     """A number without a fraction; ``name`` is the keyword."""
     try:

@@ -207,6 +207,7 @@ def check_function():
     assert np.array_equal(again([1.5]), function([1.5])) and again.parameters == ["k"]
     refused(hyd.UsageError, lambda: function.for_scipy([1, 2, 3]), "measured: 3 values")
     refused(hyd.UsageError, lambda: function.for_scipy([1, 2], sigma=[1, 2, 3]), "sigma: 3 values")
+    refused(hyd.UsageError, lambda: function([1, 2]), "2 values for 1 parameter")
     refused(hyd.UsageError, lambda: function.for_scipy([1, 2], sigma=0), "greater than 0")
     model = hyd.load(text=LIMITED)
     refused(hyd.UsageError, lambda: model.function([], ["k"]), "outputs")
@@ -257,6 +258,7 @@ def check_words():
     assert model.sensitivity(by="k").derivative("x", "k")[-1] < 0
     assert model.function(outputs="x", parameters="k")([1]).shape == (1,)
     linear = model.linearize(at=1, inputs="k", outputs="x")
+    assert repr(linear) == "<hyd.LinearModel of Limited at 1 s: 1 state, 1 input, 1 output>"
     assert linear.inputs == ["k"] and linear.outputs == ["x"]
     run = model.simulate()
     assert run.units["time"] == "s" and repr(hyd.plot(run, names="x")) == "<hyd.Picture of x>"
