@@ -18,7 +18,7 @@ use crate::{Failure, build_fmu, output};
 use hyd_run::{check_target, parameters};
 
 /// A program or library that was made with this one: its file name, the variable of the environment that names another file, what it
-/// is called, and how it is told from other files.
+/// is called, and how it is distinguished from other files.
 pub(crate) struct Prebuilt {
     pub(crate) file: &'static str,
     pub(crate) variable: &'static str,
@@ -119,7 +119,7 @@ impl Prebuilt {
         match (self.is_it)(&bytes) {
             true => Ok(bytes),
             false => Err(Failure::Fault(format!(
-                "`{}` is not a {name} for this version of hyd; `cargo build --release` makes both anew",
+                "`{}` is not a {name} for this version of hyd; `cargo build --release` builds both again",
                 path.display()
             ))),
         }

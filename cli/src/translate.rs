@@ -13,7 +13,7 @@ pub(crate) fn translate(arguments: &ModelArguments, goal: Goal) -> Result<Compil
     translate_with(arguments, goal, &Extras::default(), &[])
 }
 
-/// The same with what the text does not say; `later`: what gets its value after the translation, so that nothing is said of an input that has none.
+/// The same with what the text does not say; `later`: what gets its value after the translation, so that an input without one is not reported.
 pub(crate) fn translate_with(
     arguments: &ModelArguments,
     goal: Goal,

@@ -255,7 +255,7 @@ fn merge_aliases(
     }
 }
 
-/// Derivatives that the text takes more than once stand in the tables more than once, with one name and one meaning: they are told once.
+/// Derivatives that the text takes more than once stand in the tables more than once, with one name and one meaning: they are listed once.
 fn name_once(entries: &mut Vec<Entry>) {
     let mut seen: BTreeSet<String> = BTreeSet::new();
     entries.retain(|entry| entry.is_alias || seen.insert(entry.name.clone()));

@@ -105,7 +105,7 @@ class Function:
         )
 
     def to_jax(self) -> Callable:
-        """The function for JAX, with its derivative (``jax.custom_jvp``); numbers are 64 bit if JAX is told so (``jax_enable_x64``)."""
+        """The function for JAX, with its derivative (``jax.custom_jvp``); numbers are 64 bit if JAX is configured so (``jax_enable_x64``)."""
         import jax
         import jax.numpy as jnp
 

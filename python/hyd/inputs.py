@@ -69,4 +69,4 @@ def _numbers(name: str, values: Any) -> np.ndarray:
     try:
         return found.astype(float)
     except (TypeError, ValueError):
-        raise UsageError(f"inputs: `{name}` holds something that is no number") from None
+        raise UsageError(f"inputs: `{name}` holds something that is not a number") from None

@@ -1,4 +1,4 @@
-"""A model held against a bench: fits, and the search for what is missing."""
+"""A model compared with a bench: fits, and the search for what is missing."""
 
 from __future__ import annotations
 

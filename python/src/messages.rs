@@ -57,7 +57,7 @@ impl Message {
         self.code.as_deref() == Some(code.number())
     }
 
-    /// True for what is said of an input without a value that has one of these names.
+    /// True for a message about an input without a value that has one of these names.
     pub(crate) fn is_of_open_input(&self, names: &[String]) -> bool {
         self.has(Code::OpenInput)
             && hyd_verbs::first_name(&self.text).is_some_and(|own| names.iter().any(|name| name == own))

@@ -44,7 +44,7 @@ pub(crate) struct Model {
     /// Units that do not fit are errors in libraries, too.
     strict_units: bool,
     base: Arc<Translated>,
-    /// What is said of inputs without values, whenever they are left without.
+    /// Messages about inputs without values, given whenever they are left without.
     open_inputs: Vec<Message>,
     /// What the translation has said beside that, until somebody asks.
     said: Mutex<Vec<Message>>,
@@ -82,7 +82,7 @@ impl Model {
         all
     }
 
-    /// The translation for these parameters and recorded inputs; made anew where they decide sizes or structure, or cannot be set.  `later`: what
+    /// The translation for these parameters and recorded inputs; made again where they decide sizes or structure, or cannot be set.  `later`: what
     /// gets its value after that.
     fn translated(
         &self,
@@ -188,7 +188,7 @@ impl Model {
             let strict_units = state["strict_units"].as_bool()?;
             Some((Texts::from_state(&state["texts"])?, class, given.collect::<Option<Vec<_>>>()?, strict_units))
         };
-        let broken = || exception(py, "usage", Some("this is no state of a model"), &[], None);
+        let broken = || exception(py, "usage", Some("this is not the state of a model"), &[], None);
         let (texts, class, given, strict_units) = made().ok_or_else(broken)?;
         Self::new(py, texts, class, given, strict_units)
     }

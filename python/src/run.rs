@@ -1,4 +1,4 @@
-//! A run: its rows, and what is said of it.
+//! A run: its rows and its report.
 
 use std::sync::Arc;
 
@@ -157,7 +157,7 @@ impl Run {
         // A run may have failed before its first row.
         let columns = variables.iter().filter_map(|own| own.3).max().map_or(0, |last| last.saturating_add(1));
         if columns.checked_mul(times.len()) != Some(values.len()) {
-            return Err(PyValueError::new_err("this is no state of a run"));
+            return Err(PyValueError::new_err("this is not the state of a run"));
         }
         let fixed = |value: f64| Source { place: Place::Constant(value), negated: false };
         let variables = variables.into_iter().map(|(name, unit, description, column, value)| Variable {

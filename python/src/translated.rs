@@ -59,7 +59,7 @@ impl Translated {
         self.whole.get_or_init(|| with_whole_loops(&self.compilation, &self.key.set)).clone()
     }
 
-    /// What is said of values that are set for a run which begins at `start` (s): they may put a parameter outside of its limits.
+    /// Complaints about values that are set for a run which begins at `start` (s): they may put a parameter outside of its limits.
     pub(crate) fn outside(&self, set: &[(String, String)], start: f64) -> Option<Message> {
         let limits = &self.model().payload().parameters.limits;
         // What the translation knew it has looked at.

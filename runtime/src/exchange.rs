@@ -236,7 +236,7 @@ impl Exchange {
         }
     }
 
-    /// Something outside has changed, such as an input: everything is solved for anew.
+    /// Something outside has changed, such as an input: everything is solved for again.
     pub fn forget(&mut self) {
         self.solved = false;
         // Its slopes may be others, too, but for those that only events change.

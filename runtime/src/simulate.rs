@@ -392,7 +392,6 @@ impl Simulator {
                         Some(sensitivity) => sensitivity.wait(t, (y, yp)),
                         None => self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, None)?,
                     }
-                    continue;
                 }
                 Some(Arrival::Event(found)) => t = self.pass(run, found)?,
                 None => {

@@ -1,4 +1,4 @@
-"""The Python package as it is installed from its wheel: guide and docstrings typed through, and what they promise held against other libraries."""
+"""The Python package as it is installed from its wheel: guide and docstrings typed through, and what they promise compared with other libraries."""
 import _thread
 import doctest
 import importlib

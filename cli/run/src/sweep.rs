@@ -276,7 +276,7 @@ pub struct Swept {
     pub files: Option<Vec<PathBuf>>,
 }
 
-/// What is said of runs that failed: how many, as an error where all did, and the commonest reasons.
+/// The report on runs that failed: how many, as an error where all did, and the commonest reasons.
 pub fn failures_told(report: &Report) -> Vec<(&'static str, String)> {
     let &Report { failed, ref failures, .. } = report;
     let hopeless = failed > 0 && failed == report.before + report.now;

@@ -23,7 +23,7 @@ use crate::{Failure, Listener};
 pub(crate) const FILES: [&str; 7] =
     ["report.json", "trajectories.csv", "report.html", "gap.svg", "parameters.toml", Report::MODEL, MEMORY];
 
-/// What is said of a search that was ended from outside.
+/// The message of a search that was ended from outside.
 const INTERRUPTED: &str = "interrupted; a search that resumes goes on where it was stopped";
 
 /// How a search is done.

@@ -16,7 +16,7 @@ use crate::{Failure, Listener};
 /// Misfits from here on are written with an exponent.
 const MOST_PLAIN: f64 = 1e9;
 
-/// What is said of values that are no minimum.
+/// The message on values that are not a minimum.
 pub const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
                                or narrower tolerances";
 

@@ -57,7 +57,7 @@ impl Run<'_> {
         Ok((outcome, rows))
     }
 
-    /// One run; `warnings` are said of it beside its own.
+    /// One run; `warnings` are reported in addition to its own.
     fn once(
         &self,
         model: &CompiledModel,

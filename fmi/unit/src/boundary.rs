@@ -42,7 +42,7 @@ pub(crate) struct Log {
 pub(crate) const CATEGORIES: [&str; 3] = ["logStatusWarning", "logStatusError", "logEvents"];
 
 impl Log {
-    /// Tells a message of a category; errors are told whether logging is on or not.
+    /// Passes on a message of a category; errors are passed on whether logging is on or not.
     pub(crate) fn tell(&self, status: StatusCode, category: &str, message: &str) {
         let wanted = self.on && (self.categories.is_empty() || self.categories.contains(category));
         if !wanted && status < Status::Error as StatusCode {
@@ -158,7 +158,7 @@ pub(crate) fn enter(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Re
     finish(component, work)
 }
 
-/// The same also for an instance that refuses work, for calls that make it anew.
+/// The same also for an instance that refuses work, for calls that reset it.
 pub(crate) fn enter_again(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Result<(), Fault>) -> StatusCode {
     if handle.is_null() {
         return Status::Error as StatusCode;

@@ -60,7 +60,7 @@ pub(crate) enum Engine {
 /// How a co-simulation handles events.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Manners {
-    /// Events are told and wait for the importer.
+    /// Events are reported and wait for the importer.
     pub(crate) event_mode: bool,
     /// A step may end before its end.
     pub(crate) early_return: bool,

@@ -63,7 +63,7 @@ impl Core {
         Ok(Updated {
             terminate: self.ended.is_some(),
             nominals_changed: settled.states_changed,
-            // Integrators that begin anew only where states have changed would go on with rates of before.
+            // Integrators that restart only where states have changed would go on with the old rates.
             values_changed: settled.values_changed || jumped,
             next_event: next.is_finite().then_some(next),
         })

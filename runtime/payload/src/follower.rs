@@ -1,4 +1,4 @@
-//! One input of the model: it follows recorded samples, and then which of them counts, or what is said from outside.
+//! One input of the model: it follows recorded samples, and then which of them counts, or a line that is given from outside.
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! What an instance remembers, as bytes: an instance of the same model goes on from them with the same bits.
 //!
-//! Parameters, discrete variables, relations, choices of states, the clock and what is said of inputs.  What every evaluation computes anew is
+//! Parameters, discrete variables, relations, choices of states, the clock and the lines that inputs follow.  What every evaluation computes is
 //! left out, and so are recorded samples, which whoever runs the model hands over.
 
 use hyd_system::Instants;

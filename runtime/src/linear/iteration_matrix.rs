@@ -38,7 +38,7 @@ impl IterationMatrix {
         }
     }
 
-    /// Begins anew with unknowns of these sizes, see [`LinearSolver::begin`].
+    /// Starts over with unknowns of these sizes, see [`LinearSolver::begin`].
     pub(crate) fn begin(&mut self, nominals: &[f64]) {
         self.solver.begin(nominals);
     }

@@ -3,7 +3,7 @@
 //! The same steps, events and values as [`Simulator::run`], with the caller between them.  A step may lead beyond the point that
 //! was asked for; values there come from the integrator's dense output, as rows of results do.  An event that a step has found waits
 //! until the caller has come to it, and happens when he says so.  Where inputs, or parameters, have changed from outside the run
-//! begins anew with consistent values, without forgetting what it knows of the past of delays.  [`Clone`] keeps everything that the run
+//! starts over with consistent values, without forgetting what it knows of the past of delays.  [`Clone`] keeps everything that the run
 //! depends on, so a copy goes on with the same bits.
 
 use hyd_results::Discard;

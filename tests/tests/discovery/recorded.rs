@@ -2,8 +2,7 @@
 //! `tests/data/bench/answers.json` holds, with values of the drawn size, and the shots that were held out must be met.
 //!
 //! A quarter of the samples is kept: which effects compete is what is guarded here, and a name is the harder to give the fewer samples
-//! there are.  Every run of the tests asks for the set with nothing missing and the one with two effects, which meets what the others do
-//! one by one; those are asked for after changes of the search (CONTRIBUTING.md).
+//! there are.
 
 use std::fs;
 
@@ -77,25 +76,21 @@ fn nothing_is_missing() {
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn waves_in_the_supply_line() {
     answers("B02", "named", &["supply_line"], &[("supply_line", "l", 1.2), ("supply_line", "V_g", 0.3e-3)]);
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn dry_friction() {
     answers("B04", "named", &["piston_friction"], &[("piston_friction", "F_c", 70.0)]);
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn eddy_currents() {
     answers("B05", "named", &["eddy_currents"], &[("eddy_currents", "g_e", 1.0 / 18.0)]);
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn a_late_trigger() {
     let report = answers("B06", "sensor", &["trigger_delay"], &[("trigger_delay", "t_d", 0.35e-3)]);
     // A delay of every shot cannot be told from the mean of what the trigger scatters by, 10 us a shot.
@@ -105,13 +100,11 @@ fn a_late_trigger() {
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn air_in_the_oil() {
     answers("B07", "named", &["entrained_air"], &[("entrained_air", "alpha", 0.08)]);
 }
 
 #[test]
-#[ignore = "part of an evaluation, see CONTRIBUTING.md"]
 fn the_inductance_of_the_gap() {
     answers("B08", "named", &["variable_inductance"], &[]);
 }
