@@ -151,7 +151,7 @@ def check_tables():
         ([1, 2], "list"),
         ({"time": times, "u": values[:3]}, "3 values"),
         ({"time": times, "u": np.zeros((21, 2))}, "2 dimensions"),
-        ({"time": times, "u": ["a"] * 21}, "no number"),
+        ({"time": times, "u": ["a"] * 21}, "not a number"),
         ({"u": values}, "`time`"),
     ):
         refused(hyd.UsageError, lambda: model.simulate(inputs=table, stop=2), words)
