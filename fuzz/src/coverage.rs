@@ -17,7 +17,7 @@ static LENGTH: AtomicUsize = AtomicUsize::new(0);
 /// # Safety
 /// Called by code that the compiler makes, with the bounds of the table.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn __sanitizer_cov_8bit_counters_init(start: *mut u8, stop: *mut u8) {
+pub(crate) unsafe extern "C" fn __sanitizer_cov_8bit_counters_init(start: *mut u8, stop: *mut u8) {
     START.store(start, Ordering::Relaxed);
     LENGTH.store((stop as usize).saturating_sub(start as usize), Ordering::Relaxed);
 }

@@ -2,7 +2,7 @@
 
 Takes a quarter of an hour, so `tests/outside/run` leaves it out:
 
-    target/outside/python/bin/python tests/outside/units_sweep.py target/debug/hyd target/outside/work [WORD...]
+    target/outside/python-*/bin/python tests/outside/units_sweep.py target/debug/hyd target/outside/work [WORD...]
 
 WORD: only paths that contain one of them.  Prints a line for each unit that differs, and counts at the end; fails if any does.
 """

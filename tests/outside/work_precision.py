@@ -1,6 +1,6 @@
 """Digits that the solvers of SciPy reach on the reference problems at rtol = tolerance, atol = tolerance * nominal.
 
-    target/outside/python/bin/python tests/outside/work_precision.py car_axis,beam BDF,LSODA,Radau
+    target/outside/python-*/bin/python tests/outside/work_precision.py car_axis,beam BDF,LSODA,Radau
 
 The problems are written anew from the published equations, those of index 2 and 3 as ordinary differential equations with the
 forces solved for; the end values are those of `tests/numerics`.
