@@ -13,6 +13,7 @@ mod opening;
 mod page;
 mod pipeline;
 pub mod render;
+mod variation;
 
 pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
@@ -27,3 +28,4 @@ pub use pipeline::{
     Compilation, Extras, Goal, Options, Stage, StageTime, compile, compile_extended, compile_whole_loops, compile_with,
     with_whole_loops,
 };
+pub use variation::{Variation, varied};

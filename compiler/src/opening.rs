@@ -176,7 +176,7 @@ fn places_in(
 }
 
 /// The byte behind the description strings that may follow the name of a class.
-fn behind_description(text: &str, name: usize) -> Option<usize> {
+pub(crate) fn behind_description(text: &str, name: usize) -> Option<usize> {
     let (mut end, mut at) = (name, name);
     loop {
         let rest = text.get(at..)?;

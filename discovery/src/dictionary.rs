@@ -13,6 +13,7 @@ use hyd_compiler::InjectionSite;
 use hyd_system::{Tables, ValueKind, Variability};
 
 use crate::translated::ChannelNames;
+use crate::unit_quotient::quotient;
 
 /// Most variables of the neighbourhood that are tried in one equation.
 const MOST_VARIABLES: usize = 6;
@@ -38,6 +39,13 @@ pub struct Term {
     pub shape: String,
     /// Unit of the coefficient, if the model decides it.
     pub unit: Option<String>,
+}
+
+impl Term {
+    /// True if it belongs to this equation.
+    pub(crate) fn is_at(&self, site: &InjectionSite) -> bool {
+        self.component == site.path && self.file == site.file && self.line == site.line && self.equation == site.text
+    }
 }
 
 /// An equation that may lack a term, with what can be seen from it.
@@ -184,29 +192,29 @@ pub(crate) fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tab
         let Some((width, reach)) = own_shown.moving() else { continue };
         let (low, high) = own_shown.ends;
         let unit = tables.find(full).map_or("", |(variable, _)| &*variable.unit);
-        let per = |power: &str| own.and_then(|own| quotient(own, unit, power));
+        let per = |power: (i32, i32)| own.and_then(|own| quotient(own, unit, power));
         let both_ways = low < -NARROW * reach && high > NARROW * reach;
-        add(name.clone(), per(""));
-        add(format!("{name}*abs({name})"), per("2"));
+        add(name.clone(), per((1, 1)));
+        add(format!("{name}*abs({name})"), per((2, 1)));
         if both_ways {
             add(format!("tanh({name}/{:e})", NARROW * reach), own.map(str::to_string));
         }
         if unit == "Pa" {
-            add(format!("{name}/sqrt(abs({name}) + {:e})", 1e-4 * reach), per("(1/2)"));
+            add(format!("{name}/sqrt(abs({name}) + {:e})", 1e-4 * reach), per((1, 2)));
         }
         if unit == "m" || unit == "rad" {
             add(format!("exp(({low:e} - {name})/{:e})", NARROW * width), own.map(str::to_string));
             add(format!("exp(({name} - {high:e})/{:e})", NARROW * width), own.map(str::to_string));
         }
         if is_rich {
-            add(format!("{name}*{name}*{name}"), per("3"));
+            add(format!("{name}*{name}*{name}"), per((3, 1)));
             if both_ways {
-                add(format!("abs({name})"), per(""));
+                add(format!("abs({name})"), per((1, 1)));
             }
             for bend in own_shown.quarters {
                 // At an end it is the variable itself, or nothing.
                 if bend > low + NARROW * width && bend < high - NARROW * width {
-                    add(format!("noEvent(max({name} - ({bend:e}), 0))"), per(""));
+                    add(format!("noEvent(max({name} - ({bend:e}), 0))"), per((1, 1)));
                 }
             }
         }
@@ -222,18 +230,6 @@ pub(crate) fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tab
         }
     }
     terms
-}
-
-/// `own/unit^power` as text.
-fn quotient(own: &str, unit: &str, power: &str) -> Option<String> {
-    let simple = !unit.contains(['.', '/', '(']);
-    match (unit, power) {
-        ("", _) => None,
-        ("1", _) => Some(own.to_string()),
-        (_, "") if simple => Some(format!("{own}/{unit}")),
-        (_, "") => Some(format!("{own}/({unit})")),
-        _ => Some(format!("{own}/({unit}){power}")),
-    }
 }
 
 #[cfg(test)]

@@ -30,8 +30,8 @@ const AMPLITUDES: (f64, f64) = (0.0, 3.0);
 pub struct Hypothesis {
     /// The effects.
     pub inserts: Vec<Candidate>,
-    /// A term at an equation, with the spread of its coefficient before the measurement.
-    pub term: Option<(Term, f64)>,
+    /// Terms at equations, with the spreads of their coefficients before the measurement.
+    pub terms: Vec<(Term, f64)>,
     /// The translated model.
     pub machine: Machine,
 }
@@ -68,22 +68,23 @@ impl Hypothesis {
     pub fn new(setup: &Setup, workshop: &Workshop<'_>, inserts: Vec<Candidate>) -> Result<Self, Fault> {
         let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
         let model = workshop.translate(&texts.collect::<Vec<_>>())?;
-        Ok(Self { inserts, term: None, machine: setup.machine(model)? })
+        Ok(Self { inserts, terms: Vec::new(), machine: setup.machine(model)? })
     }
 
-    /// Translates the base model with these effects and a term, whose coefficient is expected within `spread`.
+    /// Translates the base model with these effects and terms, whose coefficients are expected within their spreads.
     ///
     /// # Errors
     /// The messages of the compiler.
-    pub fn with_term(
+    pub fn with_terms(
         setup: &Setup,
         workshop: &Workshop<'_>,
         inserts: Vec<Candidate>,
-        (term, spread): (Term, f64),
+        terms: Vec<(Term, f64)>,
     ) -> Result<Self, Fault> {
         let texts = inserts.iter().map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() });
-        let model = workshop.translate_with_terms(&texts.collect::<Vec<_>>(), std::slice::from_ref(&term))?;
-        Ok(Self { inserts, term: Some((term, spread)), machine: setup.machine(model)? })
+        let added: Vec<Term> = terms.iter().map(|(term, _)| term.clone()).collect();
+        let model = workshop.translate_with_terms(&texts.collect::<Vec<_>>(), &added)?;
+        Ok(Self { inserts, terms, machine: setup.machine(model)? })
     }
 
     /// The comparison with the set.
@@ -91,9 +92,17 @@ impl Hypothesis {
     /// # Errors
     /// When a parameter that the study names is not there.
     pub fn problem<'a>(&'a self, setup: &'a Setup) -> Result<Problem<'a>, Fault> {
-        let mut problem = setup.problem(&self.machine, &self.inserts)?;
-        if let Some((term, spread)) = &self.term {
-            let (place, nominal) = self.machine.parameter(&coefficient(0))?;
+        self.problem_of(setup, &self.machine)
+    }
+
+    /// The same with another translation, which has further terms behind those of this one.
+    ///
+    /// # Errors
+    /// When a parameter that the study names is not there.
+    pub(crate) fn problem_of<'a>(&self, setup: &'a Setup, machine: &'a Machine) -> Result<Problem<'a>, Fault> {
+        let mut problem = setup.problem(machine, &self.inserts)?;
+        for (k, (term, spread)) in self.terms.iter().enumerate() {
+            let (place, nominal) = machine.parameter(&coefficient(k))?;
             let places = vec![problem.places.len()];
             problem.places.push(place);
             problem.base.iter_mut().for_each(|values| values.push(nominal));
@@ -101,7 +110,7 @@ impl Hypothesis {
                 format!("{} of `{}`", term.shape, term.equation),
                 Meaning::Value { places, prior: Prior::Normal(0.0, *spread) },
                 None,
-                Some(EffectPart { effect: self.inserts.len(), parameter: 0 }),
+                Some(EffectPart { effect: self.inserts.len() + k, parameter: 0 }),
             ));
         }
         Ok(problem)
@@ -122,20 +131,20 @@ impl Hypothesis {
         Ok(())
     }
 
-    /// Number of the last thing put in: among the effects, the term after them.
+    /// Number of the last thing put in: among the effects, then the terms.
     pub fn last(&self) -> Option<usize> {
-        (self.inserts.len() + usize::from(self.term.is_some())).checked_sub(1)
+        (self.inserts.len() + self.terms.len()).checked_sub(1)
     }
 
     /// Id of the effect that was put in last; none for a term.
     pub fn own_id(&self) -> Option<&str> {
-        let last = self.inserts.last().filter(|_| self.term.is_none());
+        let last = self.inserts.last().filter(|_| self.terms.is_empty());
         last.map(|candidate| &*candidate.effect.id)
     }
 
     /// Name of what was put in last.
     pub fn own_label(&self) -> String {
-        match &self.term {
+        match self.terms.last() {
             Some((term, _)) => format!("{} in `{}`", term.shape, term.equation),
             None => self.inserts.last().map_or(String::new(), Candidate::label),
         }
@@ -144,7 +153,7 @@ impl Hypothesis {
     /// Names of the effects, for progress and reports.
     pub fn label(&self) -> String {
         let mut parts: Vec<String> = self.inserts.iter().map(Candidate::label).collect();
-        parts.extend(self.term.iter().map(|(term, _)| format!("{} in `{}`", term.shape, term.equation)));
+        parts.extend(self.terms.iter().map(|(term, _)| format!("{} in `{}`", term.shape, term.equation)));
         if parts.is_empty() { "the base model".to_string() } else { parts.join(" + ") }
     }
 
@@ -152,13 +161,13 @@ impl Hypothesis {
     pub fn key(&self) -> String {
         let mut parts: Vec<String> = self.inserts.iter().map(Candidate::key).collect();
         let term = |term: &Term| format!("{} in {} ({}:{})", term.shape, term.component, term.file, term.line);
-        parts.extend(self.term.iter().map(|(own, _)| term(own)));
+        parts.extend(self.terms.iter().map(|(own, _)| term(own)));
         parts.join(" + ")
     }
 
     /// True if the effect put in last is this one.
     pub fn ends_with(&self, candidate: &Candidate) -> bool {
-        self.term.is_none() && self.inserts.last().is_some_and(|own| own.is_same(candidate))
+        self.terms.is_empty() && self.inserts.last().is_some_and(|own| own.is_same(candidate))
     }
 
     /// Unknowns of the last effect at a size (all other parameters as expected), appended to those of the fit before.

@@ -39,7 +39,8 @@ pub struct Located {
 }
 
 /// All terms of all equations of a fitted model, the best first, and the number of runs.  `exchangeable` are the paths
-/// of components that are made to be exchanged: of equations that are equally good those of such components come first.
+/// of components that are made to be exchanged: of equations that are equally good those of such components come first.  With `at`
+/// only the equation of this term is looked at.
 ///
 /// # Errors
 /// When the model with terms cannot be translated or run.
@@ -47,7 +48,7 @@ pub(crate) fn locate(
     setup: &Setup,
     workshop: &Workshop<'_>,
     hypothesis: &Hypothesis,
-    exchangeable: &[&str],
+    (exchangeable, at): (&[&str], Option<&Term>),
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
 ) -> Result<(Vec<Located>, usize), Fault> {
@@ -61,7 +62,8 @@ pub(crate) fn locate(
         .collect();
     let tables = hypothesis.machine.tables();
     let names = hypothesis.machine.channel_names();
-    let places = places(workshop.injection_sites(&inserts, names), (tables, names), exchangeable);
+    let mut places = places(workshop.injection_sites(&inserts, names), (tables, names), exchangeable);
+    places.retain(|place| at.is_none_or(|term| term.is_at(&place.site)));
     let shown = shown(setup, workshop, hypothesis, &inserts, &places, (fit, weighing))?;
     let mut all: Vec<Term> =
         places.iter().flat_map(|place| terms(place, &shown, tables, exchangeable.is_empty())).collect();
@@ -186,11 +188,13 @@ fn look(
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
 ) -> Result<Vec<Located>, Fault> {
-    let machine = setup.machine(workshop.translate_with_terms(inserts, terms)?)?;
-    let mut problem = setup.problem(&machine, &hypothesis.inserts)?;
+    let known = hypothesis.terms.len();
+    let all: Vec<Term> = hypothesis.terms.iter().map(|(term, _)| term).chain(terms).cloned().collect();
+    let machine = setup.machine(workshop.translate_with_terms(inserts, &all)?)?;
+    let mut problem = hypothesis.problem_of(setup, &machine)?;
     let first = problem.places.len();
     for k in 0..terms.len() {
-        let (place, nominal) = machine.parameter(&coefficient(k))?;
+        let (place, nominal) = machine.parameter(&coefficient(known + k))?;
         problem.places.push(place);
         problem.base.iter_mut().for_each(|values| values.push(nominal));
     }

@@ -181,7 +181,7 @@ fn shown_by(inserts: &[Insert], expression: &str) -> String {
 impl Workshop<'_> {
     /// A name that stands nowhere in the study's model, nor at the top of a library: a model that an earlier search has written may be
     /// the next base.
-    fn free_name(&self, wanted: &str) -> String {
+    pub(crate) fn free_name(&self, wanted: &str) -> String {
         let is_top = |name: &str| self.library_classes.iter().any(|class| class.split('.').next() == Some(name));
         let is_taken = |name: &str| self.preamble.contains(name) || self.class.contains(name) || is_top(name);
         let numbered = (2_u32..).map(|k| format!("{wanted}{k}"));

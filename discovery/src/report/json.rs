@@ -5,11 +5,12 @@ use serde_json::{Map, Value, json};
 use super::{AllGaps, Report, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
+use crate::law::Law;
 use crate::location::Located;
 use crate::power::{Confusion, Power};
 use crate::proof::Gap;
 use crate::search::{Findings, Status, Tried};
-use crate::unknowns::Meaning;
+use crate::unknowns::{EffectPart, Meaning};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 
@@ -39,6 +40,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "nearest": nearest::nearest(scene)?,
         "location": location(findings, workshop),
         "proposed": proposed(scene)?,
+        "law": findings.law.as_ref().map(|own| law(scene, own)).transpose()?,
         "gap": {"train": train, "heldout": held_out},
         "phases": phases::phases(scene, gaps),
         "shots": {"train": numbers(setup, &setup.train), "heldout": numbers(setup, &setup.held_out),
@@ -149,6 +151,11 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
         ranked.push((rank, score, key, object));
     };
     let named = is_named(findings.status);
+    if let Some((law, first)) = findings.law.as_ref().and_then(|own| Some((own, &own.terms.first()?.term))) {
+        let rest = json!({"equation": first.equation, "shape": law.shape(), "unit": first.unit, "id": &*law.candidate.effect.id,
+            "effect": law.candidate.label()});
+        add(0, f64::INFINITY, (&first.component, &first.file, first.line), rest);
+    }
     for insert in last.base.inserts.iter().filter(|_| named) {
         let is_own = |tried: &&Tried| tried.hypothesis.ends_with(insert);
         // The pass that named it; which one that was an effect taken out again does not tell.
@@ -166,7 +173,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     }
     let beaten = |tried: &Tried| !named && tried.fit.is_some() && tried.cost_drop >= findings.needed;
     for tried in first.terms.iter().filter(|tried| beaten(tried)) {
-        let Some((term, _)) = &tried.hypothesis.term else { continue };
+        let Some((term, _)) = tried.hypothesis.terms.last() else { continue };
         let rest = json!({"equation": term.equation, "shape": term.shape, "unit": term.unit});
         add(1, tried.cost_drop, (&term.component, &term.file, term.line), rest);
     }
@@ -193,7 +200,7 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     }
     let mut values = Vec::new();
     for tried in last.terms.iter().filter(|tried| tried.cost_drop >= findings.needed && tried.has_size()) {
-        let (Some((term, spread)), Some(fit)) = (&tried.hypothesis.term, &tried.fit) else { continue };
+        let (Some((term, spread)), Some(fit)) = (tried.hypothesis.terms.last(), &tried.fit) else { continue };
         let own = tried.hypothesis.problem(setup)?.unknowns.len() - 1;
         let error = fit.standard_error(own).map_or(f64::NAN, |error| error * spread);
         values.push(
@@ -203,6 +210,27 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         );
     }
     Ok(values)
+}
+
+/// The law that was found: its equation, and the coefficients as the last fit has them.
+fn law(scene: &Scene<'_>, own: &Law) -> Result<Value, Fault> {
+    let (problem, fit) = (scene.last.base.problem(scene.setup)?, &scene.last.fit);
+    let Some(first) = own.terms.first().map(|own| &own.term) else { return Ok(Value::Null) };
+    let number_of = scene.last.base.inserts.iter().position(|insert| insert.is_same(&own.candidate));
+    let terms = own.terms.iter().enumerate().map(|(parameter, own)| {
+        let part = number_of.map(|effect| EffectPart { effect, parameter });
+        let at = problem.unknowns.iter().position(|unknown| part.is_some() && unknown.effect == part);
+        let value = at.map_or(own.value, |k| problem.unknowns[k].value(fit.xi[k]));
+        let error = at.and_then(|k| Some(fit.standard_error(k)? * problem.unknowns[k].slope(fit.xi[k]).abs()));
+        json!({"shape": own.term.shape, "unit": own.term.unit, "coefficient": number(value), "stderr": number(error.unwrap_or(own.error))})
+    });
+    let rivals = own
+        .rivals
+        .iter()
+        .map(|(equation, shape, behind)| json!({"equation": equation, "shape": shape, "behind": number(*behind)}));
+    Ok(json!({"class": own.name, "text": own.file(), "equation": first.equation, "with": own.equation(),
+        "component": &*first.component, "file": scene.workshop.shown_file(&first.file), "line": first.line,
+        "terms": terms.collect::<Vec<_>>(), "rivals": rivals.collect::<Vec<_>>()}))
 }
 
 /// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.

@@ -14,6 +14,8 @@ mod summary;
 mod trajectories;
 mod written;
 
+use std::sync::Arc;
+
 use hyd_compiler::print_string;
 use serde_json::{Value, json};
 
@@ -49,6 +51,8 @@ pub struct Report {
     pub data: DataFiles,
     /// Names of data files that the model reads and that cannot stand in that folder.
     pub lost: Vec<String>,
+    /// Name of the file and text of the law that was found, an effect for a library.
+    pub law: Option<(String, Arc<str>)>,
 }
 
 /// Gaps of one model on the shots that were fitted and on those held out.
@@ -98,6 +102,19 @@ impl Report {
         seconds: f64,
         folder: Folder<'_>,
     ) -> Result<Self, Fault> {
+        match &findings.law {
+            Some(law) => law.known_to(workshop, |workshop| Self::with(setup, workshop, findings, seconds, folder)),
+            None => Self::with(setup, workshop, findings, seconds, folder),
+        }
+    }
+
+    fn with(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        findings: &Findings,
+        seconds: f64,
+        folder: Folder<'_>,
+    ) -> Result<Self, Fault> {
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else {
             return Err(Fault::run("nothing was fitted"));
         };
@@ -138,7 +155,8 @@ impl Report {
         let summary = summary::summary(&scene, &gaps, seconds, &json)?;
         drop(with);
         let (model, data, lost) = extended.map_or_else(Default::default, |own| (Some(own.whole), own.data, own.lost));
-        Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost })
+        let law = findings.law.as_ref().map(|law| (law.file(), law.text.clone()));
+        Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost, law })
     }
 }
 
@@ -149,7 +167,7 @@ fn discovered(class: &str, status: &str, set: &str) -> String {
 }
 
 fn is_named(status: Status) -> bool {
-    matches!(status, Status::Named | Status::Sensor)
+    matches!(status, Status::Named | Status::Sensor | Status::Law)
 }
 
 fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Result<Gaps, Fault> {
@@ -164,7 +182,9 @@ fn gaps(setup: &Setup, problem: &crate::problem::Problem<'_>, xi: &[f64]) -> Res
 impl Scene<'_> {
     /// Texts of the files that effects, terms and places of a report stand in.
     fn pointed_at(&self, json: &Value) -> Result<Vec<(String, String)>, Fault> {
-        let lists = ["effects", "location", "proposed"].into_iter().filter_map(|key| json[key].as_array()).flatten();
+        let law = json["law"].as_object().map(|_| &json["law"]);
+        let lists =
+            ["effects", "location", "proposed"].into_iter().filter_map(|key| json[key].as_array()).flatten().chain(law);
         let mut names: Vec<&str> = lists.filter_map(|own| own["file"].as_str()).collect();
         names.sort_unstable();
         names.dedup();

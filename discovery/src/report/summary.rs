@@ -21,6 +21,23 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
             let names: Vec<String> = inserts.iter().map(|c| format!("{} ({})", c.label(), c.effect.words)).collect();
             format!("{}: missing is {}", findings.status.word(), names.join(" and "))
         }
+        Status::Law => {
+            let law = findings.law.as_ref();
+            let place = law.and_then(|law| law.terms.first()).map(|own| {
+                let (of, file) = (&own.term.component, scene.workshop.shown_file(&own.term.file));
+                let of = if of.is_empty() { String::new() } else { format!(" of {of}") };
+                format!("{of} ({file}:{})", own.term.line)
+            });
+            let equation = law.map(crate::law::Law::equation);
+            let own = scene.last.base.inserts.iter().filter(|own| law.is_none_or(|law| !law.candidate.is_same(own)));
+            let others: Vec<String> = own.map(|c| format!(" and {} ({})", c.label(), c.effect.words)).collect();
+            format!(
+                "law: missing is what no library holds: `{}`{}{}",
+                equation.unwrap_or_default(),
+                place.unwrap_or_default(),
+                others.concat()
+            )
+        }
         Status::Ambiguous => {
             let names: Vec<String> = findings.ambiguous.iter().map(Candidate::label).collect();
             format!("ambiguous: these explain it equally well: {}", names.join(", "))
@@ -36,6 +53,21 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
             "unconverged: the fits did not end where they could be compared; no name is given".to_string()
         }
     }
+}
+
+/// The text of a law, and what else was fitted.
+fn law_lines(json: &Value) -> Vec<String> {
+    let law = &json["law"];
+    let Some(text) = law["text"].as_str() else { return Vec::new() };
+    let mut lines = vec![format!("written as an effect of a library: {text}")];
+    let rivals = law["rivals"].as_array().into_iter().flatten();
+    lines.extend(rivals.take(2).map(|own| {
+        let (equation, shape) =
+            (own["equation"].as_str().unwrap_or_default(), own["shape"].as_str().unwrap_or_default());
+        let at = if equation.is_empty() { String::new() } else { format!(" in `{equation}`") };
+        format!("next: {shape}{at}, whose cost is larger by {:.0}", own["behind"].as_f64().unwrap_or(f64::NAN))
+    }));
+    lines
 }
 
 /// Sentence, gaps and sizes.
@@ -69,6 +101,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     if let Some(first) = json["further"].as_array().and_then(|all| all.first()) {
         let measurement = first["measurement"].as_str().unwrap_or_default();
         let _ = writeln!(text, "  to tell {} from {}: {measurement}", first["effects"][0], first["effects"][1]);
+    }
+    for line in law_lines(json) {
+        let _ = writeln!(text, "  {line}");
     }
     for term in proposed(scene)? {
         let text_of = |key: &str| term[key].as_str().unwrap_or_default().to_string();

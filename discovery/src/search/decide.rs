@@ -158,6 +158,7 @@ impl Search<'_> {
             needed: self.needed,
             hidden: false,
             is_settled: true,
+            law: None,
         };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;

@@ -12,6 +12,7 @@ mod context;
 mod cross;
 mod decide;
 mod drop;
+mod laws;
 mod look;
 mod memory;
 mod pass;
@@ -50,11 +51,18 @@ impl Search<'_> {
     /// # Errors
     /// When the base model does not run, or a text cannot be translated.
     pub fn run(&self) -> Result<Findings, Fault> {
-        let mut passes: Vec<Pass> = Vec::new();
-        let mut found: Vec<Candidate> = Vec::new();
-        let mut start: Option<Fit> = None;
+        self.from(Vec::new(), Vec::new(), None)
+    }
+
+    /// Goes on after these passes, with what was found and the fit of it.
+    fn from(
+        &self,
+        mut passes: Vec<Pass>,
+        mut found: Vec<Candidate>,
+        mut start: Option<Fit>,
+    ) -> Result<Findings, Fault> {
         let mut refused: Vec<Candidate> = Vec::new();
-        let mut revisited = false;
+        let mut revisited = !passes.is_empty();
         loop {
             let mut pass = self.pass(&found, start.take(), &refused)?;
             pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);

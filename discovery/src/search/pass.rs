@@ -5,6 +5,7 @@ use crate::catalogue::Candidate;
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
 use crate::hypothesis::{Hypothesis, Look};
+use crate::law::Law;
 use crate::location::Located;
 use crate::power::{Confusion, Power};
 
@@ -20,6 +21,8 @@ pub enum Status {
     Named,
     /// Several effects explain it equally well.
     Ambiguous,
+    /// A law of the machine that no library holds.
+    Law,
     /// A measuring chain.
     Sensor,
     /// Something is missing that no library knows.
@@ -35,6 +38,7 @@ impl Status {
             Status::Adequate => "adequate",
             Status::Named => "named",
             Status::Ambiguous => "ambiguous",
+            Status::Law => "law",
             Status::Sensor => "sensor",
             Status::Unknown => "unknown",
             Status::Unconverged => "unconverged",
@@ -139,6 +143,8 @@ pub struct Findings {
     pub hidden: bool,
     /// False if what the best model leaves still changed in the last round.
     pub is_settled: bool,
+    /// The law that was found, for [`Status::Law`].
+    pub law: Option<Law>,
 }
 
 /// Positions of the candidates that were fitted, the lowest cost first.

@@ -93,7 +93,7 @@ impl Search<'_> {
 
 /// Unknowns of the last effect that are numbers of all shots, with the ends of what is plausible.
 fn ranges(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>) -> Vec<(usize, f64, f64)> {
-    let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.term.is_none()) else { return Vec::new() };
+    let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.terms.is_empty()) else { return Vec::new() };
     let of = |k: usize| {
         let unknown = &problem.unknowns[k];
         let Meaning::Value { prior, .. } = &unknown.meaning else { return None };

@@ -48,7 +48,7 @@ impl Search<'_> {
             }
         }
         // Where a fit left nothing but noise as stated, a name that only comes with disturbances is not better founded than none.
-        let is_named = matches!(findings.status, Status::Named | Status::Sensor);
+        let is_named = matches!(findings.status, Status::Named | Status::Sensor | Status::Law);
         if let Some(before) = unexplained.filter(|_| is_named) {
             (findings, setup) = before;
         }
@@ -56,17 +56,18 @@ impl Search<'_> {
         Ok((findings, setup))
     }
 
-    fn again(&self) -> Search<'_> {
+    pub(super) fn again(&self) -> Search<'_> {
         Search { candidates: self.candidates.clone(), ..*self }
     }
 
     /// One search; where the shots held out show a gap that the others hide, another one with others held out.
     fn round(&self) -> Result<(Findings, Option<Setup>), Fault> {
-        let findings = self.run()?;
+        let findings = self.with_law(self.run()?)?;
         let other = if findings.hidden { self.setup.exchanged()? } else { None };
         let Some(other) = other else { return Ok((findings, None)) };
         (self.progress)("the shots held out show a gap that the others hide: holding out others");
-        let mut again = Search { setup: &other, ..self.again() }.run()?;
+        let other_search = Search { setup: &other, ..self.again() };
+        let mut again = other_search.with_law(other_search.run()?)?;
         again.runs += findings.runs;
         Ok((again, Some(other)))
     }

@@ -29,7 +29,7 @@ impl Search<'_> {
         let declared = sites.filter(|site| site.door == Door::Component);
         let places: Vec<&str> = declared.map(|site| site.path.as_str()).collect();
         let (located, runs) =
-            locate(self.setup, self.workshop, &pass.base, &places, (&pass.fit, &projection), &self.whole())?;
+            locate(self.setup, self.workshop, &pass.base, (&places, None), (&pass.fit, &projection), &self.whole())?;
         (pass.located, pass.located_runs) = (located, runs);
         Ok(())
     }
@@ -47,7 +47,8 @@ impl Search<'_> {
         for Located { term, score } in chosen {
             (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));
             let spread = SPREAD * score.amplitude.abs();
-            let made = Hypothesis::with_term(self.setup, self.workshop, pass.base.inserts.clone(), (term, spread));
+            let made =
+                Hypothesis::with_terms(self.setup, self.workshop, pass.base.inserts.clone(), vec![(term, spread)]);
             let Ok(hypothesis) = made else { continue };
             let problem = hypothesis.problem(self.setup)?;
             let start = hypothesis.at_size(&problem, &pass.fit.xi, score.amplitude);

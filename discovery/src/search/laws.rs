@@ -1,0 +1,225 @@
+//! A law where no effect is known: terms of one equation, grown one by one as long as each is needed, and judged like an effect.
+//!
+//! Where a search ends with something unknown, the terms that were fitted are gone on with: all terms of the same equation are compared
+//! with what is left, the best is fitted beside those before, and stays if the cost falls by what a name needs and by the price of the
+//! choice.  The largest of `n` scores that chance alone makes is about `2 ln n` (each is a chi-squared variable of one degree of freedom;
+//! Foster, George, "The risk inflation criterion for multiple regression", Annals of Statistics 22 (1994) 1947), so that is what a term
+//! chosen among `n` pays.  A law needs what a name needs: what is left is noise, every coefficient is four standard errors from
+//! nothing, no effect explains as much and no law of another equation, and shots held out do not refute it.
+
+use hyd_system::math;
+
+use super::context::{Search, patience};
+use super::pass::{Findings, Pass, Status, Tried, by_cost};
+use crate::catalogue::Site;
+use crate::dictionary::Term;
+use crate::door::Door;
+use crate::fault::Fault;
+use crate::fit::{Fit, minimise};
+use crate::hypothesis::Hypothesis;
+use crate::law::{self, Law, LawTerm};
+use crate::location::{Located, locate};
+use crate::projection::Projection;
+use crate::thresholds::{ERRORS, LEAD, adequate};
+
+/// Most terms of a law.
+const MOST_TERMS: usize = 3;
+/// Terms of one equation that are fitted before one is chosen.
+const FITTED: usize = 3;
+/// Equations whose laws are grown.
+const EQUATIONS: usize = 3;
+/// Spread of a coefficient before the measurement, by what its screening claims.
+const SPREAD: f64 = 5.0;
+
+/// A law in the making.
+struct Grown {
+    hypothesis: Hypothesis,
+    fit: Fit,
+    /// The drop of the cost that it needs.
+    needed: f64,
+}
+
+impl Search<'_> {
+    /// The findings with a law in place of something unknown, where one explains it.
+    ///
+    /// # Errors
+    /// A model that cannot be translated or run.
+    pub(super) fn with_law(&self, findings: Findings) -> Result<Findings, Fault> {
+        let Some(last) = findings.passes.last() else { return Ok(findings) };
+        let is_open = findings.status == Status::Unknown && last.base.inserts.is_empty() && !findings.hidden;
+        if !is_open || self.setup.held_out.is_empty() || !self.setup.has_several_operating_points() {
+            return Ok(findings);
+        }
+        let places = self.workshop.places()?;
+        let declared: Vec<&Site> = places.iter().filter(|site| site.door == Door::Component).collect();
+        let mut grown: Vec<Grown> = Vec::new();
+        for k in by_cost(&last.terms).into_iter().take(EQUATIONS) {
+            let drop = |fit: &Fit| (last.fit.cost - fit.cost) / (fit.misfit / last.expected).max(1.0);
+            let tried = &last.terms[k];
+            let (Some(fit), [(term, _)]) = (&tried.fit, &tried.hypothesis.terms[..]) else { continue };
+            if drop(fit) >= self.needed && self.is_writable(term, &declared) {
+                grown.extend(self.grow(last, tried, &declared)?);
+            }
+        }
+        grown.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        let Some(best) = grown.iter().position(|own| self.is_sound(last, own)) else { return Ok(findings) };
+        let scale = (grown[best].fit.misfit / last.expected).max(1.0);
+        let lead = |fit: &Fit| (fit.cost - grown[best].fit.cost) / scale;
+        let effects = last.tried.iter().filter(|tried| !tried.is_nothing()).filter_map(|tried| tried.fit.as_ref());
+        let others = grown.iter().enumerate().filter(|(k, _)| *k != best).map(|(_, own)| &own.fit);
+        let elsewhere = last.terms.iter().filter(|own| !is_at(own, &grown[best])).filter_map(|own| own.fit.as_ref());
+        if effects.chain(others).chain(elsewhere).any(|fit| lead(fit) < LEAD) {
+            return Ok(findings);
+        }
+        let rivals = rivals(last, &grown, best, &lead);
+        let Some(mut law) = self.written(&grown[best], &declared)? else { return Ok(findings) };
+        law.rivals = rivals;
+        (self.progress)(&format!("a law: {}", law.equation()));
+        let grown = grown.swap_remove(best);
+        self.proved(findings, law, &grown)
+    }
+
+    /// The search gone on with a law in the model; the findings as they were where the law does not hold.
+    fn proved(&self, mut findings: Findings, law: Law, grown: &Grown) -> Result<Findings, Fault> {
+        let found = vec![law.candidate.clone()];
+        let known = findings.passes.len();
+        let again = law.known_to(self.workshop, |workshop| -> Result<Option<Findings>, Fault> {
+            let search = Search { workshop, ..self.again() };
+            let Some(fit) = search.as_text(&law, grown)? else { return Ok(None) };
+            search.from(std::mem::take(&mut findings.passes), found.clone(), Some(fit)).map(Some)
+        })?;
+        let Some(mut again) = again else { return Ok(findings) };
+        if again.status == Status::Named {
+            (again.status, again.law) = (Status::Law, Some(law));
+            return Ok(again);
+        }
+        again.passes.truncate(known);
+        (findings.passes, findings.runs) = (again.passes, again.runs);
+        findings.reason = again.reason.or(findings.reason);
+        Ok(findings)
+    }
+
+    /// The fit of a law as its text says it; none where the text does not mean what was found.
+    fn as_text(&self, law: &Law, grown: &Grown) -> Result<Option<Fit>, Fault> {
+        let Ok(hypothesis) = Hypothesis::new(self.setup, self.workshop, vec![law.candidate.clone()]) else {
+            return Ok(None);
+        };
+        let problem = hypothesis.problem(self.setup)?;
+        if problem.unknowns.len() != grown.fit.xi.len() {
+            return Ok(None);
+        }
+        let fit = minimise(&problem, &grown.fit.xi, &self.whole(), patience(&problem), None);
+        Ok(fit.ok().filter(|fit| (fit.cost - grown.fit.cost).abs() < LEAD))
+    }
+
+    /// True if a law at this equation can be written as text.
+    fn is_writable(&self, term: &Term, declared: &[&Site]) -> bool {
+        let is_own = !self.workshop.preamble.is_empty() && *term.file == *self.workshop.name();
+        is_own || declared.iter().any(|site| site.path == *term.component)
+    }
+
+    /// Every coefficient is known, and what is left is noise.
+    fn is_sound(&self, pass: &Pass, own: &Grown) -> bool {
+        let Ok(problem) = own.hypothesis.problem(self.setup) else { return false };
+        let first = problem.unknowns.len() - own.hypothesis.terms.len();
+        let is_known = |k: usize| own.fit.standard_error(k).is_some_and(|error| own.fit.xi[k].abs() >= ERRORS * error);
+        let drop = (pass.fit.cost - own.fit.cost) / (own.fit.misfit / pass.expected).max(1.0);
+        own.fit.misfit <= adequate(pass.expected) && drop >= own.needed && (first..problem.unknowns.len()).all(is_known)
+    }
+
+    /// Adds terms of the same equation as long as each is needed.
+    fn grow(&self, pass: &Pass, tried: &Tried, declared: &[&Site]) -> Result<Option<Grown>, Fault> {
+        let Some(fit) = &tried.fit else { return Ok(None) };
+        let price = |count: usize| self.needed + 2.0 * math::ln(count.max(1) as f64);
+        let hypothesis = Hypothesis::with_terms(self.setup, self.workshop, Vec::new(), tried.hypothesis.terms.clone())?;
+        let mut own = Grown { hypothesis, fit: fit.clone(), needed: price(pass.located.len()) };
+        own.hypothesis.refresh(self.setup, &mut own.fit, &self.whole())?;
+        while own.hypothesis.terms.len() < MOST_TERMS && own.fit.misfit > adequate(pass.expected) {
+            let Some(projection) = Projection::new(&own.fit) else { break };
+            let paths: Vec<&str> = declared.iter().map(|site| site.path.as_str()).collect();
+            let at = own.hypothesis.terms.first().map(|(term, _)| term);
+            let fitted = (&own.fit, &projection);
+            let (located, _) = locate(self.setup, self.workshop, &own.hypothesis, (&paths, at), fitted, &self.whole())?;
+            drop(projection);
+            let least = price(located.len());
+            let likely = located.iter().filter(|own| own.score.gain >= self.needed).take(FITTED);
+            let mut best: Option<Grown> = None;
+            for next in likely {
+                if let Some(more) = self.with_term(&own, next, least)?
+                    && best.as_ref().is_none_or(|best| more.fit.cost < best.fit.cost)
+                {
+                    best = Some(more);
+                }
+            }
+            let is_needed =
+                |more: &Grown| own.fit.cost - more.fit.cost >= least * (more.fit.misfit / pass.expected).max(1.0);
+            match best.filter(is_needed) {
+                Some(more) => own = more,
+                None => break,
+            }
+        }
+        Ok(Some(own))
+    }
+
+    /// A law with one more term, fitted.
+    fn with_term(&self, own: &Grown, next: &Located, least: f64) -> Result<Option<Grown>, Fault> {
+        (self.progress)(&format!("fitting {} beside {}", next.term.shape, own.hypothesis.own_label()));
+        let spread = SPREAD * next.score.amplitude.abs();
+        let mut terms = own.hypothesis.terms.clone();
+        terms.push((next.term.clone(), spread));
+        let Ok(hypothesis) = Hypothesis::with_terms(self.setup, self.workshop, Vec::new(), terms) else {
+            return Ok(None);
+        };
+        let problem = hypothesis.problem(self.setup)?;
+        let start = hypothesis.at_size(&problem, &own.fit.xi, next.score.amplitude);
+        let Ok(fit) = minimise(&problem, &start, &self.whole(), patience(&problem), None) else { return Ok(None) };
+        drop(problem);
+        let mut more = Grown { hypothesis, fit, needed: own.needed + least };
+        more.hypothesis.refresh(self.setup, &mut more.fit, &self.whole())?;
+        Ok(Some(more))
+    }
+
+    /// The text of a law.
+    fn written(&self, own: &Grown, declared: &[&Site]) -> Result<Option<Law>, Fault> {
+        let count = own.hypothesis.problem(self.setup)?.unknowns.len() - own.hypothesis.terms.len();
+        let term = |(k, (term, spread)): (usize, &(Term, f64))| LawTerm {
+            term: term.clone(),
+            value: own.fit.xi[count + k] * spread,
+            error: own.fit.standard_error(count + k).map_or(f64::NAN, |error| error * spread),
+            spread: *spread,
+        };
+        let terms: Vec<LawTerm> = own.hypothesis.terms.iter().enumerate().map(term).collect();
+        let ids: Vec<&str> = self.candidates.iter().map(|own| &*own.effect.id).collect();
+        let files = self.workshop.files(&[])?;
+        Ok(Law::new(self.workshop, (declared, &ids), &files, terms, "the model"))
+    }
+}
+
+/// True if a term belongs to the equation of a law.
+fn is_at(tried: &Tried, own: &Grown) -> bool {
+    let place =
+        |terms: &[(Term, f64)]| terms.first().map(|(term, _)| (term.component.clone(), term.file.clone(), term.line));
+    place(&tried.hypothesis.terms) == place(&own.hypothesis.terms)
+}
+
+/// What else was fitted, the best first.
+fn rivals(pass: &Pass, grown: &[Grown], best: usize, lead: &dyn Fn(&Fit) -> f64) -> Vec<(String, String, f64)> {
+    let said = |terms: &[(Term, f64)], fit: &Fit| {
+        let shapes: Vec<&str> = terms.iter().map(|(term, _)| term.shape.as_str()).collect();
+        let equation = terms.first().map_or(String::new(), |(term, _)| term.equation.clone());
+        (equation, shapes.join(" + "), lead(fit))
+    };
+    let laws =
+        grown.iter().enumerate().filter(|(k, _)| *k != best).map(|(_, own)| said(&own.hypothesis.terms, &own.fit));
+    let is_grown = |tried: &&Tried| grown.iter().any(|own| is_at(tried, own));
+    let terms = pass.terms.iter().filter(|tried| !is_grown(tried));
+    let terms = terms.filter_map(|tried| Some(said(&tried.hypothesis.terms, tried.fit.as_ref()?)));
+    let effects = pass.tried.iter().filter(|tried| !tried.is_nothing()).filter_map(|tried| {
+        let own = tried.hypothesis.inserts.last()?;
+        Some((String::new(), own.label(), lead(tried.fit.as_ref()?)))
+    });
+    let mut all: Vec<(String, String, f64)> = laws.chain(terms).chain(effects).collect();
+    all.sort_by(|a, b| a.2.total_cmp(&b.2));
+    all.truncate(law::RIVALS);
+    all
+}
