@@ -142,7 +142,11 @@ fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Re
 /// The parts of a report that are judged.
 fn take(report: &Value, row: &mut Value) {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-    let effects = list(&report["effects"]);
+    // A law is what no catalogue holds, and not a name.
+    let law = report["law"].as_object().map(|_| report["location"][0]["id"].clone());
+    let mut effects = list(&report["effects"]);
+    effects.retain(|effect| law.as_ref() != Some(&effect["id"]));
+    row["law"] = json!({"equation": report["law"]["with"], "terms": report["law"]["terms"]});
     row["status"] = report["status"].clone();
     row["named"] = effects.iter().map(|effect| effect["id"].clone()).collect();
     row["kinds"] = effects.iter().map(|effect| effect["kind"].clone()).collect();

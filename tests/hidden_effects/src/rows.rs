@@ -94,7 +94,7 @@ impl Row {
 
     /// Names that came out; none but with the statuses that give names.
     pub fn named(&self) -> Vec<&str> {
-        let gives = ["named", "sensor"].contains(&self.text("status"));
+        let gives = ["named", "sensor", "law"].contains(&self.text("status"));
         self.0["named"].as_array().into_iter().flatten().filter(|_| gives).filter_map(Value::as_str).collect()
     }
 
@@ -123,8 +123,11 @@ impl Row {
         match self.text("status") {
             "named" | "sensor" if self.all_named() => End::Right,
             "named" | "sensor" => End::Wrong,
+            // Of what a catalogue holds.
+            "law" if self.text("kind") != "outside" => End::Wrong,
             "ambiguous" if ambiguous.len() <= 3 && hidden.iter().any(|id| ambiguous.contains(id)) => End::Among,
-            "ambiguous" | "unknown" => End::Unknown,
+            "law" if !self.named().is_empty() => End::Wrong,
+            "ambiguous" | "unknown" | "law" => End::Unknown,
             "adequate" => End::Adequate,
             _ => End::None,
         }

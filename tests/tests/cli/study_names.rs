@@ -70,8 +70,8 @@ fn a_term_is_found_in_a_model_with_the_names_of_the_comparison() {
         );
         folder.write("study.toml", study);
         let report = discovered(&folder, "study.toml", &[]);
-        let term = &report["proposed"][0];
-        assert_eq!((&report["status"], &term["shape"]), (&"unknown".into(), &"i*abs(i)".into()), "{class}: {report:#}");
+        let term = &report["law"]["terms"][0];
+        assert_eq!((&report["status"], &term["shape"]), (&"law".into(), &"i*abs(i)".into()), "{class}: {report:#}");
         let number = |key: &str| term[key].as_f64().unwrap();
         let (value, error) = (number("coefficient"), number("stderr"));
         assert!((value + 0.15).abs() < 4.0 * error && error < 1e-3, "{class}: {value} +- {error} instead of -0.15");

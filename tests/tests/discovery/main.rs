@@ -11,6 +11,7 @@ mod bench_columns;
 mod calibrated;
 mod disturbed;
 mod hidden;
+mod laws;
 mod pendulum;
 mod plain;
 mod recorded;

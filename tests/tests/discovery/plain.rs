@@ -11,29 +11,29 @@ use serde_json::Value;
 use crate::{Draws, folder, hyd, json};
 
 /// States, inputs of a shot, to rates.
-type Rates = fn(&[f64], &[f64]) -> Vec<f64>;
+pub(crate) type Rates = fn(&[f64], &[f64]) -> Vec<f64>;
 
 /// A bench of one plain model.
-struct Bench {
-    name: &'static str,
-    model: &'static str,
+pub(crate) struct Bench {
+    pub(crate) name: &'static str,
+    pub(crate) model: &'static str,
     /// Name of the class.
-    class: &'static str,
+    pub(crate) class: &'static str,
     /// Column, variable, noise.
-    channels: &'static [(&'static str, &'static str, f64)],
+    pub(crate) channels: &'static [(&'static str, &'static str, f64)],
     /// Start values of the states come first.
-    conditions: &'static [&'static str],
-    nuisances: &'static [&'static str],
-    shots: &'static [&'static [f64]],
+    pub(crate) conditions: &'static [&'static str],
+    pub(crate) nuisances: &'static [&'static str],
+    pub(crate) shots: &'static [&'static [f64]],
     /// State that each channel shows, changed by the measuring chain.
-    shown: fn(usize, f64) -> f64,
+    pub(crate) shown: fn(usize, f64) -> f64,
     /// What the recorder makes of a number with its noise.
-    recorded: fn(usize, f64) -> f64,
-    rates: Rates,
+    pub(crate) recorded: fn(usize, f64) -> f64,
+    pub(crate) rates: Rates,
     /// Effects that are left out.
-    without: &'static [&'static str],
+    pub(crate) without: &'static [&'static str],
     /// Length of a shot (s).
-    stop: f64,
+    pub(crate) stop: f64,
 }
 
 const SAMPLES: usize = 400;
@@ -100,7 +100,7 @@ fn write(folder: &Path, bench: &Bench) {
 }
 
 /// What is found; the written model is checked.
-fn answer(bench: &Bench) -> Value {
+pub(crate) fn answer(bench: &Bench) -> Value {
     let folder = folder(&format!("plain-{}", bench.name));
     write(&folder, bench);
     let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
@@ -127,7 +127,7 @@ fn names(bench: &Bench, status: &str, id: &str, place: &str, sizes: &[(&str, f64
     }
 }
 
-const SWING: Bench = Bench {
+pub(crate) const SWING: Bench = Bench {
     name: "swing",
     model: "model Swing \"mass, spring and damper\"
   parameter Real m = 2;
