@@ -336,7 +336,7 @@ fn an_effect_of_the_users_own_is_named_but_not_on_a_single_shot() {
 /// Set B10 hides a back pressure of the drain, which no library knows.  With a wide tolerance of time a cushion at the
 /// seat seems to explain what such weights leave; under the true noise it does not, and a name would be false.
 #[test]
-fn what_no_library_knows_gets_no_name() {
+fn what_no_library_knows_gets_a_law_and_no_name() {
     let folder = folder("unknown");
     let others = [
         "Cavitation",
@@ -371,20 +371,29 @@ fn what_no_library_knows_gets_no_name() {
     assert!(!folder.join("report/discovered.hyd").exists());
     study_with(&folder, &format!("without = [{without}]"), &[]);
     let report = report_of(&folder, &set);
-    assert_eq!(report["status"], "unknown", "{report:#}");
+    assert_eq!(report["status"], "law", "{report:#}");
     // The truth is 5.5e12 q|q| in the pressure of the drain; other equations come close, none comes before it.
-    for first in [&report["location"][0], &report["proposed"][0]] {
-        assert_eq!(
-            (&first["component"], &first["shape"]),
-            (&"drain".into(), &"port.q*abs(port.q)".into()),
-            "{report:#}"
-        );
-        assert!(first["file"].as_str().is_some_and(|file| file.ends_with("IdealDrain.hyd")));
-    }
-    let number = |key: &str| report["proposed"][0][key].as_f64().expect("a number");
-    let (value, error) = (number("coefficient"), number("stderr"));
+    let (law, first) = (&report["law"], &report["location"][0]);
+    assert_eq!((&law["component"], &first["component"]), (&"drain".into(), &"drain".into()), "{report:#}");
+    assert_eq!(
+        (&law["terms"][0]["shape"], &law["terms"][0]["unit"]),
+        (&"port.q*abs(port.q)".into(), &"Pa.s2/m6".into()),
+        "{law:#}"
+    );
+    assert!(law["file"].as_str().is_some_and(|file| file.ends_with("IdealDrain.hyd")));
+    let number = |own: &serde_json::Value, key: &str| own[key].as_f64().expect("a number");
+    let (value, error) = (number(&law["terms"][0], "coefficient"), number(&law["terms"][0], "stderr"));
     assert!((value - 5.5e12).abs() < 4.0 * error, "{value:e} +- {error:e} instead of 5.5e12");
-    assert!(number("misfit") < 1.06, "{}", number("misfit"));
+    assert!(number(&report["gap"]["heldout"], "after") < 1.06, "{}", report["gap"]);
+    assert!(folder.join("report/discovered.hyd").exists());
+    // As an effect of a library it is named like any other.
+    fs::copy(folder.join("report/Proposed.hyd"), folder.join("libraries/Proposed.hyd")).expect("written");
+    let report = report_of(&folder, &set);
+    assert_eq!(
+        (&report["status"], &report["effects"][0]["id"]),
+        (&"named".into(), &"proposed_law".into()),
+        "{report:#}"
+    );
     let _ = fs::remove_dir_all(&folder);
 }
 
