@@ -36,6 +36,16 @@ function begin() {
     (R.reason ? ` No name, because ${R.reason}.` : "");
 }
 
+// The law that was written, term by term, and what else was fitted.
+function law() {
+  const L = R.law;
+  if (!L) return "";
+  const terms = L.terms.map((own) => `<li><code>${safe(own.shape)}</code> times ${short(own.coefficient)} &plusmn; ${short(own.stderr)} ${safe(own.unit || "")}</li>`);
+  const rivals = L.rivals.map((own) => `<li><code>${safe(own.shape)}</code>${own.equation ? ` in <code>${safe(own.equation)}</code>` : ""}: ${fixed(own.behind, 0)}</li>`);
+  return `<p><code>${safe(L.equation)}</code>, ${place(L)}, lacks</p><ul>${terms.join("")}</ul><p><code>${safe(L.text)}</code> is an effect for a library.</p>` +
+    (rivals.length ? `<p>By how much the cost is larger with other terms or effects:</p><ul>${rivals.join("")}</ul>` : "");
+}
+
 function answer() {
   // Where nothing was named there is no model but the base.
   const both = (own) => fixed(own.before) + (R.change ? ` &rarr; ${fixed(own.after)}` : "");
@@ -47,11 +57,11 @@ function answer() {
     return `<p><b>${safe(own.id)}</b> (${safe(own.equation)}) at <code>${safe(own.component)}</code>, ${place(own)}<br>${sizes.join("<br>")}</p>`;
   });
   const terms = R.proposed.map((own) =>
-    `<p>a term <code>${short(own.coefficient)}*${safe(own.shape)}</code> ${safe(own.unit)} (&plusmn; ${short(own.stderr)}) in <code>${safe(own.equation)}</code>` +
+    `<p>a term <code>${short(own.coefficient)}*${safe(own.shape)}</code> ${safe(own.unit || "")} (&plusmn; ${short(own.stderr)}) in <code>${safe(own.equation)}</code>` +
     ` of <code>${safe(own.component || "the model")}</code>, ${place(own)}, would bring the misfit to ${fixed(own.misfit)}</p>`);
   const further = R.further.slice(0, 4).map((own) =>
     `<p>To tell ${safe(own.effects[0])} from ${safe(own.effects[1])}: ${safe(own.measurement)}; they would differ by ${short(own.apart)} (sum of squares in standard deviations).</p>`);
-  section("What was found", figures + effects.join("") + terms.join("") + further.join(""));
+  section("What was found", figures + effects.join("") + law() + terms.join("") + further.join(""));
 }
 
 // What disturbs the bench beside the noise that was stated, and how much is left after what was named.
@@ -143,7 +153,7 @@ function text() {
     const link = event.target.closest("a[data-file]");
     if (link) { show(link.dataset.file, Number(link.dataset.line)); part.scrollIntoView({ block: "nearest", behavior: "smooth" }); }
   });
-  const best = R.effects[0] || R.proposed[0] || R.location[0];
+  const best = R.law || R.effects[0] || R.proposed[0] || R.location[0];
   if (best && hasText(best.file)) show(best.file, best.line); else show(DATA.texts[0].name, 0);
 }
 
