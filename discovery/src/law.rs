@@ -92,10 +92,13 @@ impl Law {
         let declared = sites.iter().find(|site| site.door == Door::Component && site.path == *first.component);
         let coefficient = coefficient_name(&terms, files);
         let names: Vec<String> = (1..=terms.len()).map(|k| format!("{coefficient}_{k}")).collect();
+        let is_chain = declared.is_some_and(|site| site.channel.is_some());
+        let kind = if is_chain { Kind::Sensor } else { Kind::Physics };
         let (site, text) = match declared {
             Some(site) => {
                 let (_, file) = files.iter().find(|(name, _)| *name == *first.file)?;
-                let annotation = annotation((&id, &words), &terms, &names, &format!("at = {{\"{}\"}}, ", site.id));
+                let annotation =
+                    annotation((&id, &words), &terms, &names, (kind, &format!("at = {{\"{}\"}}, ", site.id)));
                 let text = varied(
                     file,
                     &Variation {
@@ -121,7 +124,7 @@ impl Law {
         };
         let effect = Effect {
             id: id.as_str().into(),
-            kind: Kind::Physics,
+            kind,
             class: name.clone(),
             words: words.as_str().into(),
             signature: "".into(),
@@ -233,11 +236,12 @@ fn sum(terms: &[LawTerm], names: &[String], shape: &dyn Fn(&str) -> String) -> S
 }
 
 /// What stands in the annotation of the class.
-fn annotation((id, words): (&str, &str), terms: &[LawTerm], names: &[String], place: &str) -> String {
+fn annotation((id, words): (&str, &str), terms: &[LawTerm], names: &[String], (kind, place): (Kind, &str)) -> String {
     let (Some(first), Some(name)) = (terms.first(), names.first()) else { return String::new() };
     format!(
-        "__hyd(effect(id = {}, kind = \"physics\", {place}adds = {name}, zero = 0,\n    probe = {}, {},\n    words = {}))",
+        "__hyd(effect(id = {}, kind = \"{}\", {place}adds = {name}, zero = 0,\n    probe = {}, {},\n    words = {}))",
         print_string(id),
+        kind.word(),
         figure(first.value.abs()),
         prior(first),
         print_string(words)
@@ -287,7 +291,7 @@ fn of_equation(
     let _ = writeln!(
         text,
         "  annotation({});\nend {name};",
-        annotation((id, words), terms, names, "law = true, at = {\"equation\"}, ")
+        annotation((id, words), terms, names, (Kind::Physics, "law = true, at = {\"equation\"}, "))
     );
     let opening = Opening {
         line: first.line,

@@ -44,12 +44,19 @@ impl Search<'_> {
     ///
     /// # Errors
     /// A model that cannot be translated or run.
-    pub(super) fn with_law(&self, findings: Findings) -> Result<Findings, Fault> {
-        let Some(last) = findings.passes.last() else { return Ok(findings) };
-        let is_open = findings.status == Status::Unknown && last.base.inserts.is_empty() && !findings.hidden;
-        if !is_open || self.setup.held_out.is_empty() || !self.setup.has_several_operating_points() {
+    pub(super) fn with_law(&self, mut findings: Findings) -> Result<Findings, Fault> {
+        let is_provable = !self.setup.held_out.is_empty() && self.setup.has_several_operating_points();
+        let is_open = findings.status == Status::Unknown && !findings.hidden && is_provable;
+        let Some(last) = findings.passes.last_mut().filter(|last| is_open && last.base.inserts.is_empty()) else {
             return Ok(findings);
+        };
+        if last.located.is_empty() {
+            // Little seemed to be missing as long as a nuisance was far off.
+            self.look_at_equations(last)?;
+            self.fit_terms(last)?;
+            self.judge(last);
         }
+        let Some(last) = findings.passes.last() else { return Ok(findings) };
         let places = self.workshop.places()?;
         let declared: Vec<&Site> = places.iter().filter(|site| site.door == Door::Component).collect();
         let mut grown: Vec<Grown> = Vec::new();

@@ -24,12 +24,14 @@ impl Search<'_> {
     /// Holds all terms against what is left.
     pub(super) fn look_at_equations(&self, pass: &mut Pass) -> Result<(), Fault> {
         (self.progress)("screening the equations");
-        let Some(projection) = Projection::new(&pass.fit) else { return Ok(()) };
+        // Where something is far off, what is missing shows with that held back.
+        let fit = pass.seen.as_ref().unwrap_or(&pass.fit);
+        let Some(projection) = Projection::new(fit) else { return Ok(()) };
         let sites = self.candidates.iter().flat_map(|candidate| &candidate.sites);
         let declared = sites.filter(|site| site.door == Door::Component);
         let places: Vec<&str> = declared.map(|site| site.path.as_str()).collect();
         let (located, runs) =
-            locate(self.setup, self.workshop, &pass.base, (&places, None), (&pass.fit, &projection), &self.whole())?;
+            locate(self.setup, self.workshop, &pass.base, (&places, None), (fit, &projection), &self.whole())?;
         (pass.located, pass.located_runs) = (located, runs);
         Ok(())
     }
@@ -44,6 +46,7 @@ impl Search<'_> {
         }
         let count = if lowest.misfit * pass.expected > adequate(pass.expected) { FITTED.1 } else { FITTED.0 };
         let chosen = likeliest(&pass.located, count);
+        let base = pass.seen.as_ref().unwrap_or(&pass.fit).clone();
         for Located { term, score } in chosen {
             (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));
             let spread = SPREAD * score.amplitude.abs();
@@ -51,12 +54,12 @@ impl Search<'_> {
                 Hypothesis::with_terms(self.setup, self.workshop, pass.base.inserts.clone(), vec![(term, spread)]);
             let Ok(hypothesis) = made else { continue };
             let problem = hypothesis.problem(self.setup)?;
-            let start = hypothesis.at_size(&problem, &pass.fit.xi, score.amplitude);
+            let start = hypothesis.at_size(&problem, &base.xi, score.amplitude);
             drop(problem);
-            let start = start[pass.fit.xi.len()..].to_vec();
+            let start = start[base.xi.len()..].to_vec();
             let look = Look { score, size: score.amplitude, start, alone: score.alone, typical: None, probed: None };
             let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
-            let fit = self.fit_from_sizes(&hypothesis, &pass.fit, &look, &others, lowest)?;
+            let fit = self.fit_from_sizes(&hypothesis, &base, &look, &others, lowest)?;
             pass.terms.push(Tried { fit, ..Tried::new(hypothesis, Some(look)) });
         }
         self.without_terms(pass)
