@@ -39,6 +39,8 @@ pub struct Term {
     pub shape: String,
     /// Unit of the coefficient, if the model decides it.
     pub unit: Option<String>,
+    /// Unit of the equation, likewise.
+    pub of_equation: Option<String>,
 }
 
 impl Term {
@@ -183,6 +185,7 @@ pub(crate) fn terms(place: &Place, shown: &BTreeMap<String, Shown>, tables: &Tab
             equation: site.text.clone(),
             shape,
             unit,
+            of_equation: site.unit.clone(),
         });
     };
     let own = place.site.unit.as_deref();

@@ -31,6 +31,7 @@ mod limits;
 mod location;
 mod machine;
 mod magnitude;
+mod missing;
 mod modifications;
 mod natural;
 mod noise;

@@ -14,7 +14,7 @@ use crate::dictionary::{Place, Shown, Term, places, terms};
 use crate::fit::{Fit, Jacobian};
 use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
-use crate::problem::{Problem, Weighing};
+use crate::problem::{Problem, Runs, Weighing};
 use crate::projection::{Projection, Score};
 use crate::thresholds::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
@@ -112,17 +112,17 @@ fn strangers(term: &Term) -> usize {
 
 /// The fit seen on the one shot whose residuals are farthest from noise.
 fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit, Weighing) {
-    let (mut first, mut farthest) = (0, (f64::NEG_INFINITY, 0, 0, weighing.clone()));
-    for &shot in &weighing.shots {
-        let own = Weighing { shots: vec![shot], ..weighing.clone() };
-        let rows = problem.rows(&own);
-        let excess = fit.residuals.rows(first, rows).norm_squared() - problem.expected(&own);
-        if excess > farthest.0 {
-            farthest = (excess, first, rows, own);
-        }
-        first += rows;
-    }
-    let (_, first, rows, own) = farthest;
+    let alone = weighing.shots.iter().map(|&shot| of_one_shot(problem, fit, weighing, shot));
+    let excess = |(fit, own): &(Fit, Weighing)| fit.residuals.norm_squared() - problem.expected(own);
+    let farthest = alone.max_by(|a, b| excess(a).total_cmp(&excess(b)));
+    farthest.unwrap_or_else(|| (fit.clone(), weighing.clone()))
+}
+
+/// The fit seen on one of its shots.
+pub(crate) fn of_one_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing, shot: usize) -> (Fit, Weighing) {
+    let own = Weighing { shots: vec![shot], ..weighing.clone() };
+    let before = weighing.shots.iter().take_while(|&&other| other != shot).copied().collect();
+    let (first, rows) = (problem.rows(&Weighing { shots: before, ..weighing.clone() }), problem.rows(&own));
     let cut = |own: &Jacobian| Jacobian::new(own.matrix.rows(first, rows).into_owned(), own.unknowns.clone());
     let residuals = fit.residuals.rows(first, rows).into_owned();
     (Fit { residuals, jacobian: fit.jacobian.as_ref().map(cut), ..fit.clone() }, own)
@@ -188,6 +188,26 @@ fn look(
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
 ) -> Result<Vec<Located>, Fault> {
+    let found = signatures(setup, workshop, hypothesis, inserts, terms, (&fit.xi, &fit.runs), weighing)?;
+    let scored = |(term, signature): (&Term, Option<DVector<f64>>)| {
+        Some(Located { term: term.clone(), score: projection.score(&signature?, ANY) })
+    };
+    Ok(terms.iter().zip(found).filter_map(scored).collect())
+}
+
+/// How the residuals change per unit of the coefficient of each term; none where a channel does not tell.
+///
+/// # Errors
+/// When the model with terms cannot be translated or run.
+pub(crate) fn signatures(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    inserts: &[Insert],
+    terms: &[Term],
+    (xi, runs): (&[f64], &Runs),
+    weighing: &Weighing,
+) -> Result<Vec<Option<DVector<f64>>>, Fault> {
     let known = hypothesis.terms.len();
     let all: Vec<Term> = hypothesis.terms.iter().map(|(term, _)| term).chain(terms).cloned().collect();
     let machine = setup.machine(workshop.translate_with_terms(inserts, &all)?)?;
@@ -199,7 +219,7 @@ fn look(
         problem.base.iter_mut().for_each(|values| values.push(nominal));
     }
     let derived: Vec<usize> = (first..first + terms.len()).collect();
-    let job = |&shot: &usize| Job { span: shot, values: problem.values(&fit.xi, shot), derived: derived.clone() };
+    let job = |&shot: &usize| Job { span: shot, values: problem.values(xi, shot), derived: derived.clone() };
     let jobs: Vec<Job> = weighing.shots.iter().map(job).collect();
     let spans = problem.spans(weighing.horizon);
     let answers = machine.run_derived(&spans, &problem.places, &jobs);
@@ -207,20 +227,14 @@ fn look(
     for (job, answer) in jobs.iter().zip(answers) {
         parts.push((job.span, answer?.1));
     }
-    let mut located = Vec::new();
-    for (k, term) in terms.iter().enumerate() {
-        let mut signature = Vec::with_capacity(problem.rows(weighing));
+    let rows = problem.rows(weighing);
+    let signature = |k: usize| {
+        let mut signature = Vec::with_capacity(rows);
         for (shot, derivatives) in &parts {
             let change = |channel: usize| derivatives[k][channel].clone();
-            match problem.response((&fit.xi, &fit.runs), *shot, &change, weighing) {
-                Some(part) => signature.extend(part),
-                None => break,
-            }
+            signature.extend(problem.response((xi, runs), *shot, &change, weighing)?);
         }
-        if signature.len() == fit.residuals.len() {
-            let score = projection.score(&DVector::from_vec(signature), ANY);
-            located.push(Located { term: term.clone(), score });
-        }
-    }
-    Ok(located)
+        (signature.len() == rows).then(|| DVector::from_vec(signature))
+    };
+    Ok((0..terms.len()).map(signature).collect())
 }

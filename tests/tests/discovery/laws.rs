@@ -45,3 +45,34 @@ fn two_terms_in_a_model_that_has_the_names() {
     has(&report, &[("x*v", -0.5), ("x*x*x", -8.0)]);
     assert!(report["law"]["class"] != "Proposed", "{:#}", report["law"]);
 }
+
+/// A force that follows nothing in the model is no law; how it goes over time is told.
+#[test]
+fn what_nothing_explains_is_told_over_time() {
+    let force = |t: f64| 2.0 * (5.0 * t).sin() * (-0.3 * t).exp();
+    let rates: Rates = |x, _| {
+        let t = x[2];
+        let force = 2.0 * (5.0 * t).sin() * (-0.3 * t).exp();
+        vec![x[1], (-80.0 * x[0] - 0.6 * x[1] + force) / 2.0, 1.0]
+    };
+    let report = answer(&Bench { name: "driven", rates, ..SWING });
+    assert_eq!((&report["status"], &report["law"]), (&"unknown".into(), &Value::Null), "{report:#}");
+    let missing = &report["missing"];
+    assert_eq!(missing["equation"], "m*der(v) = -k*x - d*v", "{missing:#}");
+    let shots = missing["shots"].as_array().expect("a list");
+    assert!(shots.len() >= 3);
+    for shot in shots {
+        let list = |key: &str| -> Vec<f64> {
+            shot[key].as_array().expect("a list").iter().filter_map(Value::as_f64).collect()
+        };
+        let (times, values, errors) = (list("time"), list("value"), list("stderr"));
+        let off: Vec<f64> = times.iter().zip(&values).map(|(&t, value)| value - force(t)).collect();
+        // Nuisances of 2 % of a spring's 40 N may take a part of it, which the errors say.
+        let beyond = |limit: f64| off.iter().zip(&errors).filter(|(off, error)| off.abs() > limit * **error).count();
+        assert!(beyond(3.0) <= times.len() / 10, "{} of {}: {off:?} {errors:?}", beyond(3.0), times.len());
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let truth: Vec<f64> = times.iter().map(|&t| force(t)).collect();
+        let alike = product(&truth, &values) / (product(&truth, &truth) * product(&values, &values)).sqrt();
+        assert!(alike > 0.9, "{alike}: {times:?} {values:?}");
+    }
+}

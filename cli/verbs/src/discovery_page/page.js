@@ -94,6 +94,32 @@ function cameNearest() {
   part.classList.add("sizes");
 }
 
+// What the likeliest equation lacks over time, shot by shot, with a band of two standard errors.
+function missing() {
+  const M = R.missing;
+  if (!M || !M.shots.length) return;
+  const width = 420, height = 170, left = 62, right = 10, top = 22, bottom = 30;
+  const panel = (own) => {
+    const low = Math.min(0, ...own.value.map((v, k) => v - 2 * own.stderr[k])), high = Math.max(0, ...own.value.map((v, k) => v + 2 * own.stderr[k]));
+    const first = own.time[0], last = own.time[own.time.length - 1];
+    const x = (t) => left + (width - left - right) * (t - first) / (last - first || 1);
+    const y = (v) => height - bottom - (height - top - bottom) * (v - low) / (high - low || 1);
+    const at = (t, v) => `${x(t).toFixed(1)},${y(v).toFixed(1)}`;
+    const line = own.time.map((t, k) => at(t, own.value[k])).join(" ");
+    const band = own.time.map((t, k) => at(t, own.value[k] + 2 * own.stderr[k])).join(" ") + " " +
+      own.time.map((t, k) => at(t, own.value[k] - 2 * own.stderr[k])).reverse().join(" ");
+    const text = (px, py, words, anchor) => `<text x="${px}" y="${py}" font-size="11" fill="#5c6675" text-anchor="${anchor}">${safe(words)}</text>`;
+    const marks = [low, 0, high].filter((v, k, all) => all.indexOf(v) === k && (v === 0 || Math.abs(y(v) - y(0)) > 12));
+    return `<svg viewBox="0 0 ${width} ${height}" style="width:100%;max-width:${width}px" role="img" aria-label="shot ${own.shot}">` +
+      `<polygon points="${band}" fill="#b9d2ee"></polygon><line x1="${left}" x2="${width - right}" y1="${y(0)}" y2="${y(0)}" stroke="#9aa4b2"></line>` +
+      `<polyline points="${line}" fill="none" stroke="#c4551d" stroke-width="1.6"></polyline>` +
+      marks.map((v) => text(left - 5, y(v) + 4, short(v), "end")).join("") + text(left, 13, `shot ${own.shot}${M.unit ? ", " + M.unit : ""}`, "start") +
+      text(left, height - 12, short(first) + " s", "start") + text(width - right, height - 12, short(last) + " s", "end") + "</svg>";
+  };
+  section("What is missing over time", M.shots.map(panel).join(""), { wide: true,
+    note: `What would have to be added to the right side of <code>${safe(M.equation)}</code>, ${place(M)}, as smooth as the records allow, with a band of two standard errors.` });
+}
+
 function phases() {
   const P = R.phases;
   if (!P) return;
@@ -222,6 +248,7 @@ answer();
 phases();
 disturbed();
 cameNearest();
+missing();
 const overlay = section("Measured and simulated", '<div class="curves"></div>', { wide: true });
 const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView(), Boolean(R.change)) : null;
 structure();
