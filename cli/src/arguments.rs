@@ -338,7 +338,7 @@ pub struct EngineArguments {
     #[arg(long, value_name = "ENGINE")]
     pub on: Option<String>,
     /// Seconds that a file may take to become visible on a file system that machines share [default: 30]
-    #[arg(long, value_name = "S", requires = "on")]
+    #[arg(long, value_name = "S", requires = "on", allow_negative_numbers = true)]
     pub settle: Option<f64>,
 }
 
