@@ -305,21 +305,41 @@ pub struct Plot {
 #[command(after_help = "VALUES: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C (numbers, names of an enumeration, true and \
                         false), or a distribution drawn --samples times: uniform(a, b), \
                         loguniform(a, b), normal(mean, deviation), lognormal(median, deviation), triangular(low, mode, high).\n\
-                        A folder that holds part of the same sweep is completed.  `hyd sweep merge DIR` joins the parts of shards.")]
+                        A folder that holds part of the same sweep is completed.  `hyd sweep merge DIR` joins the parts of shards, `hyd sweep cancel \
+                        DIR` ends what --on has submitted.")]
 pub struct Sweep {
-    /// The model's file, a plan (PLAN.toml), or `merge`
-    #[arg(value_name = "FILE|PLAN.toml|merge")]
+    /// The model's file, a plan (PLAN.toml), `merge` or `cancel`
+    #[arg(value_name = "FILE|PLAN.toml|merge|cancel")]
     pub file: PathBuf,
-    /// The folder whose parts `merge` joins
+    /// The folder whose parts `merge` joins, or whose tasks `cancel` ends
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
     #[command(flatten)]
     pub sweep: SweepArguments,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Number of shares for --on [default: one for each thousand runs, at most 1000]; without --on they are only made ready
+    #[arg(long, value_name = "N")]
+    pub shards: Option<std::num::NonZeroUsize>,
+    /// Goes on with what --on has shared out before into the same folder
+    #[arg(long, requires = "on")]
+    pub resume: bool,
     /// The class to take [default: the last complete model of the file]
     #[arg(long, value_name = "CLASS")]
     pub model: Option<String>,
     #[command(flatten)]
     pub libraries: LibraryArguments,
+}
+
+/// Work on other machines.
+#[derive(Args, Clone, Debug, Default)]
+pub struct EngineArguments {
+    /// Shares the work out to other machines: hq[=SERVER_DIR] (HyperQueue), slurm, or dask[=ADDRESS]
+    #[arg(long, value_name = "ENGINE")]
+    pub on: Option<String>,
+    /// Seconds that a file may take to become visible on a file system that machines share [default: 30]
+    #[arg(long, value_name = "S", requires = "on", allow_negative_numbers = true)]
+    pub settle: Option<f64>,
 }
 
 /// `hyd compare`
@@ -423,6 +443,11 @@ pub struct Discover {
     /// First search so many sets simulated with the fitted model; a name then needs a larger drop of the cost than 95 of 100 of them show by chance
     #[arg(long, value_name = "SETS")]
     pub calibrate: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Searches one of the sets of --calibrate and keeps what came out in DIR/calibration: what a task of --on does
+    #[arg(long, value_name = "K", requires = "calibrate", conflicts_with = "on", hide = true)]
+    pub trial: Option<usize>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

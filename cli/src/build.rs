@@ -5,6 +5,7 @@
 //! prebuilt library is found in the same way; `HYD_UNIT` names another one.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use hyd_compiler::{Compilation, CompiledModel, Extras, FlatModel, Goal, Loops};
 use hyd_payload::{Model, executable, format};
@@ -26,12 +27,28 @@ pub(crate) struct Prebuilt {
     pub(crate) is_it: fn(&[u8]) -> bool,
 }
 
-const LAUNCHER: Prebuilt = Prebuilt {
+pub(crate) const LAUNCHER: Prebuilt = Prebuilt {
     file: if cfg!(windows) { "hyd-launcher.exe" } else { "hyd-launcher" },
     variable: "HYD_LAUNCHER",
     name: "launcher",
     is_it: executable::is_launcher,
 };
+
+/// Folder of programs that were made with this one, where it is not that of the running program.
+static PREBUILT: OnceLock<PathBuf> = OnceLock::new();
+
+/// Names the folder of programs that were made with this one; the first call counts.
+pub fn prebuilt_in(folder: PathBuf) {
+    let _ = PREBUILT.set(folder);
+}
+
+/// The bytes of the program that executables are copies of; `output`: what is to be written, which must not be it.
+///
+/// # Errors
+/// It is missing, or one of another version.
+pub fn launcher(output: &Path) -> Result<Vec<u8>, Failure> {
+    LAUNCHER.read(output)
+}
 
 /// Runs the verb.
 pub(crate) fn build(arguments: &Build) -> Result<(), Failure> {
@@ -125,12 +142,13 @@ impl Prebuilt {
         }
     }
 
-    /// It in the folder of this program, or in the one above (where programs of tests stand a level deeper).
+    /// It in the folder that was named for it, in that of this program, or in the one above (where programs of tests stand a level deeper).
     fn beside_us(&self) -> Result<PathBuf, Failure> {
         let (file, variable) = (self.file, self.variable);
         let own = std::env::current_exe();
         let own = own.map_err(|error| Failure::Fault(format!("the place of this program is not known: {error}")))?;
-        let found = own.ancestors().skip(1).take(2).map(|folder| folder.join(file)).find(|path| path.is_file());
+        let folders = PREBUILT.get().map(PathBuf::as_path).into_iter().chain(own.ancestors().skip(1).take(2));
+        let found = folders.map(|folder| folder.join(file)).find(|path| path.is_file());
         found.ok_or_else(|| {
             let folder = own.parent().unwrap_or(Path::new("")).display().to_string();
             Failure::Fault(format!(

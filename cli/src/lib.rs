@@ -36,6 +36,7 @@ use clap::Parser;
 
 use arguments::BenchVerb;
 pub use arguments::{Arguments, Verb};
+pub use build::{launcher, prebuilt_in};
 pub(crate) use hyd_run::output;
 pub use hyd_run::{Failure, TextError, clock, read_text};
 pub use hyd_verbs::LibraryPath;

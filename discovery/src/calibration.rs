@@ -5,6 +5,8 @@
 //! chapter 6).  What the best candidate of the first pass seems to explain there, it explains by chance.  Scatter from
 //! shot to shot that no study declares is not in these sets.
 
+use std::ops::Range;
+
 use crate::catalogue::Candidate;
 use crate::fit::Fit;
 use crate::fit::schedule;
@@ -35,6 +37,12 @@ impl Calibration {
 }
 
 impl Calibration {
+    /// From the drops of all sets, in any order.
+    pub fn new(mut cost_drops: Vec<f64>) -> Self {
+        cost_drops.sort_by(f64::total_cmp);
+        Self { cost_drops }
+    }
+
     /// Searches `sets` sets on which nothing is missing.
     ///
     /// # Errors
@@ -46,13 +54,29 @@ impl Calibration {
         (sets, seed): (usize, u64),
         progress: &dyn Fn(&str),
     ) -> Result<Self, Fault> {
+        let told = |set: usize| progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
+        Self::drops(setup, workshop, candidates, (0..sets, seed), &told).map(Self::new)
+    }
+
+    /// The largest drops of some of the sets, in their order.  Each set is drawn by its number and the seed alone, so that who searches which of them does
+    /// not matter.  `progress` gets the number of a set before it is searched.
+    ///
+    /// # Errors
+    /// When the base model does not run, or a text cannot be translated.
+    pub fn drops(
+        setup: &Setup,
+        workshop: &Workshop<'_>,
+        candidates: &[Candidate],
+        (sets, seed): (Range<usize>, u64),
+        progress: &dyn Fn(usize),
+    ) -> Result<Vec<f64>, Fault> {
         let base = Hypothesis::new(setup, workshop, Vec::new())?;
         let problem = base.problem(setup)?;
         let zero = vec![0.0; problem.unknowns.len()];
         let (fit, _) = schedule::fit(&problem, &zero, &setup.train, setup.study.shots.time_tolerance)?;
-        let mut cost_drops = Vec::with_capacity(sets);
-        for set in 0..sets {
-            progress(&format!("set {} of {sets} on which nothing is missing", set + 1));
+        let mut cost_drops = Vec::with_capacity(sets.len());
+        for set in sets {
+            progress(set);
             let mut draws = SplitMix(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
             let bench = like(setup, &problem, &fit, &mut draws)?;
             let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
@@ -70,8 +94,7 @@ impl Calibration {
             let findings = search.run()?;
             cost_drops.push(findings.passes.first().map_or(0.0, |pass| search.largest_drop(pass)));
         }
-        cost_drops.sort_by(f64::total_cmp);
-        Ok(Self { cost_drops })
+        Ok(cost_drops)
     }
 }
 

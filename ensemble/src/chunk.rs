@@ -156,6 +156,10 @@ pub(crate) struct Table {
     values: Vec<Vec<f64>>,
 }
 
+/// Key of the metadata of a chunk: members whose results come from the system with whole loops.  It is not carried over to joined files, which
+/// do not depend on chunks.
+pub(crate) const DONE_AGAIN: &str = "done_again";
+
 /// The status of a member that failed.
 pub(crate) const FAILED: &str = "failed";
 
@@ -186,8 +190,9 @@ impl Table {
         }
     }
 
-    /// Writes `member`, the varied parameters, `status`, `message`, `time`, what was measured and the last values.
-    pub(crate) fn write(self, path: &Path, head: &Head) -> io::Result<()> {
+    /// Writes `member`, the varied parameters, `status`, `message`, `time`, what was measured and the last values.  `again`: how many of the
+    /// members come from the system with whole loops.
+    pub(crate) fn write(self, path: &Path, head: &Head, again: usize) -> io::Result<()> {
         let mut columns: Vec<(&str, Kind)> = vec![("member", Kind::Whole)];
         columns.extend(head.varied.iter().map(|name| (name.as_str(), Kind::Number)));
         columns.extend([("status", Kind::Text), ("message", Kind::Text), ("time", Kind::Number)]);
@@ -205,7 +210,11 @@ impl Table {
                 cells.push(Cells::Numbers(values));
             }
         }
-        whole(path, &columns, &cells, &head.metadata(&columns))
+        let mut metadata = head.metadata(&columns);
+        if again > 0 {
+            metadata.push((DONE_AGAIN.to_string(), again.to_string()));
+        }
+        whole(path, &columns, &cells, &metadata)
     }
 }
 
@@ -221,10 +230,20 @@ impl Rows {
     }
 }
 
-/// Members of a written chunk that failed, with their messages.  Of a file that cannot be read there are none: joining the chunks
-/// says what is wrong with it.
-pub(crate) fn failed_members(path: &Path) -> Vec<(usize, String)> {
-    let Ok(frame) = Frame::read(path) else { return Vec::new() };
+/// What a written chunk says of its members.
+#[derive(Default)]
+pub(crate) struct Written {
+    /// Members that failed, with their messages.
+    pub(crate) failed: Vec<(usize, String)>,
+    /// Members whose results come from the system with whole loops.
+    pub(crate) again: usize,
+}
+
+/// Reads what a chunk says of its members.  Of a file that cannot be read that is nothing: joining the chunks says what is wrong with it.
+pub(crate) fn written(path: &Path) -> Written {
+    let wanted = ["member", "status", "message"];
+    let Ok(frame) = Frame::read_columns(path, |name| wanted.contains(&name)) else { return Written::default() };
+    let again = frame.metadata.iter().find(|(key, _)| key == DONE_AGAIN).and_then(|(_, count)| count.parse().ok());
     // A varied parameter may have the name of a column, too; its cells are numbers.
     let texts = |wanted: &str| {
         frame.columns.iter().find_map(|(name, cells)| match cells {
@@ -233,10 +252,14 @@ pub(crate) fn failed_members(path: &Path) -> Vec<(usize, String)> {
         })
     };
     let (status, messages) = (texts("status").unwrap_or_default(), texts("message").unwrap_or_default());
-    let Some(Cells::Wholes(members)) = frame.column("member") else { return Vec::new() };
+    let members = match frame.column("member") {
+        Some(Cells::Wholes(members)) => members.as_slice(),
+        _ => &[],
+    };
     let rows = members.iter().zip(status).zip(messages);
     let failed = rows.filter(|((_, status), _)| *status == FAILED);
-    failed.map(|((&member, _), message)| (member as usize, message.clone())).collect()
+    let failed = failed.map(|((&member, _), message)| (member as usize, message.clone())).collect();
+    Written { failed, again: again.unwrap_or(0) }
 }
 
 fn whole(path: &Path, head: &[(&str, Kind)], cells: &[Cells], metadata: &[(String, String)]) -> io::Result<()> {

@@ -177,6 +177,14 @@ impl Plan {
         Ok(variations)
     }
 
+    /// The text that [`Plan::parse`] reads as this plan.
+    ///
+    /// # Errors
+    /// A number that TOML cannot hold, such as a seed above 2^63.
+    pub fn to_text(&self) -> Result<String, PlanError> {
+        toml::to_string(self).map_err(|error| PlanError::Text(error.to_string()))
+    }
+
     /// A text that is the same exactly for plans with the same runs.
     pub fn canonical(&self) -> String {
         serde_json::to_string(self).expect("invariant: plain data with text keys has a JSON form")
@@ -204,7 +212,7 @@ impl Shard {
     }
 
     /// Is this chunk part of the share?
-    pub(crate) fn holds(self, chunk: usize) -> bool {
+    pub fn holds(self, chunk: usize) -> bool {
         chunk % self.count == self.index
     }
 }

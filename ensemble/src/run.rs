@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, VariableInfo};
 
-use crate::chunk::{Ending, FAILED, Head, Recorder, Rows, Table, Taken, failed_members};
+use crate::chunk::{Ending, FAILED, Head, Recorder, Rows, Table, Taken, written};
 use crate::failures::{Failure, Failures};
 use crate::measure::Follower;
 use crate::{Folder, Measure, MeasureError, Members, Resolved, Shard};
@@ -74,7 +74,7 @@ pub struct Report {
     pub failed: usize,
     /// Why they did, the commonest reason first.
     pub failures: Vec<Failure>,
-    /// Members run now whose results come from the system with whole loops.
+    /// Members, now or before, whose results come from the system with whole loops.
     pub whole_loops: usize,
     /// Members run now that failed where rounding errors may have grown along a loop.
     pub rounding: usize,
@@ -101,14 +101,16 @@ pub fn run(
     // Who goes on with a sweep wants to know how all of it went.
     let mut earlier = Failures::default();
     for chunk in before {
-        for (member, message) in failed_members(&job.folder.members_file(chunk)) {
+        let written = written(&job.folder.members_file(chunk));
+        report.whole_loops += written.again;
+        for (member, message) in written.failed {
             report.failed += 1;
             earlier.add(member, &message);
         }
     }
 
     let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(report.failed));
-    let (whole_loops, rounding) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let (whole_loops, rounding) = (AtomicUsize::new(report.whole_loops), AtomicUsize::new(0));
     let failures = Mutex::new(earlier);
     let halted = AtomicBool::new(false);
     let fault: Mutex<Option<io::Error>> = Mutex::new(None);
@@ -183,17 +185,19 @@ impl<'a> Worker<'a> {
     fn chunk(&mut self, chunk: usize, counted: &dyn Fn(usize, &Ending), halt: &dyn Fn() -> bool) -> io::Result<()> {
         let job = self.job;
         let mut table = Table::new(&self.torn.head);
-        let mut rows = Rows::default();
+        let (mut rows, mut again) = (Rows::default(), 0);
         for member in job.folder.members_of(chunk) {
             let values = job.members.values(member);
             let Some((ending, last)) = self.member((member, &values), &mut rows, halt)? else { return Ok(()) };
             counted(member, &ending);
+            again += usize::from(ending.rounding && ending.status != FAILED);
             table.push(member, &values, ending, last);
         }
+        job.folder.make_place(chunk)?;
         if job.kept == Kept::Rows {
             rows.write(&job.folder.rows_file(chunk), &self.torn.head)?;
         }
-        table.write(&job.folder.members_file(chunk), &self.torn.head)
+        table.write(&job.folder.members_file(chunk), &self.torn.head, again)
     }
 
     /// How a member ended and what was taken of it; its rows are added where rows are kept.  `None` if it was stopped from outside.

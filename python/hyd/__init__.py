@@ -14,6 +14,9 @@ Examples
 'm/s'
 """
 
+import os as _os
+
+from . import _hyd
 from ._hyd import __version__
 from .command import command
 from .errors import Error, HydNote, HydWarning, Interrupted, ModelError, RunError, UsageError
@@ -59,3 +62,6 @@ __all__ = [
     "triangular",
     "uniform",
 ]
+
+# What executables and units are made of comes with the package.
+_hyd.prebuilt_in(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "bin"))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _hyd
-from .errors import RunError, UsageError
+from .errors import ModelError, UsageError
 from .values import counted
 
 
@@ -175,7 +175,7 @@ class Function:
         missing = np.isnan(values).all(axis=1)
         if missing.any():
             first = float(self.at[int(np.argmax(missing))])
-            raise RunError(f"the model ended the run before {first} s")
+            raise ModelError(f"the model ended the run before {first} s")
         return values
 
     def __reduce__(self):

@@ -365,9 +365,13 @@ class Model:
         threads: Optional[int] = None,
         result: Optional[_Path] = None,
         progress: Any = False,
+        on: Any = None,
+        shards: Optional[int] = None,
+        resume: bool = False,
+        settle: Optional[float] = None,
         **values: Any,
     ) -> Sweep:
-        """Run the model many times, on all cores.
+        """Run the model many times, on all cores, or on other machines.
 
         Parameters
         ----------
@@ -387,6 +391,14 @@ class Model:
             Folder of the results, in which the same call goes on after an interrupt [default: a temporary one].
         progress
             True for a bar, or a function that gets the numbers of runs done and of all runs.
+        on
+            What shares the runs out to other machines: ``"hq"``, ``"slurm"``, ``"dask=ADDRESS"`` or a client of Dask. They have to see the folder ``result``, and need nothing else.
+        shards
+            Number of shares [default: one for each thousand runs, at most 1000].
+        resume
+            Go on with what was shared out before into the same folder.
+        settle
+            Seconds that a file may take to become visible on a file system that machines share [default: 30].
         parameters, **values
             Values of parameters that do not vary.
 
@@ -413,7 +425,7 @@ class Model:
         )
         vary = self._named("vary", vary, values)
         own = self._set("sweep", parameters, values)
-        return sweep(self._model, own, vary, options, measure, self._inputs(inputs, hold), result, progress)
+        return sweep(self._model, own, vary, options, measure, self._inputs(inputs, hold), result, progress, (on, shards, resume, settle))
 
     def linearize(
         self,

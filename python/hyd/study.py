@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import sys
 import tempfile
 import weakref
 from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
 
 from . import _hyd
-from .errors import _warn
+from .errors import UsageError, _warn
 from .model import Model, load
 from .progress import Bar
-from .values import checked, names, paths
+from .values import checked, engine, names, paths, real
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -91,6 +92,8 @@ class Study:
         calibrate: Optional[int] = None,
         seed: int = 1,
         progress: Any = False,
+        on: Any = None,
+        settle: Optional[float] = None,
     ) -> "Finding":
         """Find where model and bench disagree, name what is missing, write the model that has it.
 
@@ -106,11 +109,19 @@ class Study:
             Seed of random starts.
         progress
             True to be told what is done, or a function that gets seconds and a sentence.
+        on
+            What shares the sets of ``calibrate`` out to other machines, as for :meth:`hyd.Model.sweep`. They have to see this interpreter with the package, study, set and
+            report at the same places. The search itself runs on this machine.
+        settle
+            Seconds that a file may take to become visible on a file system that machines share [default: 30].
 
         Returns
         -------
         Finding
         """
+        if on is not None and (calibrate is None or report is None):
+            raise UsageError(f"on: {'calibrate' if calibrate is None else 'report'}= is needed, too; on shares out the sets of a calibration")
+        sharing = (engine(on), None if settle is None else real("settle", settle), sys.executable)
         options = checked({"calibrate": calibrate, "seed": seed})
         if report is None:
             folder = tempfile.mkdtemp(prefix="hyd-report-")
@@ -119,7 +130,7 @@ class Study:
         bar = Bar.of(progress, "")
         try:
             text, found, model, warnings = self._study.discover(
-                folder, resume, options["calibrate"], options["seed"], None if bar is None else bar.say
+                folder, (bool(resume), options["calibrate"], options["seed"]), sharing, None if bar is None else bar.say
             )
         except BaseException:
             if report is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 from typing import Any, Dict, Iterator, Mapping, Optional
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from .errors import UsageError, _warn
 from .progress import Bar
-from .values import checked, counted, names, variation
+from .values import checked, counted, engine, names, real, variation, whole
 
 
 class Sweep(Mapping[str, Any]):
@@ -82,10 +83,11 @@ class Sweep(Mapping[str, Any]):
             return f"<pre>{self!r}</pre>".replace("<hyd", "&lt;hyd").replace("failed>", "failed&gt;")
 
 
-def sweep(model, own, vary, options, measure, inputs, result, progress) -> Sweep:
+def sweep(model, own, vary, options, measure, inputs, result, progress, sharing) -> Sweep:
     """Run a sweep of the extension and read its tables."""
     kept = checked(options)
     kept["measure"] = names("measure", measure)
+    kept.update(_shared(*sharing, result))
     if not isinstance(vary, Mapping):
         raise UsageError(f"vary: {vary!r} is not a mapping of names to values")
     both = [name for name, _ in own if name in vary]
@@ -106,6 +108,23 @@ def sweep(model, own, vary, options, measure, inputs, result, progress) -> Sweep
     swept = Sweep(table, rows, found, None if result is None else kept["result"])
     _warn(found["warnings"], swept)
     return swept
+
+
+def _shared(on: Any, shards: Any, resume: Any, settle: Any, result: Any) -> dict:
+    """How a sweep is shared out, as the extension takes it."""
+    if on is None:
+        given = [name for name, value in (("shards", shards), ("resume", resume), ("settle", settle)) if value]
+        if given:
+            raise UsageError(f"{given[0]}: on= is needed, too")
+    elif result is None:
+        raise UsageError("on: result= is needed, a folder that all machines see")
+    return {
+        "on": engine(on),
+        "shards": None if shards is None else whole("shards", shards),
+        "resume": bool(resume),
+        "settle": None if settle is None else real("settle", settle),
+        "python": sys.executable,
+    }
 
 
 def _column(values: Any) -> Any:

@@ -6,7 +6,7 @@ import math
 import numbers
 import operator
 import os
-from typing import Any, Iterable, Mapping, Union
+from typing import Any, Iterable, Mapping, Optional, Union
 
 import numpy as np
 
@@ -74,6 +74,18 @@ def names(keyword: str, value: Any) -> list:
         if not isinstance(own, str):
             raise UsageError(f"{keyword}: {value!r} is not a list of names")
     return found
+
+
+def engine(on: Any) -> Optional[str]:
+    """What shares work out, in the words of the command."""
+    if on is None or isinstance(on, str):
+        return on
+    address = getattr(getattr(on, "scheduler", None), "address", None)
+    if not isinstance(address, str):
+        raise UsageError(f"on: {on!r} is neither a client of Dask nor one of hq, slurm, dask=ADDRESS")
+    if address.startswith("inproc:"):
+        raise UsageError("on: the scheduler of this client lives in this process, and nobody else can reach it; LocalCluster(processes=True) makes one that others can")
+    return f"dask={address}"
 
 
 def paths(keyword: str, value: Any) -> list:

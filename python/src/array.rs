@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 /// An array of numbers, row by row.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Array {
     values: Vec<f64>,
     shape: Vec<usize>,

@@ -40,7 +40,7 @@ impl Wanted {
 }
 
 /// `hyd.Function` below its documentation.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Function {
     translated: Arc<Translated>,
     set: Vec<(String, String)>,

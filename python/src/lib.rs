@@ -22,6 +22,7 @@ mod sweep;
 mod translated;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
@@ -29,6 +30,12 @@ use pyo3::prelude::*;
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| hyd::exit_code(arguments))
+}
+
+/// Names the folder of the programs that were made with the package: the launcher of executables, and the library of units.
+#[pyfunction]
+fn prebuilt_in(folder: PathBuf) {
+    hyd::prebuilt_in(folder);
 }
 
 /// What a misspelt name may have been meant to be, as a sentence.
@@ -42,6 +49,7 @@ fn did_you_mean(wrong: &str, candidates: Vec<String>) -> Option<String> {
 fn _hyd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(prebuilt_in, module)?)?;
     module.add_function(wrap_pyfunction!(did_you_mean, module)?)?;
     module.add_function(wrap_pyfunction!(picture::picture, module)?)?;
     module.add_class::<array::Array>()?;

@@ -35,7 +35,7 @@ const MOST_TRANSLATIONS: usize = 16;
 const USUAL_STEPS: usize = 1000;
 
 /// `hyd.Model` below its documentation.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Model {
     texts: Texts,
     class: Option<String>,

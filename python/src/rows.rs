@@ -279,7 +279,7 @@ impl Layout {
 }
 
 /// A column of a run for numpy.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Column {
     values: ScalarBuffer<f64>,
 }
@@ -299,7 +299,7 @@ impl Column {
 }
 
 /// All columns of a run for numpy: one line for each column.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Matrix {
     rows: Arc<Rows>,
 }

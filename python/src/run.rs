@@ -13,7 +13,7 @@ use crate::model::near;
 use crate::rows::{Column, Layout, Matrix, Rows, Slot, Variable};
 
 /// `hyd.Run` below its documentation.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Run {
     rows: Arc<Rows>,
     /// The summary that `hyd simulate --json` prints.

@@ -7,7 +7,9 @@ use std::sync::atomic::Ordering;
 use hyd_run::Failure;
 use hyd_verbs::Libraries;
 use hyd_verbs::discover::{SearchOptions, discover};
+use hyd_verbs::discovery_trials::SharedTrials;
 use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
+use hyd_verbs::share_out::Sharing;
 use hyd_verbs::study::{Opened, StudyFiles, open};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -16,7 +18,7 @@ use crate::messages::{Kept, Message, failed, stopped, warn, warnings};
 use crate::signals::watched;
 
 /// `hyd.Study` below its documentation.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Study {
     files: StudyFiles,
 }
@@ -103,13 +105,24 @@ impl Study {
         &self,
         py: Python<'py>,
         report: PathBuf,
-        resume: bool,
-        calibrate: Option<NonZeroUsize>,
-        seed: u64,
+        search: (bool, Option<NonZeroUsize>, u64),
+        sharing: (Option<String>, Option<f64>, PathBuf),
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, String, Option<PathBuf>, Bound<'py, PyList>)> {
+        let (resume, calibrate, seed) = search;
+        let (on, settle, python) = sharing;
         let (opened, _) = self.open(py)?;
-        let options = SearchOptions { report, resume, calibrate, seed };
+        let threads = self.files.threads.map(NonZeroUsize::get);
+        let sharing = Sharing::read(on.as_deref(), None, (resume, settle), threads);
+        let sharing = sharing.map_err(|failure| failed(py, &failure, &[]))?;
+        // Tasks run the package by this interpreter, which other machines have to see where it is.
+        let shared = sharing.map(|own| SharedTrials {
+            sharing: Sharing { python: Some(python.clone().into_os_string()), ..own },
+            program: python,
+            before: vec!["-m".to_string(), "hyd".to_string()],
+            copied: false,
+        });
+        let options = SearchOptions { report, resume, calibrate, shared, seed };
         let (found, messages) =
             work(py, (&opened, Vec::new()), progress.as_ref(), |kept| discover(&self.files, &opened, &options, kept))?;
         Ok((found.text, found.json, found.model, warnings(py, &messages)?))

@@ -1,5 +1,6 @@
 //! Many runs on all cores, as `hyd sweep` does them; their tables come back as columns.
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use hyd_run::{
     DrawMethod, Failure, InputArguments, InputTable, MessageFormat, SweepArguments, Swept, failures_told,
     override_plan, prepare, runs_done_again,
 };
+use hyd_verbs::share_out::{Model, Shared, Sharing, share_out};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
@@ -37,12 +39,26 @@ pub(crate) struct SweepOptions {
     stop: Option<f64>,
     tolerance: Option<f64>,
     intervals: Option<usize>,
+    /// By what the sweep is shared out, to how many shards, and how.
+    on: Option<String>,
+    shards: Option<usize>,
+    resume: bool,
+    settle: Option<f64>,
+    /// The interpreter that talks to Dask.
+    python: String,
 }
 
 impl SweepOptions {
     /// Names of what varies.
     pub(crate) fn varied(&self) -> impl Iterator<Item = String> {
         self.vary.iter().map(|(name, _)| name.clone())
+    }
+
+    /// How the sweep is shared out, if it is.
+    fn sharing(&self) -> Result<Option<Sharing>, Failure> {
+        let how = (self.resume, self.settle);
+        let sharing = Sharing::read(self.on.as_deref(), self.shards, how, self.threads.map(NonZeroUsize::get))?;
+        Ok(sharing.map(|own| Sharing { python: Some(OsString::from(&self.python)), ..own }))
     }
 
     fn arguments(self, set: Vec<(String, String)>) -> Result<SweepArguments, Failure> {
@@ -83,6 +99,7 @@ pub(crate) fn sweep<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let is_kept = options.kept;
+    let sharing = options.sharing().map_err(|failure| failed(py, &failure, &[]))?;
     let arguments = options.arguments(set.clone()).map_err(|failure| failed(py, &failure, &[]))?;
     let (kept, stop) = (Kept::default(), AtomicBool::new(false));
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -96,7 +113,19 @@ pub(crate) fn sweep<'py>(
                 done.store(now, Ordering::Relaxed);
                 all.store(of, Ordering::Relaxed);
             };
-            prepared.work(subject, &count, &|| stop.load(Ordering::Relaxed))
+            let stop = || stop.load(Ordering::Relaxed);
+            let Some(sharing) = &sharing else { return prepared.work(subject, &count, &stop) };
+            let launcher = || hyd::launcher(&prepared.root().join("submission"));
+            let model = Model { compilation: &translated.compilation, set: &set, table, launcher: &launcher };
+            match share_out(&model, (&prepared, subject), sharing, &kept, &count, &stop)? {
+                Shared::All(before) => {
+                    let mut swept = prepared.work(subject, &|_, _| {}, &stop)?;
+                    swept.credit(before);
+                    Ok(swept)
+                }
+                // Without an engine it is not called.
+                Shared::Ready(..) => Err(Failure::Usage("--shards: --on is needed, too".to_string())),
+            }
         })
     };
     let told = |py: Python<'_>| -> PyResult<()> {

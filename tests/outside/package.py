@@ -2,6 +2,7 @@
 import _thread
 import doctest
 import importlib
+import json
 import multiprocessing
 import os
 import pathlib
@@ -314,6 +315,101 @@ def check_shell():
         assert "--tolerance" in shown.stdout.replace("\u2010", "-").replace("\b", "") and not shown.stderr, shown.stderr
 
 
+def check_fit():
+    """A fit is that of the command, and the parameters that it writes are those of the set's maker."""
+    study = hyd.study("models/single_acting_drive/bench.toml", bench="tests/data/bench/B01.json")
+    file = WORK / "fitted.toml"
+    fit = study.fit(write_parameters=file)
+    assert fit.converged and 0.8 < fit.report["misfit"] < 1.2, fit.report["misfit"]
+    told = json.loads(hyd.command("fit", "models/single_acting_drive/bench.toml", "--bench", "tests/data/bench/B01.json", "--json"))
+    assert told["misfit"] == fit.report["misfit"] and told["unknowns"] == fit.report["unknowns"]
+    assert fit.text.startswith(hyd.command("fit", "models/single_acting_drive/bench.toml", "--bench", "tests/data/bench/B01.json").splitlines()[0])
+    assert file.read_text() == fit.parameters
+    run = hyd.load(DRIVE, parameters=str(file)).simulate(stop=0.02)
+    assert run.status == "done" and repr(fit).startswith("<hyd.Fit of ")
+
+
+def check_programs_of_the_wheel():
+    """Executables and units are made from what the wheel brings."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("HYD_LAUNCHER", "HYD_UNIT")}
+    command = pathlib.Path(sys.executable).with_name("hyd")
+    for options, name in (((), "drive_of_wheel"), (("--fmu", "3.0"), "drive_of_wheel.fmu")):
+        made = subprocess.run([command, "build", DRIVE, *options, "-o", WORK / name], capture_output=True, text=True, env=environment)
+        assert made.returncode == 0, made.stderr
+    run = subprocess.run([WORK / "drive_of_wheel", "--stop", "0.01", "--json"], capture_output=True, text=True, check=True, env={})
+    assert json.loads(run.stdout)["status"] == "done"
+
+
+def check_sweep_on_dask():
+    """A sweep shared out by a client of Dask is that of one process; what cannot be shared out is refused."""
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        print("distributed is not installed; sweeps on Dask are not tried")
+        return
+    model = hyd.load(DRIVE)
+    options = dict(samples=300, seed=2, stop=0.01, measure=["max(y)"], variables="^y$", rows=True)
+    vary = {"p0": hyd.uniform(8e6, 12e6), "C": hyd.normal(1e-3, 4e-4)}
+    with warnings.catch_warnings(record=True) as alone_said:
+        warnings.simplefilter("always")
+        alone = model.sweep(vary, **options)
+    folder = WORK / "on_dask"
+    shutil.rmtree(folder, ignore_errors=True)
+    counts = []
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster, Client(cluster) as client:
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            shared = model.sweep(vary, on=client, shards=5, result=folder, progress=lambda done, of: counts.append((done, of)), **options)
+        own = lambda list: [str(warning.message) for warning in list if issubclass(warning.category, hyd.HydWarning)]
+        assert own(said) == own(alone_said) and shared.failures == alone.failures and shared.failed == alone.failed > 0
+        assert list(shared) == list(alone)
+        for name in alone:
+            assert np.array_equal(shared[name], alone[name], equal_nan=alone[name].dtype != object), name
+        for name in alone.rows:
+            assert np.array_equal(shared.rows[name], alone.rows[name], equal_nan=True), name
+        assert counts[-1] == (300, 300), counts
+        again = model.sweep(vary, on=client, shards=5, result=folder, resume=True, **options)
+        assert np.array_equal(again["max(y)"], alone["max(y)"], equal_nan=True)
+        wrong = [
+            (dict(on=client), "result= is needed"),
+            (dict(on=client, result=folder), "resume goes on with it"),
+            (dict(on=3, result=folder), "on: 3 is neither"),
+            (dict(on="pbs", result=folder), "on: `pbs` is not an engine"),
+            (dict(shards=3), "shards: on= is needed"),
+        ]
+        for keywords, words in wrong:
+            try:
+                model.sweep(vary, **keywords, **options)
+            except hyd.Error as error:
+                assert words in str(error), error
+            else:
+                raise AssertionError(keywords)
+
+
+def check_names_of_classes():
+    """Everything says where it comes from."""
+    for own in ("Error", "ModelError", "UsageError", "RunError", "Interrupted", "HydWarning", "HydNote"):
+        kind = getattr(hyd, own)
+        assert (kind.__module__, kind.__qualname__) == ("hyd.errors", own)
+    inner = [value for value in vars(hyd._hyd).values() if isinstance(value, type)]
+    assert len(inner) >= 7 and all(kind.__module__ == "hyd._hyd" for kind in inner), [kind.__module__ for kind in inner]
+
+
+def check_runs_that_end_early():
+    """A point that the model itself never comes to is the model's affair, whoever asks for it; a solver that gives up is a run's."""
+    ended = hyd.load(text="model E parameter Real k = 1; Real x(start = 0, fixed = true); equation der(x) = k; when x > 0.5 then terminate(\"enough\"); end when; end E;")
+    gone = hyd.load(text="model G parameter Real k = 1; Real x(start = 1, fixed = true); equation der(x) = k*x^2; end G;")
+    calls = [lambda model: model.linearize(at=2, inputs=["k"], outputs=["x"]), lambda model: model.function("x", "k", at=[2])([1]), lambda model: model.function("x", "k", at=[2]).value_and_jacobian([1])]
+    for call in calls:
+        for model, kind in ((ended, hyd.ModelError), (gone, hyd.RunError)):
+            try:
+                call(model)
+            except hyd.Error as error:
+                assert type(error) is kind, (model, error)
+            else:
+                raise AssertionError(model)
+
+
 # Last, as both start threads, after which processes are not forked.
 def check_jax():
     try:
@@ -347,6 +443,43 @@ def check_torch():
     assert np.array_equal(result.detach().numpy(), values)
     (result**2).sum().backward()
     assert np.allclose(p.grad.numpy(), 2 * values @ jacobian, rtol=1e-12)
+    # By PyTorch's own check, against its differences: a model whose solution is known, so that rounding of the run is no matter.
+    decay = hyd.load(text="model D Real x(start = s, fixed = true); parameter Real k = 1.5; parameter Real s = 2; equation der(x) = -k*x; end D;")
+    exact = decay.function("x", ["k", "s"], at=[0.5, 1], tolerance=1e-11)
+    smooth = exact.to_torch()
+    at = torch.tensor([1.5, 2.0], dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(smooth, (at,), eps=1e-4, atol=1e-6, rtol=1e-6)
+    closed = lambda k, s: torch.stack([s * torch.exp(-0.5 * k), s * torch.exp(-k)])
+    assert torch.allclose(smooth(at), closed(*at), rtol=1e-9)
+    # Through another layer, in a batch of their own, and by an optimiser of PyTorch.
+    both = torch.autograd.functional.jacobian(lambda q: smooth(torch.exp(q)), torch.log(at.detach()))
+    true = torch.autograd.functional.jacobian(lambda q: closed(*torch.exp(q)), torch.log(at.detach()))
+    assert torch.allclose(both, true, rtol=1e-7)
+    wanted, guess = closed(torch.tensor(0.7), torch.tensor(1.2)).double(), torch.tensor([1.5, 2.0], dtype=torch.float64, requires_grad=True)
+    optimiser = torch.optim.LBFGS([guess], max_iter=60, tolerance_grad=1e-14, tolerance_change=1e-16, line_search_fn="strong_wolfe")
+
+    def loss():
+        optimiser.zero_grad()
+        value = ((smooth(guess) - wanted) ** 2).sum()
+        value.backward()
+        return value
+
+    optimiser.step(loss)
+    assert torch.allclose(guess.detach(), torch.tensor([0.7, 1.2], dtype=torch.float64), rtol=1e-5), guess
+    # Numbers of 32 bits stay so; without a gradient only values are computed; second derivatives are refused.
+    single = torch.tensor([1.5, 2.0], dtype=torch.float32, requires_grad=True)
+    out = smooth(single)
+    assert out.dtype == torch.float32 and torch.allclose(out, closed(*single), rtol=1e-5)
+    out.sum().backward()
+    assert single.grad.dtype == torch.float32
+    with torch.no_grad():
+        assert not smooth(at).requires_grad
+    (first,) = torch.autograd.grad((smooth(at) ** 2).sum(), at, create_graph=True)
+    try:
+        first.sum().backward()
+        raise AssertionError("a second derivative that is not one")
+    except RuntimeError as error:
+        assert "once_differentiable" in str(error), error
 
 
 if __name__ == "__main__":

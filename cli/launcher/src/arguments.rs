@@ -27,6 +27,21 @@ pub struct Run {
     pub version: bool,
 }
 
+/// `EXE shard ...`
+#[derive(Parser, Debug)]
+#[command(disable_version_flag = true)]
+pub struct Shard {
+    /// The folder of the results, as `hyd sweep --shards` has made it
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Which share, from 0
+    #[arg(value_name = "I")]
+    pub index: usize,
+    /// Number of threads [default: as many as the sweep was shared out for]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<std::num::NonZeroUsize>,
+}
+
 /// `EXE sweep ...`
 #[derive(Parser, Debug)]
 #[command(disable_version_flag = true)]

@@ -12,19 +12,19 @@ use std::ffi::OsString;
 use std::mem::ManuallyDrop;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_run::{
-    Beside, Facts, Failure, InputTable, MessageFormat, REBUILD, Recorded, Subject, WholeLoops, clock, output,
-    parameter_file, parameters,
+    Beside, Facts, Failure, InputTable, MessageFormat, Prepared, REBUILD, Recorded, ShardOf, Subject, WholeLoops,
+    clock, output, parameter_file, parameters,
 };
 use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 
-use arguments::{Run, Sweep};
+use arguments::{Run, Shard, Sweep};
 
 /// By this `hyd build` knows which payloads the program reads.
 #[used]
@@ -59,11 +59,18 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(loaded) => ManuallyDrop::new(Arc::new(loaded)),
         Err(reason) => return Failure::Fault(format!("`{name}` cannot run: {reason}")).report(MessageFormat::Text),
     };
-    if arguments.get(1).is_some_and(|verb| verb == "sweep") {
-        arguments.remove(1);
-        return sweep(&arguments, &name, &loaded);
+    let verb = arguments.get(1).and_then(|verb| verb.to_str()).map(str::to_string);
+    match verb.as_deref() {
+        Some("sweep") => {
+            arguments.remove(1);
+            sweep(&arguments, &name, &loaded)
+        }
+        Some("shard") => {
+            arguments.remove(1);
+            share(&arguments, &name, &loaded, backend)
+        }
+        _ => single(&arguments, &name, &loaded, begin),
     }
-    single(&arguments, &name, &loaded, begin)
 }
 
 fn program_name(first: Option<&OsString>) -> String {
@@ -230,27 +237,80 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
     let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
     let table = arguments.sweep.inputs.read()?;
-    let experiment = InputTable::experiment(table.as_ref(), &loaded.model.experiment, None);
+    let warn = |sentence: &str| output::sentence("warning", sentence, arguments.sweep.message_format);
+    let advised = if loaded.model.has_torn_loops() { WholeLoops::Advised } else { WholeLoops::Needless };
+    swept((loaded, &set, table.as_ref()), &prepared, &warn, advised, |subject| {
+        prepared.run(subject, &format!("{name} sweep merge"))
+    })
+}
+
+/// Hands `work` the model as the subject of many runs.
+fn swept(
+    (loaded, set, table): (&Arc<Loaded>, &[(String, String)], Option<&InputTable>),
+    prepared: &Prepared<'_>,
+    warn: &dyn Fn(&str),
+    whole_loops: WholeLoops<'_>,
+    work: impl FnOnce(&Subject<'_>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let experiment = InputTable::experiment(table, &loaded.model.experiment, None);
     let span = prepared.span(&experiment)?;
     let mut first = loaded.instantiate();
-    let recorded = recorded(table.as_ref(), &mut first, span)?;
-    for warning in &recorded.warnings {
-        output::sentence("warning", warning, arguments.sweep.message_format);
-    }
+    let recorded = recorded(table, &mut first, span)?;
+    recorded.warnings.iter().for_each(|warning| warn(warning));
     // Values that hold for all runs are refused before the first of them.
-    set_parameters(&mut first, loaded, &set, span.0)?;
-    let make = || {
-        let mut system = loaded.instantiate();
-        parameters::apply(&mut system, &set, &[])?;
-        recorded.hand_over(&mut system)?;
-        Ok(Box::new(system) as Box<dyn DaeSystem>)
-    };
+    set_parameters(&mut first, loaded, set, span.0)?;
+    let make = || made(loaded, set, &recorded);
     let model = &loaded.model;
     let limits = &model.parameters.limits;
-    let whole_loops = if model.has_torn_loops() { WholeLoops::Advised } else { WholeLoops::Needless };
-    let sources = model.identity.sources ^ table.as_ref().map_or(0, InputTable::fingerprint);
-    let subject = Subject { sources, experiment, limits, make: &make, whole_loops };
-    prepared.run(&subject, &format!("{name} sweep merge"))
+    let sources = model.identity.sources ^ table.map_or(0, InputTable::fingerprint);
+    work(&Subject { sources, experiment, limits, make: &make, whole_loops })
+}
+
+/// A system ready but for what varies.
+fn made(loaded: &Arc<Loaded>, set: &[(String, String)], recorded: &Recorded) -> Result<Box<dyn DaeSystem>, String> {
+    let mut system = loaded.instantiate();
+    parameters::apply(&mut system, set, &[])?;
+    recorded.hand_over(&mut system)?;
+    Ok(Box::new(system) as Box<dyn DaeSystem>)
+}
+
+fn share(arguments: &[OsString], name: &str, loaded: &Arc<Loaded>, backend: Backend) -> ExitCode {
+    let about = || format!("Works off a share of a sweep of {} that was shared out", loaded.model.tables.model);
+    let arguments = match parse::<Shard>(arguments, &format!("{name} shard"), || (about(), String::new())) {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
+    match shard(&arguments, loaded, backend) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(MessageFormat::Text),
+    }
+}
+
+fn shard(arguments: &Shard, loaded: &Arc<Loaded>, backend: Backend) -> Result<(), Failure> {
+    let share = ShardOf::find(&arguments.folder, arguments.index, arguments.threads)?;
+    let manifest = &share.submission.manifest;
+    let own = format!("{:016x}", loaded.model.identity.sources);
+    if manifest.sources != own {
+        let (wanted, model) = (&manifest.sources, &manifest.model);
+        let sentence = format!("the sweep is one of {model} (texts {wanted}), and this is another model (texts {own})");
+        return Err(Failure::Fault(sentence));
+    }
+    // Read by whichever run needs it first.
+    let whole: OnceLock<Option<Arc<Loaded>>> = OnceLock::new();
+    let prepared = share.prepare()?;
+    let table = share.table.as_ref();
+    let span = prepared.span(&InputTable::experiment(table, &loaded.model.experiment, None))?;
+    let inputs = recorded(table, &mut loaded.instantiate(), span)?;
+    let make_whole = || {
+        let read = || {
+            let model = format::read(share.whole_loops.as_ref()?, backend == Backend::Native).ok()?;
+            Loaded::new(model, backend).ok().map(Arc::new)
+        };
+        made(whole.get_or_init(read).as_ref()?, &share.set, &inputs).ok()
+    };
+    let whole_loops = if loaded.model.has_torn_loops() { WholeLoops::Made(&make_whole) } else { WholeLoops::Needless };
+    // What is to be said of the inputs has been said where the sweep was shared out.
+    swept((loaded, &share.set, table), &prepared, &|_| {}, whole_loops, |subject| prepared.run_shard(subject))
 }
 
 /// A plan for another class is not for this executable.

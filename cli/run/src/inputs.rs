@@ -154,6 +154,42 @@ impl InputTable {
         Ok(Self { path: path.to_path_buf(), times, lines, columns, holds })
     }
 
+    /// The table as a file that [`InputTable::unpack`] reads, and what its inputs do between samples.
+    ///
+    /// # Errors
+    /// A sentence: a name of a column that no file can hold.
+    pub fn pack(&self) -> Result<(Vec<u8>, Vec<String>), Failure> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let wrong = |error: &dyn std::fmt::Display| Failure::Fault(format!("`{}`: {error}", self.path.display()));
+        let names = std::iter::once(TIME).chain(self.columns.iter().map(|(name, _)| name.as_str()));
+        writer.write_record(names).map_err(|error| wrong(&error))?;
+        for (k, time) in self.times.iter().enumerate() {
+            // The shortest digits that are read as the same number; what is missing is empty, what is not a number stays none.
+            let cell = |value: f64| match value {
+                _ if value.is_nan() => String::new(),
+                _ if value.is_infinite() => "x".to_string(),
+                _ => value.to_string(),
+            };
+            let values = self.columns.iter().map(|(_, values)| cell(values[k]));
+            writer.write_record(std::iter::once(time.to_string()).chain(values)).map_err(|error| wrong(&error))?;
+        }
+        let bytes = writer.into_inner().map_err(|error| wrong(&error))?;
+        let hold = |(name, hold): &(Option<String>, Hold)| match name {
+            Some(name) => format!("{name}={}", hold.name()),
+            None => hold.name().to_string(),
+        };
+        Ok((bytes, self.holds.iter().map(hold).collect()))
+    }
+
+    /// Reads a table that [`InputTable::pack`] has made; `path`: what messages call it.
+    ///
+    /// # Errors
+    /// A sentence: it is not one.
+    pub fn unpack(path: &Path, bytes: &[u8], hold: &[String]) -> Result<Self, Failure> {
+        let text = String::from_utf8_lossy(bytes);
+        Self::parse(path, &text, holds(hold)?).map_err(Failure::Fault)
+    }
+
     /// Names of the columns but that of the times.
     pub fn names(&self) -> Vec<String> {
         self.columns.iter().map(|(name, _)| name.clone()).collect()

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use hyd_ensemble::{Folder, Job, Kept, MergeError, Method, Plan, PlanError, Report, Shard, merge, run};
+use hyd_ensemble::{
+    Folder, Job, Kept, Measure, Members, MergeError, Method, Places, Plan, PlanError, Report, Shard, merge, run,
+};
 use hyd_payload::{Experiment, Limit};
 use hyd_results::{columns, is_variable};
 use hyd_runtime::Options;
@@ -57,6 +59,25 @@ pub struct Prepared<'a> {
     shard: Shard,
     root: &'a Path,
     selection: Selection,
+    role: Role,
+}
+
+/// What a sweep does with its folder.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Role {
+    /// Opens it, and joins the chunks where they are all there.
+    Alone,
+    /// Finds it as it was made by who shares the sweep out, and leaves joining to them.
+    Shard,
+}
+
+/// A sweep that makes sense with its model.
+struct Ready {
+    names: Vec<String>,
+    places: Places,
+    members: Members,
+    measures: Vec<Measure>,
+    options: Options,
 }
 
 /// Reads a plan.
@@ -111,7 +132,7 @@ pub fn prepare(arguments: &SweepArguments, plan: Plan) -> Result<Prepared<'_>, F
     let root = arguments.result.as_deref();
     let root = root.ok_or_else(|| Failure::Usage("--result DIR is needed: the folder of the results".to_string()))?;
     let selection = Selection::new(plan.variables.as_deref())?;
-    Ok(Prepared { arguments, plan, shard, root, selection })
+    Ok(Prepared { arguments, plan, shard, root, selection, role: Role::Alone })
 }
 
 /// A plan that makes no sense is wrong usage.
@@ -120,6 +141,21 @@ fn usage(error: PlanError) -> Failure {
 }
 
 impl Prepared<'_> {
+    /// The same for a shard of a sweep that was shared out: the folder must be there, and nothing is joined.
+    pub(crate) fn into_shard(self) -> Self {
+        Self { role: Role::Shard, ..self }
+    }
+
+    /// The folder of the results.
+    pub fn root(&self) -> &Path {
+        self.root
+    }
+
+    /// Is the summary asked for as JSON?
+    pub fn is_json(&self) -> bool {
+        self.arguments.json
+    }
+
     /// What is to be done.
     pub fn plan(&self) -> &Plan {
         &self.plan
@@ -139,10 +175,23 @@ impl Prepared<'_> {
     /// A parameter that cannot be varied, a folder of another sweep, results that cannot be written, Ctrl-C.
     pub fn run(&self, subject: &Subject<'_>, command: &str) -> Result<(), Failure> {
         interrupt::listen();
-        let line = Line::new();
+        let line = Line::default();
         let swept = self.work(subject, &|done, all| line.show(done, all), &interrupt::requested);
         line.wipe();
-        let swept = swept?;
+        self.tell(subject, swept?, command)
+    }
+
+    /// Collects what others have run, `before` members of it before this command, and says what came out.
+    ///
+    /// # Errors
+    /// As [`Prepared::run`].
+    pub fn collect(&self, subject: &Subject<'_>, before: usize, command: &str) -> Result<(), Failure> {
+        let mut swept = self.work(subject, &|_, _| {}, &interrupt::requested)?;
+        swept.credit(before);
+        self.tell(subject, swept, command)
+    }
+
+    fn tell(&self, subject: &Subject<'_>, swept: Swept, command: &str) -> Result<(), Failure> {
         let report = &swept.report;
         if report.whole_loops > 0 {
             output::sentence("warning", &runs_done_again(report.whole_loops), self.arguments.message_format);
@@ -165,25 +214,9 @@ impl Prepared<'_> {
         progress: &(dyn Fn(usize, usize) + Sync),
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Swept, Failure> {
-        let plan = &self.plan;
-        let system = (subject.make)().map_err(Failure::Fault)?;
-        let names: Vec<String> = plan.vary.iter().map(|vary| vary.parameter.clone()).collect();
-        let varied = names.iter().map(|name| parameters::varied(system.tables(), name));
-        let varied = varied.collect::<Result<Vec<_>, String>>().map_err(Failure::Fault)?;
-        let (kinds, places): (Vec<ValueKind>, Vec<_>) = varied.into_iter().unzip();
-        let members = plan.members(&kinds).map_err(usage)?;
-        let keep = |variable: &VariableInfo, name: &str| match self.selection.is_explicit() {
-            true => self.selection.matches(name),
-            false => is_variable(variable, name),
-        };
-        if let Some(pattern) = plan.variables.as_deref().filter(|_| columns(system.tables(), keep).is_empty()) {
-            return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
-        }
-        let measures = plan.measures().map_err(usage)?;
-        let unknown = measures.iter().try_for_each(|measure| measure.resolve(system.tables()).map(|_| ()));
-        unknown.map_err(|error| Failure::Usage(error.to_string()))?;
+        let Ready { names, places, members, measures, options } = self.ready(subject)?;
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
-        let options = options(plan, &subject.experiment)?;
+        let keep = |variable: &VariableInfo, name: &str| self.keeps(variable, name);
         let start = options.start;
         // Where values make no sense the run says so itself.
         let refuse = |system: &mut dyn DaeSystem| match subject.limits.is_empty() || system.bind(start).is_err() {
@@ -191,9 +224,7 @@ impl Prepared<'_> {
             false => parameters::outside(subject.limits, system),
         };
         // Only now, so that a command that is refused leaves no folder behind.
-        let identity = format!("{} {:016x}", plan.canonical(), subject.sources);
-        let folder = Folder::open(self.root, &identity, members.count());
-        let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
+        let folder = self.open(subject, members.count())?;
         let whole_loops = || {
             let WholeLoops::Made(make) = &subject.whole_loops else { return None };
             let system = make()?;
@@ -211,7 +242,7 @@ impl Prepared<'_> {
             whole_loops: &whole_loops,
             options,
             keep: &keep,
-            kept: if plan.rows { Kept::Rows } else { Kept::Final },
+            kept: if self.plan.rows { Kept::Rows } else { Kept::Final },
             measures,
             folder: &folder,
             shard: self.shard,
@@ -220,7 +251,7 @@ impl Prepared<'_> {
         let report = run(&job, progress, stop);
         let report = report.map_err(|error| Failure::Fault(format!("results cannot be written: {error}")))?;
         let mut files = None;
-        if !report.interrupted {
+        if !report.interrupted && self.role != Role::Shard {
             match merge(&folder) {
                 Ok(written) => files = Some(written),
                 Err(MergeError::Missing(..)) if self.shard != Shard::WHOLE => {}
@@ -228,6 +259,72 @@ impl Prepared<'_> {
             }
         }
         Ok(Swept { report, files })
+    }
+
+    /// Checks a sweep that is to be shared out, and gives its number of runs.
+    ///
+    /// # Errors
+    /// As [`Prepared::work`], before the first run.
+    pub fn count(&self, subject: &Subject<'_>) -> Result<usize, Failure> {
+        if self.shard != Shard::WHOLE {
+            return Err(Failure::Usage("--shard: a share of a sweep is not shared out again".to_string()));
+        }
+        self.ready(subject).map(|ready| ready.members.count())
+    }
+
+    /// Opens the folder of a sweep of so many runs that is to be shared out to so many shards.
+    ///
+    /// # Errors
+    /// It cannot be made, or holds another sweep.
+    pub fn shared(&self, subject: &Subject<'_>, members: usize, shards: usize) -> Result<Folder, Failure> {
+        let folder = Folder::open_shared(self.root, &self.identity(subject), members, shards);
+        folder.map_err(|error| Failure::Fault(error.to_string()))
+    }
+
+    fn identity(&self, subject: &Subject<'_>) -> String {
+        format!("{} {:016x}", self.plan.canonical(), subject.sources)
+    }
+
+    fn open(&self, subject: &Subject<'_>, members: usize) -> Result<Folder, Failure> {
+        let folder = match self.role {
+            Role::Alone => Folder::open(self.root, &self.identity(subject), members),
+            Role::Shard => Folder::existing(self.root),
+        };
+        let folder = folder.map_err(|error| Failure::Fault(error.to_string()))?;
+        if folder.members() != members {
+            let (root, own) = (self.root.display(), folder.members());
+            return Err(Failure::Fault(format!(
+                "`{root}` holds a sweep of {own} runs, and the plan asks for {members}"
+            )));
+        }
+        Ok(folder)
+    }
+
+    fn keeps(&self, variable: &VariableInfo, name: &str) -> bool {
+        match self.selection.is_explicit() {
+            true => self.selection.matches(name),
+            false => is_variable(variable, name),
+        }
+    }
+
+    /// Checks all that can be checked before the first run.
+    fn ready(&self, subject: &Subject<'_>) -> Result<Ready, Failure> {
+        let plan = &self.plan;
+        let system = (subject.make)().map_err(Failure::Fault)?;
+        let names: Vec<String> = plan.vary.iter().map(|vary| vary.parameter.clone()).collect();
+        let varied = names.iter().map(|name| parameters::varied(system.tables(), name));
+        let varied = varied.collect::<Result<Vec<_>, String>>().map_err(Failure::Fault)?;
+        let (kinds, places): (Vec<ValueKind>, Vec<_>) = varied.into_iter().unzip();
+        let members = plan.members(&kinds).map_err(usage)?;
+        let keep = |variable: &VariableInfo, name: &str| self.keeps(variable, name);
+        if let Some(pattern) = plan.variables.as_deref().filter(|_| columns(system.tables(), keep).is_empty()) {
+            return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
+        }
+        let measures = plan.measures().map_err(usage)?;
+        let unknown = measures.iter().try_for_each(|measure| measure.resolve(system.tables()).map(|_| ()));
+        unknown.map_err(|error| Failure::Usage(error.to_string()))?;
+        let options = options(plan, &subject.experiment)?;
+        Ok(Ready { names, places, members, measures, options })
     }
 
     fn finish(&self, swept: Swept, command: &str) -> Result<(), Failure> {
@@ -274,6 +371,14 @@ pub struct Swept {
     pub report: Report,
     /// The joined files: a row for each member, and all rows where they are kept; none while chunks are missing.
     pub files: Option<Vec<PathBuf>>,
+}
+
+impl Swept {
+    /// Only `before` of the runs that were found had been done before the command that others have worked for.
+    pub fn credit(&mut self, before: usize) {
+        let all = self.report.before + self.report.now;
+        (self.report.before, self.report.now) = (before.min(all), all - before.min(all));
+    }
 }
 
 /// The report on runs that failed: how many, as an error where all did, and the commonest reasons.
@@ -326,21 +431,25 @@ pub fn join(root: &Path) -> Result<(), Failure> {
 }
 
 /// The line of progress: members done and time left, on a terminal only.
-struct Line {
+pub struct Line {
     state: Mutex<(Instant, usize)>,
     begin: Instant,
     active: bool,
 }
 
-impl Line {
-    const PERIOD: Duration = Duration::from_millis(200);
-
-    fn new() -> Self {
+impl Default for Line {
+    /// Nothing is shown yet.
+    fn default() -> Self {
         let now = Instant::now();
         Self { state: Mutex::new((now, usize::MAX)), begin: now, active: io::stderr().is_terminal() }
     }
+}
 
-    fn show(&self, done: usize, all: usize) {
+impl Line {
+    const PERIOD: Duration = Duration::from_millis(200);
+
+    /// So many are done.
+    pub fn show(&self, done: usize, all: usize) {
         let Ok(mut state) = self.state.lock() else { return };
         // What was done before this call takes no time now.
         let first = if state.1 == usize::MAX { done.saturating_sub(1) } else { state.1 };
@@ -355,7 +464,8 @@ impl Line {
         let _ = write!(io::stderr(), "\r\u{1b}[K{done} of {all} runs, {left:.0} s left");
     }
 
-    fn wipe(&self) {
+    /// Nothing is shown any more.
+    pub fn wipe(&self) {
         if self.active {
             let _ = write!(io::stderr(), "\r\u{1b}[K");
         }

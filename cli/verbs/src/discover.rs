@@ -15,6 +15,7 @@ use crate::discovery_calibration as calibration;
 use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
+use crate::discovery_trials::{SharedTrials, shared_trials};
 use crate::picture::write_picture;
 use crate::study::{Opened, StudyFiles, failure, tell_whole_loops};
 use crate::{Failure, Listener};
@@ -36,6 +37,8 @@ pub struct SearchOptions {
     /// Searches so many sets made from the fitted model first; a name then needs a larger drop of the cost than 95 of 100 of them
     /// show by chance.
     pub calibrate: Option<NonZeroUsize>,
+    /// These sets are searched by other machines.
+    pub shared: Option<SharedTrials>,
     /// Seed of random starts.
     pub seed: u64,
 }
@@ -80,7 +83,7 @@ pub fn discover(
     let folder = ReportFolder::new(&options.report);
     let read = workshop.data_files(&[]).map_err(failure)?;
     folder.check(&read, setup.bench.shots.iter().map(|shot| shot.number))?;
-    let needed = threshold((&study.study, options), (setup, &workshop, &candidates), hash, &progress)?;
+    let needed = threshold((study, options), (setup, &workshop, &candidates), (hash, listener), &progress)?;
     let memory = FitsFile::open(&options.report, hash, options.resume, &setup.watch);
     let memory = memory.map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be written: {error}", options.report.display()))
@@ -117,20 +120,29 @@ pub fn discover(
 
 /// The drop of the cost that a name needs: the usual one, or what was found for this study.
 fn threshold(
-    (study, options): (&Path, &SearchOptions),
+    (files, options): (&StudyFiles, &SearchOptions),
     (setup, workshop, candidates): (&Setup, &Workshop<'_>, &[Candidate]),
-    hash: u64,
+    (hash, listener): (u64, &dyn Listener),
     progress: &dyn Fn(&str),
 ) -> Result<f64, Failure> {
+    let study: &Path = &files.study;
     let known = match options.calibrate {
         None => calibration::known(study, hash),
         Some(sets) => {
             let by = (sets.get(), options.seed);
-            let made = Calibration::of(setup, workshop, candidates, by, progress);
-            if setup.watch.stopped() {
-                return Err(Failure::Solver(INTERRUPTED.to_string()));
-            }
-            let made = made.map_err(failure)?;
+            let made = match &options.shared {
+                Some(shared) => {
+                    let stop = || setup.watch.stopped();
+                    shared_trials(files, options, (shared, sets.get(), hash), listener, progress, &stop)?
+                }
+                None => {
+                    let made = Calibration::of(setup, workshop, candidates, by, progress);
+                    if setup.watch.stopped() {
+                        return Err(Failure::Solver(INTERRUPTED.to_string()));
+                    }
+                    made.map_err(failure)?
+                }
+            };
             calibration::keep(study, hash, &made)?;
             Some(made)
         }
@@ -172,7 +184,7 @@ pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Failure {
 }
 
 /// All effects of the libraries at all places of the base model.
-fn all_candidates(
+pub(crate) fn all_candidates(
     opened: &Opened,
     workshop: &Workshop<'_>,
     listener: &dyn Listener,
@@ -193,7 +205,12 @@ fn all_candidates(
 }
 
 /// A number that changes with whatever decides a search.
-fn fingerprint(opened: &Opened, workshop: &Workshop<'_>, candidates: &[Candidate], seed: u64) -> Result<u64, Failure> {
+pub(crate) fn fingerprint(
+    opened: &Opened,
+    workshop: &Workshop<'_>,
+    candidates: &[Candidate],
+    seed: u64,
+) -> Result<u64, Failure> {
     let setup = &opened.setup;
     let settings = format!("{seed} {:?} {:?}", setup.study, setup.bench);
     let effects: Vec<String> = candidates.iter().map(|own| format!("{:?}", own.effect)).collect();

@@ -1,7 +1,7 @@
 //! What the verbs of `hyd` do with files and models, apart from arguments and terminals: the command and the Python package stand on it.
 //!
 //! [`Libraries`] and [`LibraryPath`] say where texts come from, [`compile_file`] and [`compile_text`] translate, [`Run`] runs a model
-//! once, [`sweep`](sweep::sweep) many times, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
+//! once, [`sweep`](sweep::sweep) many times, [`share_out`](share_out::share_out) does so on other machines, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
 //! against a bench. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
 
 pub mod discover;
@@ -10,6 +10,7 @@ mod discovery_calibration;
 mod discovery_memory;
 pub mod discovery_page;
 mod discovery_picture;
+pub mod discovery_trials;
 pub mod fit;
 mod inside;
 pub mod library;
@@ -19,6 +20,7 @@ mod parameters;
 pub mod picture;
 mod run;
 mod run_failure;
+pub mod share_out;
 pub mod study;
 pub mod sweep;
 mod translate;

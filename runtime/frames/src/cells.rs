@@ -61,6 +61,19 @@ impl Cells {
         true
     }
 
+    /// Takes the first `count` values away, or all if there are fewer.
+    pub fn split_first(&mut self, count: usize) -> Cells {
+        fn first<T>(values: &mut Vec<T>, count: usize) -> Vec<T> {
+            let rest = values.split_off(count.min(values.len()));
+            std::mem::replace(values, rest)
+        }
+        match self {
+            Cells::Numbers(values) => Cells::Numbers(first(values, count)),
+            Cells::Wholes(values) => Cells::Wholes(first(values, count)),
+            Cells::Texts(values) => Cells::Texts(first(values, count)),
+        }
+    }
+
     /// True without values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -10,3 +10,5 @@ mod kills;
 mod launcher_parts;
 mod payloads;
 mod scratch;
+#[cfg(unix)]
+mod shared_sweeps;

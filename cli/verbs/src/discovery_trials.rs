@@ -1,0 +1,186 @@
+//! The sets of a calibration shared out to other machines: one task for each.
+//!
+//! `REPORT/calibration` holds what each has found, `trials/K.json`, until all are there.  A set is drawn by its number and the seed, and a file says of which
+//! search it is, so that neither the number of machines nor the order in which they end can be seen in the result.  Tasks read study, set, model and
+//! libraries where they are; other machines have to see them at the same places.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hyd_cluster::{Done, Ended, Patience, Seen, Work, carry_out};
+use hyd_compiler::Severity;
+use hyd_discovery::Calibration;
+use hyd_results::write_whole;
+use serde_json::{Value, json};
+
+use crate::discover::{SearchOptions, all_candidates, fingerprint};
+use crate::share_out::{Sharing, engine};
+use crate::study::{Opened, StudyFiles, failure};
+use crate::{Failure, Listener};
+
+/// Folder of what is shared out, in that of the report.
+const FOLDER: &str = "calibration";
+
+/// How the sets are shared out.
+#[derive(Clone, Debug)]
+pub struct SharedTrials {
+    /// By what.
+    pub sharing: Sharing,
+    /// The program whose verb `discover` a task calls.
+    pub program: PathBuf,
+    /// What stands in front of the verb.
+    pub before: Vec<String>,
+    /// Tasks call a copy of the program, beside the report.
+    pub copied: bool,
+}
+
+/// Searches one set and keeps what came out.
+///
+/// # Errors
+/// As the search; a file that cannot be written.
+pub fn keep_trial(
+    opened: &Opened,
+    options: &SearchOptions,
+    trial: usize,
+    listener: &dyn Listener,
+) -> Result<(), Failure> {
+    let setup = &opened.setup;
+    let make = || opened.sources();
+    let workshop = opened.workshop(&make);
+    opened.translated(&workshop, listener)?;
+    let candidates = all_candidates(opened, &workshop, listener)?;
+    let hash = fingerprint(opened, &workshop, &candidates, options.seed)?;
+    let sets = (trial..trial + 1, options.seed);
+    let drops = Calibration::drops(setup, &workshop, &candidates, sets, &|_| {}).map_err(failure)?;
+    let drop = drops.first().copied().unwrap_or(0.0);
+    // Bits, so that the number comes back as it was.
+    let text = json!({"search": format!("{hash:016x}"), "bits": format!("{:016x}", drop.to_bits()), "cost_drop": drop});
+    let path = path(&options.report.join(FOLDER), trial);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let unwritable = |error: std::io::Error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
+    fs::create_dir_all(folder).map_err(unwritable)?;
+    write_whole(&path, format!("{text}\n").as_bytes()).map_err(unwritable)
+}
+
+fn path(folder: &Path, trial: usize) -> PathBuf {
+    folder.join("trials").join(format!("{trial}.json"))
+}
+
+/// What a set has shown, if it is there and of this search.
+fn kept(folder: &Path, trial: usize, hash: u64) -> Option<f64> {
+    let own: Value = serde_json::from_str(&fs::read_to_string(path(folder, trial)).ok()?).ok()?;
+    let bits = u64::from_str_radix(own["bits"].as_str()?, 16).ok()?;
+    (own["search"] == format!("{hash:016x}")).then(|| f64::from_bits(bits))
+}
+
+/// Has all sets searched by other machines.
+///
+/// # Errors
+/// An engine that cannot be reached, sets that were given up, an interrupt.
+pub(crate) fn shared_trials(
+    files: &StudyFiles,
+    options: &SearchOptions,
+    (shared, sets, hash): (&SharedTrials, usize, u64),
+    listener: &dyn Listener,
+    progress: &dyn Fn(&str),
+    stop: &dyn Fn() -> bool,
+) -> Result<Calibration, Failure> {
+    let mut engine = engine(&shared.sharing, sets)?;
+    let unwritable = |path: &Path, error: &std::io::Error| {
+        Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
+    };
+    let folder = options.report.join(FOLDER);
+    for own in ["trials", "logs"].map(|name| folder.join(name)) {
+        fs::create_dir_all(&own).map_err(|error| unwritable(&own, &error))?;
+    }
+    let folder = folder.canonicalize().map_err(|error| unwritable(&folder, &error))?;
+    let program = match shared.copied {
+        false => shared.program.clone(),
+        true => {
+            let copy = folder.join("hyd");
+            let bytes = fs::read(&shared.program).map_err(|error| unwritable(&shared.program, &error))?;
+            // One that runs already must not be written over.
+            if fs::read(&copy).ok().as_ref() != Some(&bytes) {
+                write_whole(&copy, &bytes).map_err(|error| unwritable(&copy, &error))?;
+            }
+            let rights = fs::metadata(&shared.program).and_then(|own| fs::set_permissions(&copy, own.permissions()));
+            rights.map_err(|error| unwritable(&copy, &error))?;
+            copy
+        }
+    };
+    let name = format!("{} {hash:016x}", folder.display());
+    let work = Work {
+        name: format!("hyd-{}", &hyd_run::hash(name.as_bytes())[..12]),
+        program,
+        arguments: arguments(files, options, (shared, sets))?,
+        processors: shared.sharing.threads,
+        logs: folder.join("logs"),
+        folder: folder.clone(),
+    };
+    let mut done = || {
+        let tasks: Vec<bool> = (0..sets).map(|trial| kept(&folder, trial, hash).is_some()).collect();
+        Ok(Done { parts: tasks.iter().filter(|&&done| done).count(), tasks })
+    };
+    let mut last = usize::MAX;
+    let mut told = |seen: Seen<'_>| match seen {
+        Seen::Parts(parts) if parts != last => {
+            last = parts;
+            progress(&format!("{parts} of {sets} sets on which nothing is missing"));
+        }
+        Seen::Parts(_) | Seen::Submitted(..) => {}
+        Seen::Failed(trial, reason, again) => {
+            let then = if again { "is searched again" } else { "is given up" };
+            listener.sentence(Severity::Warning, &format!("set {trial} failed and {then}: {reason}"));
+        }
+        Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
+    };
+    let mut patience = Patience::USUAL;
+    patience.settle = shared.sharing.settle.unwrap_or(patience.settle);
+    // What an earlier call has submitted for the same search is known by its name.
+    let ended = carry_out(engine.as_mut(), &work, (patience, true), &mut done, &mut told, stop);
+    match ended.map_err(Failure::Fault)? {
+        Ended::Done => {
+            let drops = (0..sets).map(|trial| kept(&folder, trial, hash)).collect::<Option<Vec<f64>>>();
+            let drops = drops.ok_or_else(|| Failure::Fault("a file of a set is gone".to_string()))?;
+            // What stays behind is only taken for the same search again.
+            let _ = fs::remove_dir_all(&folder);
+            Ok(Calibration::new(drops))
+        }
+        Ended::GivenUp(given) => {
+            let first = given.first().map(|own| format!("; set {}: {}", own.task, own.reason)).unwrap_or_default();
+            Err(Failure::Fault(format!(
+                "{} of {sets} sets were given up; the same command tries them again{first}",
+                given.len()
+            )))
+        }
+        Ended::Stopped(_) => {
+            Err(Failure::Solver("interrupted; the same command goes on with the sets that are left".to_string()))
+        }
+    }
+}
+
+/// The verb and its options; the number of the set comes behind.
+fn arguments(
+    files: &StudyFiles,
+    options: &SearchOptions,
+    (shared, sets): (&SharedTrials, usize),
+) -> Result<Vec<String>, Failure> {
+    let whole = |path: &Path| {
+        let path = path.canonicalize().map_err(|error| Failure::Fault(format!("`{}`: {error}", path.display())))?;
+        Ok(path.display().to_string())
+    };
+    let mut list = shared.before.clone();
+    list.extend(["discover".to_string(), whole(&files.study)?, "--bench".to_string(), whole(&files.bench)?]);
+    list.extend(["--report".to_string(), whole(&options.report)?]);
+    let libraries = files.libraries.fixed();
+    for folder in &libraries.folders {
+        list.extend(["--library".to_string(), folder.display().to_string()]);
+    }
+    if libraries.allow_outside {
+        list.push("--allow-outside".to_string());
+    }
+    list.extend(["--threads".to_string(), shared.sharing.threads.to_string()]);
+    list.extend(["--seed".to_string(), options.seed.to_string()]);
+    list.extend(["--calibrate".to_string(), sets.to_string(), "--trial".to_string()]);
+    Ok(list)
+}

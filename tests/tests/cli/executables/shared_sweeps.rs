@@ -1,0 +1,288 @@
+//! Sweeps shared out to other machines: by hand, and by a queue of a few lines of shell that has the names and the answers of Slurm's
+//! programs.  Real engines are tried by `tests/outside/cluster`.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use super::scratch::{Scratch, messages, printed};
+
+/// Fails where k is negative.
+const DECAY: &str = "model Decay
+  parameter Real k(min = 0) = 1;
+  parameter Integer n = 1;
+  input Real u = 0;
+  Real x[n](each start = 1, each fixed = true);
+equation
+  for i in 1:n loop
+    der(x[i]) = -k*x[i] + u;
+  end for;
+end Decay;
+";
+const PLAN: &str = "model = \"decay.hyd\"\nsamples = 90\nseed = 3\nmeasure = [\"min(x[2])\"]\n[set]\nn = \"2\"\n[[vary]]\nparameter = \"k\"\n\
+                    values = \"uniform(-0.1, 1)\"\n";
+
+fn folder() -> Scratch {
+    let scratch = Scratch::new();
+    fs::write(scratch.file("decay.hyd"), DECAY).unwrap();
+    fs::write(scratch.file("plan.toml"), PLAN).unwrap();
+    scratch
+}
+
+fn read(scratch: &Scratch, name: &str) -> Vec<u8> {
+    fs::read(scratch.file(name)).unwrap()
+}
+
+#[track_caller]
+fn well(output: &Output) -> String {
+    assert!(output.status.success(), "{}", messages(output));
+    printed(output)
+}
+
+#[track_caller]
+fn ill(output: &Output, code: i32, message: &str) {
+    assert_eq!(output.status.code(), Some(code), "{}", messages(output));
+    assert!(messages(output).contains(message), "{}", messages(output));
+}
+
+#[test]
+fn shards_by_hand_are_the_sweep_of_one_process() {
+    let scratch = folder();
+    let whole = scratch.hyd(&["sweep", "plan.toml", "--rows", "--result", "whole"]);
+    assert!(messages(&whole).starts_with("warning: 8 runs failed\n"), "{}", messages(&whole));
+    let ready = ["sweep", "plan.toml", "--rows", "--shards", "4", "--result", "s"];
+    let told = well(&scratch.hyd(&ready));
+    assert!(told.starts_with("4 shards are ready; I from 0 to 3:\n"), "{told}");
+    ill(&scratch.hyd(&ready), 1, "`s` holds a sweep that was shared out before; --on ENGINE --resume goes on with it");
+    // Neither texts nor libraries nor an environment are needed.
+    fs::rename(scratch.file("decay.hyd"), scratch.file("hidden")).unwrap();
+    let shard = |k: &str| scratch.bare("s/submission/model", &["shard", "s", k]);
+    for k in ["2", "0", "3", "2"] {
+        assert!(well(&shard(k)).contains(" runs done"));
+    }
+    ill(&scratch.hyd(&["sweep", "merge", "s"]), 1, "1 of 4 chunks have not been run");
+    assert_eq!(well(&shard("1")), "23 runs done; 2 failed\n");
+    assert_eq!(well(&shard("1")), "23 runs done, 23 of them before; 2 failed\n");
+    ill(&shard("4"), 2, "shard 4: there are 4, the first of which is 0");
+    ill(&scratch.bare("s/submission/model", &["shard", "s"]), 2, "required arguments were not provided");
+    well(&scratch.hyd(&["sweep", "merge", "s"]));
+    for file in ["members.parquet", "rows.parquet"] {
+        assert!(read(&scratch, &format!("whole/{file}")) == read(&scratch, &format!("s/{file}")), "{file}");
+    }
+    // A file with members of another one, and one that is cut off.
+    let part = "s/parts/members-000002.parquet";
+    let own = read(&scratch, part);
+    fs::copy(scratch.file("s/parts/members-000001.parquet"), scratch.file(part)).unwrap();
+    ill(&scratch.hyd(&["sweep", "merge", "s"]), 1, "it does not hold the members that it is named for");
+    fs::write(scratch.file(part), &own[..own.len() / 2]).unwrap();
+    ill(&scratch.hyd(&["sweep", "merge", "s"]), 1, "members-000002.parquet`: ");
+    fs::remove_file(scratch.file(part)).unwrap();
+    well(&shard("2"));
+    assert!(read(&scratch, part) == own);
+}
+
+#[test]
+fn inputs_and_whole_loops_are_shipped() {
+    let scratch = folder();
+    fs::write(scratch.file("u.csv"), "time,u\n0,0\n0.3,0.1234567890123456789\n0.5,\n1,1e-300\n").unwrap();
+    fs::write(scratch.file("driven.hyd"), DECAY.replace("input Real u = 0;", "input Real u;")).unwrap();
+    let options = ["sweep", "driven.hyd", "--vary", "k=0:1:20", "--input", "u.csv", "--hold", "u=smooth"];
+    let swept = |rest: &[&str]| scratch.hyd(&[&options[..], rest].concat());
+    swept(&["--result", "whole"]);
+    well(&swept(&["--shards", "3", "--result", "s"]));
+    for k in ["0", "1", "2"] {
+        well(&scratch.bare("s/submission/model", &["shard", "s", k]));
+    }
+    well(&scratch.hyd(&["sweep", "merge", "s"]));
+    assert!(read(&scratch, "whole/members.parquet") == read(&scratch, "s/members.parquet"));
+
+    let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
+    let text = text.replace("parameter Integer n = 60;", "parameter Integer n = 60;\n  parameter Real large = 1000;");
+    fs::write(scratch.file("late.hyd"), text.replace("then 1000", "then large")).unwrap();
+    let options = ["sweep", "late.hyd", "--vary", "large=0,1000,0.5,400", "--rows", "--intervals", "4"];
+    let swept = |rest: &[&str]| scratch.hyd(&[&options[..], rest].concat());
+    let alone = swept(&["--result", "late"]);
+    assert!(messages(&alone).contains("rounding errors grew along a loop of equations in 2 runs"));
+    well(&swept(&["--shards", "2", "--result", "t"]));
+    for k in ["0", "1"] {
+        let output = scratch.bare("t/submission/model", &["shard", "t", k]);
+        assert_eq!((well(&output).as_str(), messages(&output).as_str()), ("2 runs done; 0 failed\n", ""));
+    }
+    well(&scratch.hyd(&["sweep", "merge", "t"]));
+    for file in ["members.parquet", "rows.parquet"] {
+        assert!(read(&scratch, &format!("late/{file}")) == read(&scratch, &format!("t/{file}")), "{file}");
+    }
+    // Who goes on with what others have run hears of it, too.
+    let again = swept(&["--result", "t"]);
+    assert_eq!(messages(&again), messages(&alone));
+}
+
+#[test]
+fn what_cannot_be_shared_out_is_refused_and_leaves_nothing() {
+    let cases: [(&[&str], i32, &str); 9] = [
+        (&["--on", "pbs"], 2, "--on: `pbs` is not an engine; expected hq, hq=SERVER_DIR, slurm, dask or dask=ADDRESS"),
+        (&["--on", "slurm", "--shards", "10001"], 2, "--shards: 10001 is not a number from 1 to 10000"),
+        (&["--on", "slurm", "--settle", "-1"], 2, "--settle"),
+        (&["--resume"], 2, "--on"),
+        (&["--on", "slurm"], 1, "there is no `scontrol` on this machine, the program by which Slurm is reached"),
+        (&["--on", "hq"], 1, "there is no `hq` on this machine, the program by which HyperQueue is reached"),
+        (
+            &["--on", "dask=tcp://127.0.0.1:1"],
+            1,
+            "there is no `python3` on this machine, the program by which Dask is reached",
+        ),
+        (&["--on", "hq", "--resume"], 1, "`s` holds no sweep that was shared out"),
+        (&["--shards", "2", "--shard", "0/2"], 2, "--shard: a share of a sweep is not shared out again"),
+    ];
+    for (arguments, code, message) in cases {
+        let scratch = folder();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+        command.args(["sweep", "plan.toml", "--result", "s"]).args(arguments).env("PATH", "");
+        command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
+        let output = command.current_dir(scratch.file("")).stdin(Stdio::null()).output().unwrap();
+        ill(&output, code, message);
+        assert!(!scratch.file("s").exists(), "{arguments:?}");
+    }
+    let scratch = folder();
+    ill(&scratch.hyd(&["sweep", "cancel"]), 2, "hyd sweep cancel DIR: which folder?");
+    ill(&scratch.hyd(&["sweep", "cancel", "nowhere"]), 1, "`nowhere` holds no sweep that was shared out");
+    let search = ["discover", "study.toml", "--bench", "set.json", "--report", "r", "--on", "slurm"];
+    fs::write(scratch.file("study.toml"), "").unwrap();
+    fs::write(scratch.file("set.json"), "{}").unwrap();
+    ill(&scratch.hyd(&search), 2, "--on: it shares out the sets of --calibrate");
+}
+
+/// A queue: `jobs/` has a script for each job and a file for each task that waits or runs.
+struct Queue {
+    scratch: Scratch,
+}
+
+impl Queue {
+    fn new() -> Self {
+        let scratch = folder();
+        let place = scratch.file("queue");
+        fs::create_dir_all(place.join("bin")).unwrap();
+        let place = place.display();
+        let programs = [
+            ("scontrol", "echo 'MaxArraySize            = 101'".to_string()),
+            (
+                "sbatch",
+                format!(
+                    "for a; do case $a in --array=*) array=${{a#--array=}};; --job-name=*) name=${{a#--job-name=}};; esac; done\n\
+                     job=$(ls {place} | wc -l); cat >{place}/script$job; list=\n\
+                     for range in $(echo $array | tr , ' '); do list=\"$list $(seq -s ' ' ${{range%-*}} ${{range#*-}})\"; done\n\
+                     for k in $list; do : >{place}/task.$name.$k; done\n\
+                     (for k in $list; do\n\
+                        [ -e {place}/task.$name.$k ] || continue\n\
+                        export SLURM_ARRAY_TASK_ID=$k\n\
+                        if [ -e {place}/lost.$k ]; then rm {place}/lost.$k\n\
+                        elif [ -e {place}/full.$k ]; then (trap '' XFSZ; ulimit -f 1; /bin/sh {place}/script$job)\n\
+                        else /bin/sh {place}/script$job; fi\n\
+                        rm -f {place}/task.$name.$k\n\
+                      done) >/dev/null 2>&1 </dev/null &\n\
+                     echo \"$job;loopback\""
+                ),
+            ),
+            (
+                "squeue",
+                format!(
+                    "for a; do case $a in --name=*) name=${{a#--name=}};; esac; done\n\
+                     for t in {place}/task.$name.*; do [ -e \"$t\" ] && echo \"${{t##*.}}\"; done; exit 0"
+                ),
+            ),
+            ("scancel", format!("for a; do case $a in --name=*) rm -f {place}/task.${{a#--name=}}.*;; esac; done")),
+        ];
+        for (name, text) in programs {
+            let path = scratch.file("queue/bin").join(name);
+            fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
+            use std::os::unix::fs::PermissionsExt;
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        Self { scratch }
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+        let bin = self.scratch.file("queue/bin");
+        let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
+        command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test")).env("PATH", path);
+        command.args(arguments).current_dir(self.scratch.file("")).stdin(Stdio::null());
+        command
+    }
+
+    fn hyd(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.scratch.file(name)
+    }
+}
+
+#[test]
+fn a_queue_gives_the_table_of_one_process_whatever_gets_lost() {
+    let queue = Queue::new();
+    let alone = queue.hyd(&["sweep", "plan.toml", "--result", "whole"]);
+    // Two tasks end without a word before they have begun.
+    fs::write(queue.file("queue/lost.1"), "").unwrap();
+    fs::write(queue.file("queue/lost.4"), "").unwrap();
+    let options = ["sweep", "plan.toml", "--on", "slurm", "--shards", "6", "--settle", "0.5", "--result", "s"];
+    let output = queue.hyd(&options);
+    let told = messages(&output);
+    assert_eq!(well(&output), printed(&alone).replace("whole/", "s/"));
+    let lost = "failed and is run again: it ended without its results and without a word";
+    assert!(
+        told.contains(&format!("warning: shard 1 {lost}")) && told.contains(&format!("warning: shard 4 {lost}")),
+        "{told}"
+    );
+    assert!(told.ends_with(&messages(&alone)), "{told}");
+    assert!(read(&queue.scratch, "whole/members.parquet") == read(&queue.scratch, "s/members.parquet"));
+    assert!(fs::read_dir(queue.file("s/submission/logs")).unwrap().next().is_none());
+    let jobs = fs::read_to_string(queue.file("s/submission/jobs.jsonl")).unwrap();
+    assert!(jobs.starts_with("{\"engine\":\"slurm\",\"jobs\":[\""), "{jobs}");
+    let many = ["sweep", "plan.toml", "--on", "slurm", "--shards", "102", "--samples", "200", "--result", "t"];
+    ill(&queue.hyd(&many), 2, "102 tasks are more than 101, which is MaxArraySize of this Slurm");
+    assert!(!queue.file("t").exists());
+    ill(&queue.hyd(&options), 1, "`s` holds a sweep that was shared out before; --resume goes on with it");
+    let again = queue.hyd(&[&options[..], &["--resume"]].concat());
+    assert!(well(&again).starts_with("90 of 90 runs done, 90 of them before; 8 failed\n"), "{}", printed(&again));
+    assert_eq!(messages(&again), messages(&alone));
+    let mut other = options;
+    other[5] = "5";
+    ill(&queue.hyd(&[&other[..], &["--resume"]].concat()), 2, "--shards: the sweep was shared out to 6 and not to 5");
+}
+
+#[test]
+fn a_damaged_part_is_set_aside_and_a_shard_that_always_fails_is_given_up() {
+    let queue = Queue::new();
+    queue.hyd(&["sweep", "plan.toml", "--result", "whole"]);
+    let options = ["sweep", "plan.toml", "--on", "slurm", "--shards", "3", "--settle", "0.3", "--result", "s"];
+    well(&queue.hyd(&options));
+    let part = queue.file("s/parts/members-000001.parquet");
+    let own = fs::read(&part).unwrap();
+    fs::write(&part, &own[..own.len() / 2]).unwrap();
+    fs::remove_file(queue.file("s/parts/members-000002.parquet")).unwrap();
+    let resumed = queue.hyd(&[&options[..], &["--resume"]].concat());
+    assert!(well(&resumed).starts_with("90 of 90 runs done, 30 of them before; 8 failed\n"), "{}", printed(&resumed));
+    assert!(messages(&resumed).contains("a part of the results is damaged"), "{}", messages(&resumed));
+    assert!(read(&queue.scratch, "whole/members.parquet") == read(&queue.scratch, "s/members.parquet"));
+
+    // A disk that takes no file of more than a block.
+    fs::remove_file(&part).unwrap();
+    fs::write(queue.file("queue/full.1"), "").unwrap();
+    let full = queue.hyd(&[&options[..], &["--resume"]].concat());
+    let given = "1 of 3 shards failed 3 times each and were given up; --resume tries them again; shard 1: error: results cannot be \
+                 written: File too large";
+    ill(&full, 1, given);
+    assert!(messages(&full).contains("warning: shard 1 failed and is run again: error: results cannot be written"));
+    fs::remove_file(queue.file("queue/full.1")).unwrap();
+    let changed = queue.file("s/submission/model");
+    let bytes = fs::read(&changed).unwrap();
+    fs::write(&changed, &bytes[1..]).unwrap();
+    ill(&queue.hyd(&[&options[..], &["--resume"]].concat()), 1, "is not the file that was shipped");
+    fs::write(&changed, &bytes).unwrap();
+    well(&queue.hyd(&[&options[..], &["--resume"]].concat()));
+    assert!(read(&queue.scratch, "whole/members.parquet") == read(&queue.scratch, "s/members.parquet"));
+    let hidden = fs::read_dir(queue.file("s/parts")).unwrap().flatten();
+    assert!(hidden.into_iter().all(|entry| !entry.file_name().to_string_lossy().starts_with('.')));
+}
