@@ -469,6 +469,13 @@ impl Simulator {
         }
         if !is_event {
             self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            let told = run.problem.system.completed(t, self.integrator.y());
+            if told.map_err(|failure| SolveError::evaluation(crate::Stage::Step, t, failure, run.problem))? {
+                run.problem.statistics.state_events += 1;
+                self.point.y.copy_from_slice(self.integrator.y());
+                self.point.yp.copy_from_slice(self.integrator.yp());
+                return Ok(Arrival::Event(Found { t, source: EventSource::Time }));
+            }
             if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
                 let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
                 self.choosing.note(t, judged);

@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 30] = [
+const ALLOWED: [(&str, &[&str]); 31] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -72,6 +72,8 @@ const ALLOWED: [(&str, &[&str]); 30] = [
         &[
             "hyd-compiler",
             "hyd-flat",
+            "hyd-fmi-import",
+            "hyd-payload",
             "hyd-source",
             "hyd-runtime",
             "hyd-results",
@@ -86,6 +88,8 @@ const ALLOWED: [(&str, &[&str]); 30] = [
     // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.
     ("hyd-fmi", &["hyd-payload", "hyd-system"]),
     ("hyd-unit", &["hyd-fmi", "hyd-payload", "hyd-runtime", "hyd-system"]),
+    // Units of other tools: a system like others, whose code runs in a process of its own.
+    ("hyd-fmi-import", &["hyd-results", "hyd-system"]),
     ("hyd-report", &[]),
     // What computes models beside the product knows nothing of it.
     ("hyd-differential", &[]),

@@ -22,6 +22,8 @@ mod run_failure;
 pub mod study;
 pub mod sweep;
 mod translate;
+pub mod unit;
+mod unit_model;
 
 pub use discovery_memory::hash;
 pub(crate) use hyd_run::Failure;
