@@ -141,7 +141,7 @@ def check_trouble(path):
     told("hang", "hangs", "fmi2GetDerivatives", options=("--call-limit", "1"))
     told("hang", "hangs", "fmi2DoStep", kind="co-simulation", options=("--call-limit", "1"))
     assert time.perf_counter() - begin < 10
-    told("complains", "valve: x is 0.5", "after 0 turns, 100%", "fmi2GetDerivatives")
+    told("complains", "valve: x is 0.6", "after 0 turns, 100%", "fmi2GetDerivatives")
     told("complains", "armature: x is", "fmi2DoStep", kind="co-simulation", options=("--set", "label=armature"))
     told("discards", "fmi2GetDerivatives", "no value", code=3)
     for kind in ("model-exchange", "co-simulation"):

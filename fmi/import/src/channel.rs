@@ -2,7 +2,7 @@
 //!
 //! A request is posted by its number; the other side answers with the same one.  Whoever waits looks at the number for a short while,
 //! because most calls take less than the system needs to put a process to sleep and wake it, and then sleeps until a byte comes over a
-//! socket.  Sleeping is announced first and the number looked at again, and whoever posts looks for the announcement after posting, both
+//! socket; where looking is in vain, it sleeps at once.  Sleeping is announced first and the number looked at again, and whoever posts looks for the announcement after posting, both
 //! in one order for all (`SeqCst`), so that no wake-up is lost (Dekker's pattern).  The end of the other process closes the socket.
 
 use std::io::{self, Read, Write};
@@ -20,6 +20,10 @@ use crate::area::{Area, DATA};
 const LOOK: Duration = Duration::from_micros(40);
 /// Looks between two questions for the time.
 const LOOKS: u32 = 64;
+/// After so many looks in vain in a row nobody looks, but for one wait in so many: the other process has no processor of its own then, and
+/// looking takes the time that it needs.
+const VAIN: u32 = 3;
+const TRIAL: u32 = 64;
 
 /// How waiting ended.
 pub(crate) enum Woken {
@@ -36,6 +40,8 @@ pub(crate) struct Channel {
     pub(crate) area: Arc<Area>,
     socket: Socket,
     looks: bool,
+    vain: u32,
+    waits: u32,
 }
 
 impl Channel {
@@ -43,7 +49,7 @@ impl Channel {
     pub(crate) fn new(area: Arc<Area>, socket: Socket, slice: Option<Duration>) -> io::Result<Self> {
         socket.set_read_timeout(slice)?;
         let looks = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) > 1;
-        Ok(Self { area, socket, looks })
+        Ok(Self { area, socket, looks, vain: 0, waits: 0 })
     }
 
     /// Posts a number; wakes the other side where it sleeps.
@@ -57,16 +63,19 @@ impl Channel {
 
     /// Waits for a number.
     pub(crate) fn wait(&mut self, word: usize, number: u64, own: usize) -> Woken {
-        if self.looks {
+        self.waits = self.waits.wrapping_add(1);
+        if self.looks && (self.vain < VAIN || self.waits.is_multiple_of(TRIAL)) {
             let begin = Instant::now();
             loop {
                 for _ in 0..LOOKS {
                     if self.area.word(word).load(Ordering::Acquire) == number {
+                        self.vain = 0;
                         return Woken::Posted;
                     }
                     std::hint::spin_loop();
                 }
                 if begin.elapsed() > LOOK {
+                    self.vain = self.vain.saturating_add(1);
                     break;
                 }
             }
