@@ -227,7 +227,8 @@ impl Machine {
         }
         let channel_names = translated.channels.clone();
         let make = || Ok(Box::new(model.instantiate()) as Box<dyn DaeSystem>);
-        let parts = Parts { origin: Origin { translated: Some(translated), foreign: None, channel_names }, sources, limits };
+        let parts =
+            Parts { origin: Origin { translated: Some(translated), foreign: None, channel_names }, sources, limits };
         Self::assemble(parts, &make, inputs, tolerance, (threads, watch))
     }
 

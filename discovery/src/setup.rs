@@ -9,10 +9,10 @@ use std::sync::Arc;
 use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::disturbance::{Added, Disturbances, Lag, ROOM};
+use crate::foreign::Foreign;
 use crate::formula::evaluate;
 use crate::initial::{Initial, StartOf};
 use crate::limits::limit;
-use crate::foreign::Foreign;
 use crate::machine::{Machine, ParameterPlace};
 use crate::magnitude::{is_plausible, shown};
 use crate::operating_points::{are_several, central};
@@ -203,7 +203,9 @@ impl Setup {
     pub fn machine_of_unit(&self, unit: Foreign) -> Result<Machine, Fault> {
         if let Some(state) = self.study.initial.keys().next() {
             let place = self.study.place(&["initial", state]);
-            return Err(Fault::new(format!("{place}a unit begins where its own start values are; `[initial]` is for texts")));
+            return Err(Fault::new(format!(
+                "{place}a unit begins where its own start values are; `[initial]` is for texts"
+            )));
         }
         let driven = self.driven();
         let system = unit.instantiate(&driven)?;

@@ -3,6 +3,7 @@ import math
 import os
 import pathlib
 import platform
+import re
 import shutil
 import signal
 import subprocess
@@ -60,8 +61,7 @@ def check_given_back(model, name):
 
 def stated(model):
     """Tolerance and stop of a model's annotation."""
-    text = model.read_text().replace(" ", "").split("annotation(experiment(")[1].split("))")[0]
-    values = dict(part.split("=") for part in text.split(","))
+    values = dict(re.findall(r"(Tolerance|StopTime)\s*=\s*([0-9.e+-]+)", model.read_text()))
     return float(values.get("Tolerance", "1e-6")), float(values["StopTime"])
 
 
@@ -121,7 +121,7 @@ def check_foreign(path):
     for trouble in ("step_events", "prints"):
         rows = simulate(path, "--set", f"trouble={TROUBLES.index(trouble)}", "--stop", "0.6")
         assert abs(rows["x"].iloc[-1] - math.exp(-0.6)) < 1e-7, trouble
-    assert simulate(path, "--set", f"trouble={TROUBLES.index('prints')}", "--stop", "0.6").shape[0] > 100
+    assert simulate(path, "--set", f"trouble={TROUBLES.index('prints')}", "--stop", "0.6").shape[0] > 50
 
 
 def check_trouble(path):

@@ -28,9 +28,7 @@ pub use inputs::{InputArguments, InputTable, Recorded};
 pub use recorder::Recorder;
 pub use run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status, UnitUse};
 pub use selection::{MOST_CURVES, Selection, Shown};
-pub use simulate::{
-    Beside, Facts, Outcome, Ran, Sizes, check_usage, finish, options, record, simulate, tell,
-};
+pub use simulate::{Beside, Facts, Outcome, Ran, Sizes, check_usage, finish, options, record, simulate, tell};
 pub use sweep::{Prepared, Subject, Swept, WholeLoops, failures_told, join, override_plan, prepare, read_plan};
 pub use target::check_target;
 pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};

@@ -207,7 +207,8 @@ impl RunSummary {
 
     fn write_unit(unit: &UnitUse, states: usize, out: &mut String) -> std::fmt::Result {
         let tool = if unit.tool.is_empty() { String::new() } else { format!(" by {}", unit.tool) };
-        let kind = if unit.step.is_some() { "co-simulation".to_string() } else { format!("model exchange, {states} states") };
+        let kind =
+            if unit.step.is_some() { "co-simulation".to_string() } else { format!("model exchange, {states} states") };
         writeln!(out, "  unit of FMI {}{tool}; {kind}; {} calls of its process", unit.version, unit.calls)
     }
 

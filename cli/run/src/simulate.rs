@@ -244,12 +244,7 @@ pub(crate) fn stated_intervals(experiment: &Experiment, start: f64, stop: f64) -
     Some(((stop - start) / interval).round().max(1.0) as usize)
 }
 
-fn shown(
-    arguments: &RunArguments,
-    selection: &Selection,
-    tables: &Tables,
-    drawn: bool,
-) -> Result<Vec<Shown>, Failure> {
+fn shown(arguments: &RunArguments, selection: &Selection, tables: &Tables, drawn: bool) -> Result<Vec<Shown>, Failure> {
     let shown = selection.shown(tables);
     if let Some(pattern) = arguments.variables.as_deref().filter(|_| shown.is_empty()) {
         return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));

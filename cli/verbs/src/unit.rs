@@ -196,13 +196,7 @@ impl UnitRun<'_> {
         }
     }
 
-    fn exchange(
-        &self,
-        unit: &Unit,
-        driven: &[String],
-        begin: f64,
-        beside: Beside<'_>,
-    ) -> Result<UnitOutcome, Failure> {
+    fn exchange(&self, unit: &Unit, driven: &[String], begin: f64, beside: Beside<'_>) -> Result<UnitOutcome, Failure> {
         if let Some(names) = self.arguments.sensitivity.as_ref().filter(|names| !names.0.is_empty()) {
             return Err(Failure::Usage(format!(
                 "--sensitivity {}: derivatives by parameters are not known for a unit of another tool",
@@ -227,13 +221,7 @@ impl UnitRun<'_> {
         Ok(UnitOutcome { outcome, fault })
     }
 
-    fn stepping(
-        &self,
-        unit: &Unit,
-        driven: &[String],
-        begin: f64,
-        beside: Beside<'_>,
-    ) -> Result<UnitOutcome, Failure> {
+    fn stepping(&self, unit: &Unit, driven: &[String], begin: f64, beside: Beside<'_>) -> Result<UnitOutcome, Failure> {
         self.refuse_solver_options()?;
         let proposed = unit.description.experiment.step;
         let mut options = self.options(unit, proposed)?;
@@ -306,12 +294,7 @@ impl UnitRun<'_> {
     }
 }
 
-fn ended(
-    run: StepRun,
-    time: f64,
-    statistics: &Statistics,
-    lost: &mut Option<Fault>,
-) -> Result<Summary, SolveError> {
+fn ended(run: StepRun, time: f64, statistics: &Statistics, lost: &mut Option<Fault>) -> Result<Summary, SolveError> {
     let summary = |terminated: Option<String>| Summary {
         time,
         statistics: *statistics,

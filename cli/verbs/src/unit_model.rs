@@ -22,10 +22,14 @@ impl UnitModel {
     /// A sentence: it cannot be read, is not for model exchange, is another model.
     pub(crate) fn open(file: &Path, host: Option<&Host>, class: &str) -> Result<Self, Failure> {
         let refused = |sentence: String| Failure::Fault(format!("`{}`: {sentence}", file.display()));
-        let host = host.ok_or_else(|| refused("units of other tools are fitted by the command `hyd fit` alone".into()))?;
+        let host =
+            host.ok_or_else(|| refused("units of other tools are fitted by the command `hyd fit` alone".into()))?;
         let unit = Unit::open(file).map_err(|fault| Failure::Fault(fault.to_string()))?;
         if *unit.description.model != *class {
-            return Err(refused(format!("it is a unit of the model `{}`, and the study names `{class}`", unit.description.model)));
+            return Err(refused(format!(
+                "it is a unit of the model `{}`, and the study names `{class}`",
+                unit.description.model
+            )));
         }
         if unit.description.exchange.is_none() {
             return Err(refused("it is for co-simulation alone, and a fit needs model exchange".into()));
@@ -48,7 +52,8 @@ impl ForeignModel for UnitModel {
 
     fn inputs(&self) -> Vec<String> {
         let variables = self.unit.description.variables.iter();
-        let inputs = variables.filter(|own| own.causality == Causality::Input && !matches!(own.kind, Kind::Text | Kind::Binary));
+        let inputs =
+            variables.filter(|own| own.causality == Causality::Input && !matches!(own.kind, Kind::Text | Kind::Binary));
         inputs.flat_map(Self::element_names).collect()
     }
 

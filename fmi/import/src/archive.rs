@@ -53,14 +53,16 @@ impl Unit {
         let of = |sentence: String| Fault::of(&file, sentence);
         let source = File::open(path).map_err(|error| of(format!("the file cannot be read: {error}")))?;
         let archive = ZipArchive::new(BufReader::new(source));
-        let mut archive = archive.map_err(|error| of(format!("it is not a unit: not an archive that can be read ({error})")))?;
+        let mut archive =
+            archive.map_err(|error| of(format!("it is not a unit: not an archive that can be read ({error})")))?;
         Self::unpack(&mut archive, &file).map_err(|fault| of(fault.to_string()))
     }
 
     fn unpack<R: Read + Seek>(archive: &mut ZipArchive<R>, file: &str) -> Result<Self, Fault> {
         let entries = check(archive)?;
         let bytes = whole(archive, DESCRIPTION)?;
-        let bytes = bytes.ok_or_else(|| Fault::new(format!("it is not a unit: there is no `{DESCRIPTION}` in the archive")))?;
+        let bytes =
+            bytes.ok_or_else(|| Fault::new(format!("it is not a unit: there is no `{DESCRIPTION}` in the archive")))?;
         let mut description = Description::read(&bytes)?;
         check_libraries(&description, &entries)?;
         let mut notes = Vec::new();
@@ -72,7 +74,8 @@ impl Unit {
                 Err(fault) => notes.push(format!("connectors of the unit are not known: {fault}")),
             }
         }
-        let folder = Folder::new().map_err(|error| Fault::new(format!("no folder can be made for its files: {error}")))?;
+        let folder =
+            Folder::new().map_err(|error| Fault::new(format!("no folder can be made for its files: {error}")))?;
         extract(archive, folder.path())?;
         Ok(Self { description: Arc::new(description), file: file.to_string(), notes, folder: Arc::new(folder) })
     }

@@ -266,7 +266,8 @@ impl Description {
         let types = types::read(root, version)?;
         let variables = variables::read(root, version, &types)?;
         let structure = structure::read(root, version, &variables)?;
-        let (exchange, stepping) = (interface(root, version, "ModelExchange")?, interface(root, version, "CoSimulation")?);
+        let (exchange, stepping) =
+            (interface(root, version, "ModelExchange")?, interface(root, version, "CoSimulation")?);
         if exchange.is_none() && stepping.is_none() {
             let only = root.child("ScheduledExecution").map_or("", |_| " but only scheduled execution");
             return Err(root.fault(format!("the unit offers neither model exchange nor co-simulation{only}")));
@@ -307,7 +308,9 @@ fn interface(root: Element<'_>, version: Version, name: &str) -> Result<Option<I
     let identifier = own.required("modelIdentifier")?;
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if identifier.is_empty() || !identifier.chars().all(is_name) {
-        return Err(own.fault(format!("`modelIdentifier` is `{}`, which is not a name in C", xml::shortened(identifier))));
+        return Err(
+            own.fault(format!("`modelIdentifier` is `{}`, which is not a name in C", xml::shortened(identifier)))
+        );
     }
     let two = version == Version::Two;
     let completed = match two {

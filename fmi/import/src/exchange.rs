@@ -139,12 +139,14 @@ impl Driver {
     /// The first parameter that was set to a value outside its limits, as a sentence.
     pub(crate) fn outside(&self) -> Option<String> {
         let set = self.layout.settings.iter().filter(|setting| setting.is_set);
-        set.flat_map(|setting| (0..setting.count).map(move |element| (setting, element))).find_map(|(setting, element)| {
-            let variable = &self.description.variables[setting.variable];
-            let info = self.layout.tables.variables.iter().find(|info| *info.name.parts[0].0 == *variable.name)?;
-            let (name, value) = (info.name.element(element), self.parameters[setting.first + element]);
-            given::outside(&name, &info.kind, value, (variable.min, variable.max)).map(|outside| outside.message)
-        })
+        set.flat_map(|setting| (0..setting.count).map(move |element| (setting, element))).find_map(
+            |(setting, element)| {
+                let variable = &self.description.variables[setting.variable];
+                let info = self.layout.tables.variables.iter().find(|info| *info.name.parts[0].0 == *variable.name)?;
+                let (name, value) = (info.name.element(element), self.parameters[setting.first + element]);
+                given::outside(&name, &info.kind, value, (variable.min, variable.max)).map(|outside| outside.message)
+            },
+        )
     }
 
     /// A new process where the old one is lost, so that one run that fails is not the end of all others.
@@ -224,7 +226,10 @@ impl Exchange {
         let none = || Fault::of(&unit.file, "the unit is not for model exchange");
         let interface = description.exchange.as_ref().ok_or_else(none)?;
         if interface.needs_tool {
-            return Err(Fault::of(&unit.file, format!("the unit needs the program that made it, {}", tool(description))));
+            return Err(Fault::of(
+                &unit.file,
+                format!("the unit needs the program that made it, {}", tool(description)),
+            ));
         }
         let n = description.state_count();
         let state_pattern = pattern(description, n);

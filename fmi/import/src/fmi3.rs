@@ -212,13 +212,7 @@ impl Foreign for Three {
                 self.scratch.uint8.clear();
                 self.scratch.uint8.extend(values.iter().map(|&value| u8::from(value != 0.0)));
                 let pointer = self.scratch.uint8.as_ptr();
-                checked!(self.set_boolean(
-                    self.instance,
-                    references.as_ptr(),
-                    references.len(),
-                    pointer,
-                    values.len()
-                ));
+                checked!(self.set_boolean(self.instance, references.as_ptr(), references.len(), pointer, values.len()));
             }
         }
         Ok(())
@@ -345,7 +339,9 @@ impl Foreign for Three {
             &raw mut reached,
         ));
         if early && !terminate {
-            return Err(Halt::Failed(format!("`fmi3DoStep` returned early at {reached} s, which it was not allowed to")));
+            return Err(Halt::Failed(format!(
+                "`fmi3DoStep` returned early at {reached} s, which it was not allowed to"
+            )));
         }
         // Some units leave the time as it was; without an early return the step is whole.
         Ok(StepEnd { reached: if early || terminate { reached } else { t + h }, terminate })

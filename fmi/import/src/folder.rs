@@ -37,11 +37,7 @@ impl Drop for Folder {
 }
 
 /// Makes something under a name that nothing has; gives the name and what was made.
-pub(crate) fn unused<T>(
-    folder: &Path,
-    begin: &str,
-    make: impl Fn(&Path) -> io::Result<T>,
-) -> io::Result<(PathBuf, T)> {
+pub(crate) fn unused<T>(folder: &Path, begin: &str, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.subsec_nanos());
     for _ in 0..ATTEMPTS {

@@ -47,7 +47,9 @@ impl Follower {
         if let Some((least, most)) = self.whole
             && let Some(value) = series.values().iter().find(|v| v.fract() != 0.0 || **v < least || **v > most)
         {
-            return Err(format!("the input `{name}` takes whole numbers from {least} to {most}, and a sample is {value}"));
+            return Err(format!(
+                "the input `{name}` takes whole numbers from {least} to {most}, and a sample is {value}"
+            ));
         }
         self.sample = series.interval(t0, 0);
         self.pass(t0, Instants::of_run(t0));

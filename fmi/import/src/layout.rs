@@ -111,14 +111,17 @@ impl Layout {
         };
         let clocks = of(&|v| v.kind == Kind::Clock && v.causality == Causality::Input);
         if !clocks.is_empty() {
-            let sentence = format!("the unit has clocks that its importer must tick, which hyd does not do: {}", shortened(&clocks));
+            let sentence = format!(
+                "the unit has clocks that its importer must tick, which hyd does not do: {}",
+                shortened(&clocks)
+            );
             return Err(Fault::of(file, sentence));
         }
-        for (what, kind) in
-            [("texts", Kind::Text), ("variables of type Binary", Kind::Binary), ("clocks", Kind::Clock)]
+        for (what, kind) in [("texts", Kind::Text), ("variables of type Binary", Kind::Binary), ("clocks", Kind::Clock)]
         {
             let is_open = |v: &Variable| {
-                v.kind == kind && !matches!(v.causality, Causality::Parameter | Causality::Input | Causality::Structural)
+                v.kind == kind
+                    && !matches!(v.causality, Causality::Parameter | Causality::Input | Causality::Structural)
             };
             let names = of(&is_open);
             if !names.is_empty() {
@@ -221,7 +224,8 @@ impl Driven<'_> {
         match variable.sizes.is_empty() {
             true => self.names.iter().any(|name| **name == *variable.name),
             false => {
-                let begins = |name: &String| name.strip_prefix(&*variable.name).is_some_and(|rest| rest.starts_with('['));
+                let begins =
+                    |name: &String| name.strip_prefix(&*variable.name).is_some_and(|rest| rest.starts_with('['));
                 self.names.iter().any(begins)
             }
         }
@@ -248,6 +252,15 @@ fn is_settable(variable: &Variable) -> bool {
     matches!(variable.causality, Causality::Parameter | Causality::Input) && variable.changes != Changes::Constant
 }
 
+/// The name with its subscripts, which in a derivative belong to the state: `der(x[1])`.
+fn pattern(variable: &Variable) -> NamePattern {
+    let inner = variable.name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
+    match inner.filter(|_| !variable.sizes.is_empty()) {
+        Some(inner) => NamePattern { parts: vec![(inner.into(), variable.sizes.clone())], derivative: true },
+        None => NamePattern { parts: vec![(variable.name.clone(), variable.sizes.clone())], derivative: false },
+    }
+}
+
 fn info(variable: &Variable, role: &Role, sources: Vec<Source>) -> VariableInfo {
     let kind = match &variable.kind {
         Kind::Number(Number::Float32 | Number::Float64) => ValueKind::Real,
@@ -272,7 +285,7 @@ fn info(variable: &Variable, role: &Role, sources: Vec<Source>) -> VariableInfo 
         _ => Settable::No,
     };
     VariableInfo {
-        name: NamePattern { parts: vec![(variable.name.clone(), variable.sizes.clone())], derivative: false },
+        name: pattern(variable),
         unit: if kind == ValueKind::Real { variable.unit.clone() } else { "".into() },
         display_unit: variable.display_unit.clone(),
         description: variable.description.clone(),
@@ -303,7 +316,7 @@ fn inputs(description: &Description, driven: &Driven<'_>) -> (Vec<Group>, Vec<Gr
         *list = places.groups();
         members.sort_by_key(|(place, _, _)| places.first[*place]);
         for (_, variable, whole) in members {
-            let pattern = NamePattern { parts: vec![(variable.name.clone(), variable.sizes.clone())], derivative: false };
+            let pattern = pattern(variable);
             for element in 0..variable.count() {
                 let name: Arc<str> = pattern.element(element).into();
                 sites.push(InputSite { name: name.clone(), differentiated: false });

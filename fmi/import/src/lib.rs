@@ -8,8 +8,8 @@
 //! What the interface has and this crate does not: clocks, scheduled execution, variables of type Binary, structural parameters other
 //! than as the unit has them.  A unit that needs them is refused with a sentence.
 
-mod area;
 mod archive;
+mod area;
 mod channel;
 mod colours;
 mod description;

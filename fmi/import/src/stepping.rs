@@ -69,7 +69,10 @@ impl Stepping {
         let none = || Fault::of(&unit.file, "the unit is not for co-simulation");
         let interface = description.stepping.as_ref().ok_or_else(none)?;
         if interface.needs_tool {
-            return Err(Fault::of(&unit.file, format!("the unit needs the program that made it, {}", tool(description))));
+            return Err(Fault::of(
+                &unit.file,
+                format!("the unit needs the program that made it, {}", tool(description)),
+            ));
         }
         let driver = Driver::new(unit, host, driven, (interface, false), &Pattern::dense(0, 0))?;
         Ok(Self {
@@ -227,7 +230,8 @@ impl Stepping {
 
     fn row(&mut self, sink: &mut dyn Sink) -> Result<(), StepRun> {
         if !self.row.is_empty() {
-            let asked = self.driver.remote.ask(Operation::Outputs, |_| {}).map(|mut reader| reader.reals(&mut self.row));
+            let asked =
+                self.driver.remote.ask(Operation::Outputs, |_| {}).map(|mut reader| reader.reals(&mut self.row));
             asked.map_err(|_| self.failed())?;
         }
         sink.row(self.time, &self.row, RowKind::Normal).map_err(StepRun::Sink)

@@ -21,7 +21,9 @@ pub(crate) fn read(root: Element<'_>, version: Version, variables: &[Variable]) 
     let numbers = by_reference(variables);
     let position = |element: Element<'_>, number: u64| -> Result<usize, Fault> {
         let found = match version {
-            Version::Two => usize::try_from(number).ok().and_then(|k| k.checked_sub(1)).filter(|&k| k < variables.len()),
+            Version::Two => {
+                usize::try_from(number).ok().and_then(|k| k.checked_sub(1)).filter(|&k| k < variables.len())
+            }
             Version::Three => u32::try_from(number).ok().and_then(|number| numbers.get(&number).copied()),
         };
         found.ok_or_else(|| element.fault(format!("{number} is not a variable of the unit")))

@@ -29,7 +29,8 @@ fn collect(element: Element<'_>, outer: &str, depth: usize, found: &mut Vec<Term
     let own = element.required("name")?;
     let name = if outer.is_empty() { own.to_string() } else { format!("{outer}.{own}") };
     let members = element.children().filter(|child| child.name().ends_with("MemberVariable"));
-    let variables = members.map(|member| member.required("variableName").map(str::to_string)).collect::<Result<_, _>>()?;
+    let variables =
+        members.map(|member| member.required("variableName").map(str::to_string)).collect::<Result<_, _>>()?;
     let kind = element.attribute("terminalKind").unwrap_or_default().to_string();
     found.push(Terminal { name: name.clone(), kind, variables });
     element.children().try_for_each(|child| collect(child, &name, depth - 1, found))

@@ -64,7 +64,11 @@ fn what_is_wrong_is_told_with_its_line() {
     for (old, new, said) in [
         ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", "line 2: the unit is of version 1.0"),
         ("guid=\"g\"", "", "line 2: `fmiModelDescription` has no `guid`"),
-        ("modelIdentifier=\"A\"", "modelIdentifier=\"../A\"", "line 3: `modelIdentifier` is `../A`, which is not a name in C"),
+        (
+            "modelIdentifier=\"A\"",
+            "modelIdentifier=\"../A\"",
+            "line 3: `modelIdentifier` is `../A`, which is not a name in C",
+        ),
         ("declaredType=\"Length\"", "declaredType=\"Width\"", "line 10: there is no type `Width`"),
         ("start=\"1.5\"", "start=\"1,5\"", "line 10: the start value `1,5` is not of its type"),
         ("derivative=\"1\"", "derivative=\"9\"", "line 11: `derivative` is 9, which is not a variable"),
@@ -84,7 +88,8 @@ fn what_is_wrong_is_told_with_its_line() {
 #[test]
 fn columns_of_one_colour_share_no_row() {
     // A band of width three needs three colours, however long it is; a full column meets all.
-    let band: Vec<(u32, u32)> = (0..50u32).flat_map(|c| (c.saturating_sub(1)..=(c + 1).min(49)).map(move |r| (r, c))).collect();
+    let band: Vec<(u32, u32)> =
+        (0..50u32).flat_map(|c| (c.saturating_sub(1)..=(c + 1).min(49)).map(move |r| (r, c))).collect();
     for (pairs, most) in [(band.clone(), 3), ([band, (0..50).map(|r| (r, 7)).collect()].concat(), 4)] {
         let pattern = Pattern::from_pairs(50, 50, &pairs);
         let colours = Colours::new(&pattern);

@@ -20,7 +20,9 @@ struct Value<'a, 't> {
 
 impl<'a> Value<'a, '_> {
     fn text(self, name: &str) -> Option<&'a str> {
-        self.element.attribute(name).or_else(|| self.declared.and_then(|declared| declared.attributes.get(name).copied()))
+        self.element
+            .attribute(name)
+            .or_else(|| self.declared.and_then(|declared| declared.attributes.get(name).copied()))
     }
 
     fn number(self, name: &str) -> Result<Option<f64>, Fault> {
@@ -46,7 +48,9 @@ pub(crate) fn read(root: Element<'_>, version: Version, types: &Types<'_>) -> Re
             Version::Two => inner(element)?,
             Version::Three => match kind(element.name()) {
                 Some(kind) => (element, kind),
-                None => return Err(element.fault(format!("`{}` is not a type of variables", shortened(element.name())))),
+                None => {
+                    return Err(element.fault(format!("`{}` is not a type of variables", shortened(element.name()))));
+                }
             },
         };
         let declared = match value.attribute("declaredType") {

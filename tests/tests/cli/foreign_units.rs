@@ -165,12 +165,30 @@ fn pack(entries: &[(String, Vec<u8>)], packed: bool) -> Vec<u8> {
 
 /// Pieces that descriptions are broken with.
 const PIECES: [&str; 12] = [
-    "<", ">", "\"", "&#0;", "&lt", "<!DOCTYPE a [<!ENTITY b \"c\">]>", "99999999999999999999", "-1", "NaN", "causality=\"input\"",
-    "<Dimension start=\"4000000000\"/>", "\u{feff}",
+    "<",
+    ">",
+    "\"",
+    "&#0;",
+    "&lt",
+    "<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    "99999999999999999999",
+    "-1",
+    "NaN",
+    "causality=\"input\"",
+    "<Dimension start=\"4000000000\"/>",
+    "\u{feff}",
 ];
 /// Paths that no archive of a unit may have.
-const PATHS: [&str; 8] =
-    ["../out.txt", "/out.txt", "resources/../../out.txt", "..\\out.txt", "C:\\out.txt", "resources/", "modelDescription.xml/x", "a\0b"];
+const PATHS: [&str; 8] = [
+    "../out.txt",
+    "/out.txt",
+    "resources/../../out.txt",
+    "..\\out.txt",
+    "C:\\out.txt",
+    "resources/",
+    "modelDescription.xml/x",
+    "a\0b",
+];
 
 /// One changed archive.
 fn changed(original: &[(String, Vec<u8>)], whole: &[u8], draw: &mut Draw) -> Vec<u8> {
