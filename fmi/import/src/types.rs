@@ -7,11 +7,14 @@ use crate::description::Version;
 use crate::fault::Fault;
 use crate::xml::Element;
 
+/// Literals of an enumeration with their values.
+type Literals = Arc<[(Arc<str>, i64)]>;
+
 /// Attributes that a type hands on, as they are written, and literals of an enumeration.
 #[derive(Clone, Default)]
 pub(crate) struct Type<'a> {
     pub(crate) attributes: HashMap<&'a str, &'a str>,
-    pub(crate) literals: Option<Arc<[(Arc<str>, i64)]>>,
+    pub(crate) literals: Option<Literals>,
 }
 
 /// Types by name.
@@ -40,7 +43,7 @@ pub(crate) fn read<'a>(root: Element<'a>, version: Version) -> Result<Types<'a>,
     Ok(types)
 }
 
-fn literals(element: Element<'_>) -> Result<Arc<[(Arc<str>, i64)]>, Fault> {
+fn literals(element: Element<'_>) -> Result<Literals, Fault> {
     let items = element.children().filter(|item| item.name() == "Item");
     let one = |item: Element<'_>| {
         let value = item.number("value")?.ok_or_else(|| item.fault("`Item` has no `value`"))?;
