@@ -13,6 +13,7 @@ mod area;
 mod channel;
 mod colours;
 mod description;
+mod driver;
 mod exchange;
 mod fault;
 mod fmi2;

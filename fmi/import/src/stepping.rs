@@ -10,7 +10,7 @@ use hyd_results::{RowKind, Sink};
 use hyd_system::{InputError, InputSite, Instants, ParameterError, Pattern, Series, Tables};
 
 use crate::archive::Unit;
-use crate::exchange::{Driver, tool};
+use crate::driver::{Driver, tool};
 use crate::fault::Fault;
 use crate::followers::Follower;
 use crate::host::{Counts, Host};
