@@ -243,7 +243,7 @@ fn changed(original: &[(String, Vec<u8>)], whole: &[u8], draw: &mut Draw) -> Vec
 #[test]
 fn changed_archives_are_read_or_refused() {
     const ARCHIVES: usize = 2000;
-    const RUNS: usize = 24;
+    const RUNS: usize = 12;
     let scratch = Scratch::new();
     let drive = hyd_tests::models::root().join("models/single_acting_drive/drive.hyd");
     build_file(&scratch, &drive.display().to_string(), "3.0");
