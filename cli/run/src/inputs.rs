@@ -45,6 +45,9 @@ pub struct InputTable {
     holds: Vec<(Option<String>, Hold)>,
 }
 
+/// Lets an input, by its position, follow samples.
+pub type SetInput<'a> = dyn FnMut(usize, &Arc<Series>) -> Result<(), InputError> + 'a;
+
 /// Recorded inputs ready to be handed to systems.
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
@@ -220,7 +223,7 @@ impl InputTable {
     pub fn recorded_by(
         &self,
         sites: &[InputSite],
-        set_input: &mut dyn FnMut(usize, &Arc<Series>) -> Result<(), InputError>,
+        set_input: &mut SetInput<'_>,
         (start, stop): (f64, f64),
         known: &[String],
     ) -> Result<Recorded, Failure> {

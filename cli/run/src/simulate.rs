@@ -96,6 +96,9 @@ pub struct Ran {
     pub jumps: Vec<String>,
 }
 
+/// Runs something: rows go to the sink, and the question whether to stop is asked on the way.
+pub type Running<'a> = dyn FnMut(&mut dyn Sink, &dyn Fn() -> bool) -> Ran + 'a;
+
 /// Runs a system.
 ///
 /// # Errors
@@ -136,7 +139,7 @@ pub fn record(
     options: &Options,
     facts: Facts,
     beside: Beside<'_>,
-    run: &mut dyn FnMut(&mut dyn Sink, &dyn Fn() -> bool) -> Ran,
+    run: &mut Running<'_>,
 ) -> Result<Outcome, Failure> {
     let Beside { drawn, into, stop, progress } = beside;
     let selection = Selection::new(arguments.variables.as_deref())?;
