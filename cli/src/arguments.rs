@@ -59,7 +59,7 @@ impl Arguments {
 pub enum Verb {
     /// Check a model: types, units, balance, structure; print the counts
     Check(Check),
-    /// Simulate a model
+    /// Simulate a model, or a unit of another tool (*.fmu)
     Simulate(Box<Simulate>),
     /// Make an executable of a model that runs without hyd
     Build(Build),
@@ -206,6 +206,24 @@ pub struct Simulate {
     /// Draws the results
     #[arg(long, value_name = "F.svg|F.png")]
     pub plot: Option<PathBuf>,
+    /// Which of its two kinds a unit of another tool (FILE.fmu) is used as [default: model-exchange where it offers that]
+    #[arg(long = "as", value_name = "KIND", value_enum)]
+    pub kind: Option<UnitKind>,
+    /// Distance of the communication points of co-simulation in s [default: as the unit proposes, else an output interval]
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    pub step: Option<f64>,
+    /// Seconds after which a call of a unit is given up [default: 60]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub call_limit: Option<f64>,
+}
+
+/// Kinds of use of a unit.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum UnitKind {
+    /// The unit gives rates, the solver of hyd integrates.
+    ModelExchange,
+    /// The unit integrates by itself from one communication point to the next.
+    CoSimulation,
 }
 
 /// `hyd build`

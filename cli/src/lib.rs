@@ -28,6 +28,7 @@ mod simulate;
 mod sweep;
 mod terminal;
 mod translate;
+mod unit;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -43,7 +44,8 @@ pub use hyd_verbs::LibraryPath;
 
 /// Runs the command with its arguments, the first being the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    ExitCode::from(exit_code(arguments))
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    unit::serve(&arguments).unwrap_or_else(|| ExitCode::from(exit_code(arguments)))
 }
 
 /// The same for callers that go on afterwards.
@@ -64,7 +66,15 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Equations(verb) => verb.model.read_parameters(),
         _ => Ok(()),
     };
-    if let Err(failure) = read {
+    let is_text = match &arguments.verb {
+        Verb::Check(verb) => unit::refuse(&verb.model.file),
+        Verb::Build(verb) => unit::refuse(&verb.model.file),
+        Verb::Linearize(verb) => unit::refuse(&verb.model.file),
+        Verb::Equations(verb) => unit::refuse(&verb.model.file),
+        Verb::Sweep(verb) => unit::refuse(&verb.file),
+        _ => Ok(()),
+    };
+    if let Err(failure) = read.and(is_text) {
         return failure.tell(arguments.message_format());
     }
     let result = match &arguments.verb {

@@ -1,5 +1,6 @@
 //! `hyd simulate FILE`: translate, run, write results, draw, say what happened.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use hyd_compiler::{Extras, Goal};
@@ -7,14 +8,19 @@ use hyd_report::{Curve, Figure};
 use hyd_results::{Discard, partial};
 use hyd_run::{InputTable, Recorder, Status, check_usage, finish, interrupt, tell};
 use hyd_verbs::picture::{check_picture, write_picture};
+use hyd_verbs::unit::is_unit;
 use hyd_verbs::{Run, run_diagnostic, with_whole_loops};
 
 use crate::arguments::Simulate;
 use crate::translate::{self, translate_with};
-use crate::{Failure, clock, output};
+use crate::{Failure, clock, output, unit};
 
 /// Runs the verb.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
+    if is_unit(&arguments.model.file) {
+        return unit::simulate(arguments);
+    }
+    refuse_unit_options(arguments)?;
     check_usage(&arguments.run, Some(&arguments.model.file))?;
     if let Some(path) = &arguments.plot {
         check_picture("--plot", path)?;
@@ -47,11 +53,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let (mut outcome, _) = run.simulate(&whole, &|| Discard, &interrupt::requested)?;
     let format = arguments.model.message_format;
     if let Some(path) = arguments.plot.as_ref().filter(|_| outcome.recorder.rows > 0) {
-        // The picture of a part replaces that of a whole run no more than its rows do.
         let is_whole = matches!(outcome.summary.status, Status::Done | Status::Terminated);
-        let path = if is_whole { path.clone() } else { partial(path) };
-        write_picture(&path, &figure(&mut outcome.recorder))?;
-        outcome.summary.plot = Some(path.display().to_string());
+        outcome.summary.plot = Some(draw(path, is_whole, &mut outcome.recorder)?);
     }
     let printed = tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };
@@ -59,6 +62,30 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         let diagnostic = run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
         translate::report(&compilation.files, &[diagnostic], format);
     }))
+}
+
+/// Options that are about units.
+fn refuse_unit_options(arguments: &Simulate) -> Result<(), Failure> {
+    let given = [
+        ("--as", arguments.kind.is_some()),
+        ("--step", arguments.step.is_some()),
+        ("--call-limit", arguments.call_limit.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((option, _)) => {
+            let file = arguments.model.file.display();
+            Err(Failure::Usage(format!("{option} is about units of other tools (*.fmu), and `{file}` is a text")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Draws the shown variables; gives the name of the picture.
+pub(crate) fn draw(path: &Path, is_whole: bool, recorder: &mut Recorder) -> Result<String, Failure> {
+    // The picture of a part replaces that of a whole run no more than its rows do.
+    let path = if is_whole { path.to_path_buf() } else { partial(path) };
+    write_picture(&path, &figure(recorder))?;
+    Ok(path.display().to_string())
 }
 
 /// The picture of the shown variables.

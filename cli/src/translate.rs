@@ -67,6 +67,8 @@ impl StudyArguments {
             bench: self.bench.clone(),
             libraries: self.libraries.libraries(),
             threads: self.threads,
+            // Where this program cannot find itself, only units miss it.
+            host: crate::unit::host(None).ok(),
         }
     }
 }

@@ -8,11 +8,12 @@ use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use hyd_compiler::{Instance, did_you_mean};
+use hyd_compiler::did_you_mean;
 use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
 
+use crate::foreign::Foreign;
 use crate::recorded::ShotInputs;
 use crate::translated::{ChannelNames, Translated};
 use crate::{Fault, Watch};
@@ -23,6 +24,10 @@ const ON_POINT: f64 = 1e-6;
 /// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes
 /// whose numbers make sense.
 const MOST_STEPS: (u64, u64) = (40_000, 20);
+/// Part of a parameter by which it is changed for a difference of runs of a unit, and the tolerance of such runs: errors of a run, as far as they
+/// differ at all between neighbours, are a ten thousandth of a derivative times its parameter.
+const DIFFERENCE: f64 = 1e-3;
+const DIFFERENCE_TOLERANCE: f64 = 1e-7;
 /// Relative tolerance of runs with delays: their errors stay below 0.06 standard deviations of the noise of recorded sets.
 const WAVE_TOLERANCE: f64 = 3e-5;
 
@@ -87,11 +92,25 @@ pub struct Machine {
     runs: AtomicUsize,
     /// Recorded inputs by shot.
     inputs: Arc<ShotInputs>,
-    translated: Translated,
+    origin: Origin,
     /// The same with whole loops, if there is one.
     whole: OnceLock<Option<Box<Machine>>>,
     /// Runs that it has made, of all machines of a setup.
     watch: Watch,
+}
+
+/// Where the systems of a machine come from: a text, or a unit of another tool.
+struct Origin {
+    translated: Option<Translated>,
+    foreign: Option<Foreign>,
+    channel_names: ChannelNames,
+}
+
+/// What the two ways to a machine have found out.
+struct Parts {
+    origin: Origin,
+    sources: Vec<Source>,
+    limits: Vec<Limit>,
 }
 
 /// What a parameter or constant of the model may be.
@@ -104,7 +123,7 @@ struct Limit {
 }
 
 struct Worker {
-    system: Instance,
+    system: Box<dyn DaeSystem>,
     simulator: Simulator,
     grid: Grid,
 }
@@ -192,18 +211,7 @@ impl Machine {
         (threads, watch): (usize, &Watch),
     ) -> Result<Self, Fault> {
         let model = translated.model.clone();
-        let mut system = model.instantiate();
-        let tables = system.tables().clone();
-        inputs.hand_over(&mut system, 0)?;
-        let bound = system.bind(0.0);
-        bound.map_err(|failure| Fault::run(format!("the model cannot start: {}", failure.reason)))?;
-        let nominal = system.parameters().to_vec();
-        let mut sources = Vec::new();
-        for k in 0..channels {
-            let name = translated.channels.of(k);
-            let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
-            sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
-        }
+        let tables = model.instantiate().tables().clone();
         let limits = model.payload().parameters.limits.iter().filter_map(|limit| {
             let variable = tables.variables.get(limit.variable as usize)?;
             let source = *variable.sources.get(limit.element as usize)?;
@@ -211,15 +219,85 @@ impl Machine {
             Some(Limit { name, kind, source, range: (limit.min, limit.max) })
         });
         let limits: Vec<Limit> = limits.collect();
-        let workers = (0..threads.max(1)).map(|_| {
-            let system = model.instantiate();
+        let mut sources = Vec::new();
+        for k in 0..channels {
+            let name = translated.channels.of(k);
+            let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
+            sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
+        }
+        let channel_names = translated.channels.clone();
+        let make = || Ok(Box::new(model.instantiate()) as Box<dyn DaeSystem>);
+        let parts =
+            Parts { origin: Origin { translated: Some(translated), foreign: None, channel_names }, sources, limits };
+        Self::assemble(parts, &make, inputs, tolerance, (threads, watch))
+    }
+
+    /// The same for a unit of another tool, whose channels are its variables with these names.
+    ///
+    /// # Errors
+    /// When the unit cannot start, or has no such variable.
+    pub(crate) fn of_unit(
+        foreign: Foreign,
+        (channels, driven, inputs): (&[String], &[String], Arc<ShotInputs>),
+        tolerance: f64,
+        (threads, watch): (usize, &Watch),
+    ) -> Result<Self, Fault> {
+        let tables = foreign.instantiate(driven)?.tables().clone();
+        let names = || tables.variables.iter().map(|variable| variable.name.element(0));
+        let source = |expression: &String| {
+            let (name, negated) = match expression.trim().strip_prefix('-') {
+                Some(name) => (name.trim(), true),
+                None => (expression.trim(), false),
+            };
+            let found = tables.find(name).and_then(|(variable, element)| variable.sources.get(element).copied());
+            let unknown = || {
+                let names: Vec<String> = names().collect();
+                let hint = did_you_mean(name, names.iter().map(String::as_str));
+                let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
+                Fault::new(format!(
+                    "the unit has no variable `{name}`{hint}; a channel of a unit is one of its variables, because its insides cannot be \
+                     looked at"
+                ))
+            };
+            let source = found.ok_or_else(unknown)?;
+            Ok(Source { negated: source.negated != negated, ..source })
+        };
+        let sources = channels.iter().map(source).collect::<Result<Vec<_>, Fault>>()?;
+        let limit = |(name, range): (String, (f64, f64))| {
+            let (variable, element) = tables.find(&name)?;
+            Some(Limit { source: *variable.sources.get(element)?, kind: variable.kind.clone(), name, range })
+        };
+        let limits = foreign.limits().into_iter().filter_map(limit).collect();
+        let (model, driven) = (Arc::clone(&foreign), driven.to_vec());
+        let channel_names = ChannelNames::free(std::iter::empty());
+        let origin = Origin { translated: None, foreign: Some(foreign), channel_names };
+        let make = || model.instantiate(&driven);
+        Self::assemble(Parts { origin, sources, limits }, &make, inputs, tolerance, (threads, watch))
+    }
+
+    fn assemble(
+        parts: Parts,
+        make: &dyn Fn() -> Result<Box<dyn DaeSystem>, Fault>,
+        inputs: Arc<ShotInputs>,
+        tolerance: f64,
+        (threads, watch): (usize, &Watch),
+    ) -> Result<Self, Fault> {
+        let Parts { origin, sources, limits } = parts;
+        let mut system = make()?;
+        let tables = system.tables().clone();
+        inputs.hand_over(&mut *system, 0)?;
+        let bound = system.bind(0.0);
+        bound.map_err(|failure| Fault::run(format!("the model cannot start: {}", failure.reason)))?;
+        let nominal = system.parameters().to_vec();
+        let delays = !system.structure().delays.is_empty();
+        let worker = |system: Box<dyn DaeSystem>| {
             let simulator = Simulator::new(system.structure());
             let span = Span { start: 0.0, stop: 1.0, intervals: 1 };
             let grid = Grid {
                 sources: sources.clone(),
                 span,
                 parameters: Vec::new(),
-                values: vec![Vec::new(); channels],
+                values: vec![Vec::new(); sources.len()],
                 derived: 0,
                 row: system.structure().outputs,
                 constants: system.parameters().len(),
@@ -228,18 +306,19 @@ impl Machine {
                 outside: None,
             };
             Mutex::new(Worker { system, simulator, grid })
-        });
+        };
+        let workers = (0..threads.max(1)).map(|_| make().map(worker)).collect::<Result<Vec<_>, Fault>>()?;
         Ok(Self {
-            tables: tables.clone(),
+            tables,
             nominal,
             channels: sources.clone(),
             tolerance,
-            delays: !system.structure().delays.is_empty(),
-            workers: workers.collect(),
-            limits,
+            delays,
+            workers,
+            limits: limits.clone(),
             runs: AtomicUsize::new(0),
             inputs,
-            translated,
+            origin,
             whole: OnceLock::new(),
             watch: watch.clone(),
         })
@@ -252,7 +331,7 @@ impl Machine {
 
     /// How the variables of the channels are called.
     pub fn channel_names(&self) -> &ChannelNames {
-        &self.translated.channels
+        &self.origin.channel_names
     }
 
     /// Number of runs made so far.
@@ -371,7 +450,7 @@ impl Machine {
     /// The machine with whole loops.
     fn whole(&self) -> Option<&Machine> {
         let make = || {
-            let translated = self.translated.with_whole_loops()?;
+            let translated = self.origin.translated.as_ref()?.with_whole_loops()?;
             let counts = (self.workers.len(), &self.watch);
             let channels = (self.channels.len(), self.inputs.clone());
             Machine::new(translated, channels, self.tolerance, counts).ok().map(Box::new)
@@ -395,9 +474,45 @@ impl Machine {
         places: &[ParameterPlace],
         job: &Job,
     ) -> Result<Derived, (Fault, bool)> {
+        if worker.system.tangents().is_some() || job.derived.is_empty() || self.origin.foreign.is_none() {
+            return self.run_once(worker, span, places, (&job.values, job.span), &job.derived);
+        }
+        // Differences over steps to both sides, which cancel what is even in the step; runs are as much more exact as the steps are small.
+        let mut values = job.values.clone();
+        let (at, _) = self.run_once(worker, span, places, (&values, job.span), &[])?;
+        let mut derivatives = Vec::with_capacity(job.derived.len());
+        for &place in &job.derived {
+            let value = values[place];
+            let (low, high) = self.range(&places[place]);
+            let away = if value == 0.0 { DIFFERENCE } else { DIFFERENCE * value.abs() };
+            let (before, after) = ((value - away).max(low), (value + away).min(high));
+            let mut run = |changed: f64| {
+                values[place] = changed;
+                let ran = self.run_once(worker, span, places, (&values, job.span), &[]);
+                values[place] = value;
+                ran.map(|(channels, _)| channels)
+            };
+            let (left, right) = (run(before)?, run(after)?);
+            let slope = |(a, b): (&f64, &f64)| (b - a) / (after - before);
+            let of = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(slope).collect::<Vec<f64>>();
+            derivatives.push(left.iter().zip(&right).map(of).collect());
+        }
+        Ok((at, derivatives))
+    }
+
+    /// One run of one system.
+    fn run_once(
+        &self,
+        worker: &mut Worker,
+        span: &Span,
+        places: &[ParameterPlace],
+        (values, shot): (&[f64], usize),
+        derived: &[usize],
+    ) -> Result<Derived, (Fault, bool)> {
         let Worker { system, simulator, grid } = worker;
-        self.inputs.hand_over(system, job.span).map_err(|fault| (fault, false))?;
-        for (place, &value) in places.iter().zip(&job.values) {
+        let system = &mut **system;
+        self.inputs.hand_over(system, shot).map_err(|fault| (fault, false))?;
+        for (place, &value) in places.iter().zip(values) {
             let value = if place.negated { -value } else { value };
             if system.set_parameter(place.index, value).is_err() {
                 return Err((Fault::run(format!("a parameter cannot have the value {value}")), false));
@@ -405,18 +520,22 @@ impl Machine {
         }
         // Waves that run to and fro in delay lines keep the steps short; they are compared with noise, not with each other.
         let waves = self.delays;
-        let tolerance = if waves { self.tolerance.max(WAVE_TOLERANCE) } else { self.tolerance };
+        let tolerance = match (waves, &self.origin.foreign) {
+            (true, _) => self.tolerance.max(WAVE_TOLERANCE),
+            (false, Some(_)) => self.tolerance.min(DIFFERENCE_TOLERANCE),
+            (false, None) => self.tolerance,
+        };
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
         options.suppress_algebraic = waves;
         options.intervals = span.intervals;
-        options.sensitivity = job.derived.iter().map(|&place| places[place].name.clone()).collect();
-        grid.prepare(span, job.derived.len());
+        options.sensitivity = derived.iter().map(|&place| places[place].name.clone()).collect();
+        grid.prepare(span, derived.len());
         grid.outside = None;
         options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
         match simulator.run(system, &options, grid, &|| self.watch.stopped()) {
             Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
                 let mut derivatives = std::mem::take(&mut grid.derivatives);
-                for (by, &place) in derivatives.iter_mut().zip(&job.derived) {
+                for (by, &place) in derivatives.iter_mut().zip(derived) {
                     if places[place].negated {
                         by.iter_mut().flatten().for_each(|value| *value = -*value);
                     }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::disturbance::{Added, Disturbances, Lag, ROOM};
+use crate::foreign::Foreign;
 use crate::formula::evaluate;
 use crate::initial::{Initial, StartOf};
 use crate::limits::limit;
@@ -195,6 +196,25 @@ impl Setup {
         Machine::new(model, (channels, inputs), self.study.run.tolerance, (self.threads, &self.watch))
     }
 
+    /// A machine for a unit of another tool with the channels of the set.
+    ///
+    /// # Errors
+    /// When the unit cannot start, or has no variable that a channel names.
+    pub fn machine_of_unit(&self, unit: Foreign) -> Result<Machine, Fault> {
+        if let Some(state) = self.study.initial.keys().next() {
+            let place = self.study.place(&["initial", state]);
+            return Err(Fault::new(format!(
+                "{place}a unit begins where its own start values are; `[initial]` is for texts"
+            )));
+        }
+        let driven = self.driven();
+        let system = unit.instantiate(&driven)?;
+        let inputs = ShotInputs::new(&self.study, &self.bench.shots, &*system, &unit.inputs()).map(Arc::new)?;
+        drop(system);
+        let parts = (self.expressions(), (self.threads, &self.watch));
+        Machine::of_unit(unit, (&parts.0, &driven, inputs), self.study.run.tolerance, parts.1)
+    }
+
     /// The recorded inputs of a model.
     fn inputs(&self, model: &Translated) -> Result<Arc<ShotInputs>, Fault> {
         let system = model.model.instantiate();
@@ -204,6 +224,11 @@ impl Setup {
     /// Sentences on inputs of a model that nothing drives.
     pub fn idle_inputs(&self, model: &Translated) -> Vec<String> {
         idle(&self.study, &model.inputs)
+    }
+
+    /// The same of a unit of another tool.
+    pub fn idle_inputs_of_unit(&self, unit: &Foreign) -> Vec<String> {
+        idle(&self.study, &unit.inputs())
     }
 
     /// Names of the inputs of the model that follow columns.

@@ -76,7 +76,7 @@ impl Study {
         threads: Option<NonZeroUsize>,
     ) -> PyResult<Self> {
         let libraries = Libraries { folders, allow_outside, ..Libraries::default() }.fixed();
-        let own = Self { files: StudyFiles { study, bench, libraries, threads } };
+        let own = Self { files: StudyFiles { study, bench, libraries, threads, host: None } };
         let (_, messages) = own.open(py)?;
         warn(py, &messages)?;
         Ok(own)

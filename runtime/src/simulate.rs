@@ -152,6 +152,8 @@ enum Arrival {
 struct Found {
     t: f64,
     source: EventSource,
+    /// The system has asked for it at the end of a step: steps lead on whatever it does.
+    is_asked: bool,
 }
 
 impl Run<'_, '_> {
@@ -428,12 +430,12 @@ impl Simulator {
             return Some(Arrival::Plain(t));
         }
         run.problem.statistics.time_events += 1;
-        Some(Arrival::Event(Found { t, source: EventSource::Time }))
+        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false }))
     }
 
     /// Goes through an event; returns its time (s).
     fn pass(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<f64, SolveError> {
-        self.event(run, found.t, found.source).map(|()| found.t)
+        self.event(run, found).map(|()| found.t)
     }
 
     /// One step with what it passes but an event, which is found: rows, assertions.
@@ -469,6 +471,13 @@ impl Simulator {
         }
         if !is_event {
             self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            let told = run.problem.system.completed(t, self.integrator.y());
+            if told.map_err(|failure| SolveError::evaluation(crate::Stage::Step, t, failure, run.problem))? {
+                run.problem.statistics.state_events += 1;
+                self.point.y.copy_from_slice(self.integrator.y());
+                self.point.yp.copy_from_slice(self.integrator.yp());
+                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true }));
+            }
             if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
                 let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
                 self.choosing.note(t, judged);
@@ -501,12 +510,15 @@ impl Simulator {
                 self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
-        Ok(Arrival::Event(Found { t, source }))
+        Ok(Arrival::Event(Found { t, source, is_asked: false }))
     }
 
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
-    fn event(&mut self, run: &mut Run<'_, '_>, t: f64, source: EventSource) -> Result<(), SolveError> {
-        run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
+    fn event(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<(), SolveError> {
+        let Found { t, source, is_asked } = found;
+        if !is_asked {
+            run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
+        }
         let Point { y, yp } = &mut self.point;
         let rows = run.options.event_rows || run.options.every_step;
         // A second event at the same time begins where the one before has left off, with its row.

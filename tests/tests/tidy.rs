@@ -74,6 +74,8 @@ const ALLOWED: [(&str, &[&str]); 31] = [
         &[
             "hyd-compiler",
             "hyd-flat",
+            "hyd-fmi-import",
+            "hyd-payload",
             "hyd-source",
             "hyd-runtime",
             "hyd-results",
@@ -91,6 +93,8 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.
     ("hyd-fmi", &["hyd-payload", "hyd-system"]),
     ("hyd-unit", &["hyd-fmi", "hyd-payload", "hyd-runtime", "hyd-system"]),
+    // Units of other tools: a system like others, whose code runs in a process of its own.
+    ("hyd-fmi-import", &["hyd-results", "hyd-system"]),
     ("hyd-report", &[]),
     // What computes models beside the product knows nothing of it.
     ("hyd-differential", &[]),

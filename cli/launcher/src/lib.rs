@@ -149,6 +149,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
         code_bytes: loaded.engine.code_bytes,
         translate_s: clock::cpu_seconds() - begin,
         warnings: fallback(loaded).into_iter().chain(recorded.warnings).chain(cut).collect(),
+        unit: None,
     };
     let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, Beside::command(false))?;
     let format = arguments.message_format;

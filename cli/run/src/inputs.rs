@@ -10,7 +10,7 @@ use std::sync::Arc;
 use clap::Args;
 use hyd_payload::Experiment;
 use hyd_source::did_you_mean;
-use hyd_system::{DaeSystem, Gap, Hold, InputError, Series, SeriesError, fill_gaps};
+use hyd_system::{DaeSystem, Gap, Hold, InputError, InputSite, Series, SeriesError, fill_gaps};
 
 use crate::{Failure, read_text};
 
@@ -44,6 +44,9 @@ pub struct InputTable {
     columns: Vec<(String, Vec<f64>)>,
     holds: Vec<(Option<String>, Hold)>,
 }
+
+/// Lets an input, by its position, follow samples.
+pub type SetInput<'a> = dyn FnMut(usize, &Arc<Series>) -> Result<(), InputError> + 'a;
 
 /// Recorded inputs ready to be handed to systems.
 #[derive(Clone, Debug, Default)]
@@ -242,11 +245,25 @@ impl InputTable {
     pub fn recorded(
         &self,
         system: &mut dyn DaeSystem,
+        span: (f64, f64),
+        known: &[String],
+    ) -> Result<Recorded, Failure> {
+        let sites = system.structure().inputs.clone();
+        self.recorded_by(&sites, &mut |input, series| system.set_input(input, series), span, known)
+    }
+
+    /// The same for inputs of what is not such a system.
+    ///
+    /// # Errors
+    /// As [`InputTable::recorded`].
+    pub fn recorded_by(
+        &self,
+        sites: &[InputSite],
+        set_input: &mut SetInput<'_>,
         (start, stop): (f64, f64),
         known: &[String],
     ) -> Result<Recorded, Failure> {
         let fault = |sentence: String| Failure::Fault(format!("`{}`: {sentence}", self.path.display()));
-        let sites = system.structure().inputs.clone();
         let listed = |names: &[String]| match names {
             [] => "it has no inputs of type Real at its top".to_string(),
             names => format!("its inputs: {}", shortened(names)),
@@ -299,7 +316,7 @@ impl InputTable {
                     self.path.display()
                 ));
             }
-            system.set_input(k, &series).map_err(|error| fault(refused(name, error)))?;
+            set_input(k, &series).map_err(|error| fault(refused(name, error)))?;
             recorded.series.push(series);
         }
         Ok(recorded)

@@ -18,6 +18,11 @@ pub fn listen() {
     });
 }
 
+/// From now on Ctrl-C does nothing to this process, whose end is the matter of another one.
+pub fn ignore() {
+    let _ = ctrlc::set_handler(|| {});
+}
+
 /// True after Ctrl-C.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)

@@ -54,6 +54,23 @@ impl From<&MethodPhase> for MethodUse {
     }
 }
 
+/// What is said of a model that is a unit of another tool.
+#[derive(serde::Serialize, Clone, PartialEq, Debug)]
+pub struct UnitUse {
+    /// Its file.
+    pub file: String,
+    /// Version of the interface.
+    pub version: &'static str,
+    /// The program that made it, `""` if it does not say.
+    pub tool: String,
+    /// `model-exchange` or `co-simulation`.
+    pub kind: &'static str,
+    /// Distance of communication points (s), in co-simulation.
+    pub step: Option<f64>,
+    /// Questions to its process.
+    pub calls: u64,
+}
+
 /// How a run ended.
 #[derive(serde::Serialize, Clone, Copy, PartialEq, Eq, Debug)]
 #[serde(rename_all = "lowercase")]
@@ -94,6 +111,9 @@ pub struct RunSummary {
     pub message: Option<String>,
     /// Name of the model.
     pub model: String,
+    /// The model is a unit of another tool.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitUse>,
     /// Start time.
     pub start: f64,
     /// Stop time asked for.
@@ -163,11 +183,18 @@ impl RunSummary {
             writeln!(out, "  {message}")?;
         }
         let c = &self.counters;
-        writeln!(
-            out,
-            "  {} states, {} unknowns; {} templates, {} bytes of code",
-            self.states, self.unknowns, self.templates, self.code_bytes
-        )?;
+        match &self.unit {
+            Some(unit) => Self::write_unit(unit, self.states, out)?,
+            None => writeln!(
+                out,
+                "  {} states, {} unknowns; {} templates, {} bytes of code",
+                self.states, self.unknowns, self.templates, self.code_bytes
+            )?,
+        }
+        if let Some(step) = self.unit.as_ref().and_then(|unit| unit.step) {
+            writeln!(out, "  {} steps of {} s", c.steps, significant(step))?;
+            return self.write_end(out);
+        }
         writeln!(
             out,
             "  {} steps ({} rejected, {} not converged), {} residuals, {} Jacobians, {} factorisations",
@@ -175,8 +202,21 @@ impl RunSummary {
         )?;
         writeln!(out, "  {} state events, {} time events", c.state_events, c.time_events)?;
         self.write_methods(out)?;
+        self.write_end(out)
+    }
+
+    fn write_unit(unit: &UnitUse, states: usize, out: &mut String) -> std::fmt::Result {
+        let tool = if unit.tool.is_empty() { String::new() } else { format!(" by {}", unit.tool) };
+        let kind =
+            if unit.step.is_some() { "co-simulation".to_string() } else { format!("model exchange, {states} states") };
+        writeln!(out, "  unit of FMI {}{tool}; {kind}; {} calls of its process", unit.version, unit.calls)
+    }
+
+    /// Times, files and values.
+    fn write_end(&self, out: &mut String) -> std::fmt::Result {
         let (translated, simulated) = (duration(self.translate_s), duration(self.simulate_s));
-        writeln!(out, "  translated in {translated}, simulated in {simulated} of CPU time")?;
+        let made = if self.unit.is_some() { "loaded" } else { "translated" };
+        writeln!(out, "  {made} in {translated}, simulated in {simulated} of CPU time")?;
         for (what, path) in [("results", &self.result), ("picture", &self.plot)] {
             if let Some(path) = path {
                 writeln!(out, "  {what} in {path}")?;

@@ -5,16 +5,17 @@
 //! `F.csv` stays.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hyd_frames::{RunStream, is_parquet};
 use hyd_payload::Experiment;
 use hyd_results::{Format, ResultFile, Sink, Tee};
 use hyd_runtime::{Options, Simulator, SolveError, Summary};
-use hyd_system::{DaeSystem, Structure, VariableInfo};
+use hyd_system::{DaeSystem, Structure, Tables, VariableInfo};
 
 use crate::arguments::{MessageFormat, RunArguments, Solver};
 use crate::recorder::Recorder;
-use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
+use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status, UnitUse};
 use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::target::check_target;
 use crate::{Failure, clock, interrupt, output};
@@ -37,6 +38,8 @@ pub struct Facts {
     pub translate_s: f64,
     /// What the user should know of the code.
     pub warnings: Vec<String>,
+    /// The model is a unit of another tool.
+    pub unit: Option<UnitUse>,
 }
 
 /// How a run ended.
@@ -69,6 +72,33 @@ impl Beside<'_> {
     }
 }
 
+/// What is run: names, and sizes for the summary.
+pub struct Sizes {
+    /// Names and places.
+    pub tables: Arc<Tables>,
+    /// Number of states.
+    pub states: usize,
+    /// Number of unknowns.
+    pub unknowns: usize,
+}
+
+/// What whoever runs something says of the run.
+pub struct Ran {
+    /// How it ended.
+    pub outcome: Result<Summary, SolveError>,
+    /// What the user should know of it.
+    pub warnings: Vec<String>,
+    /// Its counters.
+    pub counters: Counters,
+    /// Methods used from when on.
+    pub methods: Vec<MethodUse>,
+    /// Where loops of equations went over to another of their solutions.
+    pub jumps: Vec<String>,
+}
+
+/// Runs something: rows go to the sink, and the question whether to stop is asked on the way.
+pub type Running<'a> = dyn FnMut(&mut dyn Sink, &dyn Fn() -> bool) -> Ran + 'a;
+
 /// Runs a system.
 ///
 /// # Errors
@@ -80,47 +110,77 @@ pub fn simulate(
     facts: Facts,
     beside: Beside<'_>,
 ) -> Result<Outcome, Failure> {
+    let structure = system.structure();
+    let sizes = Sizes {
+        tables: Arc::clone(system.tables()),
+        states: structure.differential.iter().filter(|&&state| state).count(),
+        unknowns: structure.unknowns,
+    };
+    record(&sizes, arguments, options, facts, beside, &mut |sink, stop| {
+        let mut simulator = Simulator::new(system.structure());
+        let outcome = simulator.run(system, options, sink, stop);
+        Ran {
+            outcome,
+            warnings: warnings(arguments, &simulator, system.structure()),
+            counters: Counters::from(simulator.statistics()),
+            methods: simulator.phases().iter().map(MethodUse::from).collect(),
+            jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
+        }
+    })
+}
+
+/// Lets `run` run what it is about, with result file, progress and summary.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn record(
+    sizes: &Sizes,
+    arguments: &RunArguments,
+    options: &Options,
+    facts: Facts,
+    beside: Beside<'_>,
+    run: &mut Running<'_>,
+) -> Result<Outcome, Failure> {
     let Beside { drawn, into, stop, progress } = beside;
     let selection = Selection::new(arguments.variables.as_deref())?;
-    let shown = shown(arguments, &selection, system, drawn)?;
-    let left_out = selection.left_out(system.tables(), shown.len());
+    let shown = shown(arguments, &selection, &sizes.tables, drawn)?;
+    let left_out = selection.left_out(&sizes.tables, shown.len());
     let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop), progress);
     recorder.file = result_file(arguments.result.as_deref(), &selection)?;
-    let mut simulator = Simulator::new(system.structure());
     let begin = clock::cpu_seconds();
-    let outcome = match into {
-        Some(into) => simulator.run(system, options, &mut Tee(into, &mut recorder), stop),
-        None => simulator.run(system, options, &mut recorder, stop),
+    let ran = match into {
+        Some(into) => run(&mut Tee(into, &mut recorder), stop),
+        None => run(&mut recorder, stop),
     };
     let simulate_s = clock::cpu_seconds() - begin;
     recorder.end();
 
+    let outcome = ran.outcome;
     let status = status(&outcome);
     let result = match (recorder.file.take(), &arguments.result) {
         (Some(file), Some(path)) => close(file, path, status)?,
         _ => None,
     };
-    let structure = system.structure();
-    let warnings = [facts.warnings.clone(), warnings(arguments, &simulator, structure)].concat();
     let summary = RunSummary {
         status,
         message: message(&outcome),
         model: facts.model,
+        unit: facts.unit,
         start: options.start,
         stop: options.stop,
         time: time_reached(&outcome, options),
         tolerance: options.tolerance,
         solver: arguments.solver.name(),
-        methods: simulator.phases().iter().map(MethodUse::from).collect(),
-        states: structure.differential.iter().filter(|&&state| state).count(),
-        unknowns: structure.unknowns,
+        methods: ran.methods,
+        states: sizes.states,
+        unknowns: sizes.unknowns,
         templates: facts.templates,
         code_bytes: facts.code_bytes,
         translate_s: facts.translate_s,
         simulate_s,
-        counters: Counters::from(simulator.statistics()),
-        warnings,
-        jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
+        counters: ran.counters,
+        warnings: [facts.warnings, ran.warnings].concat(),
+        jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
         final_values: FinalValues(recorder.last_values()),
@@ -187,13 +247,8 @@ pub(crate) fn stated_intervals(experiment: &Experiment, start: f64, stop: f64) -
     Some(((stop - start) / interval).round().max(1.0) as usize)
 }
 
-fn shown(
-    arguments: &RunArguments,
-    selection: &Selection,
-    system: &dyn DaeSystem,
-    drawn: bool,
-) -> Result<Vec<Shown>, Failure> {
-    let shown = selection.shown(system.tables());
+fn shown(arguments: &RunArguments, selection: &Selection, tables: &Tables, drawn: bool) -> Result<Vec<Shown>, Failure> {
+    let shown = selection.shown(tables);
     if let Some(pattern) = arguments.variables.as_deref().filter(|_| shown.is_empty()) {
         return Err(Failure::Usage(format!("no variable of the model matches `{pattern}`")));
     }

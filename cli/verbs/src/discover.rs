@@ -65,6 +65,13 @@ pub fn discover(
     listener: &dyn Listener,
 ) -> Result<Found, Failure> {
     let setup = &opened.setup;
+    if opened.unit.is_some() {
+        return Err(Failure::Fault(format!(
+            "`{}` is a unit of another tool, and its insides cannot be looked at: effects are searched for in the text of a model; `hyd fit` fits \
+             the unit's parameters and tells the gap of every channel",
+            opened.model_file.display()
+        )));
+    }
     std::fs::create_dir_all(&options.report).map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be made: {error}", options.report.display()))
     })?;

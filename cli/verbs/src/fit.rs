@@ -67,8 +67,7 @@ struct Outcome<'a> {
 pub fn fit(opened: &Opened, options: &FitOptions, listener: &dyn Listener) -> Result<Fitted, Failure> {
     let setup = &opened.setup;
     let make = || opened.sources();
-    let model = opened.translated(&opened.workshop(&make), listener)?;
-    let machine = setup.machine(model).map_err(failure)?;
+    let machine = opened.machine(&opened.workshop(&make), listener)?;
     let problem = setup.problem(&machine, &[]).map_err(failure)?;
     let wanted = wanted(&options.profile, setup, &problem)?;
     let begin = Instant::now();

@@ -24,6 +24,8 @@ pub mod share_out;
 pub mod study;
 pub mod sweep;
 mod translate;
+pub mod unit;
+mod unit_model;
 
 pub use discovery_memory::hash;
 pub(crate) use hyd_run::Failure;

@@ -84,6 +84,7 @@ impl Run<'_> {
             code_bytes: code.code_bytes,
             translate_s: self.translate_s,
             warnings,
+            unit: None,
         };
         let beside = Beside { drawn: self.drawn, into: Some(into), stop, progress: self.progress };
         hyd_run::simulate(&mut system, arguments, &options, facts, beside)

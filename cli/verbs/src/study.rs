@@ -2,14 +2,18 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use hyd_compiler::{Severity, Sources};
-use hyd_discovery::{Bench, Fault, Setup, Study, Translated, Workshop};
+use hyd_discovery::{Bench, Fault, Foreign, Machine, Setup, Study, Translated, Workshop};
+use hyd_fmi_import::Host;
 
 use hyd_run::read_text;
 
 use crate::library::LibraryPath;
+use crate::unit::is_unit;
+use crate::unit_model::UnitModel;
 use crate::{Failure, Libraries, Listener};
 
 /// A study and a set, opened.
@@ -20,8 +24,10 @@ pub struct Opened {
     study_file: String,
     /// The model's file.
     pub model_file: PathBuf,
-    /// Its text.
+    /// Its text; empty for a unit of another tool.
     pub model_text: String,
+    /// The unit, if the model is one.
+    pub unit: Option<UnitModel>,
     /// Full name of the base model.
     pub class: String,
     libraries: Libraries,
@@ -52,6 +58,8 @@ pub struct StudyFiles {
     pub libraries: Libraries,
     /// Threads; none: one for each core.
     pub threads: Option<NonZeroUsize>,
+    /// How processes of units of other tools are begun; none where they cannot be.
+    pub host: Option<Host>,
 }
 
 /// Opens the files of a study.
@@ -79,7 +87,11 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
     let model_file = libraries.file_of(folder, &study.file);
     let model_file =
         model_file.map_err(|why| Failure::Fault(format!("`{}`: the model's file {why}", arguments.study.display())))?;
-    let model_text = text(&model_file)?;
+    let unit = match is_unit(&model_file) {
+        true => Some(UnitModel::open(&model_file, arguments.host.as_ref(), &class)?),
+        false => None,
+    };
+    let model_text = if unit.is_some() { String::new() } else { text(&model_file)? };
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
     let setup = Setup::new(study, bench, threads).map_err(failure)?;
@@ -90,7 +102,7 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
         listener.sentence(Severity::Warning, &sentence);
     }
     let study_file = arguments.study.display().to_string();
-    Ok(Opened { setup, study_file, model_file, model_text, class, libraries: libraries.clone() })
+    Ok(Opened { setup, study_file, model_file, model_text, unit, class, libraries: libraries.clone() })
 }
 
 impl Opened {
@@ -104,6 +116,21 @@ impl Opened {
             listener.sentence(Severity::Warning, &sentence);
         }
         Ok(model)
+    }
+
+    /// The machine of the base model, a text or a unit; says which of its inputs nothing drives.
+    ///
+    /// # Errors
+    /// What the compiler says, or why the unit cannot be used.
+    pub fn machine(&self, workshop: &Workshop<'_>, listener: &dyn Listener) -> Result<Machine, Failure> {
+        let Some(unit) = &self.unit else {
+            return self.setup.machine(self.translated(workshop, listener)?).map_err(failure);
+        };
+        let foreign: Foreign = Arc::new(unit.clone());
+        for sentence in self.setup.idle_inputs_of_unit(&foreign) {
+            listener.sentence(Severity::Warning, &sentence);
+        }
+        self.setup.machine_of_unit(foreign).map_err(failure)
     }
 
     /// A new way to the libraries.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InputError, Inputs, LoopError,
-    ParameterError, Series, StateChoice, StateChoices, Structure, Tables, Tangents, TimeEvent, TornLoops,
+    ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Tables, Tangents, TimeEvent, TornLoops,
 };
 
 use crate::clock::Clock;
@@ -186,6 +186,10 @@ impl DaeSystem for Instance {
 
     fn inputs(&mut self) -> Option<&mut dyn Inputs> {
         if self.loaded.model.structure.inputs.is_empty() { None } else { Some(self) }
+    }
+
+    fn steps(&mut self) -> Option<&mut dyn Steps> {
+        None
     }
 
     fn tangents(&mut self) -> Option<&mut dyn Tangents> {

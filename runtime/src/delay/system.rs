@@ -323,6 +323,11 @@ impl Delaying<'_> {
         self.inner.assertions(t, y, yp, out);
     }
 
+    /// Tells the system of a step; true if it wants an event there.
+    pub(crate) fn completed(&mut self, t: f64, y: &[f64]) -> Result<bool, EvalFailure> {
+        self.inner.steps().map_or(Ok(false), |steps| steps.completed(t, y))
+    }
+
     pub(crate) fn input_reach(&mut self, t: f64) -> f64 {
         self.inner.inputs().map_or(f64::INFINITY, |inputs| inputs.input_reach(t))
     }

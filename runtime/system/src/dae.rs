@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Tables, Tangents, TornLoops};
+use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Steps, Tables, Tangents, TornLoops};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -323,6 +323,9 @@ pub trait DaeSystem: Send {
 
     /// Inputs that follow recorded samples; none where [`Structure::inputs`] is empty.
     fn inputs(&mut self) -> Option<&mut dyn Inputs>;
+
+    /// To be told of every step; none where nothing follows from it.
+    fn steps(&mut self) -> Option<&mut dyn Steps>;
 
     /// Derivatives of all evaluations along directions, for sensitivities; none where the system has no derivatives.
     fn tangents(&mut self) -> Option<&mut dyn Tangents>;

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::dae::{InputError, LoopError, StateChoice};
+use crate::dae::{EvalFailure, InputError, LoopError, StateChoice};
 use crate::series::Series;
 
 /// Initial equations with simplified forms of expressions (`homotopy`).
@@ -58,4 +58,14 @@ pub trait Inputs {
 
     /// How far a step from `t` may lead (s) so that no feature of the inputs is stepped over.
     fn input_reach(&mut self, t: f64) -> f64;
+}
+
+/// A system that is told of every step of the solver, because it keeps a past of its own or decides about events there.
+pub trait Steps {
+    /// The solver has accepted a step to `t` (s) with these unknowns, has written all rows up to there, and asks for nothing before it
+    /// any more.  True: an event happens at `t`.
+    ///
+    /// # Errors
+    /// What failed; the run ends.
+    fn completed(&mut self, t: f64, y: &[f64]) -> Result<bool, EvalFailure>;
 }

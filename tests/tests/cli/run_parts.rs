@@ -58,6 +58,7 @@ mod run_summary {
             status: Status::Done,
             message: None,
             model: "Fall".into(),
+            unit: None,
             start: 0.0,
             stop: 2.0,
             time: 2.0,

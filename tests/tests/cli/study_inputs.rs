@@ -4,6 +4,8 @@
 
 use std::fmt::Write as _;
 
+#[cfg(unix)]
+use crate::process::command;
 use crate::process::{Outcome, Scratch, run};
 
 /// The truth, and the samples of a shot.
@@ -108,6 +110,41 @@ fn a_fit_finds_the_parameters_behind_recorded_inputs() {
             folder.write("st.toml", STUDY.replace("offset = 50 }", &format!("offset = 50, hold = \"{hold}\" }}")));
             assert!(errors(&folder).1 > 10.0);
         }
+    }
+}
+
+/// A unit of the model in place of its text, whose derivatives are differences of runs.
+#[cfg(unix)]
+#[test]
+fn a_fit_of_a_unit_finds_the_parameters() {
+    for (version, held) in [("2.0", false), ("3.0", true)] {
+        let folder = folder(held, 0);
+        let build = ["build", "m.hyd", "--fmu", version, "-o", "m.fmu"];
+        let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        let hold = format!("offset = 50, hold = \"{}\" }}", if held { "zero" } else { "linear" });
+        let study = STUDY.replace("offset = 50 }", &hold).replace("m.hyd", "m.fmu");
+        folder.write("st.toml", &study);
+        let (found, gap) = errors(&folder);
+        assert!(found.iter().all(|error| *error < 1e-3), "{version}: {found:?}");
+        assert!((gap - 1.0).abs() < 0.1, "{version}: gap {gap}");
+        // What a unit does not have is said with the study's own words.
+        for (old, new, said) in [
+            ("variable = \"x\"", "variable = \"xx\"", "the unit has no variable `xx`"),
+            ("T = \"T\"", "T = \"x\"", "`x` is not a parameter that can be set"),
+            ("u = {", "w = {", "the model has no input `w`"),
+            ("default = \"M\"", "default = \"N\"", "it is a unit of the model `M`, and the study names `N`"),
+        ] {
+            folder.write("st.toml", study.replacen(old, new, 1));
+            let outcome = fit(&folder, &[]);
+            assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+            assert!(outcome.stderr.contains(said), "`{said}` is not in {}", outcome.stderr);
+        }
+        folder.write("st.toml", &study);
+        let searched = run(folder.path(), &["discover", "st.toml", "--bench", "set.json", "--report", "r"]);
+        assert_eq!(searched.code, Some(1), "{}", searched.stderr);
+        assert!(searched.stderr.contains("its insides cannot be looked at"), "{}", searched.stderr);
+        assert!(!folder.path().join("r").exists());
     }
 }
 

@@ -1,0 +1,194 @@
+//! What both kinds of use have in common: the process, its parameters and texts, its inputs.
+
+use std::ffi::CString;
+use std::sync::Arc;
+
+use hyd_system::given;
+use hyd_system::{InputError, ParameterError, Pattern, Series};
+
+use crate::archive::Unit;
+use crate::colours::Colours;
+use crate::description::{Description, Interface, Kind, Number, State};
+use crate::fault::Fault;
+use crate::folder::Folder;
+use crate::foreign::c_text;
+use crate::host::{Host, Refusal, Remote};
+use crate::layout::Layout;
+use crate::protocol::{Group, Operation, Setup, values_of};
+use crate::session::Beginning;
+
+/// Words for texts that are set before a start.
+const TEXTS: usize = 1 << 15;
+
+/// Parameters, inputs and the process: what both kinds of use have in common.
+pub(crate) struct Driver {
+    pub(crate) layout: Layout,
+    pub(crate) description: Arc<Description>,
+    pub(crate) remote: Remote,
+    begin: Begin,
+    pub(crate) parameters: Vec<f64>,
+    pub(crate) texts: Vec<(u32, CString)>,
+    /// Number of followers that change always; the others follow them.
+    pub(crate) continuous: usize,
+    pub(crate) input_values: Vec<f64>,
+    pub(crate) tolerance: f64,
+    pub(crate) stop: f64,
+}
+
+/// What a process is begun with.
+struct Begin {
+    host: Host,
+    file: String,
+    folder: Arc<Folder>,
+    setup: Setup,
+    room: usize,
+}
+
+impl Begin {
+    fn remote(&self) -> Result<Remote, Fault> {
+        Remote::begin(&self.host, (&self.file, &self.folder), &self.setup, self.room)
+    }
+}
+
+impl Driver {
+    pub(crate) fn new(
+        unit: &Unit,
+        host: &Host,
+        driven: &[String],
+        (interface, exchange): (&Interface, bool),
+        pattern: &Pattern,
+    ) -> Result<Self, Fault> {
+        let description = Arc::clone(&unit.description);
+        let layout = Layout::new(&description, &unit.file, driven)?;
+        let references = |wanted: fn(&State) -> usize| -> Vec<u32> {
+            description.states.iter().map(|state| description.variables[wanted(state)].reference).collect()
+        };
+        let setup = Setup {
+            version: description.version,
+            exchange,
+            library: unit.library(interface).display().to_string(),
+            resources: unit.resources(),
+            token: description.token.clone(),
+            name: description.model.to_string(),
+            states: if exchange { description.state_count() } else { 0 },
+            indicators: if exchange { description.indicators } else { 0 },
+            completed: interface.needs_completed_steps,
+            slopes: interface.interpolates && layout.inputs.iter().all(|group| group.number == Number::Float64),
+            directional: interface.directional,
+            state_references: references(|state| state.state),
+            rate_references: references(|state| state.rate),
+            outputs: layout.outputs.clone(),
+            parameters: layout.parameters.clone(),
+            inputs: layout.inputs.clone(),
+            discrete: layout.discrete.clone(),
+            colours: Colours::new(pattern),
+        };
+        let room = TEXTS + 2 * layout.values.len() + 8 * layout.settings.len() + layout.followers.len();
+        let (file, folder) = (unit.file.clone(), Arc::clone(&unit.folder));
+        let begin = Begin { host: host.clone(), file, folder, setup, room };
+        let remote = begin.remote()?;
+        Ok(Self {
+            begin,
+            parameters: layout.values.clone(),
+            texts: Vec::new(),
+            continuous: values_of(&layout.inputs),
+            input_values: vec![0.0; layout.followers.len()],
+            layout,
+            description,
+            remote,
+            tolerance: 1e-6,
+            stop: f64::INFINITY,
+        })
+    }
+
+    /// See [`DaeSystem::set_parameter`].
+    pub(crate) fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError> {
+        let setting = self.layout.setting_of.get(index).copied().flatten();
+        let setting = setting.ok_or(ParameterError::NotSettable)?;
+        if !value.is_finite() {
+            return Err(ParameterError::BadValue);
+        }
+        self.layout.settings[setting].is_set = true;
+        self.parameters[index] = value;
+        Ok(())
+    }
+
+    /// Sets a parameter of type String; none where there is no such one.
+    pub(crate) fn set_text(&mut self, name: &str, text: &str) -> Option<()> {
+        let found = self.description.variables.iter().find(|variable| *variable.name == *name)?;
+        if found.kind != Kind::Text || !found.sizes.is_empty() {
+            return None;
+        }
+        self.texts.push((found.reference, c_text(text)));
+        Some(())
+    }
+
+    /// The first parameter that was set to a value outside its limits, as a sentence.
+    pub(crate) fn outside(&self) -> Option<String> {
+        let set = self.layout.settings.iter().filter(|setting| setting.is_set);
+        set.flat_map(|setting| (0..setting.count).map(move |element| (setting, element))).find_map(
+            |(setting, element)| {
+                let variable = &self.description.variables[setting.variable];
+                let info = self.layout.tables.variables.iter().find(|info| *info.name.parts[0].0 == *variable.name)?;
+                let (name, value) = (info.name.element(element), self.parameters[setting.first + element]);
+                given::outside(&name, &info.kind, value, (variable.min, variable.max)).map(|outside| outside.message)
+            },
+        )
+    }
+
+    /// A new process where the old one is lost, so that one run that fails is not the end of all others.
+    pub(crate) fn revive(&mut self) -> Result<(), Fault> {
+        if self.remote.fault.is_some() {
+            self.remote = self.begin.remote()?;
+        }
+        Ok(())
+    }
+
+    /// What is set before a run from `t0` (s).
+    pub(crate) fn beginning(&mut self, t0: f64) -> Result<Beginning, String> {
+        let mut values = Vec::new();
+        for setting in self.layout.settings.iter().filter(|setting| setting.is_set) {
+            let variable = &self.description.variables[setting.variable];
+            let own = self.parameters[setting.first..setting.first + setting.count].to_vec();
+            if own.iter().any(|value| value.is_nan()) {
+                return Err(format!("`{}` has no start values, so all of its elements must be set", variable.name));
+            }
+            let group = Group { number: setting.number, references: vec![variable.reference], values: setting.count };
+            values.push((group, own));
+        }
+        for follower in &mut self.layout.followers {
+            follower.start(t0)?;
+        }
+        self.move_inputs(t0);
+        let inputs = self.input_values.clone();
+        let texts = self.texts.clone();
+        Ok(Beginning { start: t0, stop: self.stop, tolerance: self.tolerance, values, texts, inputs })
+    }
+
+    /// Values of all inputs at a time.
+    pub(crate) fn move_inputs(&mut self, t: f64) {
+        for (value, follower) in self.input_values.iter_mut().zip(&mut self.layout.followers) {
+            *value = follower.at(t).value;
+        }
+    }
+
+    /// Reads the values of all parameters after a start.
+    pub(crate) fn read_parameters(&mut self) -> Result<(), Refusal> {
+        if self.parameters.is_empty() {
+            return Ok(());
+        }
+        let mut reader = self.remote.ask(Operation::Parameters, |_| {})?;
+        reader.reals(&mut self.parameters);
+        Ok(())
+    }
+
+    /// Lets an input follow samples.
+    pub(crate) fn follow(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
+        self.layout.followers.get_mut(input).ok_or(InputError::Unknown)?.follow(series)
+    }
+}
+
+/// Who made a unit.
+pub(crate) fn tool(description: &Description) -> &str {
+    if description.tool.is_empty() { "which it does not name" } else { &description.tool }
+}

@@ -1,0 +1,52 @@
+//! A folder for the files of one unit, removed with the last value that refers to it.
+
+use std::fs::DirBuilder;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Names that are tried before giving up.
+const ATTEMPTS: u32 = 100;
+
+/// The folder.
+#[derive(Debug)]
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    /// Makes one below the folder of temporary files that only this user can enter.
+    pub(crate) fn new() -> io::Result<Self> {
+        let path = unused(&std::env::temp_dir(), "hyd-unit", |path| {
+            let mut builder = DirBuilder::new();
+            #[cfg(unix)]
+            std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+            builder.create(path)
+        })?;
+        Ok(Self(path.0))
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Makes something under a name that nothing has; gives the name and what was made.
+pub(crate) fn unused<T>(folder: &Path, begin: &str, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let clock = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.subsec_nanos());
+    for _ in 0..ATTEMPTS {
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = folder.join(format!("{begin}-{}-{count}-{clock}", std::process::id()));
+        match make(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            made => return made.map(|made| (path, made)),
+        }
+    }
+    Err(io::Error::other("no name for a temporary file is free"))
+}

@@ -1,0 +1,47 @@
+//! Units of other tools, by the Functional Mock-up Interface 2.0 and 3.0: read, checked, and run.
+//!
+//! [`Unit::open`] reads an archive: its description becomes a [`Description`], its files go to a folder of their own that is gone with the
+//! unit.  [`Exchange`] is a unit for model exchange as a [`hyd_system::DaeSystem`], which any solver takes; [`Stepping`] is one for
+//! co-simulation, which brings its own.  Foreign code never runs in this process: `host` starts another one, whose only task is
+//! [`serve`], and speaks with it over memory that both see (`area`, `channel`).  A crash or a hang there is a message here.
+//!
+//! What the interface has and this crate does not: clocks, scheduled execution, variables of type Binary, structural parameters other
+//! than as the unit has them.  A unit that needs them is refused with a sentence.
+
+mod archive;
+mod area;
+mod channel;
+mod colours;
+mod description;
+mod driver;
+mod exchange;
+mod fault;
+mod fmi2;
+mod fmi3;
+mod folder;
+mod followers;
+mod foreign;
+mod host;
+mod layout;
+mod protocol;
+mod session;
+mod stepping;
+mod structure;
+mod terminals;
+mod types;
+mod variables;
+mod worker;
+mod xml;
+
+#[cfg(test)]
+mod tests;
+
+pub use archive::Unit;
+pub use description::{
+    Causality, Changes, Description, Experiment, Initial, Interface, Kind, Number, Terminal, Variable, Version,
+};
+pub use exchange::Exchange;
+pub use fault::Fault;
+pub use host::{Counts, Host};
+pub use stepping::{StepOptions, StepRun, Stepping};
+pub use worker::serve;

@@ -1,0 +1,300 @@
+//! Units of other tools in `hyd simulate`: what the two kinds of use give, and archives that are not what they should be.
+//!
+//! The units are our own here, given back; those of others are run by `tests/outside/units_import.py` and `tests/outside/reference_units`.
+//! Two thousand archives of the drive's unit are changed at random: bytes of the archive, of its description, paths, lengths.  Most are
+//! only opened, because that is where they must be refused; some dozens of those that can be opened are run by the program, with the real
+//! library.
+
+use std::fs;
+use std::io::{Cursor, Read, Write};
+use std::path::{Path, PathBuf};
+
+use hyd_fmi_import::Unit;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use crate::process::{Outcome, Scratch, assert_no_panic, command, run};
+use crate::units::library;
+
+const MASS: &str = "model Mass
+  parameter Real m(min = 1e-3) = 2;
+  final parameter Real w = 3*m;
+  input Real f(start = 1);
+  output Real x(start = 0, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(x) = v;
+  m*der(v) = f - 0.5*v;
+  annotation(experiment(StopTime = 2, Tolerance = 1e-8));
+end Mass;
+";
+
+/// Builds a unit of `case.hyd` as `case.fmu`.
+fn build(scratch: &Scratch, text: &str, version: &str) {
+    scratch.write("case.hyd", text);
+    build_file(scratch, "case.hyd", version);
+}
+
+fn build_file(scratch: &Scratch, file: &str, version: &str) {
+    let arguments = ["build", file, "--fmu", version, "-o", "case.fmu"];
+    let output = command(scratch.path(), &arguments).env("HYD_UNIT", library()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The last row of a result as numbers by name.
+fn last(scratch: &Scratch, file: &str) -> Vec<(String, f64)> {
+    let text = scratch.read(file);
+    let mut lines = text.lines();
+    let header = lines.next().unwrap().split(',').map(str::to_string);
+    let row = lines.last().unwrap().split(',').map(|field| match field {
+        "true" => 1.0,
+        "false" => 0.0,
+        field => field.parse().unwrap(),
+    });
+    header.zip(row).collect()
+}
+
+fn value(row: &[(String, f64)], name: &str) -> f64 {
+    row.iter().find(|(own, _)| own == name || own.starts_with(&format!("{name} "))).unwrap().1
+}
+
+fn done(outcome: &Outcome) {
+    assert_no_panic(outcome);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+}
+
+#[test]
+fn a_unit_has_the_results_of_its_model() {
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, MASS, version);
+        scratch.write("f.csv", "time,f\n0,1\n1,3\n2,3\n");
+        // x'' = (f - v/2)/m with f = 1 + 2t up to 1 s and 3 behind: v = a + b t + c exp(-t/(2 m)) on each part.
+        for (kind, allowed) in [("model-exchange", 1e-6), ("co-simulation", 1e-2)] {
+            let arguments =
+                ["simulate", "case.fmu", "--as", kind, "--input", "f.csv", "--set", "m=0.5", "--result", "r.csv"];
+            let more = if kind == "co-simulation" { &["--step", "0.01"][..] } else { &["--tolerance", "1e-9"][..] };
+            done(&run(scratch.path(), &[&arguments[..], more].concat()));
+            let row = last(&scratch, "r.csv");
+            // m = 1/2: v' = 2 f - v, so v = 4t - 2 + 2 exp(-t), then 6 + (v(1) - 6) exp(-(t - 1)).
+            let at_one = 2.0 + 2.0 * f64::exp(-1.0);
+            let wanted = 6.0 + (at_one - 6.0) * f64::exp(-1.0);
+            let v = value(&row, "v");
+            assert!((v - wanted).abs() < allowed, "{version} {kind}: {v} and not {wanted}");
+        }
+        // Without a table the input keeps a value that can be set like a parameter.
+        done(&run(scratch.path(), &["simulate", "case.fmu", "--set", "f=2", "--set", "m=1", "--result", "r.csv"]));
+        let wanted = 4.0 * (1.0 - f64::exp(-1.0));
+        assert!((value(&last(&scratch, "r.csv"), "v") - wanted).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_cannot_be_set_is_said() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "3.0");
+    for (set, said) in [
+        ("mm=1", "no parameter `mm`; did you mean `m`?"),
+        ("v=1", "`v` cannot be set: it is a variable, not a parameter"),
+        ("w=1", "`w` cannot be set: it is final, or its value follows from other parameters"),
+        ("m=0", "`m` is 0, below its `min` 0.001"),
+        ("m=heavy", "`m=heavy`: it is a Real and needs a finite number"),
+    ] {
+        let outcome = run(scratch.path(), &["simulate", "case.fmu", "--set", set, "--result", "r.csv"]);
+        assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(said), "`{said}` is not in {}", outcome.stderr);
+        assert!(!scratch.path().join("r.csv").exists());
+    }
+}
+
+#[test]
+fn options_of_one_kind_are_refused_for_the_other() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "2.0");
+    scratch.write("text.hyd", MASS);
+    for (file, options, said) in [
+        ("case.fmu", &["--step", "0.1"][..], "--step is the distance of communication points"),
+        ("case.fmu", &["--as", "co-simulation", "--solver", "bdf"], "the unit brings its own"),
+        ("case.fmu", &["--as", "co-simulation", "--step", "-1"], "the step must be a positive number"),
+        ("case.fmu", &["--sensitivity", "m"], "derivatives by parameters are not known"),
+        ("case.fmu", &["--call-limit", "0"], "a positive number of seconds"),
+        ("case.fmu", &["--backend", "vm"], "--backend is about texts of models"),
+        ("text.hyd", &["--as", "co-simulation"], "--as is about units of other tools"),
+    ] {
+        let outcome = run(scratch.path(), &[&["simulate", file], options].concat());
+        assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(said), "`{said}` is not in {}", outcome.stderr);
+    }
+    let outcome = run(scratch.path(), &["check", "case.fmu"]);
+    assert_eq!((outcome.code, outcome.stderr.contains("is a unit of another tool")), (Some(2), true));
+}
+
+/// A generator of Lehmer's kind (Park, Miller 1988).
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, below: usize) -> usize {
+        self.0 = self.0 * 48_271 % 2_147_483_647;
+        self.0 as usize % below.max(1)
+    }
+}
+
+/// Entries of an archive.
+fn entries(path: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut archive = ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
+    let of = |k: usize, archive: &mut ZipArchive<fs::File>| {
+        let mut entry = archive.by_index(k).unwrap();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        (entry.name().unwrap().into_owned(), bytes)
+    };
+    (0..archive.len()).map(|k| of(k, &mut archive)).collect()
+}
+
+fn pack(entries: &[(String, Vec<u8>)], packed: bool) -> Vec<u8> {
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let method = if packed { CompressionMethod::Deflated } else { CompressionMethod::Stored };
+    for (name, bytes) in entries {
+        // What the writer itself refuses, such as a name twice, is another archive without that entry.
+        if writer.start_file(name.as_str(), SimpleFileOptions::default().compression_method(method)).is_ok() {
+            writer.write_all(bytes).unwrap();
+        }
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+/// Pieces that descriptions are broken with.
+const PIECES: [&str; 12] = [
+    "<",
+    ">",
+    "\"",
+    "&#0;",
+    "&lt",
+    "<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    "99999999999999999999",
+    "-1",
+    "NaN",
+    "causality=\"input\"",
+    "<Dimension start=\"4000000000\"/>",
+    "\u{feff}",
+];
+/// Paths that no archive of a unit may have.
+const PATHS: [&str; 8] = [
+    "../out.txt",
+    "/out.txt",
+    "resources/../../out.txt",
+    "..\\out.txt",
+    "C:\\out.txt",
+    "resources/",
+    "modelDescription.xml/x",
+    "a\0b",
+];
+
+/// One changed archive.
+fn changed(original: &[(String, Vec<u8>)], whole: &[u8], draw: &mut Draw) -> Vec<u8> {
+    let mut list = original.to_vec();
+    match draw.below(5) {
+        // The archive itself: cut, or bytes of it.
+        0 => {
+            let mut bytes = whole.to_vec();
+            bytes.truncate(draw.below(bytes.len()));
+            bytes
+        }
+        1 => {
+            let mut bytes = whole.to_vec();
+            for _ in 0..=draw.below(20) {
+                let at = draw.below(bytes.len());
+                bytes[at] = draw.below(256) as u8;
+            }
+            bytes
+        }
+        // The description: bits, pieces, parts that are missing.
+        2 => {
+            let text = &mut list.iter_mut().find(|(name, _)| name == "modelDescription.xml").unwrap().1;
+            for _ in 0..=draw.below(4) {
+                let at = draw.below(text.len());
+                text[at] ^= 1 << draw.below(8);
+            }
+            pack(&list, true)
+        }
+        3 => {
+            let text = &mut list.iter_mut().find(|(name, _)| name == "modelDescription.xml").unwrap().1;
+            let at = draw.below(text.len());
+            match draw.below(3) {
+                0 => text.truncate(at),
+                1 => drop(text.drain(at..(at + draw.below(200)).min(text.len()))),
+                _ => drop(text.splice(at..at, PIECES[draw.below(PIECES.len())].bytes())),
+            }
+            pack(&list, true)
+        }
+        // Paths, and entries that are missing.
+        _ => {
+            let at = draw.below(list.len());
+            match draw.below(3) {
+                0 => drop(list.remove(at)),
+                1 => list[at].0 = PATHS[draw.below(PATHS.len())].to_string(),
+                _ => list.push((PATHS[draw.below(PATHS.len())].to_string(), b"x".to_vec())),
+            }
+            pack(&list, draw.below(2) == 0)
+        }
+    }
+}
+
+#[test]
+fn changed_archives_are_read_or_refused() {
+    const ARCHIVES: usize = 2000;
+    const RUNS: usize = 12;
+    let scratch = Scratch::new();
+    let drive = hyd_tests::models::root().join("models/single_acting_drive/drive.hyd");
+    build_file(&scratch, &drive.display().to_string(), "3.0");
+    let original = entries(&scratch.path().join("case.fmu"));
+    // A library of many megabytes would only be copied about.
+    let small: Vec<(String, Vec<u8>)> = original
+        .iter()
+        .map(|(name, bytes)| {
+            (name.clone(), if name.ends_with(".xml") { bytes.clone() } else { bytes[..bytes.len().min(100)].to_vec() })
+        })
+        .collect();
+    let whole = pack(&small, true);
+    let mut draw = Draw(20_261);
+    let (mut refused, mut runs) = (0, 0);
+    let path: PathBuf = scratch.path().join("changed.fmu");
+    for _ in 0..ARCHIVES {
+        let before = draw.0;
+        let bytes = changed(&small, &whole, &mut draw);
+        fs::write(&path, &bytes).unwrap();
+        match Unit::open(&path) {
+            Err(fault) => {
+                refused += 1;
+                let said = fault.to_string();
+                assert!(said.contains("changed.fmu") && said.len() < 1000, "{said}");
+            }
+            Ok(_) if runs < RUNS => {
+                // The same change once more, around the library.
+                let description = changed_description(&bytes, &original);
+                fs::write(&path, pack(&description, false)).unwrap();
+                let arguments = ["simulate", "changed.fmu", "--stop", "1e-4", "--result", "r.csv"];
+                let outcome = run(scratch.path(), &arguments);
+                assert_no_panic(&outcome);
+                assert!(matches!(outcome.code, Some(0..=3)), "seed {before}: {outcome:?}");
+                assert!((outcome.code == Some(0)) == outcome.stderr.lines().all(|line| !line.starts_with("error")));
+                runs += 1;
+            }
+            Ok(_) => {}
+        }
+        assert!(!scratch.path().parent().unwrap().join("out.txt").exists(), "seed {before}");
+    }
+    assert!(refused > ARCHIVES / 2 && runs == RUNS, "{refused} of {ARCHIVES} refused, {runs} runs");
+}
+
+/// The entries of the unit with the description of a changed archive.
+fn changed_description(bytes: &[u8], original: &[(String, Vec<u8>)]) -> Vec<(String, Vec<u8>)> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let mut text = Vec::new();
+    archive.by_name("modelDescription.xml").unwrap().read_to_end(&mut text).unwrap();
+    let of = |(name, own): &(String, Vec<u8>)| match name == "modelDescription.xml" {
+        true => (name.clone(), text.clone()),
+        false => (name.clone(), own.clone()),
+    };
+    original.iter().map(of).collect()
+}
