@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 31] = [
+const ALLOWED: [(&str, &[&str]); 32] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
