@@ -14,6 +14,7 @@ use crate::explain::faults::{
     counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };
+use crate::explain::prescribed::prescribed_twice;
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::system::{EqId, EquationSystem, Reduction, Role};
 
@@ -115,7 +116,12 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
     let mut by_value = unknowns.clone();
     by_value.targets = hyd_index::IndexVec::from_vec(values);
-    let diagnostic = name_components(Diagnostic::error(code, message), system);
+    let twice = if rows == columns { prescribed_twice(system, pattern, &by_value, matching) } else { None };
+    let diagnostic = match twice {
+        Some(said) => said.help(message),
+        None => Diagnostic::error(code, message),
+    };
+    let diagnostic = name_components(diagnostic, system);
     explain_parts(diagnostic, system, pattern, &by_value, matching)
 }
 

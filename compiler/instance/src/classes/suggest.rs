@@ -174,10 +174,12 @@ impl InstanceTree<'_> {
         }
         // `pi` is a slip of `p` less often than it is the constant.
         let constant = self.table.suggest_constant(&last.name);
-        let help = constant.or_else(|| did_you_mean(name, names.iter().map(|n| n.as_ref())));
         let message = format!("unknown name `{name}` in `{class}`");
-        self.table
-            .report(Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared").maybe_help(help));
+        let diagnostic = Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared");
+        self.table.report(match constant {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic.meant(first.span, name, names.iter().map(|n| n.as_ref())),
+        });
     }
 
     /// Classes that a scope can name, for suggestions.
