@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use hyd_runtime::{MethodPhase, Statistics};
 use hyd_system::significant;
+use crate::run_profile::RunProfile;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// Counters of the solver.
@@ -128,6 +129,9 @@ pub struct RunSummary {
     pub result: Option<String>,
     /// Picture.
     pub plot: Option<String>,
+    /// Where its time went, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<RunProfile>,
     /// A few variables at the end.
     #[serde(rename = "final")]
     pub final_values: FinalValues,
@@ -182,7 +186,8 @@ impl RunSummary {
                 writeln!(out, "  {what} in {path}")?;
             }
         }
-        self.write_values(out)
+        self.write_values(out)?;
+        self.profile.as_ref().map_or(Ok(()), |profile| out.write_str(&profile.text()))
     }
 
     /// The methods by number of steps, and the first changes with their reasons.

@@ -14,6 +14,7 @@ use hyd_system::{DaeSystem, Structure, VariableInfo};
 
 use crate::arguments::{MessageFormat, RunArguments, Solver};
 use crate::recorder::Recorder;
+use crate::run_profile::RunProfile;
 use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status};
 use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::target::check_target;
@@ -87,6 +88,9 @@ pub fn simulate(
     let mut recorder = Recorder::new(shown, drawn, (options.start, options.stop), progress);
     recorder.file = result_file(arguments.result.as_deref(), &selection)?;
     let mut simulator = Simulator::new(system.structure());
+    if arguments.profile {
+        simulator.profile_with(clock::wall_seconds);
+    }
     let begin = clock::cpu_seconds();
     let outcome = match into {
         Some(into) => simulator.run(system, options, &mut Tee(into, &mut recorder), stop),
@@ -123,6 +127,7 @@ pub fn simulate(
         jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
         result: result.map(|path| path.display().to_string()),
         plot: None,
+        profile: simulator.profile().map(|found| RunProfile::new(found, system.tables(), simulator.statistics())),
         final_values: FinalValues(recorder.last_values()),
         left_out,
     };
@@ -131,7 +136,8 @@ pub fn simulate(
 
 /// What the user should know of a run that did not fail for it.
 fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structure) -> Vec<String> {
-    let mut list: Vec<String> = simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text).collect();
+    let mut list: Vec<String> = simulator.rescue().map(ToString::to_string).into_iter().collect();
+    list.extend(simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text));
     if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
         list.push(format!("{more} more like these"));
     }
@@ -169,6 +175,7 @@ pub fn options(arguments: &RunArguments, experiment: &Experiment) -> Result<Opti
     options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
     options.intervals = arguments.intervals.or(stated_intervals(experiment, start, stop)).unwrap_or(options.intervals);
     options.every_step = arguments.every_step;
+    options.rescue = true;
     options.max_steps = arguments.max_steps.map_or(options.max_steps, std::num::NonZeroU64::get);
     options.solver = match arguments.solver {
         Solver::Auto => hyd_runtime::Solver::Auto,
