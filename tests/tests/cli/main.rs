@@ -11,6 +11,7 @@ mod bench_import;
 mod bounded_memory;
 mod command;
 mod components;
+mod doctor;
 mod executables;
 #[cfg(unix)]
 mod faults;
