@@ -108,7 +108,8 @@ impl Display for SolveError {
                 let time = significant(*time);
                 write!(f, "chattering at t = {time} s: {events} events while time stands still")?;
                 pile_lines(f, pile, relations)?;
-                match pile.relations.iter().find_map(|found| Some((found, found.width?))) {
+                let widths = pile.relations.iter().filter_map(|found| Some((found, found.width?)));
+                match widths.max_by(|a, b| a.1.total_cmp(&b.1)) {
                     Some((found, width)) => hint(
                         f,
                         &format!(

@@ -27,14 +27,24 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
         let times: Vec<f64> = course.times().collect();
         hyd_compiler::approaches(flat, error.variable(), &times, &|row, name| course.value(row, name))
     });
-    if let (Some(first), SolveError::StepTooSmall(report)) = (approached.first(), error) {
-        let time = significant(report.time);
-        diagnostic.message = format!("the step size collapsed at t = {time} s: {}, and it approaches zero", first.what);
+    let time = significant(error.time().unwrap_or_default());
+    match (approached.first(), error) {
+        (Some(first), SolveError::StepTooSmall(_)) => {
+            diagnostic.message = format!("the step size collapsed at t = {time} s: {} approaches zero", first.what);
+        }
+        (Some(first), SolveError::NoConvergence(_)) => {
+            diagnostic.message =
+                format!("the equations could not be solved beyond t = {time} s: {} approaches zero", first.what);
+        }
+        (Some(first), SolveError::TooManySteps { .. }) => {
+            diagnostic.message.push_str(&format!("; {} approaches zero", first.what));
+        }
+        _ => {}
     }
     for approach in approached {
         let (before, now) = (significant(approach.before), significant(approach.now));
         diagnostic = diagnostic.with(approach.span, "");
-        let text = format!("{}, and it approaches zero: {before} at the start, {now} at the end", approach.what);
+        let text = format!("{} approaches zero: {before} at the start, {now} at the end", approach.what);
         diagnostic = diagnostic.help(text);
     }
     for line in lines.map(str::trim) {

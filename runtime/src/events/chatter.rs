@@ -45,8 +45,9 @@ pub struct Chattering {
 pub struct Pile {
     /// The relations, the most frequent first.
     pub relations: Vec<Chattering>,
-    /// Number of events looked at, and the time that they took (s).
+    /// Number of events looked at.
     pub events: usize,
+    /// The time that they took (s).
     pub within: f64,
     /// The two most frequent change in turns.
     pub in_turns: bool,

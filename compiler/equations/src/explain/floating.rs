@@ -304,7 +304,9 @@ fn message(system: &EquationSystem, part: &Part) -> Diagnostic {
         let name = system.flat.var_name(v);
         name.split('.').rev().nth(1).is_some_and(|connector| matches!(connector, "n" | "port_b" | "flange_b" | "port_n"))
     };
-    let &(k, at) = part.members.iter().find(|(_, v)| is_last(*v)).unwrap_or(&part.members[0]);
+    let mut in_order = part.members.clone();
+    in_order.sort_by_key(|(_, v)| *v);
+    let &(k, at) = in_order.iter().find(|(_, v)| is_last(*v)).unwrap_or(&part.members[0]);
     let (component, rest) = split(&system.flat.var_name(at), potential(k).depth);
     let inside = rest.rsplit_once('.').map_or("", |(connector, _)| connector);
     let end = if component.is_empty() { inside.to_string() } else { format!("{component}.{inside}") };

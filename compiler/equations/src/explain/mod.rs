@@ -7,5 +7,5 @@ pub(crate) mod matrix;
 pub(crate) mod print;
 pub(crate) mod print_plan;
 mod references;
-pub mod singularity;
+pub(crate) mod singularity;
 pub(crate) mod variable;

@@ -15,6 +15,9 @@ use crate::explain::faults::{list_names, variable_of};
 use crate::incidence::{Pattern, Unknowns};
 use crate::system::EquationSystem;
 
+/// Most components that are marked.
+const MOST_MARKED: usize = 8;
+
 /// The message for a singular system in which potentials are prescribed twice and flows not at all, or the other way round.
 pub(crate) fn prescribed_twice(
     system: &EquationSystem,
@@ -51,7 +54,7 @@ pub(crate) fn prescribed_twice(
     if components.len() < 2 {
         return None;
     }
-    let names = list_names(components);
+    let names = list_names(components.iter().cloned());
     let (message, help) = match of_potentials {
         true => (
             format!("{names} together prescribe a potential twice, and nothing determines their flows"),
@@ -62,5 +65,15 @@ pub(crate) fn prescribed_twice(
             "connect a component between them that takes up the difference of the flows, such as a resistance or a store",
         ),
     };
-    Some(Diagnostic::error(Code::Singular, message).help(help))
+    let mut diagnostic = Diagnostic::error(Code::Singular, message);
+    for potential in &system.flat.potentials {
+        let name = system.flat.variables[potential.block].name.element(0);
+        let parts: Vec<&str> = name.split('.').collect();
+        let component = parts[..parts.len().saturating_sub(potential.depth as usize)].join(".");
+        let is_new = diagnostic.labels.iter().all(|label| label.span != potential.declared);
+        if is_new && components.contains(&component) && diagnostic.labels.len() < MOST_MARKED {
+            diagnostic = diagnostic.at(potential.declared, "");
+        }
+    }
+    Some(diagnostic.help(help))
 }

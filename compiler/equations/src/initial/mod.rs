@@ -20,6 +20,7 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
+use hyd_system::told_apart;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
@@ -249,12 +250,14 @@ fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
         };
         let &mut (other, before) = fixed.entry(kept).or_insert((v, number));
         if before != number {
+            let (one, two) = (flat.var_name(other), flat.var_name(v));
+            let [first, second] = told_apart(before, number);
             let message = format!(
-                "`{}` and `{}` are equal or opposite, but have different fixed start values",
-                flat.var_name(other),
-                flat.var_name(v)
+                "the start values of `{one}` and `{two}` contradict each other: they are equal or opposite, but fixed at {first} and \
+                 {second}, counted alike"
             );
             let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
+            let diagnostic = diagnostic.help(format!("take `fixed = true` from one of `{one}`, `{two}`, or give both the same start"));
             return Err(Box::new(mark_variables(diagnostic, system, &[other, v])));
         }
     }
