@@ -18,7 +18,9 @@ use crate::{Failure, output};
 pub(crate) fn fix(arguments: &ModelArguments, compilation: &Compilation) -> Result<Option<Compilation>, Failure> {
     let path = arguments.file.as_path();
     let name = path.display().to_string();
-    let Some(file) = compilation.files.ids().find(|&id| compilation.files.name(id).as_ref() == name.as_str()) else { return Ok(None) };
+    let Some(file) = compilation.files.ids().find(|&id| compilation.files.name(id).as_ref() == name.as_str()) else {
+        return Ok(None);
+    };
     let chosen = chosen(&compilation.diagnostics, file);
     if chosen.is_empty() {
         output::print(&format!("{name}: no message proposes a change that can be made here\n"))?;

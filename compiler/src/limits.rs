@@ -32,7 +32,8 @@ pub(crate) fn check_starts(sorted: &SortedSystem) -> Vec<Diagnostic> {
             let limits = (block.min.get(k), block.max.get(k));
             let Some(outside) = given::outside(&block.name.element(k), &block.kind, value, limits) else { continue };
             let message = format!("at the start {}", outside.message);
-            messages.push(Diagnostic::warning(Code::Value, message).at(equations.origin.span, "this is its start value"));
+            messages
+                .push(Diagnostic::warning(Code::Value, message).at(equations.origin.span, "this is its start value"));
             if messages.len() == MOST {
                 return messages;
             }

@@ -524,7 +524,8 @@ impl Exchange {
 
     fn within<R>(&mut self, system: &mut dyn DaeSystem, work: impl FnOnce(&mut Self, &mut Problem<'_>) -> R) -> R {
         let mut delays = std::mem::take(&mut self.delays);
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
+        let mut problem =
+            Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
         let result = work(self, &mut problem);
         self.statistics = problem.statistics;
         self.delays = delays;

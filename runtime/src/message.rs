@@ -7,9 +7,9 @@ use std::fmt::{self, Display, Formatter};
 use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, significant};
 
 use crate::Jump;
+use crate::error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
 use crate::events::chatter::Pile;
 use crate::events::cycle::{Changing, Repeats};
-use crate::error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
 
 impl Display for SolveError {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -56,14 +56,17 @@ impl Display for SolveError {
                         let (before, now) = (significant(before), significant(now));
                         write!(f, ": {variable} grows without bound, from {before} at the start to {now}")?;
                         step_lines(f, report)?;
-                        hint(f, "the solution ends here, as that of der(x) = x^2 does: what lets it grow lacks a limit")
+                        hint(f, "the solution ends here: what lets it grow lacks a limit")
                     }
                     (variable, _) => {
                         if let Some(variable) = variable {
                             write!(f, ": the error of {variable} stays above the tolerance")?;
                         }
                         step_lines(f, report)?;
-                        hint(f, "the solution may grow without bound or jump here; a discontinuity should cause an event")
+                        hint(
+                            f,
+                            "the solution may grow without bound or jump here; a discontinuity should cause an event",
+                        )
                     }
                 }
             }
@@ -102,7 +105,10 @@ impl Display for SolveError {
                 write!(f, "the event at t = {time} s does not settle: values still change after {passes} passes")?;
                 relation_lines(f, relations)?;
                 repeat_lines(f, repeats)?;
-                hint(f, "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop")
+                hint(
+                    f,
+                    "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
+                )
             }
             SolveError::Chattering { time, events, accumulating: false, relations, pile } => {
                 let time = significant(*time);
@@ -118,9 +124,10 @@ impl Display for SolveError {
                             found.relation.text
                         ),
                     ),
-                    None => {
-                        hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
-                    }
+                    None => hint(
+                        f,
+                        "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous",
+                    ),
                 }
             }
             SolveError::Chattering { time, accumulating: true, relations, pile, .. } => {

@@ -54,9 +54,8 @@ pub struct RunProfile {
 impl RunProfile {
     /// The profile in the user's names.
     pub fn new(profile: &Profile, tables: &Tables, statistics: &Statistics) -> Self {
-        let unknowns = |counts: &[u64]| {
-            shares(counts, |k| Share { name: tables.unknown_name(k), place: None, count: 0 })
-        };
+        let unknowns =
+            |counts: &[u64]| shares(counts, |k| Share { name: tables.unknown_name(k), place: None, count: 0 });
         let equation = |k: usize| {
             let info = tables.row_equation(k);
             let name = info.map_or_else(|| format!("equation {}", k + 1), |info| info.text.to_string());

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::run_profile::RunProfile;
 use hyd_runtime::{MethodPhase, Statistics};
 use hyd_system::significant;
-use crate::run_profile::RunProfile;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// Counters of the solver.

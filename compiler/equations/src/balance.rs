@@ -153,9 +153,15 @@ fn inputs_without_source(system: &EquationSystem, open: &[BlockId], counts: Stri
 /// What is wrong with the one component at fault, if all that is missing or too many is its own.
 fn the_only_fault(system: &EquationSystem, difference: usize) -> Option<String> {
     let mut faults = system.flat.imbalances.iter().filter(|fault| !fault.component.is_empty());
-    let fault = faults.next().filter(|fault| faults.next().is_none() && fault.given.abs_diff(fault.needed) == difference)?;
+    let fault =
+        faults.next().filter(|fault| faults.next().is_none() && fault.given.abs_diff(fault.needed) == difference)?;
     let fate = if fault.given < fault.needed { "missing" } else { "too many" };
-    Some(format!("{} {fate} in the component `{}` of class `{}`", counted(difference, "equation"), fault.component, fault.class))
+    Some(format!(
+        "{} {fate} in the component `{}` of class `{}`",
+        counted(difference, "equation"),
+        fault.component,
+        fault.class
+    ))
 }
 
 fn constraints(rates: &Pattern, matching: &Matching) -> Constraints {

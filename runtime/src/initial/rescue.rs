@@ -85,7 +85,13 @@ impl fmt::Display for Rescue {
         write!(f, ", and there may be other solutions: check them and set ")?;
         for (k, start) in self.starts.iter().take(MOST_NAMED).enumerate() {
             let comma = if k == 0 { "" } else { ", " };
-            write!(f, "{comma}`{}(start = {})` instead of {}", start.name, significant(start.works), significant(start.given))?;
+            write!(
+                f,
+                "{comma}`{}(start = {})` instead of {}",
+                start.name,
+                significant(start.works),
+                significant(start.given)
+            )?;
         }
         match self.starts.len().saturating_sub(MOST_NAMED) {
             0 => Ok(()),
@@ -126,7 +132,8 @@ impl InitialSystem {
         if guess.contains(&0.0) {
             for place in AWAY {
                 let moved = |k: usize| place * self.newton.nominals[k] * (1.0 + 0.1 * scatter(k as u32, 0));
-                let from: Vec<f64> = (0..guess.len()).map(|k| if guess[k] == 0.0 { moved(k) } else { guess[k] }).collect();
+                let from: Vec<f64> =
+                    (0..guess.len()).map(|k| if guess[k] == 0.0 { moved(k) } else { guess[k] }).collect();
                 tried += 1;
                 if self.reaches(problem, t, &from) {
                     found = Some(RescueStage::AwayFromZero);
@@ -144,7 +151,8 @@ impl InitialSystem {
                 break;
             }
             let size = |k: usize| guess[k].abs().max(self.newton.nominals[k]);
-            let place = |k: usize| guess[k] + distance * size(k) * scatter(k as u32, seed + STARTS_EACH * number as u32);
+            let place =
+                |k: usize| guess[k] + distance * size(k) * scatter(k as u32, seed + STARTS_EACH * number as u32);
             let from: Vec<f64> = (0..guess.len()).map(place).collect();
             tried += 1;
             found = self.reaches(problem, t, &from).then_some(RescueStage::Scattered);

@@ -11,7 +11,8 @@ fn a_slip_is_shown_and_corrected() {
     folder.write("fall.hyd", SLIP);
     let outcome = run(folder.path(), &["check", "fall.hyd", "--fix"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    let shown = "write `speed` for `sped`\n  fall.hyd:5\n  - der(h) = sped;\n  + der(h) = speed;\nfall.hyd: 1 change made\n";
+    let shown =
+        "write `speed` for `sped`\n  fall.hyd:5\n  - der(h) = sped;\n  + der(h) = speed;\nfall.hyd: 1 change made\n";
     assert!(outcome.stdout.starts_with(shown), "{}", outcome.stdout);
     assert_eq!(folder.read("fall.hyd"), SLIP.replace("sped;", "speed;"));
     assert_eq!(folder.names(), ["fall.hyd"]);
@@ -70,7 +71,8 @@ fn the_profile_names_who_limits_the_steps() {
     let profile = &summary["profile"];
     // The clock is a straight line, which every formula follows without error.
     assert_eq!(profile["limited_by"][0]["name"], "slow");
-    let counted = |name: &str| profile[name].as_array().unwrap().iter().map(|own| own["count"].as_u64().unwrap()).sum::<u64>();
+    let counted =
+        |name: &str| profile[name].as_array().unwrap().iter().map(|own| own["count"].as_u64().unwrap()).sum::<u64>();
     assert_eq!(counted("limited_by"), summary["counters"]["steps"].as_u64().unwrap());
     assert_eq!(profile["events_by"][0]["name"], "clock > 0.5");
     assert_eq!(counted("events_by"), 1);

@@ -5,7 +5,7 @@
 //! Potentials that are equal are one node; the slopes of all equations with respect to the nodes, at points where nothing vanishes by
 //! accident, are a matrix whose kernel is looked for by elimination (Golub and Van Loan 2013, *Matrix Computations*, section 3.4).
 //! Its vectors with common nodes are one part of the model that floats.  Potentials whose derivative occurs, and delayed ones, have
-//! values from before and do not float; slopes that branches decide count as numbers of their own.
+//! values from before and do not float, nor do those of connectors of the model itself; slopes that branches decide count as numbers of their own.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +74,8 @@ fn floating_parts(system: &EquationSystem) -> Vec<Part> {
     let supports = joined(&kernel(rows, nodes.count), nodes.count);
     let mut parts: Vec<Part> = Vec::new();
     for support in supports {
-        let members = members(&plain).filter(|(_, v)| nodes.of_variable[*v].is_some_and(|node| support.contains(&node)));
+        let members =
+            members(&plain).filter(|(_, v)| nodes.of_variable[*v].is_some_and(|node| support.contains(&node)));
         parts.push(Part { members: members.collect(), nodes: support.len() });
     }
     // Where components meet in a single node, what is wrong is that their flows do not fit.
@@ -104,7 +105,9 @@ impl Nodes {
         for eq in system.equations_in(Section::Continuous) {
             let template = system.flat.templates.get(system.equations[eq].template);
             let arena = &system.flat.templates.arena;
-            let (Node::Slot(a), Node::Slot(b)) = (arena.node(template.left), arena.node(template.right)) else { continue };
+            let (Node::Slot(a), Node::Slot(b)) = (arena.node(template.left), arena.node(template.right)) else {
+                continue;
+            };
             let operands = system.operands_of(system.equations[eq].operands);
             let (a, b) = (operands[a.index()], operands[b.index()]);
             if let (Target::Var(x), Target::Var(y)) = (a.target(), b.target())
@@ -154,7 +157,13 @@ impl Rows<'_> {
             }
         }
         let delayed = system.flat.delays.iter().flat_map(|delay| (0..delay.count).map(|k| VarId(delay.source.0 + k)));
-        for node in delayed.filter_map(|v| nodes.of_variable[v]) {
+        // What is connected to the model itself is fixed where the model is used.
+        let own = |k: usize, v: VarId| {
+            let depth = system.flat.potentials[k].depth as usize;
+            system.flat.var_name(v).split('.').count() <= depth
+        };
+        let outside = members(system).filter(|&(k, v)| own(k, v)).map(|(_, v)| v);
+        for node in delayed.chain(outside).filter_map(|v| nodes.of_variable[v]) {
             rows.push(unit(node, nodes.count));
         }
         rows
@@ -274,7 +283,8 @@ fn message(system: &EquationSystem, part: &Part) -> Diagnostic {
     if alone && potential(first).open {
         let connector = system.flat.var_name(v);
         let connector = connector.rsplit_once('.').map_or(connector.as_str(), |(connector, _)| connector);
-        let message = format!("nothing is connected to `{connector}`, and nothing fixes its {}", what.trim_end_matches('s'));
+        let message =
+            format!("nothing is connected to `{connector}`, and nothing fixes its {}", what.trim_end_matches('s'));
         let diagnostic = Diagnostic::error(Code::Singular, message).at(potential(first).declared, "");
         return diagnostic.help("connect it to what it belongs to");
     }
@@ -302,7 +312,10 @@ fn message(system: &EquationSystem, part: &Part) -> Diagnostic {
     // What is counted from is best the end that is called negative.
     let is_last = |v: VarId| {
         let name = system.flat.var_name(v);
-        name.split('.').rev().nth(1).is_some_and(|connector| matches!(connector, "n" | "port_b" | "flange_b" | "port_n"))
+        name.split('.')
+            .rev()
+            .nth(1)
+            .is_some_and(|connector| matches!(connector, "n" | "port_b" | "flange_b" | "port_n"))
     };
     let mut in_order = part.members.clone();
     in_order.sort_by_key(|(_, v)| *v);
@@ -316,14 +329,14 @@ fn message(system: &EquationSystem, part: &Part) -> Diagnostic {
     let name = free_name(system, reference.name);
     let declaration = format!("{} {name};", reference.class);
     let connection = format!("connect({name}.{}, {end});", reference.connector);
-    let diagnostic = diagnostic.help(format!(
-        "add `{declaration}` and `{connection}`, or connect another component that fixes one of them"
-    ));
+    let diagnostic = diagnostic
+        .help(format!("add `{declaration}` and `{connection}`, or connect another component that fixes one of them"));
     // Only in the model's own text: what is inside of its components is their matter.
     match system.flat.gaps.filter(|_| !component.contains('.')) {
         None => diagnostic,
         Some(gaps) => {
-            let before = |span: Span, text: &str| Edit { span: Span { end: span.start, ..span }, text: format!("{text}\n  ") };
+            let before =
+                |span: Span, text: &str| Edit { span: Span { end: span.start, ..span }, text: format!("{text}\n  ") };
             let edits = vec![before(gaps.declaration, &declaration), before(gaps.equation, &connection)];
             diagnostic.propose(format!("connect `{end}` to `{}`", reference.class), edits)
         }

@@ -2,8 +2,8 @@
 
 pub(crate) mod faults;
 pub(crate) mod floating;
-pub(crate) mod prescribed;
 pub(crate) mod matrix;
+pub(crate) mod prescribed;
 pub(crate) mod print;
 pub(crate) mod print_plan;
 mod references;

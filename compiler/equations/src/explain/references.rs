@@ -31,7 +31,11 @@ static REFERENCES: [(&str, Reference); 12] = [
     ),
     (
         "Modelica.Electrical.QuasiStatic.SinglePhase.",
-        Reference { class: "Modelica.Electrical.QuasiStatic.SinglePhase.Basic.Ground", name: "ground", connector: "pin" },
+        Reference {
+            class: "Modelica.Electrical.QuasiStatic.SinglePhase.Basic.Ground",
+            name: "ground",
+            connector: "pin",
+        },
     ),
     (
         "Modelica.Magnetic.FluxTubes.",

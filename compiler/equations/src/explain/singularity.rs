@@ -3,7 +3,7 @@
 //! Of a run that failed the values at the start and at the last point are known.  All divisors and arguments of that kind that vary are
 //! evaluated at both; one that has shrunk to a small part of what it was, or has changed its sign, is what the run approached.  So are
 //! conditions that cause no event (`sign`, `noEvent`) where their two sides come together, and the slope of an equation with
-//! respect to the algebraic variable at fault, which vanishes where two solutions meet.  Those in equations of the variable at
+//! respect to the algebraic variable at fault, which vanishes where two solutions meet or one goes to infinity.  Those in equations of the variable at
 //! fault come first.
 
 use hyd_flat::{FlatModel, Operand, Section, Target};
@@ -122,14 +122,18 @@ pub fn approaches(
                 let (text, other) = match use_of {
                     // The slope is not in the text, but its equation is.
                     Use::Slope => flat.written_sides(&template, operands),
-                    _ => flat.written_sides(&Template { left: node, right: minus.unwrap_or(node), ..template }, operands),
+                    _ => {
+                        flat.written_sides(&Template { left: node, right: minus.unwrap_or(node), ..template }, operands)
+                    }
                 };
                 let what = match use_of {
-                    Use::Jump if minus.is_some() => format!("`{text}` is compared with `{other}` without an event, and their difference"),
+                    Use::Jump if minus.is_some() => {
+                        format!("`{text}` is compared with `{other}` without an event, and their difference")
+                    }
                     Use::Jump => format!("`sign({text})` jumps without an event where `{text}`"),
                     Use::Slope => {
                         let name = variable.unwrap_or_default();
-                        format!("two solutions of `{text} = {other}` meet where its slope with respect to `{name}`")
+                        format!("`{text} = {other}` no longer determines `{name}`: its slope with respect to it")
                     }
                     Use::Divisor => format!("`{text}` is divided by, and it"),
                     Use::Root => format!("the square root of `{text}` is taken, and it"),

@@ -55,8 +55,7 @@ impl Flattener<'_, '_> {
         });
         let mut sections = equations.iter().filter(|section| !section.initial);
         let equation = sections.find_map(|section| section.equations.first()).map(|equation| equation.span);
-        self.model.gaps =
-            declaration.zip(equation).map(|(declaration, equation)| Gaps { declaration, equation });
+        self.model.gaps = declaration.zip(equation).map(|(declaration, equation)| Gaps { declaration, equation });
     }
 
     /// The component around the connectors that hold a variable, and how many names lead from it to the variable.

@@ -240,10 +240,11 @@ impl InstanceTree<'_> {
         let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
         let declared = self.instances[inst].span;
         self.table.report(
-            Diagnostic::error(Code::UnknownName, message)
-                .at(span, "not found")
-                .with(declared, "declared here")
-                .meant(span, name, sorted.iter().copied()),
+            Diagnostic::error(Code::UnknownName, message).at(span, "not found").with(declared, "declared here").meant(
+                span,
+                name,
+                sorted.iter().copied(),
+            ),
         );
     }
 
