@@ -49,17 +49,17 @@ impl InitialSystem {
             Some((part, jacobian(&x)?))
         })?;
         let mut linear = vec![0.0_f64; n];
-        for column in 0..n {
+        for (column, along) in step.iter().enumerate() {
             for entry in pattern.column(column) {
                 let row = pattern.row_indices[entry] as usize;
-                linear[row] = linear[row].max((here[entry] * step[column]).abs());
+                linear[row] = linear[row].max((here[entry] * along).abs());
             }
         }
         let (mut of_row, mut of_unknown) = (vec![0.0_f64; n], vec![0.0_f64; n]);
-        for column in 0..n {
+        for (column, along) in step.iter().enumerate() {
             for entry in pattern.column(column) {
                 let row = pattern.row_indices[entry] as usize;
-                let bend = 0.5 * ((there[entry] - here[entry]) / part * step[column]).abs();
+                let bend = 0.5 * ((there[entry] - here[entry]) / part * along).abs();
                 if linear[row] > 0.0 {
                     of_row[row] += bend / linear[row];
                     of_unknown[column] = of_unknown[column].max(bend / linear[row]);

@@ -28,7 +28,7 @@ const MOST_TOGETHER: usize = 32;
 /// Solutions that differ by less, relative to values and nominals, are the same.
 const SAME: f64 = 1e-6;
 /// Digits of start values that are proposed.
-const DIGITS: i32 = 3;
+const DIGITS: usize = 3;
 /// Start values that a message names.
 const MOST_NAMED: usize = 6;
 
@@ -255,13 +255,8 @@ impl InitialSystem {
 
 /// A few digits of a number.
 fn rounded(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let exponent = DIGITS - 1 - value.abs().log10().floor() as i32;
     // Through its text, so that the number is the one that is written.
-    let scaled = (value * 10f64.powi(exponent)).round();
-    format!("{scaled}e{}", -exponent).parse().unwrap_or(value)
+    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
 }
 
 /// A number between -1 and 1, the same in every run (multiplicative hashing, Knuth 1998, section 6.4).
