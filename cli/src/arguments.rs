@@ -153,6 +153,9 @@ pub struct Check {
     /// Lists the variables of unknown unit
     #[arg(long)]
     pub unknown_units: bool,
+    /// Makes the changes that messages propose in FILE: shows them, then writes them
+    #[arg(long)]
+    pub fix: bool,
 }
 
 /// `hyd equations`

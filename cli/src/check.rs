@@ -4,27 +4,42 @@
 //! section 4.7), that is all that can be said of it, and no fault.
 
 use hyd_compiler::{Code, Compilation, Diagnostic, Goal, Severity};
-use hyd_flat::Section;
+use hyd_flat::{EquationBlock, FlatModel, Section};
 use hyd_system::Variability;
 
 use crate::arguments::Check;
+use crate::fix::fix;
 use crate::translate::{compiled, report};
 use crate::{Failure, output};
 
 /// Runs the verb.
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let mut compilation = compiled(&arguments.model, Goal::Check)?;
-    let ends = ends_of_component(&compilation);
+    let mut ends = ends_of_component(&compilation);
     if !ends.is_empty() {
         compilation.diagnostics.retain(|diagnostic| !is_of_balance(diagnostic));
     }
     report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
+    if arguments.fix
+        && let Some(after) = fix(&arguments.model, &compilation)?
+    {
+        compilation = after;
+        ends = ends_of_component(&compilation);
+        if !ends.is_empty() {
+            compilation.diagnostics.retain(|diagnostic| !is_of_balance(diagnostic));
+        }
+        report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
+    }
     if compilation.has_errors() {
         return Err(Failure::Reported);
     }
     let mut text = counts(&compilation);
     if !ends.is_empty() {
-        text.push_str(&format!("  balanced as a component: {} to be connected where it is used\n", ends.join(", ")));
+        text.push_str(&format!(
+            "  balanced as a component: {}, and {} to be connected where it is used\n",
+            own_equations(&compilation),
+            ends.join(", ")
+        ));
     }
     if arguments.unknown_units {
         text.push_str(&unknown_units(&compilation));
@@ -37,6 +52,18 @@ fn ends_of_component(compilation: &Compilation) -> Vec<String> {
     let errors = || compilation.diagnostics.iter().filter(|own| own.severity == Severity::Error);
     let ends = compilation.flat.iter().flat_map(|flat| &flat.open_ends).map(|name| format!("`{name}`"));
     if errors().next().is_some() && errors().all(is_of_balance) { ends.collect() } else { Vec::new() }
+}
+
+/// How many equations the component brings: those of connections, and of connectors left open, are not its own.
+fn own_equations(compilation: &Compilation) -> String {
+    let own = |flat: &FlatModel| {
+        let is_own = |block: &&EquationBlock| block.section == Section::Continuous && !flat.is_connection(block);
+        flat.equations.iter().filter(is_own).map(|block| block.count as usize).sum()
+    };
+    match compilation.flat.as_deref().map_or(0, own) {
+        1 => "1 equation".to_string(),
+        count => format!("{count} equations"),
+    }
 }
 
 /// Equations and unknowns that do not fit each other, which is not a fault while what is connected is missing.

@@ -18,6 +18,7 @@ mod doc;
 mod equations;
 mod explain;
 mod fit;
+mod fix;
 mod fmt;
 mod linearize;
 mod new;

@@ -115,6 +115,7 @@ fn refuse_text_options(arguments: &Simulate) -> Result<(), Failure> {
         ("--library", !model.libraries.library.is_empty()),
         ("--allow-outside", model.libraries.allow_outside),
         ("--strict-units", model.strict_units),
+        ("--profile", arguments.run.profile),
         ("--backend", arguments.run.backend != hyd_run::BackendName::Native),
     ];
     match given.iter().find(|(_, given)| *given) {

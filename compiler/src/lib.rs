@@ -17,10 +17,10 @@ mod variation;
 
 pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
-pub use hyd_equations::Loops;
+pub use hyd_equations::{Approach, Loops, approaches};
 pub use hyd_flat::{FlatModel, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources};
-pub use hyd_source::{Code, Diagnostic, Files, Severity, did_you_mean};
+pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean};
 pub use hyd_syntax::{Head, head, print_string};
 pub use injection::{InjectionSite, injection_sites};
 pub use opening::{Command, Opening, commands, opened};

@@ -1,7 +1,7 @@
 //! Parameters against their `min` and `max`, with the values of the text and those set from outside, dependent ones included.
 //!
-//! Modelica 3.6, section 4.9.1: values outside the limits are an error.  Variables are not looked at: what they do during a run
-//! is not known here.
+//! Modelica 3.6, section 4.9.1: values outside the limits are an error.  What variables do during a run is not known
+//! here, but where they begin often is.
 
 use std::collections::HashMap;
 
@@ -13,6 +13,34 @@ use hyd_system::{ValueKind, Variability};
 
 /// At most so many messages.
 const MOST: usize = 20;
+
+/// A warning for every fixed start value that is a number outside the limits of its variable, which will begin where it may not be.
+pub(crate) fn check_starts(sorted: &SortedSystem) -> Vec<Diagnostic> {
+    let flat = &sorted.system.flat;
+    let mut messages = Vec::new();
+    for equations in flat.equations.iter().filter(|block| block.section == Section::Start) {
+        let template = flat.templates.get(equations.template);
+        let Some(value) = flat.templates.arena.as_constant(template.right) else { continue };
+        for operand in &equations.operands {
+            let Target::Start(v) = operand.target() else { continue };
+            let (block, k) = flat.locate(v);
+            let block = &flat.variables[block];
+            if block.variability <= Variability::Parameter || !block.fixed.get(k) {
+                continue;
+            }
+            let value = if operand.negated() { -value } else { value };
+            let limits = (block.min.get(k), block.max.get(k));
+            let Some(outside) = given::outside(&block.name.element(k), &block.kind, value, limits) else { continue };
+            let message = format!("at the start {}", outside.message);
+            messages
+                .push(Diagnostic::warning(Code::Value, message).at(equations.origin.span, "this is its start value"));
+            if messages.len() == MOST {
+                return messages;
+            }
+        }
+    }
+    messages
+}
 
 /// A message for every parameter and constant whose value is outside its limits.  `set`: values from outside by path.
 pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> Vec<Diagnostic> {

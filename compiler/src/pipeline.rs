@@ -12,7 +12,7 @@ use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, did_you_mea
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
 use crate::injection::refusals;
-use crate::limits::check_limits;
+use crate::limits::{check_limits, check_starts};
 
 /// How far to go.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -357,6 +357,7 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, l
     result.diagnostics.extend(diagnostics);
     let Some(mut sorted) = value else { return };
     result.diagnostics.extend(check_limits(&sorted, &options.set));
+    result.diagnostics.extend(check_starts(&sorted));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
         hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)
     });

@@ -11,7 +11,7 @@ use codespan_reporting::diagnostic as out;
 use codespan_reporting::files::SimpleFiles;
 use codespan_reporting::term::{self, termcolor};
 use hyd_index::TypedIndex;
-use hyd_source::{Diagnostic, Files, Label, Severity, Span};
+use hyd_source::{Diagnostic, Files, Label, Proposal, Severity, Span};
 
 use crate::json::push_string;
 
@@ -142,7 +142,8 @@ fn name_of(severity: Severity) -> &'static str {
 
 /// All messages as JSON, one object per line:
 /// `{"severity", "code", "message", "labels": [{"file", "line", "column", "end_line", "end_column", "start", "end",
-/// "primary", "message"}], "notes": [...]}`.
+/// "primary", "message"}], "notes": [...], "proposals": [{"message", "edits": [{"file", "line", ..., "end", "text"}]}]}`; the edits of a
+/// proposal belong together, each puts `text` in the place of what stands there, and `proposals` is absent where there are none.
 pub fn render_json(files: &Files, diagnostics: &[Diagnostic]) -> String {
     let mut json = String::new();
     for diagnostic in diagnostics {
@@ -162,25 +163,55 @@ pub fn render_json(files: &Files, diagnostics: &[Diagnostic]) -> String {
             json.push_str(if k == 0 { "" } else { "," });
             push_string(&mut json, note);
         }
-        json.push_str("]}\n");
+        json.push(']');
+        if !diagnostic.proposals.is_empty() {
+            json.push_str(",\"proposals\":[");
+            for (k, proposal) in diagnostic.proposals.iter().enumerate() {
+                json.push_str(if k == 0 { "" } else { "," });
+                push_proposal(&mut json, files, proposal);
+            }
+            json.push(']');
+        }
+        json.push_str("}\n");
     }
     json
 }
 
+fn push_proposal(json: &mut String, files: &Files, proposal: &Proposal) {
+    json.push_str("{\"message\":");
+    push_string(json, &proposal.message);
+    json.push_str(",\"edits\":[");
+    for (k, edit) in proposal.edits.iter().enumerate() {
+        json.push_str(if k == 0 { "{" } else { ",{" });
+        push_place(json, files, edit.span);
+        json.push_str(",\"text\":");
+        push_string(json, &edit.text);
+        json.push('}');
+    }
+    json.push_str("]}");
+}
+
 fn push_label(json: &mut String, files: &Files, label: &Label) {
-    let range = cut(files, label.span);
-    let span = Span::new(label.span.file, range.start, range.end);
+    json.push('{');
+    push_place(json, files, label.span);
+    // Writing to a string cannot fail.
+    let _ = write!(json, ",\"primary\":{},\"message\":", label.primary);
+    push_string(json, &label.message);
+    json.push('}');
+}
+
+fn push_place(json: &mut String, files: &Files, span: Span) {
+    let range = cut(files, span);
+    let span = Span::new(span.file, range.start, range.end);
     let (from, to) = (files.location(span), files.location(Span { start: span.end, ..span }));
-    json.push_str("{\"file\":");
+    json.push_str("\"file\":");
     push_string(json, files.name(span.file));
     // Writing to a string cannot fail.
     let _ = write!(
         json,
-        ",\"line\":{},\"column\":{},\"end_line\":{},\"end_column\":{},\"start\":{},\"end\":{},\"primary\":{},\"message\":",
-        from.line, from.column, to.line, to.column, span.start, span.end, label.primary
+        ",\"line\":{},\"column\":{},\"end_line\":{},\"end_column\":{},\"start\":{},\"end\":{}",
+        from.line, from.column, to.line, to.column, span.start, span.end
     );
-    push_string(json, &label.message);
-    json.push('}');
 }
 
 #[cfg(test)]

@@ -289,7 +289,10 @@ fn run_one(
         Ok(Summary { terminated: Some(message), time, .. }) => {
             Ending { status: "terminated", message, time, rounding: false }
         }
-        Ok(Summary { time, .. }) => Ending { status: "done", message: String::new(), time, rounding: false },
+        Ok(Summary { time, rescue, .. }) => {
+            let message = rescue.map(|rescue| rescue.to_string()).unwrap_or_default();
+            Ending { status: "done", message, time, rounding: false }
+        }
         Err(SolveError::Interrupted { .. }) => return Ok(None),
         Err(SolveError::Sink { error, .. }) => return Err(error),
         Err(error) => {

@@ -68,6 +68,7 @@ impl RunOptions {
             variables: self.variables.clone(),
             sensitivity: Some(Names(sensitivity)).filter(|names| !names.0.is_empty()),
             backend,
+            profile: false,
             json: false,
         })
     }

@@ -11,7 +11,11 @@ use hyd_system::{AssertionReport, EquationInfo, EvalFailure, RootInfo};
 use crate::OptionError;
 use crate::corrector::damped::NewtonFailure;
 use crate::corrector::{StepFailure, StepFault};
+use crate::course::Course;
+use crate::events::chatter::Pile;
+use crate::events::cycle::Repeats;
 use crate::initial::consistent::Inconsistent;
+use crate::initial::curvature::Curvature;
 use crate::problem::Problem;
 
 /// What the solver was doing.
@@ -51,6 +55,36 @@ pub struct Place {
     pub values: Vec<(String, f64, String)>,
     /// What exactly is not finite, if that is the trouble.
     pub evaluation: Option<EvalFailure>,
+    /// Values of all variables at the start, before the last step and at its end, where steps had been done.
+    pub course: Option<Box<Course>>,
+}
+
+/// What can be said of start values from which no solution was found.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct StartAdvice {
+    /// Other starts that were tried in vain.
+    pub tried: usize,
+    /// Variables whose start values decide, with these values, the most important first; the others occur linearly or nearly so.
+    pub decisive: Vec<(String, f64)>,
+    /// The equation that bends most on the first step.
+    pub bent: Option<EquationInfo>,
+}
+
+/// An unknown decides if it bends an equation at least this much, relative to the one that does most.
+const DECIDES: f64 = 0.05;
+
+impl StartAdvice {
+    pub(crate) fn new(tried: usize, curvature: Option<&Curvature>, guess: &[f64], problem: &Problem<'_>) -> Self {
+        let Some(Curvature { row, of_unknown }) = curvature else { return Self { tried, ..Self::default() } };
+        let tables = problem.system.tables();
+        let largest = of_unknown.iter().copied().fold(0.0, f64::max);
+        let mut decisive: Vec<usize> = (0..guess.len()).filter(|&k| of_unknown[k] > DECIDES * largest).collect();
+        decisive.sort_by(|&a, &b| of_unknown[b].total_cmp(&of_unknown[a]));
+        let named = |k: usize| Some((tables.initial_unknowns.get(k)?.to_string(), guess[k]));
+        let equation = tables.initial_rows.get(*row).and_then(|&e| tables.equations.get(e as usize));
+        let decisive = decisive.into_iter().filter_map(named).take(MOST_VALUES).collect();
+        Self { tried, decisive, bent: equation.cloned() }
+    }
 }
 
 /// A step that could not be done.
@@ -90,6 +124,8 @@ pub enum SolveError {
         cause: Cause,
         /// Where; values are those at which the iteration stopped.
         place: Box<Place>,
+        /// What can be said of the start values.
+        advice: Box<StartAdvice>,
     },
     /// No consistent values at the start or after an event.
     Inconsistent {
@@ -129,6 +165,8 @@ pub enum SolveError {
         passes: usize,
         /// Relations that still changed in the last pass.
         relations: Vec<RootInfo>,
+        /// What changes from pass to pass.
+        repeats: Box<Repeats>,
     },
     /// Events follow each other while time stands still.
     Chattering {
@@ -140,6 +178,8 @@ pub enum SolveError {
         accumulating: bool,
         /// Relations of the last event.
         relations: Vec<RootInfo>,
+        /// The events before it.
+        pile: Box<Pile>,
     },
     /// An assertion of level error does not hold.
     Assertion {
@@ -233,6 +273,32 @@ impl SolveError {
         }
     }
 
+    /// Values along a run that came to no good end, if steps had been done.
+    pub fn course(&self) -> Option<&Course> {
+        match self {
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => report.place.course.as_deref(),
+            SolveError::TooManySteps { place, .. } => place.course.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// The same with values along the run.
+    pub(crate) fn with_course(mut self, course: Course) -> Self {
+        let place = match &mut self {
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => &mut report.place,
+            SolveError::TooManySteps { place, .. } => place,
+            _ => return self,
+        };
+        place.course = Some(Box::new(course));
+        self
+    }
+
     /// Name of the variable at fault, if it is known.
     pub fn variable(&self) -> Option<&str> {
         match self {
@@ -282,8 +348,9 @@ impl SolveError {
             variable: unknown.map(name),
             values: shown.into_iter().map(|k| (name(k), z[k], String::new())).collect(),
             evaluation,
+            course: None,
         };
-        SolveError::Initial { time, cause: cause.into(), place: Box::new(place) }
+        SolveError::Initial { time, cause: cause.into(), place: Box::new(place), advice: Box::default() }
     }
 
     pub(crate) fn inconsistent(
@@ -366,6 +433,7 @@ impl Place {
             variable: unknown.map(|k| tables.unknown_name(k)),
             values: shown.into_iter().map(|k| (tables.unknown_name(k), y[k], unit(k))).collect(),
             evaluation,
+            course: None,
         }
     }
 }

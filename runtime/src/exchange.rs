@@ -145,7 +145,7 @@ impl Exchange {
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(problem);
         let (time_scale, weights, consistency) = (self.time_scale, &self.weights, &mut self.consistency);
-        let mut start = Start { t, time_scale, weights, consistency, sensitivity: None };
+        let mut start = Start { t, time_scale, weights, rescue: false, consistency, sensitivity: None };
         let Point { y, yp, .. } = &mut self.now;
         let terminated = self.initial.start(problem, &mut start, y, yp)?;
         problem.system.assertions(t, &self.now.y, &self.now.yp, &mut self.reports);
@@ -524,7 +524,8 @@ impl Exchange {
 
     fn within<R>(&mut self, system: &mut dyn DaeSystem, work: impl FnOnce(&mut Self, &mut Problem<'_>) -> R) -> R {
         let mut delays = std::mem::take(&mut self.delays);
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics };
+        let mut problem =
+            Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
         let result = work(self, &mut problem);
         self.statistics = problem.statistics;
         self.delays = delays;

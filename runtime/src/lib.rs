@@ -23,6 +23,7 @@
 
 mod bdf;
 mod corrector;
+mod course;
 mod delay;
 mod error;
 mod esdirk;
@@ -40,6 +41,7 @@ mod message;
 mod options;
 mod output;
 mod problem;
+mod profile;
 mod sensitivity;
 mod simulate;
 mod statistics;
@@ -49,11 +51,16 @@ mod weights;
 #[cfg(test)]
 mod tests;
 
-pub use error::{Cause, Place, SolveError, Stage, StepReport};
+pub use course::Course;
+pub use error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
+pub use events::chatter::{Chattering, Pile};
+pub use events::cycle::{Changing, Repeats};
 pub use exchange::{Exchange, Settled};
 pub use function::{EvaluationError, Functional, ModelFunction, Response};
+pub use initial::rescue::{OtherStart, Rescue, RescueStage};
 pub use integrator::{Method, MethodPhase, Reason};
 pub use linearize::{LinearModel, LinearizeError, OperatingPoint, linearize};
 pub use options::{OptionError, Options, Solver};
+pub use profile::{Profile, Seconds};
 pub use simulate::{Jump, Onward, Reached, Simulator, Summary, Warning, simulate};
 pub use statistics::Statistics;

@@ -4,10 +4,12 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, EvalFailure, RootInfo, significant};
+use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, significant};
 
 use crate::Jump;
-use crate::error::{Cause, Place, SolveError, Stage, StepReport};
+use crate::error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
+use crate::events::chatter::Pile;
+use crate::events::cycle::{Changing, Repeats};
 
 impl Display for SolveError {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -18,10 +20,11 @@ impl Display for SolveError {
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), evaluation(failure))?;
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
             }
-            SolveError::Initial { time, cause, place } => {
+            SolveError::Initial { time, cause, place, advice } => {
                 let time = significant(*time);
                 write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
                 place_lines(f, place, "values where the search ended")?;
+                advice_lines(f, advice)?;
                 match cause {
                     Cause::Singular => hint(
                         f,
@@ -48,11 +51,24 @@ impl Display for SolveError {
             }
             SolveError::StepTooSmall(report) => {
                 write!(f, "the step size collapsed at t = {} s", significant(report.time))?;
-                if let Some(variable) = &report.place.variable {
-                    write!(f, ": the error of {variable} stays above the tolerance")?;
+                match (&report.place.variable, growth(&report.place)) {
+                    (Some(variable), Some((before, now))) => {
+                        let (before, now) = (significant(before), significant(now));
+                        write!(f, ": {variable} grows without bound, from {before} at the start to {now}")?;
+                        step_lines(f, report)?;
+                        hint(f, "the solution ends here: what lets it grow lacks a limit")
+                    }
+                    (variable, _) => {
+                        if let Some(variable) = variable {
+                            write!(f, ": the error of {variable} stays above the tolerance")?;
+                        }
+                        step_lines(f, report)?;
+                        hint(
+                            f,
+                            "the solution may grow without bound or jump here; a discontinuity should cause an event",
+                        )
+                    }
                 }
-                step_lines(f, report)?;
-                hint(f, "the solution may grow without bound or jump here; a discontinuity should cause an event")
             }
             SolveError::NoConvergence(report) => {
                 write!(
@@ -84,22 +100,40 @@ impl Display for SolveError {
                     "an equation may no longer depend on this variable (a coefficient became zero), or two equations may coincide",
                 )
             }
-            SolveError::EventLoop { time, passes, relations } => {
+            SolveError::EventLoop { time, passes, relations, repeats } => {
                 let time = significant(*time);
-                write!(f, "the event at t = {time} s does not settle: relations still change after {passes} passes")?;
+                write!(f, "the event at t = {time} s does not settle: values still change after {passes} passes")?;
                 relation_lines(f, relations)?;
-                hint(f, "two conditions may keep switching each other; `pre` breaks such a loop")
+                repeat_lines(f, repeats)?;
+                hint(
+                    f,
+                    "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
+                )
             }
-            SolveError::Chattering { time, events, accumulating: false, relations } => {
+            SolveError::Chattering { time, events, accumulating: false, relations, pile } => {
                 let time = significant(*time);
                 write!(f, "chattering at t = {time} s: {events} events while time stands still")?;
-                relation_lines(f, relations)?;
-                hint(f, "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous")
+                pile_lines(f, pile, relations)?;
+                let widths = pile.relations.iter().filter_map(|found| Some((found, found.width?)));
+                match widths.max_by(|a, b| a.1.total_cmp(&b.1)) {
+                    Some((found, width)) => hint(
+                        f,
+                        &format!(
+                            "give `{}` a hysteresis (on above a limit, off below another): with the two {width:.1e} apart it switches \
+                             about a thousand times in the run; or make the expression continuous, with `smooth` or `noEvent`",
+                            found.relation.text
+                        ),
+                    ),
+                    None => hint(
+                        f,
+                        "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous",
+                    ),
+                }
             }
-            SolveError::Chattering { time, accumulating: true, relations, .. } => {
+            SolveError::Chattering { time, accumulating: true, relations, pile, .. } => {
                 let time = significant(*time);
                 write!(f, "events accumulate at t = {time} s: the intervals between them keep shrinking")?;
-                relation_lines(f, relations)?;
+                pile_lines(f, pile, relations)?;
                 hint(f, "let the motion come to rest: end it by a Boolean once the speed at an impact is below a limit")
             }
             SolveError::Assertion { time, report } => {
@@ -110,7 +144,7 @@ impl Display for SolveError {
                 let time = significant(*time);
                 write!(f, "gave up at t = {time} s after {steps} steps; the step size was {step:.3e} s")?;
                 if let Some(variable) = &place.variable {
-                    write!(f, "\n  largest error: {variable}")?;
+                    write!(f, ", kept down by the error of {variable}")?;
                 }
                 hint(
                     f,
@@ -125,6 +159,9 @@ impl Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
+
+/// A variable that is so many times what it was at the start, and 1 at least, grows without bound.
+const GROWN: f64 = 1e6;
 
 /// Variables, values and equations of a jump that are shown.
 const MOST_NAMED: usize = 4;
@@ -188,6 +225,14 @@ fn evaluation(failure: &EvalFailure) -> String {
     }
 }
 
+/// The values of the variable at fault at the start and at the end, if it has grown out of all proportion.
+fn growth(place: &Place) -> Option<(f64, f64)> {
+    let (course, variable) = (place.course.as_ref()?, place.variable.as_ref()?);
+    let last = course.times().count().checked_sub(1)?;
+    let (before, now) = (course.value(0, variable)?, course.value(last, variable)?);
+    (now.abs() > GROWN * before.abs().max(1.0)).then_some((before, now))
+}
+
 fn step_lines(f: &mut Formatter<'_>, report: &StepReport) -> fmt::Result {
     write!(f, "\n  last step tried: {:.3e} s at order {}", report.step, report.order)?;
     place_lines(f, &report.place, "last good values")
@@ -210,12 +255,76 @@ fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result
     Ok(())
 }
 
+/// Which start values decide, and what else was tried.
+fn advice_lines(f: &mut Formatter<'_>, advice: &StartAdvice) -> fmt::Result {
+    let names: Vec<String> =
+        advice.decisive.iter().map(|(name, value)| format!("{name} (now {})", significant(*value))).collect();
+    match (names.as_slice(), &advice.bent) {
+        ([], _) => {}
+        ([one], Some(bent)) => write!(f, "\n  the start value of {one} decides; most curved is {}", bent.text)?,
+        (several, Some(bent)) => {
+            let (shown, more) = several.split_at(several.len().min(MOST_NAMED));
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            write!(f, "\n  the start values of {}{more} decide; most curved is {}", shown.join(", "), bent.text)?;
+        }
+        _ => {}
+    }
+    match advice.tried {
+        0 => Ok(()),
+        1 => write!(f, "\n  from one other start no solution was found either"),
+        tried => write!(f, "\n  from {tried} other starts no solution was found either: there may be none"),
+    }
+}
+
 fn line_of(f: &mut Formatter<'_>, equation: &EquationInfo) -> fmt::Result {
     write!(f, "\n  equation: {}\n  at {}:{}", equation.text, equation.file, equation.line)?;
     if !equation.component.is_empty() {
         write!(f, " in {}", equation.component)?;
     }
     Ok(())
+}
+
+/// Which relations changed how often among the last events.
+fn pile_lines(f: &mut Formatter<'_>, pile: &Pile, last: &[RootInfo]) -> fmt::Result {
+    if pile.relations.is_empty() {
+        return relation_lines(f, last);
+    }
+    for found in pile.relations.iter().take(MOST_NAMED) {
+        let (text, file, line) = (&found.relation.text, &found.relation.file, found.relation.line);
+        write!(f, "\n  relation: {text}\n  at {file}:{line}")?;
+    }
+    let counts = pile.relations.iter().take(MOST_NAMED);
+    let counts: Vec<String> = counts.map(|found| format!("`{}` {} times", found.relation.text, found.count)).collect();
+    write!(f, "\n  the last {} events, within {:.1e} s: {}", pile.events, pile.within, counts.join(", "))?;
+    match pile.relations.as_slice() {
+        [first, second, ..] if pile.in_turns => {
+            write!(f, "\n  `{}` takes turns with `{}`", first.relation.text, second.relation.text)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What changes from pass to pass.
+fn repeat_lines(f: &mut Formatter<'_>, repeats: &Repeats) -> fmt::Result {
+    if repeats.variables.is_empty() {
+        return Ok(());
+    }
+    let value = |kind: &ValueKind, value: f64| match kind {
+        ValueKind::Boolean => (if value == 0.0 { "false" } else { "true" }).to_string(),
+        ValueKind::Enumeration(literals) => {
+            literals.get((value as usize).wrapping_sub(1)).map_or_else(|| significant(value), ToString::to_string)
+        }
+        ValueKind::Real | ValueKind::Integer => significant(value),
+    };
+    let one = |changing: &Changing| {
+        let values: Vec<String> = changing.values.iter().map(|v| value(&changing.kind, *v)).collect();
+        format!("`{}` = {}", changing.name, values.join(", "))
+    };
+    let all: Vec<String> = repeats.variables.iter().map(one).collect();
+    match repeats.period {
+        Some(period) => write!(f, "\n  every {period} passes the same again: {}", all.join("; ")),
+        None => write!(f, "\n  in the last passes: {}", all.join("; ")),
+    }
 }
 
 fn relation_lines(f: &mut Formatter<'_>, relations: &[RootInfo]) -> fmt::Result {

@@ -52,6 +52,9 @@ pub struct Options {
     pub max_order: usize,
     /// Leaves algebraic unknowns out of the local error test.
     pub suppress_algebraic: bool,
+    /// Where the start values lead to no initial values, they are looked for elsewhere.  What is found is told by
+    /// [`Summary::rescue`](crate::Summary::rescue) alone, so only who passes it on to the user asks for it.
+    pub rescue: bool,
     /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further
     /// variables `d(x)/d(p)`; the name of a variable stands for its start value.
     pub sensitivity: Vec<String>,
@@ -78,6 +81,7 @@ impl Options {
             max_steps: 50_000_000,
             max_order: 5,
             suppress_algebraic: false,
+            rescue: false,
             sensitivity: Vec::new(),
             derived_outputs: None,
         }

@@ -8,16 +8,20 @@ use std::sync::Arc;
 use hyd_results::{RowKind, Sink};
 use hyd_system::{AssertionReport, DaeSystem, EventPhase, Instants, Structure};
 
+use crate::course::Course;
 use crate::delay::{DelayWork, Delaying, Recorder};
 use crate::error::SolveError;
-use crate::events::iteration::{Chatter, settle};
+use crate::events::chatter::Chatter;
+use crate::events::iteration::settle;
 use crate::events::roots::RootWatch;
 use crate::first_step::{FirstStep, FirstSteps};
 use crate::initial::consistent::Consistency;
+use crate::initial::rescue::Rescue;
 use crate::initial::{InitialSystem, Start};
 use crate::integrator::{Integrator, MethodPhase};
 use crate::output::Output;
 use crate::problem::Problem;
+use crate::profile::{Profile, Seconds};
 use crate::sensitivity::{EventSource, Sensitivity};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
@@ -65,6 +69,8 @@ pub struct Summary {
     pub jumps: Vec<Jump>,
     /// Which methods were used from when on.
     pub phases: Vec<MethodPhase>,
+    /// How initial values were found, if the start values did not lead to them.
+    pub rescue: Option<Rescue>,
     /// Message of `terminate`, if that ended the run.
     pub terminated: Option<String>,
 }
@@ -80,6 +86,9 @@ pub struct Simulator {
     first_step: FirstStep,
     delays: DelayWork,
     point: Point,
+    /// The start of the run (s) and the values there.
+    started: f64,
+    origin: Point,
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
     states: Vec<bool>,
@@ -89,6 +98,9 @@ pub struct Simulator {
     kept: Option<Box<Sensitivity>>,
     jumps: Vec<Jump>,
     statistics: Statistics,
+    /// The clock of runs that are to say where their time goes, and what the last one says.
+    clock: Option<fn() -> f64>,
+    profile: Option<Box<Profile>>,
 }
 
 /// Values at a start or an event.
@@ -111,6 +123,8 @@ impl Clone for Simulator {
             first_step: self.first_step.clone(),
             delays: self.delays.clone(),
             point: self.point.clone(),
+            started: self.started,
+            origin: self.origin.clone(),
             differential: self.differential.clone(),
             states: self.states.clone(),
             choosing: self.choosing,
@@ -118,6 +132,8 @@ impl Clone for Simulator {
             kept: None,
             jumps: self.jumps.clone(),
             statistics: self.statistics,
+            clock: self.clock,
+            profile: None,
         }
     }
 }
@@ -182,6 +198,14 @@ impl Run<'_, '_> {
     }
 }
 
+/// Adds the time since `begin` to a part of the profile, if there is one.
+fn spend(problem: &mut Problem<'_>, begin: Option<f64>, part: impl FnOnce(&mut Seconds) -> &mut f64) {
+    if let (Some(begin), Some(profile)) = (begin, &mut problem.profile) {
+        let now = profile.now();
+        *part(&mut profile.seconds) += now - begin;
+    }
+}
+
 /// Runs a system once; see [`Simulator`] for many runs.
 pub fn simulate(
     system: &mut dyn DaeSystem,
@@ -207,6 +231,8 @@ impl Simulator {
             first_step: FirstStep::new(n),
             delays: DelayWork::new(structure),
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
+            started: 0.0,
+            origin: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
             choosing: Choosing::new(),
@@ -214,7 +240,20 @@ impl Simulator {
             kept: None,
             jumps: Vec::new(),
             statistics: Statistics::default(),
+            clock: None,
+            profile: None,
         }
+    }
+
+    /// Lets the following runs count who keeps their steps short and where their time goes, on this clock (seconds since any
+    /// origin).
+    pub fn profile_with(&mut self, clock: fn() -> f64) {
+        self.clock = Some(clock);
+    }
+
+    /// Where the time of the last run went, if it was to be counted.
+    pub fn profile(&self) -> Option<&Profile> {
+        self.profile.as_deref()
     }
 
     /// What the last run has cost, however it ended.
@@ -230,6 +269,11 @@ impl Simulator {
     /// Jumps of the last run, however it ended.
     pub fn jumps(&self) -> &[Jump] {
         &self.jumps
+    }
+
+    /// How the last run found its initial values, if its start values did not lead to them.
+    pub fn rescue(&self) -> Option<&Rescue> {
+        self.initial.rescued()
     }
 
     /// Methods used in the last run, however it ended.
@@ -258,7 +302,11 @@ impl Simulator {
         self.jumps.clear();
         let mut delays = std::mem::take(&mut self.delays);
         delays.restart(options.tolerance);
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics: Statistics::default() };
+        let sizes = (system.structure().unknowns, system.structure().roots);
+        let profile = self.clock.map(|clock| Box::new(Profile::new(clock, sizes.0, sizes.1)));
+        let system = Delaying::new(system, &mut delays);
+        let mut problem = Problem { system, statistics: Statistics::default(), profile };
+        let begun = problem.now();
         self.output.restart(options, self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
         let mut run = Run {
             problem: &mut problem,
@@ -272,15 +320,20 @@ impl Simulator {
             horizon: f64::INFINITY,
             terminated: None,
         };
-        let result = self.begin(&mut run).and_then(|()| self.advance(&mut run));
+        let result = self.begin(&mut run);
+        spend(run.problem, begun, |seconds| &mut seconds.start);
+        let result = result.and_then(|()| self.advance(&mut run));
         let result = self.finish_rows(&mut run, result);
         let terminated = run.terminated;
+        spend(&mut problem, begun, |seconds| &mut seconds.total);
         self.statistics = problem.statistics;
+        self.profile = problem.profile;
         self.delays = delays;
         let time = result?;
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());
         let jumps = self.jumps.clone();
-        Ok(Summary { time, statistics: self.statistics, warnings, jumps, phases, terminated })
+        let rescue = self.rescue().cloned();
+        Ok(Summary { time, statistics: self.statistics, warnings, jumps, phases, rescue, terminated })
     }
 
     /// Writes the rows that still wait for their derivatives, as far as a run that failed has them.
@@ -311,7 +364,8 @@ impl Simulator {
             sensitivity.begin(run.problem, t, run.options.tolerance, &self.weights.nominals);
         }
         let (weights, consistency) = (&self.weights, &mut self.consistency);
-        let mut start = Start { t, time_scale, weights, consistency, sensitivity: self.sensitivity.as_deref_mut() };
+        let (rescue, sensitivity) = (run.options.rescue, self.sensitivity.as_deref_mut());
+        let mut start = Start { t, time_scale, weights, rescue, consistency, sensitivity };
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
         // What `initial()` kept from firing, such as the first sample at the start, happens now.
@@ -334,6 +388,9 @@ impl Simulator {
         let sensitivity = self.sensitivity.as_deref_mut();
         self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
         self.output.assertions(run.problem, t, (y, yp))?;
+        self.started = t;
+        self.origin.y.copy_from_slice(y);
+        self.origin.yp.copy_from_slice(yp);
         self.restart(run, t);
         match run.options.sensitivity.first() {
             Some(name) if run.problem.system.has_vanished_delay() => {
@@ -408,14 +465,25 @@ impl Simulator {
     }
 
     /// An error where the run will not come to its end with the steps that it may do.
-    fn go_on(&self, run: &Run<'_, '_>, t: f64, stall: &mut Stall) -> Result<(), SolveError> {
+    fn go_on(&self, run: &mut Run<'_, '_>, t: f64, stall: &mut Stall) -> Result<(), SolveError> {
         let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
         if statistics.steps < most && !stall.stands(statistics, (t, run.options.stop), most) {
             return Ok(());
         }
         let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
         let unknown = self.integrator.dominant(&self.weights);
-        Err(SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem))
+        let error = SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem);
+        Err(self.with_course(error, run.problem))
+    }
+
+    /// The error with the values at the start of the run, before its last step and at the end of that.
+    fn with_course(&self, error: SolveError, problem: &mut Problem<'_>) -> SolveError {
+        let (before, n) = (self.integrator.t_before(), self.origin.y.len());
+        let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
+        self.integrator.at(before, &mut y, &mut yp);
+        let start = (self.started, self.origin.y.as_slice(), self.origin.yp.as_slice());
+        let points = [start, (before, &y, &yp), (self.integrator.t(), self.integrator.y(), self.integrator.yp())];
+        error.with_course(Course::new(problem, &points))
     }
 
     /// Whether `t` is closer to the next limit than a step can be, and so the same instant: what is there.
@@ -435,7 +503,10 @@ impl Simulator {
 
     /// Goes through an event; returns its time (s).
     fn pass(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<f64, SolveError> {
-        self.event(run, found).map(|()| found.t)
+        let begin = run.problem.now();
+        let outcome = self.event(run, found).map(|()| found.t);
+        spend(run.problem, begin, |seconds| &mut seconds.events);
+        outcome
     }
 
     /// One step with what it passes but an event, which is found: rows, assertions.
@@ -443,12 +514,19 @@ impl Simulator {
         let from = self.integrator.t();
         let limit = self.reach(run, from);
         let failures = run.problem.statistics.convergence_failures;
-        if let Err(failure) = self.integrator.step(run.problem, &mut self.weights, limit) {
+        let begin = run.problem.now();
+        let stepped = self.integrator.step(run.problem, &mut self.weights, limit);
+        spend(run.problem, begin, |seconds| &mut seconds.steps);
+        if let Some(profile) = run.problem.profile.as_mut().filter(|_| stepped.is_ok()) {
+            profile.limit(self.integrator.dominant(&self.weights));
+        }
+        if let Err(failure) = stepped {
             if let Some(t) = self.jump(run, &failure, (from, limit))? {
                 return Ok(Arrival::Plain(t));
             }
             let attempt = self.integrator.last_attempt();
-            return Err(SolveError::step(failure, from, attempt, self.integrator.y(), run.problem));
+            let error = SolveError::step(failure, from, attempt, self.integrator.y(), run.problem);
+            return Err(self.with_course(error, run.problem));
         }
         let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
         let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
@@ -499,6 +577,9 @@ impl Simulator {
         if state_event.is_some() {
             source = EventSource::Root(self.roots.fired.iter().position(|&fired| fired).unwrap_or(0));
             run.problem.statistics.state_events += 1;
+            if let Some(profile) = &mut run.problem.profile {
+                profile.fire(&self.roots.fired);
+            }
             y.copy_from_slice(&self.roots.y);
             yp.copy_from_slice(&self.roots.yp);
         }
@@ -516,10 +597,11 @@ impl Simulator {
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
     fn event(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<(), SolveError> {
         let Found { t, source, is_asked } = found;
-        if !is_asked {
-            run.chatter.note(t, run.options.stop - run.options.start, &self.roots.fired, run.problem)?;
-        }
+        let span = run.span();
         let Point { y, yp } = &mut self.point;
+        if !is_asked {
+            run.chatter.note((t, span), &self.roots.fired, run.problem, (y, yp))?;
+        }
         let rows = run.options.event_rows || run.options.every_step;
         // A second event at the same time begins where the one before has left off, with its row.
         let begun = t == run.last_event;

@@ -80,6 +80,9 @@ pub struct RunArguments {
     /// What runs the code: native, or vm, the interpreter
     #[arg(long, value_name = "BACKEND", default_value = "native")]
     pub backend: BackendName,
+    /// Says where the time of the run went, and which variables, equations and relations kept its steps short
+    #[arg(long)]
+    pub profile: bool,
     /// Prints the summary as JSON
     #[arg(long)]
     pub json: bool,

@@ -13,6 +13,7 @@ pub mod parameter_file;
 pub mod parameters;
 mod progress;
 mod recorder;
+mod run_profile;
 mod run_summary;
 pub mod selection;
 mod shard;
@@ -27,6 +28,7 @@ pub use hyd_ensemble::{Folder, Manifest, Plan, Shard, Shipped, Submission, Submi
 pub use hyd_results::note_read;
 pub use inputs::{InputArguments, InputTable, Recorded, SetInput};
 pub use recorder::Recorder;
+pub use run_profile::{RunProfile, Share};
 pub use run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status, UnitUse};
 pub use selection::{MOST_CURVES, Selection, Shown};
 pub use shard::ShardOf;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::run_profile::RunProfile;
 use hyd_runtime::{MethodPhase, Statistics};
 use hyd_system::significant;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -148,6 +149,9 @@ pub struct RunSummary {
     pub result: Option<String>,
     /// Picture.
     pub plot: Option<String>,
+    /// Where its time went, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<RunProfile>,
     /// A few variables at the end.
     #[serde(rename = "final")]
     pub final_values: FinalValues,
@@ -222,7 +226,8 @@ impl RunSummary {
                 writeln!(out, "  {what} in {path}")?;
             }
         }
-        self.write_values(out)
+        self.write_values(out)?;
+        self.profile.as_ref().map_or(Ok(()), |profile| out.write_str(&profile.text()))
     }
 
     /// The methods by number of steps, and the first changes with their reasons.

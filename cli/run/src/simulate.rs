@@ -15,6 +15,7 @@ use hyd_system::{DaeSystem, Structure, Tables, VariableInfo};
 
 use crate::arguments::{MessageFormat, RunArguments, Solver};
 use crate::recorder::Recorder;
+use crate::run_profile::RunProfile;
 use crate::run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status, UnitUse};
 use crate::selection::{MOST_CURVES, Selection, Shown};
 use crate::target::check_target;
@@ -94,6 +95,8 @@ pub struct Ran {
     pub methods: Vec<MethodUse>,
     /// Where loops of equations went over to another of their solutions.
     pub jumps: Vec<String>,
+    /// Where its time went, if that was asked for.
+    pub profile: Option<RunProfile>,
 }
 
 /// Runs something: rows go to the sink, and the question whether to stop is asked on the way.
@@ -118,6 +121,9 @@ pub fn simulate(
     };
     record(&sizes, arguments, options, facts, beside, &mut |sink, stop| {
         let mut simulator = Simulator::new(system.structure());
+        if arguments.profile {
+            simulator.profile_with(clock::wall_seconds);
+        }
         let outcome = simulator.run(system, options, sink, stop);
         Ran {
             outcome,
@@ -125,6 +131,7 @@ pub fn simulate(
             counters: Counters::from(simulator.statistics()),
             methods: simulator.phases().iter().map(MethodUse::from).collect(),
             jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
+            profile: simulator.profile().map(|found| RunProfile::new(found, system.tables(), simulator.statistics())),
         }
     })
 }
@@ -183,6 +190,7 @@ pub fn record(
         jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
+        profile: ran.profile,
         final_values: FinalValues(recorder.last_values()),
         left_out,
     };
@@ -191,7 +199,8 @@ pub fn record(
 
 /// What the user should know of a run that did not fail for it.
 fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structure) -> Vec<String> {
-    let mut list: Vec<String> = simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text).collect();
+    let mut list: Vec<String> = simulator.rescue().map(ToString::to_string).into_iter().collect();
+    list.extend(simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text));
     if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
         list.push(format!("{more} more like these"));
     }
@@ -229,6 +238,7 @@ pub fn options(arguments: &RunArguments, experiment: &Experiment) -> Result<Opti
     options.tolerance = arguments.tolerance.or(experiment.tolerance).unwrap_or(options.tolerance);
     options.intervals = arguments.intervals.or(stated_intervals(experiment, start, stop)).unwrap_or(options.intervals);
     options.every_step = arguments.every_step;
+    options.rescue = true;
     options.max_steps = arguments.max_steps.map_or(options.max_steps, std::num::NonZeroU64::get);
     options.solver = match arguments.solver {
         Solver::Auto => hyd_runtime::Solver::Auto,

@@ -6,6 +6,7 @@
 use hyd_compiler::{Code, Diagnostic, Files, FlatModel};
 use hyd_runtime::SolveError;
 use hyd_source::Span;
+use hyd_system::significant;
 
 /// The diagnostic of a failed run: its first sentence, the equation marked, everything else below.
 pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, kept: Option<String>) -> Diagnostic {
@@ -21,6 +22,30 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
         if let Some((span, name)) = block {
             diagnostic = diagnostic.at(span, format!("`{name}` is declared here"));
         }
+    }
+    let approached = error.course().zip(flat).map_or_else(Vec::new, |(course, flat)| {
+        let times: Vec<f64> = course.times().collect();
+        hyd_compiler::approaches(flat, error.variable(), &times, &|row, name| course.value(row, name))
+    });
+    let time = significant(error.time().unwrap_or_default());
+    match (approached.first(), error) {
+        (Some(first), SolveError::StepTooSmall(_)) => {
+            diagnostic.message = format!("the step size collapsed at t = {time} s: {} approaches zero", first.what);
+        }
+        (Some(first), SolveError::NoConvergence(_)) => {
+            diagnostic.message =
+                format!("the equations could not be solved beyond t = {time} s: {} approaches zero", first.what);
+        }
+        (Some(first), SolveError::TooManySteps { .. }) => {
+            diagnostic.message.push_str(&format!("; {} approaches zero", first.what));
+        }
+        _ => {}
+    }
+    for approach in approached {
+        let (before, now) = (significant(approach.before), significant(approach.now));
+        diagnostic = diagnostic.with(approach.span, "");
+        let text = format!("{} approaches zero: {before} at the start, {now} at the end", approach.what);
+        diagnostic = diagnostic.help(text);
     }
     for line in lines.map(str::trim) {
         // Where the line is shown, saying it again helps nobody.

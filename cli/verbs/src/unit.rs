@@ -258,7 +258,7 @@ impl UnitRun<'_> {
             let statistics = Statistics { steps: system.steps, ..Statistics::default() };
             let outcome = ended(run, system.time, &statistics, &mut lost);
             let (warnings, methods, jumps) = Default::default();
-            Ran { outcome, warnings, counters: Counters::from(&statistics), methods, jumps }
+            Ran { outcome, warnings, counters: Counters::from(&statistics), methods, jumps, profile: None }
         });
         let mut outcome = outcome?;
         if let Some(used) = &mut outcome.summary.unit {
@@ -296,6 +296,7 @@ impl UnitRun<'_> {
 
 fn ended(run: StepRun, time: f64, statistics: &Statistics, lost: &mut Option<Fault>) -> Result<Summary, SolveError> {
     let summary = |terminated: Option<String>| Summary {
+        rescue: None,
         time,
         statistics: *statistics,
         warnings: Vec::new(),

@@ -5,7 +5,7 @@
 //! equations constrain states and must be differentiated first (Pantelides 1988).  Otherwise numbers differ or the model is
 //! structurally singular; the message names the smallest part at fault.
 
-use hyd_flat::{Section, Target, VarId};
+use hyd_flat::{BlockId, Section, Target, VarId};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
 
@@ -14,6 +14,7 @@ use crate::explain::faults::{
     counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };
+use crate::explain::prescribed::prescribed_twice;
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::system::{EqId, EquationSystem, Reduction, Role};
 
@@ -67,6 +68,8 @@ fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
     (!matching.is_perfect()).then(|| imbalance(&plain, &pattern, &unknowns, &matching))
 }
 
+/// Most declarations of inputs that are marked.
+const MOST_MARKED: usize = 8;
 /// Larger models are explained after alias elimination only.
 const MOST_SCALARS: u32 = 200_000;
 
@@ -115,8 +118,50 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let values = unknowns.targets.iter().filter_map(|&t| variable_of(t)).map(Target::Var).collect();
     let mut by_value = unknowns.clone();
     by_value.targets = hyd_index::IndexVec::from_vec(values);
-    let diagnostic = name_components(Diagnostic::error(code, message), system);
+    let twice = if rows == columns { prescribed_twice(system, pattern, &by_value, matching) } else { None };
+    if let Some(twice) = twice {
+        return twice;
+    }
+    // Inputs that nothing feeds are all that is missing.
+    let open = &system.flat.open_inputs;
+    let missing: usize = open.iter().map(|&block| system.flat.variables[block].count as usize).sum();
+    if missing > 0 && needed == written + missing && system.flat.open_ends.is_empty() {
+        return inputs_without_source(system, open, message);
+    }
+    let diagnostic = match the_only_fault(system, needed.abs_diff(written)) {
+        Some(said) => Diagnostic::error(code, said).help(message),
+        None => Diagnostic::error(code, message),
+    };
+    let diagnostic = name_components(diagnostic, system);
     explain_parts(diagnostic, system, pattern, &by_value, matching)
+}
+
+/// The message for inputs that nothing feeds.
+fn inputs_without_source(system: &EquationSystem, open: &[BlockId], counts: String) -> Diagnostic {
+    let blocks = || open.iter().map(|&block| &system.flat.variables[block]);
+    let names = list_names(blocks().flat_map(|block| (0..block.count as usize).map(|k| block.name.element(k))));
+    let one = blocks().map(|block| block.count).sum::<u32>() == 1;
+    let (s, them) = if one { ("", "it, or give it a value") } else { ("s", "them, or give them values") };
+    let message = format!("nothing is connected to the input{s} {names}");
+    let mut diagnostic = Diagnostic::error(Code::Unbalanced, message).help(format!("connect {them}")).help(counts);
+    for block in blocks().take(MOST_MARKED) {
+        diagnostic = diagnostic.at(block.origin.span, "");
+    }
+    diagnostic
+}
+
+/// What is wrong with the one component at fault, if all that is missing or too many is its own.
+fn the_only_fault(system: &EquationSystem, difference: usize) -> Option<String> {
+    let mut faults = system.flat.imbalances.iter().filter(|fault| !fault.component.is_empty());
+    let fault =
+        faults.next().filter(|fault| faults.next().is_none() && fault.given.abs_diff(fault.needed) == difference)?;
+    let fate = if fault.given < fault.needed { "missing" } else { "too many" };
+    Some(format!(
+        "{} {fate} in the component `{}` of class `{}`",
+        counted(difference, "equation"),
+        fault.component,
+        fault.class
+    ))
 }
 
 fn constraints(rates: &Pattern, matching: &Matching) -> Constraints {

@@ -35,6 +35,7 @@ pub use explain::faults::equation_text;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;
 pub use explain::print_plan::{print_jacobian, print_sorted};
+pub use explain::singularity::{Approach, approaches};
 pub use explain::variable::explain_variable;
 pub use index_reduction::reduce_index;
 pub use jacobian::{Places, PlanJacobian, PlanPlace, differentiate};

@@ -11,6 +11,7 @@ use hyd_source::{Code, Diagnostic, Outcome};
 use crate::algebra::{Algebra, Known};
 use crate::balance::{add_candidate, simulation_equations};
 use crate::explain::faults::explain_parts;
+use crate::explain::floating::with_floating;
 use crate::incidence::{Unknowns, pattern};
 use crate::initial::homotopy::{restore_simplified, take_actual};
 use crate::initial::initial_plan;
@@ -49,8 +50,11 @@ fn sort_parts(
     let bindings = sort_bindings(&mut system, &mut algebra)?;
     find_time_events(&mut system, &mut relations, &bindings.known);
     let values = StartPoint::of_parameters(&system, &bindings.assignments);
-    let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values, loops)?;
-    notes.extend(judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation)?);
+    let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values, loops);
+    let simulation = simulation.map_err(|fault| floating_first(&system, *fault, notes))?;
+    let judged = judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation);
+    let judged = judged.map_err(|fault| floating_first(&system, *fault, notes))?;
+    notes.extend(judged);
     notes.extend(unseen_events(&system, &relations, &simulation, &bindings.known));
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);
@@ -78,6 +82,14 @@ fn sort_parts(
     };
     debug_assert_eq!(crate::verify::verify(&sorted), Ok(()));
     Ok(sorted)
+}
+
+/// What floats in place of the singular equations that it makes; all messages but the last are notes.
+fn floating_first(system: &EquationSystem, fault: Diagnostic, notes: &mut Vec<Diagnostic>) -> Box<Diagnostic> {
+    let mut messages = with_floating(system, fault.clone());
+    let last = messages.pop().unwrap_or(fault);
+    notes.extend(messages);
+    Box::new(last)
 }
 
 /// The coefficients by which the choice of states is judged, in order.

@@ -99,6 +99,8 @@ impl<'t, 's> Flattener<'t, 's> {
         self.check_injections();
         let sections = self.model.equations.len();
         self.connect_all();
+        self.note_potentials();
+        self.note_gaps();
         self.check_ends();
         self.balance_components(bindings, sections);
         self.check_discrete_time();

@@ -20,8 +20,9 @@ mod verify;
 
 pub use flatten::{EVERY_INPUT, flatten, flatten_driven, flatten_with};
 pub use model::{
-    BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Imbalance, Message, MessagePart,
-    Operand, PerElement, Quantity, Section, StateSelect, Target, UnitClaim, VarId, VariableBlock,
+    BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Gaps, Imbalance, Message,
+    MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, UnitClaim, VarId,
+    VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
 pub use state::made::{Made, derivative_block, rate_unit};

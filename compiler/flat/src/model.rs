@@ -206,6 +206,30 @@ pub struct Imbalance {
     pub given: usize,
 }
 
+/// A potential of a physical connector: not a flow, not an input or output.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Potential {
+    /// The variable.
+    pub block: BlockId,
+    /// Full name of the class of its connector.
+    pub connector: Arc<str>,
+    /// How many parts of the variable's name stand behind that of its component: 2 of `r.p.v`.
+    pub depth: u32,
+    /// Where the component is declared.
+    pub declared: Span,
+    /// Nothing is connected to an element of its connector.
+    pub open: bool,
+}
+
+/// Where a component and an equation can be put into the text of the model itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Gaps {
+    /// The first declaration of a component: another one may stand before it.
+    pub declaration: Span,
+    /// The first equation: another one may stand before it.
+    pub equation: Span,
+}
+
 /// Delay sites that were made together: site `first + k` delays element `k` of the source.
 ///
 /// The value obeys `value = delayed(source)` while the model runs and `value = source` at the start (Modelica 3.6,
@@ -318,6 +342,12 @@ pub struct FlatModel {
     pub open_ends: Vec<Arc<str>>,
     /// Inputs of components that are neither connected nor given a value in their declaration; known where numbers differ.
     pub open_inputs: Vec<BlockId>,
+    /// Potentials of physical connectors.
+    pub potentials: Vec<Potential>,
+    /// Their flows.
+    pub flows: Vec<BlockId>,
+    /// Where the text of the model can be added to; none where it has no declarations or no equations of its own.
+    pub gaps: Option<Gaps>,
 }
 
 impl FlatModel {

@@ -98,7 +98,7 @@ codes! {
     Unbalanced = "E0401", "number of equations and unknowns differ",
         "A model can be solved only if it has as many equations as unknowns. The message names the smallest part that is over- or under-determined.";
     Singular = "E0402", "structurally singular",
-        "The numbers of equations and unknowns agree, but some equations determine the same unknowns more than once while others are left open.";
+        "The numbers of equations and unknowns agree, but some equations determine the same unknowns more than once while others are left open. Potentials that nothing fixes, as in a circuit without ground or a mechanism without anchor, are named as that, and so are ideal sources that prescribe the same potential or flow twice.";
     HighIndex = "E0403", "constraints between states remain",
         "Some states depend on each other through constraints, so that the constraints must be differentiated before the system can be solved.";
     InitialUnbalanced = "E0404", "initial conditions do not fit",

@@ -24,6 +24,24 @@ pub struct Label {
     pub primary: bool,
 }
 
+/// A stretch of text and what stands there instead; an empty stretch is a place where something is put in.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Edit {
+    /// What is replaced.
+    pub span: Span,
+    /// By what.
+    pub text: String,
+}
+
+/// A change of the text that heals what a message is about.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Proposal {
+    /// What it does, as an order: "write `v`".
+    pub message: String,
+    /// All that has to be changed together.
+    pub edits: Vec<Edit>,
+}
+
 /// One message to the user.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Diagnostic {
@@ -37,12 +55,15 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// Sentences below the text: reasons and suggestions.
     pub notes: Vec<String>,
+    /// Changes that heal it, the best first.
+    pub proposals: Vec<Proposal>,
 }
 
 impl Diagnostic {
     /// An error.
     pub fn error(code: Code, message: impl Into<String>) -> Self {
-        Self { code, severity: Severity::Error, message: message.into(), labels: Vec::new(), notes: Vec::new() }
+        let (severity, message) = (Severity::Error, message.into());
+        Self { code, severity, message, labels: Vec::new(), notes: Vec::new(), proposals: Vec::new() }
     }
 
     /// A warning.
@@ -73,6 +94,23 @@ impl Diagnostic {
         self
     }
 
+    /// Adds a change that heals it.
+    pub fn propose(mut self, message: impl Into<String>, edits: Vec<Edit>) -> Self {
+        self.proposals.push(Proposal { message: message.into(), edits });
+        self
+    }
+
+    /// Adds `did you mean ...?` for a name that stands at a place, and the change to it, if a candidate is close enough.
+    pub fn meant<'a>(self, span: Span, wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
+        let Some(name) = closest(wrong, candidates) else { return self };
+        let said = self.help(format!("did you mean `{name}`?"));
+        // Some places are more than the name: what is around it must stay.
+        match (span.end - span.start) as usize == wrong.len() {
+            true => said.propose(format!("write `{name}` for `{wrong}`"), vec![Edit { span, text: name.to_string() }]),
+            false => said,
+        }
+    }
+
     /// Adds a sentence below the text, if there is one.
     pub fn maybe_help(mut self, note: Option<String>) -> Self {
         self.notes.extend(note);
@@ -100,9 +138,14 @@ impl<T> Outcome<T> {
     }
 }
 
-/// `did you mean ...?` for a misspelt name: the closest candidate by edit distance with transpositions
-/// (Damerau 1964), if it is close enough to be a slip of the pen.
+/// `did you mean ...?` for a misspelt name, if there is a [`closest`] candidate.
 pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    closest(wrong, candidates).map(|name| format!("did you mean `{name}`?"))
+}
+
+/// The closest candidate to a misspelt name by edit distance with transpositions (Damerau 1964), if it is close enough to be a slip
+/// of the pen.
+pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = wrong.chars().count().div_ceil(3).max(1);
     // Letters that are large or small and underscores are what slips most.
     let plain = |name: &str| name.replace('_', "").to_lowercase();
@@ -115,7 +158,7 @@ pub fn did_you_mean<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a st
             !differs || *distance <= limit && *distance < wrong.chars().count().max(c.chars().count())
         })
         .min()
-        .map(|(_, _, c)| format!("did you mean `{c}`?"))
+        .map(|(_, _, c)| c)
 }
 
 /// How many slips make one word of the other: a character too many, too few, a wrong one, or two neighbours exchanged (Damerau 1964).

@@ -9,6 +9,8 @@ mod files;
 mod messages;
 
 pub use codes::Code;
-pub use diagnostic::{Diagnostic, Label, Outcome, Reported, Severity, did_you_mean, edit_distance};
+pub use diagnostic::{
+    Diagnostic, Edit, Label, Outcome, Proposal, Reported, Severity, closest, did_you_mean, edit_distance,
+};
 pub use files::{FileId, Files, Location, Origin, Span};
 pub use messages::Messages;

@@ -190,16 +190,19 @@ pub fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bo
 
 /// What an operation with finite operands did to give a value that is not finite, in the user's words.
 fn explain(node: Node, values: &[f64]) -> String {
+    // Tiny values in decimals would be a row of zeros.
+    let number = |value: f64| if value != 0.0 && value.abs() < 1e-4 { format!("{value:e}") } else { value.to_string() };
     let v = |id: NodeId| values[id.index()];
+    let n = |id: NodeId| number(v(id));
     match node {
         Node::Slot(_) => "a value it reads is not a number".into(),
         Node::Div(_, b) if v(b) == 0.0 => "division by zero".into(),
-        Node::Call1(Function::Log | Function::Log10, a) => format!("logarithm of {}", v(a)),
-        Node::Call1(Function::Sqrt, a) => format!("square root of {}", v(a)),
-        Node::Call1(function, a) => format!("{}({}) has no finite value", function.name(), v(a)),
-        Node::Call2(Function::Pow, a, b) => format!("{}^({}) has no finite value", v(a), v(b)),
+        Node::Call1(Function::Log | Function::Log10, a) => format!("logarithm of {}", n(a)),
+        Node::Call1(Function::Sqrt, a) => format!("square root of {}", n(a)),
+        Node::Call1(function, a) => format!("{}({}) has no finite value", function.name(), n(a)),
+        Node::Call2(Function::Pow, a, b) => format!("{}^({}) has no finite value", n(a), n(b)),
         Node::Call2(Function::Div | Function::Mod | Function::Rem, _, b) if v(b) == 0.0 => "division by zero".into(),
-        Node::Call2(function, a, b) => format!("{}({}, {}) has no finite value", function.name(), v(a), v(b)),
+        Node::Call2(function, a, b) => format!("{}({}, {}) has no finite value", function.name(), n(a), n(b)),
         Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) => "overflow".into(),
         _ => "not a number".into(),
     }

@@ -197,6 +197,9 @@ impl Bdf {
                     return Ok(());
                 }
                 problem.statistics.error_rejections += 1;
+                if let Some(profile) = &mut problem.profile {
+                    profile.reject(self.corrector.worst_unknown(weights, false));
+                }
                 error_failures += 1;
                 let order = self.history.order;
                 self.history.retreat(start);
@@ -214,6 +217,9 @@ impl Bdf {
                 continue;
             }
             problem.statistics.convergence_failures += 1;
+            if let Some(profile) = &mut problem.profile {
+                profile.diverge(self.corrector.worst_row(), self.corrector.worst_unknown(weights, true));
+            }
             other_failures += 1;
             let order = self.history.order;
             self.history.retreat(start);

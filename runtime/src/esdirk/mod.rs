@@ -164,6 +164,9 @@ impl Esdirk {
                 problem.statistics.convergence_failures += 1;
                 failures += 1;
                 let failure = StepFailure::of_correction(outcome, |fault| self.failure(fault, target, weights));
+                if let Some(profile) = &mut problem.profile {
+                    profile.diverge(failure.row, failure.unknown);
+                }
                 self.h *= self.control.after_divergence();
                 if failures >= MOST_FAILURES || self.h <= self.smallest_step() {
                     return Err(failure);
@@ -179,6 +182,9 @@ impl Esdirk {
             }
             problem.statistics.error_rejections += 1;
             let failure = self.failure(StepFault::Error, target, weights);
+            if let Some(profile) = &mut problem.profile {
+                profile.reject(failure.unknown);
+            }
             self.h *=
                 if error.is_finite() { self.control.after_failure(error) } else { self.control.after_divergence() };
             if self.h <= self.smallest_step() {

@@ -1,13 +1,13 @@
-//! Settling the system at one instant, and noticing when instants pile up.
+//! Settling the system at one instant.
 //!
 //! Discrete equations run once with `pre` as before the event; while a relation or a discrete variable changes, the continuous
-//! part is made consistent and they run again, first with the same `pre` where they read what was found there.  Many events without progress in time are chattering and end
-//! the run with the relation's text, because integration would take forever.  So are events at ever shorter distance: beyond
-//! the point where they accumulate the model says nothing, and rounding would let a ball fall through its floor.
+//! part is made consistent and they run again, first with the same `pre` where they read what was found there.  What still changes
+//! after many passes ends the run, with the values that repeat themselves.
 
 use hyd_system::{EventChange, EventPhase};
 
-use super::{held_changes, relations};
+use super::cycle::Cycle;
+use super::held_changes;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::loops::judge;
@@ -17,12 +17,6 @@ use crate::weights::Weights;
 
 /// Most passes at one instant.
 const MOST_PASSES: usize = 100;
-/// Events in a row, each closer to the last than `CLOSE` of the run, that count as chattering.
-const MOST_CLOSE_EVENTS: u32 = 200;
-const CLOSE: f64 = 1e-9;
-/// Close events in a row, each nearer to the last than that was to the one before, that count as accumulating.
-const MOST_SHRINKING_GAPS: u32 = 5;
-const CLOSE_SHRINKING: f64 = 1e-8;
 
 /// What an event did.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -48,6 +42,7 @@ pub(crate) fn settle(
     let mut outcome = EventOutcome::default();
     let mut phase = first;
     let mut before = Vec::new();
+    let mut cycle = Cycle::default();
     for pass in 0..MOST_PASSES {
         if pass + 1 == MOST_PASSES {
             before.resize(problem.system.structure().roots, false);
@@ -80,34 +75,9 @@ pub(crate) fn settle(
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
+        cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         phase = if change.unsettled { EventPhase::Repeat } else { EventPhase::Iterate };
     }
-    Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
-}
-
-/// Counts events that follow each other closely, and those at ever shorter distance.
-#[derive(Clone, Copy, Default, Debug)]
-pub(crate) struct Chatter {
-    last: Option<f64>,
-    gap: f64,
-    close: u32,
-    shrinking: u32,
-}
-
-impl Chatter {
-    /// Notes an event at `t` of a run of length `span` (s); an error if there were too many close by, or if their distances shrink
-    /// towards a point in time that no number of events will reach (a bouncing ball).
-    pub(crate) fn note(&mut self, t: f64, span: f64, fired: &[bool], problem: &Problem<'_>) -> Result<(), SolveError> {
-        let gap = self.last.map_or(f64::INFINITY, |last| t - last);
-        let close = gap <= CLOSE * span;
-        self.close = if close { self.close + 1 } else { 0 };
-        self.shrinking = if gap <= CLOSE_SHRINKING * span && gap < self.gap { self.shrinking + 1 } else { 0 };
-        (self.last, self.gap) = (Some(t), gap);
-        let accumulating = self.shrinking >= MOST_SHRINKING_GAPS;
-        if self.close < MOST_CLOSE_EVENTS && !accumulating {
-            return Ok(());
-        }
-        let relations = relations(problem, fired);
-        Err(SolveError::Chattering { time: t, events: self.close, accumulating, relations })
-    }
+    let (relations, repeats) = (held_changes(problem, &before), Box::new(cycle.repeats(problem)));
+    Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations, repeats })
 }

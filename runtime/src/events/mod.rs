@@ -1,10 +1,13 @@
 //! Events: finding where a relation changes ([`roots`]) and settling the system there ([`iteration`]).
+//! Events that pile up end a run ([`chatter`]), and so does one that does not settle ([`cycle`]).
 //!
 //! Between events relations keep their truth values.  After each step the root functions are compared with the held values; the
 //! first change within the step is located on the dense output.  At an event discrete equations run until nothing
 //! changes, with the continuous part made consistent in between (Modelica language specification 3.6, section 8.6 and
 //! appendix B).
 
+pub(crate) mod chatter;
+pub(crate) mod cycle;
 pub(crate) mod iteration;
 pub(crate) mod roots;
 

@@ -5,14 +5,17 @@
 //! the initial system is another one and is solved again from the last solution.  What `reinit` has written at the start
 //! is not overwritten by a later solution.  Where the first of these systems has no solution, discrete variables are decided by the
 //! guess.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
-//! way leads over the simplified system.
+//! way leads over the simplified system; where that fails too, solutions are looked for elsewhere ([`rescue`]).
 
 pub(crate) mod consistent;
+pub(crate) mod curvature;
+pub(crate) mod rescue;
 
 use hyd_system::{EventPhase, Pattern, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
-use crate::error::{SolveError, Stage};
+use crate::error::{SolveError, Stage, StartAdvice};
+use crate::events::cycle::Cycle;
 use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
 use crate::loops::{judge, judge_initial};
@@ -20,6 +23,7 @@ use crate::problem::{Problem, all_finite};
 use crate::sensitivity::Sensitivity;
 use crate::weights::{Weights, largest};
 use consistent::Consistency;
+use rescue::Rescue;
 
 /// Accepted size of a correction, relative to values and nominals.
 const TOLERANCE: f64 = 1e-11;
@@ -34,6 +38,8 @@ const MOST_PASSES: usize = 100;
 pub(crate) struct InitialSystem {
     core: Core,
     newton: Newton,
+    /// How initial values were found where the start values did not lead to them.
+    rescued: Option<Rescue>,
 }
 
 #[derive(Clone)]
@@ -75,6 +81,8 @@ pub(crate) struct Start<'a> {
     /// Time (s) in which nominal changes are expected, for the size of rates.
     pub(crate) time_scale: f64,
     pub(crate) weights: &'a Weights,
+    /// Initial values may be looked for away from the start values.
+    pub(crate) rescue: bool,
     pub(crate) consistency: &'a mut Consistency,
     pub(crate) sensitivity: Option<&'a mut Sensitivity>,
 }
@@ -85,7 +93,13 @@ impl InitialSystem {
         let pattern = structure.initial.pattern.clone();
         let solver = LinearSolver::new(&pattern);
         let values = vec![0.0; pattern.entries()];
-        Self { core: Core { pattern, solver, values }, newton: Newton::new(structure.initial.unknowns) }
+        let newton = Newton::new(structure.initial.unknowns);
+        Self { core: Core { pattern, solver, values }, newton, rescued: None }
+    }
+
+    /// How the last start found its values, if its start values did not lead to them.
+    pub(crate) fn rescued(&self) -> Option<&Rescue> {
+        self.rescued.as_ref()
     }
 
     /// Finds the values at the start.  The system must be bound.  Returns the message of `terminate`, if it was called.
@@ -97,6 +111,7 @@ impl InitialSystem {
         yp: &mut [f64],
     ) -> Result<Option<String>, SolveError> {
         let t = start.t;
+        self.rescued = None;
         let failed = |failure, problem: &Problem<'_>| SolveError::evaluation(Stage::Start, t, failure, problem);
         let result = problem.system.initial_guess(t, &mut self.newton.x);
         result.map_err(|failure| failed(failure, problem))?;
@@ -105,14 +120,17 @@ impl InitialSystem {
         let mut before = vec![false; problem.system.structure().roots];
         let mut terminated = None;
         let mut reinitialised = false;
+        let mut cycle = Cycle::default();
         for pass in 0..MOST_PASSES {
             if !reinitialised {
-                let guess = if pass == 0 { self.newton.x.clone() } else { Vec::new() };
+                let guess = self.newton.x.clone();
                 let mut solved = self.solve(problem, t);
-                if solved.is_err() && pass == 0 && self.decide_at(problem, t, guess, (y, yp)) {
+                if solved.is_err() && pass == 0 && self.decide_at(problem, t, guess.clone(), (y, yp)) {
                     solved = self.solve(problem, t);
                 }
-                solved?;
+                if let Err(error) = solved {
+                    self.elsewhere(problem, (t, start.rescue), &guess, error)?;
+                }
                 judge_initial(problem, t, &self.newton.x)?;
                 let result = problem.system.initial_store(t, &self.newton.x, y, yp);
                 result.map_err(|failure| failed(failure, problem))?;
@@ -148,8 +166,10 @@ impl InitialSystem {
             if !again && !change.changed && !change.reinitialised {
                 return Ok(terminated);
             }
+            cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         }
-        Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations: held_changes(problem, &before) })
+        let (relations, repeats) = (held_changes(problem, &before), Box::new(cycle.repeats(problem)));
+        Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations, repeats })
     }
 
     /// Discrete variables as the guess decides them, not as they start: a valve that starts closed may leave the equations
@@ -164,6 +184,30 @@ impl InitialSystem {
         let stored = problem.system.initial_store(t, &guess, y, yp);
         self.newton.x = guess;
         stored.is_ok() && problem.system.event_pass(EventPhase::Initial, t, y, yp).is_ok_and(|change| change.changed)
+    }
+
+    /// Looks for a solution away from the guess, from which Newton's method has failed; if there is none the failure stands, with what
+    /// can be said of the guess.
+    fn elsewhere(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, may_look): (f64, bool),
+        guess: &[f64],
+        error: SolveError,
+    ) -> Result<(), SolveError> {
+        let SolveError::Initial { time, cause, place, .. } = error else { return Err(error) };
+        let found = if may_look { self.rescue(problem, t, guess) } else { Err(0) };
+        match found {
+            Ok(rescue) => {
+                self.rescued = Some(rescue);
+                Ok(())
+            }
+            Err(tried) => {
+                let curvature = self.curvature(problem, t, guess);
+                let advice = Box::new(StartAdvice::new(tried, curvature.as_ref(), guess, problem));
+                Err(SolveError::Initial { time, cause, place, advice })
+            }
+        }
     }
 
     fn solve(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), SolveError> {

@@ -12,7 +12,8 @@ use hyd_system::{DaeSystem, EventPhase, Structure};
 use super::{Arrival, Found, Point, Run, Simulator, Stall};
 use crate::delay::Delaying;
 use crate::error::{SolveError, Stage};
-use crate::events::iteration::{Chatter, settle};
+use crate::events::chatter::Chatter;
+use crate::events::iteration::settle;
 use crate::loops::judge;
 use crate::problem::Problem;
 use crate::{Options, Statistics, Warning};
@@ -236,7 +237,7 @@ impl Onward {
     ) -> R {
         let mut delays = std::mem::take(&mut self.simulator.delays);
         let statistics = self.simulator.statistics;
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics };
+        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics, profile: None };
         let progress = std::mem::take(&mut self.progress);
         let mut run = Run {
             problem: &mut problem,

@@ -22,6 +22,7 @@ use crate::algebra::Algebra;
 use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
 use crate::explain::faults::{list_names, mark_equations, mark_variables};
+use crate::explain::floating::with_floating;
 use crate::index_reduction::higher::Derivatives;
 use crate::index_reduction::selection::{append_selections, candidates_are_distinct};
 use crate::index_reduction::state_select::{check_always, with_wished_states};
@@ -47,7 +48,7 @@ pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem
     let value = match reduced.and_then(|()| check_always(&system).map_or(Ok(()), Err)) {
         Ok(()) => Some(system),
         Err(fault) => {
-            diagnostics.push(fault);
+            diagnostics.extend(with_floating(&system, fault));
             None
         }
     };

@@ -20,6 +20,7 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
+use hyd_system::told_apart;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
@@ -235,26 +236,30 @@ fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
             }
         }
     }
-    let mut fixed: FxHashMap<VarId, (VarId, f64)> = FxHashMap::default();
+    let mut fixed: FxHashMap<VarId, (VarId, f64, f64)> = FxHashMap::default();
     let blocks = block_of_variable(flat);
     for v in system.roles.indices() {
         let block = &flat.variables.raw[blocks[v] as usize];
         let Some(&number) = numbers.get(&v).filter(|_| block.fixed.get((v.0 - block.first.0) as usize)) else {
             continue;
         };
+        let said = number;
         let (kept, number) = match system.resolution[v] {
             Resolution::Own => (v, number),
             Resolution::Alias { of, negated } => (of, if negated { -number } else { number }),
             Resolution::Value(_) => continue,
         };
-        let &mut (other, before) = fixed.entry(kept).or_insert((v, number));
+        let &mut (other, before, said_before) = fixed.entry(kept).or_insert((v, number, said));
         if before != number {
+            let (one, two) = (flat.var_name(other), flat.var_name(v));
+            let [first, second] = told_apart(said_before, said);
             let message = format!(
-                "`{}` and `{}` are equal or opposite, but have different fixed start values",
-                flat.var_name(other),
-                flat.var_name(v)
+                "the start values of `{one}` and `{two}` contradict each other: they are equal or opposite, but fixed at {first} and \
+                 {second}"
             );
             let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
+            let diagnostic = diagnostic
+                .help(format!("take `fixed = true` from one of `{one}`, `{two}`, or give both the same start"));
             return Err(Box::new(mark_variables(diagnostic, system, &[other, v])));
         }
     }

@@ -14,12 +14,15 @@ use hyd_system::told_apart;
 use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
-use crate::explain::faults::{explain_part, list_names, part_names, written_text};
+use crate::explain::faults::{explain_part, first_of, list_names, part_names, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::initial::contradiction::{Contradiction, find_contradiction, start_numbers};
 use crate::initial::matching::first_matching;
 use crate::sorted::{Redundant, Residual};
 use crate::system::{EqId, EquationSystem, Resolution};
+
+/// Most conditions that a message names to be dropped.
+const MOST_DROPPED: usize = 6;
 
 /// Initial conditions by kind.
 #[derive(Clone)]
@@ -43,7 +46,8 @@ pub(crate) fn take_redundant(
     let starts = start_numbers(system, algebra)?;
     for (eq, part) in &left_over {
         if let Some(contradiction) = find_contradiction(system, algebra, &starts, &pattern, (part, *eq)) {
-            return Err(Box::new(refuse(system, &pattern, unknowns, part, &contradiction)));
+            let dropped = which_to_drop(system, &pattern, part, conditions);
+            return Err(Box::new(refuse(system, &pattern, unknowns, part, &contradiction).maybe_help(dropped)));
         }
     }
     let equations: Vec<EqId> = left_over.iter().map(|(eq, _)| *eq).collect();
@@ -115,6 +119,21 @@ fn checked(system: &EquationSystem, eq: EqId, start_of: Option<VarId>) -> Redund
     let template = system.flat.templates.get(equation.template);
     let side = |value| Residual { value, operands: equation.operands, equation: eq };
     Redundant { left: side(template.left), right: side(template.right), start_of }
+}
+
+/// The conditions of a set that contradict each other, one of which has to go; those of the model stay.
+fn which_to_drop(system: &EquationSystem, pattern: &Pattern, part: &Part, conditions: &Conditions) -> Option<String> {
+    let rows: Vec<EqId> = part.rows.iter().map(|row| pattern.rows[row.0 as usize]).collect();
+    let fixed = conditions.fixed.iter().filter(|(_, eq)| rows.contains(eq));
+    let fixed = fixed.map(|&(v, _)| format!("`fixed = true` of `{}`", system.flat.var_name(v)));
+    let initial = conditions.initial.iter().filter(|eq| rows.contains(eq));
+    let initial = initial.map(|&eq| format!("the initial equation `{}`", written_text(system, eq)));
+    let all: Vec<String> = fixed.chain(initial).collect();
+    match all.as_slice() {
+        [] => None,
+        [only] => Some(format!("drop {only}")),
+        _ => Some(format!("drop one of them: {}", first_of(&all, MOST_DROPPED))),
+    }
 }
 
 fn refuse(

@@ -6,3 +6,4 @@ pub(crate) mod connect_sets;
 pub(crate) mod connector_match;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
+pub(crate) mod potentials;

@@ -337,8 +337,12 @@ impl Flattener<'_, '_> {
             _ => (Code::NoValue, format!("the parameter `{name}` has no value")),
         };
         let message = Diagnostic::warning(code, format!("{what}; {taken} is taken"));
+        let (above, own) = name.rsplit_once('.').unwrap_or(("", &name));
         self.report(match self.tree.users_line(inst) {
-            Some(component) => message.at(component, "of this component").with(span, "declared here"),
+            Some(component) => {
+                let message = message.at(component, "of this component").with(span, "declared here");
+                message.help(format!("give it a value: `{above}({own} = ...)`"))
+            }
             None => message.at(span, "declared here"),
         });
     }

@@ -78,11 +78,10 @@ impl ClassTable<'_> {
             match self.member_class(class, &part.name) {
                 Some(next) => class = next,
                 None => {
-                    let help = self.suggest_member(class, part, &parts[parts.len() - 1].name);
                     let message = format!("`{}` has no class `{}`", self.full_name(class), part.name);
-                    self.report(
-                        Diagnostic::error(Code::UnknownClass, message).at(part.span, "not found").maybe_help(help),
-                    );
+                    let diagnostic = Diagnostic::error(Code::UnknownClass, message).at(part.span, "not found");
+                    let diagnostic = self.meant_member(diagnostic, class, part, &parts[parts.len() - 1].name);
+                    self.report(diagnostic);
                     return Err(Reported);
                 }
             }

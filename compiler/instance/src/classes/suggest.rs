@@ -1,7 +1,7 @@
 //! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
 //! last name.
 
-use hyd_source::{Code, Diagnostic, Severity, did_you_mean};
+use hyd_source::{Code, Diagnostic, Severity, closest, did_you_mean};
 use hyd_syntax::tree::{ComponentRef, Ident, ImportKind, Name};
 
 use crate::classes::class::{ClassId, ClassTable, imports, nested_classes};
@@ -70,6 +70,16 @@ impl ClassTable<'_> {
         }
         fitting.truncate(MOST);
         (!fitting.is_empty()).then(|| format!("did you mean {}?", fitting.join(" or ")))
+    }
+
+    /// Adds what may be meant by `part`, which `class` does not have, to the message about it.
+    pub(crate) fn meant_member(&mut self, said: Diagnostic, class: ClassId, part: &Ident, last: &str) -> Diagnostic {
+        let names = self.child_names(class);
+        let names = || names.iter().map(|name| name.as_ref());
+        match closest(&part.name, names()) {
+            Some(_) => said.meant(part.span, &part.name, names()),
+            None => said.maybe_help(self.suggest_member(class, part, last)),
+        }
     }
 
     /// What may be meant by `part`, which `class` does not have; `last` is the last name of the whole reference.
@@ -174,10 +184,12 @@ impl InstanceTree<'_> {
         }
         // `pi` is a slip of `p` less often than it is the constant.
         let constant = self.table.suggest_constant(&last.name);
-        let help = constant.or_else(|| did_you_mean(name, names.iter().map(|n| n.as_ref())));
         let message = format!("unknown name `{name}` in `{class}`");
-        self.table
-            .report(Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared").maybe_help(help));
+        let diagnostic = Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared");
+        self.table.report(match constant {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic.meant(first.span, name, names.iter().map(|n| n.as_ref())),
+        });
     }
 
     /// Classes that a scope can name, for suggestions.

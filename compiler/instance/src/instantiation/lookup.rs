@@ -237,14 +237,14 @@ impl InstanceTree<'_> {
         let names: Vec<Name> = self.instances[inst].by_name.keys().cloned().collect();
         let mut sorted: Vec<&str> = names.iter().map(|n| n.as_ref()).collect();
         sorted.sort_unstable();
-        let help = did_you_mean(name, sorted.iter().copied());
         let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
         let declared = self.instances[inst].span;
         self.table.report(
-            Diagnostic::error(Code::UnknownName, message)
-                .at(span, "not found")
-                .with(declared, "declared here")
-                .maybe_help(help),
+            Diagnostic::error(Code::UnknownName, message).at(span, "not found").with(declared, "declared here").meant(
+                span,
+                name,
+                sorted.iter().copied(),
+            ),
         );
     }
 

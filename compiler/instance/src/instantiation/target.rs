@@ -40,7 +40,6 @@ impl InstanceTree<'_> {
         let instance = &self.instances[inst];
         let class = instance.class.map(|c| self.table.full_name(c)).unwrap_or_default();
         let declared = instance.class.map(|c| self.table.class(c).def.name.span);
-        let help = did_you_mean(name, shape.elements.iter().map(|e| e.name.as_ref()));
         let mut diagnostic =
             Diagnostic::error(Code::UnknownModifier, format!("`{class}` has no element `{name}` to modify"));
         if let Some(span) = span {
@@ -49,7 +48,12 @@ impl InstanceTree<'_> {
         if let Some(declared) = declared {
             diagnostic = diagnostic.with(declared, format!("`{class}` is declared here"));
         }
-        self.table.report(diagnostic.maybe_help(help));
+        let names = || shape.elements.iter().map(|e| e.name.as_ref());
+        let diagnostic = match span {
+            Some(span) => diagnostic.meant(span, name, names()),
+            None => diagnostic.maybe_help(did_you_mean(name, names())),
+        };
+        self.table.report(diagnostic);
     }
 
     /// Protected elements are modified by the class itself and by those that extend it, not from outside (7.2.2).

@@ -32,6 +32,7 @@ fn arguments(result: &Path, sensitivity: Option<Names>) -> RunArguments {
         result: Some(result.to_path_buf()),
         variables: None,
         backend: hyd_run::BackendName::Native,
+        profile: false,
         json: false,
     }
 }

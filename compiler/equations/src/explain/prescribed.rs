@@ -1,0 +1,79 @@
+//! Components that together prescribe a potential or a flow twice: ideal sources side by side, or flows of sources in a row.
+//!
+//! Two voltage sources in parallel leave one equation too many for the potentials and one too few for the currents; by numbers all
+//! agrees.  The smallest over-determined set says which components it is, the under-determined rest that what is missing
+//! is the other kind.  Where nothing but potentials or nothing but flows of connectors are at stake, the components are
+//! named instead of the equations.
+
+use hyd_flat::{BlockId, VarId};
+use hyd_index::TypedIndex;
+use hyd_source::{Code, Diagnostic};
+use hyd_structure::{Matching, smallest_overdetermined, smallest_underdetermined};
+use rustc_hash::FxHashSet;
+
+use crate::explain::faults::{list_names, variable_of};
+use crate::incidence::{Pattern, Unknowns};
+use crate::system::EquationSystem;
+
+/// Most components that are marked.
+const MOST_MARKED: usize = 8;
+
+/// The message for a singular system in which potentials are prescribed twice and flows not at all, or the other way round.
+pub(crate) fn prescribed_twice(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    unknowns: &Unknowns,
+    matching: &Matching,
+) -> Option<Diagnostic> {
+    // A component lacks what is connected to it.
+    if !system.flat.open_ends.is_empty() {
+        return None;
+    }
+    let over = smallest_overdetermined(&pattern.incidence, matching)?;
+    let under = smallest_underdetermined(&pattern.incidence, matching)?;
+    let blocks = |columns: &[hyd_structure::Column]| -> FxHashSet<BlockId> {
+        let variables = columns.iter().filter_map(|&column| variable_of(unknowns.targets[column]));
+        variables.map(|v: VarId| system.flat.locate(v).0).collect()
+    };
+    let (many, few) = (blocks(&over.columns), blocks(&under.columns));
+    let has_potential = |set: &FxHashSet<BlockId>| system.flat.potentials.iter().any(|own| set.contains(&own.block));
+    let has_flow = |set: &FxHashSet<BlockId>| system.flat.flows.iter().any(|own| set.contains(own));
+    let of_potentials = has_potential(&many) && !has_flow(&many) && has_flow(&few) && !has_potential(&few);
+    let of_flows = has_flow(&many) && !has_potential(&many) && has_potential(&few) && !has_flow(&few);
+    if !of_potentials && !of_flows {
+        return None;
+    }
+    let mut components: Vec<String> = Vec::new();
+    for row in &over.rows {
+        let block = &system.flat.equations[system.equations[pattern.rows[row.index()]].block as usize];
+        let name = block.origin.path.to_string();
+        if !system.flat.is_connection(block) && !name.is_empty() && !components.contains(&name) {
+            components.push(name);
+        }
+    }
+    if components.len() < 2 {
+        return None;
+    }
+    let names = list_names(components.iter().cloned());
+    let (message, help) = match of_potentials {
+        true => (
+            format!("{names} together prescribe a potential twice, and nothing determines their flows"),
+            "put a component between two of them that lets the potentials differ, such as a resistance",
+        ),
+        false => (
+            format!("{names} together prescribe a flow twice, and nothing determines their potentials"),
+            "connect a component between them that takes up the difference of the flows, such as a resistance or a store",
+        ),
+    };
+    let mut diagnostic = Diagnostic::error(Code::Singular, message);
+    for potential in &system.flat.potentials {
+        let name = system.flat.variables[potential.block].name.element(0);
+        let parts: Vec<&str> = name.split('.').collect();
+        let component = parts[..parts.len().saturating_sub(potential.depth as usize)].join(".");
+        let is_new = diagnostic.labels.iter().all(|label| label.span != potential.declared);
+        if is_new && components.contains(&component) && diagnostic.labels.len() < MOST_MARKED {
+            diagnostic = diagnostic.at(potential.declared, "");
+        }
+    }
+    Some(diagnostic.help(help))
+}

@@ -1,0 +1,82 @@
+//! `hyd check --fix`: what is proposed is shown and written, and nothing else is touched.  `hyd simulate --profile`: who limits the steps.
+
+use crate::process::{Scratch, run};
+
+const SLIP: &str = "model Fall\n  Real h(start = 1, fixed = true);\n  Real speed(start = 0, fixed = true);\nequation\n  \
+                    der(h) = sped;\n  der(speed) = -9.81;\nend Fall;\n";
+
+#[test]
+fn a_slip_is_shown_and_corrected() {
+    let folder = Scratch::new();
+    folder.write("fall.hyd", SLIP);
+    let outcome = run(folder.path(), &["check", "fall.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let shown =
+        "write `speed` for `sped`\n  fall.hyd:5\n  - der(h) = sped;\n  + der(h) = speed;\nfall.hyd: 1 change made\n";
+    assert!(outcome.stdout.starts_with(shown), "{}", outcome.stdout);
+    assert_eq!(folder.read("fall.hyd"), SLIP.replace("sped;", "speed;"));
+    assert_eq!(folder.names(), ["fall.hyd"]);
+}
+
+#[test]
+fn a_ground_is_put_in() {
+    let folder = Scratch::new();
+    let text = "model Lamp\n  Hyd.Electrical.Sources.ConstantVoltage source(V = 12);\n  Hyd.Electrical.Components.Resistor lamp(R = 6);\n\
+                equation\n  connect(source.p, lamp.p);\n  connect(source.n, lamp.n);\nend Lamp;\n";
+    folder.write("lamp.hyd", text);
+    let outcome = run(folder.path(), &["check", "lamp.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let declared = "model Lamp\n  Hyd.Electrical.Components.Ground ground;\n  Hyd.Electrical.Sources";
+    let healed = text.replace("model Lamp\n  Hyd.Electrical.Sources", declared);
+    let healed = healed.replace("equation\n", "equation\n  connect(ground.p, source.n);\n");
+    assert_eq!(folder.read("lamp.hyd"), healed);
+    // Ohm's law.
+    let lamp = run(folder.path(), &["simulate", "lamp.hyd", "--variables", "^lamp.i$", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&lamp.stdout).unwrap();
+    assert!((summary["final"]["lamp.i"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{}", lamp.stdout);
+}
+
+#[test]
+fn where_nothing_is_proposed_nothing_is_written() {
+    let folder = Scratch::new();
+    let text = "model Open\n  Real x;\n  Real y;\nequation\n  x + y = 1;\nend Open;\n";
+    folder.write("open.hyd", text);
+    let outcome = run(folder.path(), &["check", "open.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(1));
+    assert!(outcome.stdout.contains("no message proposes a change"), "{}", outcome.stdout);
+    assert_eq!(folder.read("open.hyd"), text);
+}
+
+#[test]
+fn proposals_are_told_to_programs() {
+    let folder = Scratch::new();
+    folder.write("fall.hyd", SLIP);
+    let outcome = run(folder.path(), &["check", "fall.hyd", "--message-format", "json"]);
+    let message: serde_json::Value = serde_json::from_str(outcome.stderr.lines().next().unwrap()).unwrap();
+    let edit = &message["proposals"][0]["edits"][0];
+    let at = SLIP.find("sped;").unwrap();
+    assert_eq!((edit["start"].as_u64(), edit["end"].as_u64()), (Some(at as u64), Some(at as u64 + 4)));
+    assert_eq!((edit["text"].as_str(), edit["line"].as_u64()), (Some("speed"), Some(5)));
+}
+
+/// A fast and a slow decay: once the fast one is over, the slow one limits the steps; the switch is one event.
+#[test]
+fn the_profile_names_who_limits_the_steps() {
+    let folder = Scratch::new();
+    let text = "model Two\n  Real slow(start = 1, fixed = true);\n  Real clock(start = 0, fixed = true);\nequation\n  \
+                der(slow) = if clock > 0.5 then slow else -slow;\n  der(clock) = 1;\nend Two;\n";
+    folder.write("two.hyd", text);
+    let outcome = run(folder.path(), &["simulate", "two.hyd", "--profile", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let profile = &summary["profile"];
+    // The clock is a straight line, which every formula follows without error.
+    assert_eq!(profile["limited_by"][0]["name"], "slow");
+    let counted =
+        |name: &str| profile[name].as_array().unwrap().iter().map(|own| own["count"].as_u64().unwrap()).sum::<u64>();
+    assert_eq!(counted("limited_by"), summary["counters"]["steps"].as_u64().unwrap());
+    assert_eq!(profile["events_by"][0]["name"], "clock > 0.5");
+    assert_eq!(counted("events_by"), 1);
+    let text = run(folder.path(), &["simulate", "two.hyd", "--profile"]).stdout;
+    assert!(text.contains("steps limited by the error of") && text.contains("two.hyd:5"), "{text}");
+    assert!(!run(folder.path(), &["simulate", "two.hyd"]).stdout.contains("profile"));
+}
