@@ -4,7 +4,7 @@
 
 in the root of the repository, with the package `hyd`; FMPy (a unit of the same drive, made by `hyd build --fmu`), CasADi (IDAS, CVODES), diffrax and scipy are
 taken where they are installed. Medians over many calls in milliseconds: wall time, and CPU time of the process, which what else the machine does does not change. The
-run itself is what the solver's own clock says (CPU time of the process). Before each is measured its result is held against that of the others.
+run itself is what the solver's own clock says (CPU time of the process). Before each is measured its result is compared with that of the others.
 """
 import argparse
 import contextlib

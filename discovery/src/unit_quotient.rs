@@ -5,7 +5,7 @@
 /// A symbol and its exponent.
 type Factor = (String, i32);
 
-/// `own/unit^(power.0/power.1)`; none where one of them is unknown, is no unit, or where an exponent would not be an integer.
+/// `own/unit^(power.0/power.1)`; none where one of them is unknown or is not a unit, or where an exponent would not be an integer.
 pub(crate) fn quotient(own: &str, unit: &str, power: (i32, i32)) -> Option<String> {
     if unit.is_empty() {
         return None;

@@ -443,7 +443,7 @@ def check_torch():
     assert np.array_equal(result.detach().numpy(), values)
     (result**2).sum().backward()
     assert np.allclose(p.grad.numpy(), 2 * values @ jacobian, rtol=1e-12)
-    # By PyTorch's own check, against its differences: a model whose solution is known, so that rounding of the run is no matter.
+    # By PyTorch's own check, against its differences: a model whose solution is known, so that rounding of the run does not matter.
     decay = hyd.load(text="model D Real x(start = s, fixed = true); parameter Real k = 1.5; parameter Real s = 2; equation der(x) = -k*x; end D;")
     exact = decay.function("x", ["k", "s"], at=[0.5, 1], tolerance=1e-11)
     smooth = exact.to_torch()

@@ -273,7 +273,7 @@ impl UnitRun<'_> {
         match u64::try_from(intervals).ok().filter(|intervals| *intervals > 0 && count.is_multiple_of(*intervals)) {
             Some(intervals) => Ok((count / intervals).max(1)),
             None => Err(Failure::Usage(format!(
-                "--intervals {intervals}: rows are those of communication points, and {count} steps are no multiple of it"
+                "--intervals {intervals}: rows are those of communication points, and the run has {count} of them, which is not a multiple"
             ))),
         }
     }

@@ -150,7 +150,7 @@ impl Variable {
         self.sizes.iter().map(|&size| size as usize).product()
     }
 
-    /// The type of its numbers as the unit hands them over; none where they are no numbers.
+    /// The type of its numbers as the unit hands them over; none where they are not numbers.
     pub fn number(&self, version: Version) -> Option<Number> {
         match (&self.kind, version) {
             (Kind::Number(number), _) => Some(*number),

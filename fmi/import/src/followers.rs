@@ -13,7 +13,7 @@ pub(crate) struct Follower {
     pub(crate) name: Arc<str>,
     /// It changes at events alone.
     pub(crate) is_discrete: bool,
-    /// Its values are whole numbers from the first to the second; none for reals.
+    /// Its values are integers from the first to the second; none for reals.
     pub(crate) whole: Option<(f64, f64)>,
     series: Option<Arc<Series>>,
     stepwise: bool,
@@ -47,9 +47,7 @@ impl Follower {
         if let Some((least, most)) = self.whole
             && let Some(value) = series.values().iter().find(|v| v.fract() != 0.0 || **v < least || **v > most)
         {
-            return Err(format!(
-                "the input `{name}` takes whole numbers from {least} to {most}, and a sample is {value}"
-            ));
+            return Err(format!("the input `{name}` takes integers from {least} to {most}, and a sample is {value}"));
         }
         self.sample = series.interval(t0, 0);
         self.pass(t0, Instants::of_run(t0));

@@ -328,7 +328,7 @@ fn inputs(description: &Description, driven: &Driven<'_>) -> (Vec<Group>, Vec<Gr
     (inputs, discrete, followers, sites)
 }
 
-/// Least and largest value of whole numbers; none for reals.
+/// Least and largest value of integers; none for reals.
 fn range(number: Number) -> Option<(f64, f64)> {
     Some(match number {
         Number::Float32 | Number::Float64 => return None,

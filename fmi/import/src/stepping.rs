@@ -134,7 +134,7 @@ impl Stepping {
     /// The number of steps of a run.
     ///
     /// # Errors
-    /// A sentence: the unit takes steps of one length alone, and the run is no whole number of them.
+    /// A sentence: the unit takes steps of one length alone, and the run is not a multiple of them.
     pub fn count(&self, options: &StepOptions) -> Result<u64, String> {
         let StepOptions { start, stop, step, .. } = *options;
         let parts = (stop - start) / step;
@@ -145,7 +145,7 @@ impl Stepping {
         match self.variable_step {
             true => Ok(parts.ceil() as u64),
             false => Err(format!(
-                "the unit takes steps of one length alone, and {} s are no whole number of steps of {step} s",
+                "the unit takes steps of one length alone, and {} s is not a multiple of {step} s",
                 stop - start
             )),
         }

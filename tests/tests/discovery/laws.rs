@@ -46,7 +46,7 @@ fn two_terms_in_a_model_that_has_the_names() {
     assert!(report["law"]["class"] != "Proposed", "{:#}", report["law"]);
 }
 
-/// A force that follows nothing in the model is no law; how it goes over time is told.
+/// A force that follows nothing in the model is not a law; its course over time is told.
 #[test]
 fn what_nothing_explains_is_told_over_time() {
     let force = |t: f64| 2.0 * (5.0 * t).sin() * (-0.3 * t).exp();
