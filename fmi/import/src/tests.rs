@@ -75,7 +75,7 @@ fn what_is_wrong_is_told_with_its_line() {
         ("name=\"der(x)\"", "name=\"x\"", "line 11: the name `x` stands twice"),
         ("index=\"2\"", "index=\"1\"", "line 15: `x` does not say whose derivative it is"),
         ("dependencies=\"1 4\"", "dependencies=\"1 5\"", "line 15: 5 is not a variable of the unit"),
-        ("</ModelVariables>", "", "line 15: "),
+        ("</ModelVariables>", "", "line 16: "),
         ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", "line 1: "),
     ] {
         let broken = TWO.replacen(old, new, 1);
