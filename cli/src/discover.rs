@@ -12,7 +12,6 @@ use crate::{Failure, output};
 /// Runs the verb.
 pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let (files, terminal) = (arguments.study.files(), Terminal::TEXT);
-    let opened = open(&files, &terminal)?;
     let engine = &arguments.engine;
     let threads = arguments.study.threads.map(std::num::NonZeroUsize::get);
     let sharing = Sharing::read(engine.on.as_deref(), None, (arguments.resume, engine.settle), threads)?;
@@ -20,6 +19,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         let sentence = "--on: it shares out the sets of --calibrate; the search itself runs on this machine, so --calibrate SETS is needed";
         return Err(Failure::Usage(sentence.to_string()));
     }
+    let opened = open(&files, &terminal)?;
     let own = std::env::current_exe();
     let own = own.map_err(|error| Failure::Fault(format!("the place of this program is not known: {error}")))?;
     let shared = sharing.map(|sharing| SharedTrials { sharing, program: own, before: Vec::new(), copied: true });

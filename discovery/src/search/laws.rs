@@ -45,7 +45,10 @@ impl Search<'_> {
     /// # Errors
     /// A model that cannot be translated or run.
     pub(super) fn with_law(&self, mut findings: Findings) -> Result<Findings, Fault> {
-        let is_provable = !self.setup.held_out.is_empty() && self.setup.has_several_operating_points();
+        // A form that was chosen by the data and leaves model error is not the law.
+        let is_provable = !self.setup.held_out.is_empty()
+            && self.setup.has_several_operating_points()
+            && self.setup.disturbances.is_noise();
         let is_open = findings.status == Status::Unknown && !findings.hidden && is_provable;
         let Some(last) = findings.passes.last_mut().filter(|last| is_open && last.base.inserts.is_empty()) else {
             return Ok(findings);
