@@ -45,19 +45,22 @@ impl Search<'_> {
     /// # Errors
     /// A model that cannot be translated or run.
     pub(super) fn with_law(&self, mut findings: Findings) -> Result<Findings, Fault> {
+        let is_unknown = findings.status == Status::Unknown;
+        let Some(last) = findings.passes.last_mut().filter(|last| is_unknown && last.base.inserts.is_empty()) else {
+            return Ok(findings);
+        };
+        if last.located.is_empty() {
+            // Little seemed to be missing as long as a nuisance was far off, or as model error was taken for granted.
+            self.look_at_equations(last)?;
+            self.fit_terms(last)?;
+            self.judge(last);
+        }
         // A form that was chosen by the data and leaves model error is not the law.
         let is_provable = !self.setup.held_out.is_empty()
             && self.setup.has_several_operating_points()
             && self.setup.disturbances.is_noise();
-        let is_open = findings.status == Status::Unknown && !findings.hidden && is_provable;
-        let Some(last) = findings.passes.last_mut().filter(|last| is_open && last.base.inserts.is_empty()) else {
+        if findings.hidden || !is_provable {
             return Ok(findings);
-        };
-        if last.located.is_empty() {
-            // Little seemed to be missing as long as a nuisance was far off.
-            self.look_at_equations(last)?;
-            self.fit_terms(last)?;
-            self.judge(last);
         }
         let Some(last) = findings.passes.last() else { return Ok(findings) };
         let places = self.workshop.places()?;
