@@ -23,7 +23,9 @@ pub(crate) const ID: &str = "proposed_law";
 const GIVEN: [&str; 8] = ["u1", "u2", "u3", "u4", "u5", "u6", "u7", "u8"];
 /// What a block gives.
 const GIVES: &str = "term";
-/// Rivals that are told.
+/// The place of an equation that belongs to no component.
+const WHOLE: &str = "the model";
+/// Rivals that a report names.
 pub(crate) const RIVALS: usize = 5;
 /// Coefficients that a library calls plausible, by the fitted one.
 const PLAUSIBLE: (f64, f64) = (0.2, 5.0);
@@ -41,6 +43,27 @@ pub struct LawTerm {
     pub spread: f64,
 }
 
+/// Terms or an effect beside a law.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The equation of terms; empty for an effect.
+    pub equation: String,
+    /// The shapes, or the effect.
+    pub shape: String,
+    /// By how much the cost is larger, in units of what the law leaves.
+    pub behind: f64,
+}
+
+impl Rival {
+    /// For messages.
+    pub(crate) fn said(&self) -> String {
+        match self.equation.trim_end_matches(';') {
+            "" => self.shape.clone(),
+            equation => format!("{} in `{equation}`", self.shape),
+        }
+    }
+}
+
 /// A law that was found.
 #[derive(Clone, Debug)]
 pub struct Law {
@@ -50,8 +73,8 @@ pub struct Law {
     pub text: Arc<str>,
     /// The terms at its equation.
     pub terms: Vec<LawTerm>,
-    /// Other laws that were fitted, the best first: the equation, the shape, and by how much their cost is larger.
-    pub rivals: Vec<(String, String, f64)>,
+    /// What else was fitted, the best first.
+    pub rivals: Vec<Rival>,
     /// The effect at its place.
     pub candidate: Candidate,
 }
@@ -70,8 +93,11 @@ impl Law {
     /// The equation with what it lacks.
     pub fn equation(&self) -> String {
         let own = self.terms.first().map_or("", |own| own.term.equation.trim_end_matches(';'));
-        let terms =
-            self.terms.iter().map(|own| format!(" {} {:.3e}*{}", sign(own.value), own.value.abs(), own.term.shape));
+        let shape = |own: &LawTerm| match own.term.shape.as_str() {
+            "1" => String::new(),
+            shape => format!("*{shape}"),
+        };
+        let terms = self.terms.iter().map(|own| format!(" {} {:.3e}{}", sign(own.value), own.value.abs(), shape(own)));
         format!("{own}{}", terms.collect::<String>())
     }
 
@@ -82,7 +108,6 @@ impl Law {
         (sites, ids): (&[&Site], &[&str]),
         files: &[(String, String)],
         terms: Vec<LawTerm>,
-        channel_hint: &str,
     ) -> Option<Self> {
         let first = terms.first()?.term.clone();
         let name = workshop.free_name(CLASS);
@@ -113,7 +138,7 @@ impl Law {
                 )?;
                 ((*site).clone(), text)
             }
-            None => of_equation(workshop, (&name, &id, &words), &terms, &names, channel_hint)?,
+            None => of_equation(workshop, (&name, &id, &words), &terms, &names)?,
         };
         let is_law = site.door != Door::Component;
         let parameter = |(own, name): (&LawTerm, &String)| EffectParameter {
@@ -254,7 +279,6 @@ fn of_equation(
     (name, id, words): (&str, &str, &str),
     terms: &[LawTerm],
     names: &[String],
-    place: &str,
 ) -> Option<(Site, String)> {
     let first = &terms.first()?.term;
     if workshop.preamble.is_empty() || *first.file != *workshop.name() || first.component.contains('[') {
@@ -309,7 +333,7 @@ fn of_equation(
     let law = door::Law { inputs, output: GIVES };
     let site = Site {
         id: "equation".into(),
-        path: if first.component.is_empty() { place.to_string() } else { first.component.to_string() },
+        path: if first.component.is_empty() { WHOLE.to_string() } else { first.component.to_string() },
         words: first.equation.trim_end_matches(';').into(),
         channel: None,
         file: workshop.shown_file(&first.file).into(),

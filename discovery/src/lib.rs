@@ -74,7 +74,7 @@ pub use fit::profile::Profile;
 pub use fit::schedule::Record;
 pub use foreign::{Foreign, ForeignModel};
 pub use import::{Asked, Content, Imported, Plan, RawFile};
-pub use law::{Law, LawTerm};
+pub use law::{Law, LawTerm, Rival};
 pub use machine::Machine;
 pub use problem::{Problem, Weighing};
 pub use proof::Gap;

@@ -25,7 +25,7 @@ const CORNERS: (usize, usize, usize) = (40, 8, 5);
 const WEIGHTS: (i32, i32, i32) = (6, -6, 2);
 /// Errors are those of a course with a weight lower by so many powers of ten: that it is smooth is a preference.
 const DOUBT: f64 = 2.0;
-/// Where no weight leaves noise alone, the misfit may be so many times the least one.
+/// Where no weight leaves noise alone, the misfit may exceed the least one by this factor.
 const ABOVE_LEAST: f64 = 1.05;
 
 /// What is missing in an equation over time.

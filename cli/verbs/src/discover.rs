@@ -170,11 +170,6 @@ fn write(folder: &Path, setup: &Setup, report: &Report, json: &str) -> Result<()
     if let Some(figure) = gap_picture(setup, report) {
         write_picture(&folder.join("gap.svg"), &figure)?;
     }
-    if let Some((name, text)) = &report.law {
-        let path = folder.join(name);
-        refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
-        save(name, text)?;
-    }
     let stale = folder.join(Report::MODEL);
     match &report.model {
         Some(text) => save(Report::MODEL, text)?,

@@ -1,5 +1,5 @@
 //! What the written model needs to run, in the folder of a report: copies of the data files that it reads, parameters and recorded
-//! inputs of the shots; and the command that runs it.
+//! inputs of the shots, the text of a law; and the command that runs it.
 //!
 //! `report.json` says which copies are ours: no other file of that folder is replaced by one, and what an earlier call has written
 //! and this one has not is removed.
@@ -102,6 +102,24 @@ impl ReportFolder {
                     self.path.join(name).display(),
                     Report::MODEL
                 )),
+            }
+        }
+        if let Some((name, text)) = &report.law {
+            match self.place(name, text) {
+                Place::Free => {
+                    self.save(name, text)?;
+                    copied.push(json!({"file": name, "fingerprint": fingerprint(text.as_bytes())}));
+                    written.push(name);
+                }
+                Place::There => written.push(name),
+                Place::Other => listener.sentence(
+                    Severity::Warning,
+                    &format!(
+                        "`{}` is not the law of an earlier report and is not replaced; the law stands in `{}`",
+                        self.path.join(name).display(),
+                        Report::MODEL
+                    ),
+                ),
             }
         }
         for name in &report.lost {

@@ -23,7 +23,7 @@ const RUNS: usize = 1000;
 const USUAL_MOST: usize = 1000;
 /// Most shards.  Large ones are resumed in pieces, so that more of them are of no use.
 const MOST: usize = 10_000;
-/// Failures that are told one by one.
+/// Failures that are listed one by one.
 const TOLD: usize = 5;
 /// Names in the folder of the submission.
 const MODEL: &str = if cfg!(windows) { "model.exe" } else { "model" };

@@ -7,7 +7,7 @@ use crate::catalogue::Candidate;
 use crate::disturbance::Disturbances;
 use crate::fit::Fit;
 use crate::further::further;
-use crate::law::Law;
+use crate::law::{Law, Rival};
 use crate::location::Located;
 use crate::missing::{Course, Missing, missing};
 use crate::power::{Confusion, Power};
@@ -44,6 +44,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "nearest": nearest::nearest(scene)?,
         "location": location(findings, workshop),
         "proposed": proposed(scene)?,
+        "no_law": findings.no_law,
         "missing": free_course(scene),
         "law": findings.law.as_ref().map(|own| law(scene, own)).transpose()?,
         "gap": {"train": train, "heldout": held_out},
@@ -258,10 +259,8 @@ fn law(scene: &Scene<'_>, own: &Law) -> Result<Value, Fault> {
         let error = at.and_then(|k| Some(fit.standard_error(k)? * problem.unknowns[k].slope(fit.xi[k]).abs()));
         json!({"shape": own.term.shape, "unit": own.term.unit, "coefficient": number(value), "stderr": number(error.unwrap_or(own.error))})
     });
-    let rivals = own
-        .rivals
-        .iter()
-        .map(|(equation, shape, behind)| json!({"equation": equation, "shape": shape, "behind": number(*behind)}));
+    let rival = |own: &Rival| json!({"equation": own.equation, "shape": own.shape, "behind": number(own.behind)});
+    let rivals = own.rivals.iter().map(rival);
     Ok(json!({"class": own.name, "text": own.file(), "equation": first.equation, "with": own.equation(),
         "component": &*first.component, "file": scene.workshop.shown_file(&first.file), "line": first.line,
         "terms": terms.collect::<Vec<_>>(), "rivals": rivals.collect::<Vec<_>>()}))

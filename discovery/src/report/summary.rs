@@ -122,6 +122,12 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
             figure("misfit")
         );
     }
+    if let Some(why) = &findings.no_law {
+        let _ = writeln!(text, "  no law, because {why}");
+    }
+    if let Some(equation) = json["missing"]["equation"].as_str() {
+        let _ = writeln!(text, "  the report draws what `{equation}` lacks over time");
+    }
     let _ = writeln!(text, "\ngap (1.00 is noise)         before   after");
     let mut line = |name: &str, before: &Gap, after: Option<&Gap>| {
         let _ = writeln!(text, "  {name:24} {:7.2} {:7.2}", before.all, after.map_or(before.all, |gap| gap.all));

@@ -159,6 +159,7 @@ impl Search<'_> {
             hidden: false,
             is_settled: true,
             law: None,
+            no_law: None,
         };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;

@@ -17,7 +17,7 @@ use crate::door::Door;
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
 use crate::hypothesis::Hypothesis;
-use crate::law::{self, Law, LawTerm};
+use crate::law::{self, Law, LawTerm, Rival};
 use crate::location::{Located, locate};
 use crate::projection::Projection;
 use crate::thresholds::{ERRORS, LEAD, adequate};
@@ -55,41 +55,70 @@ impl Search<'_> {
             self.fit_terms(last)?;
             self.judge(last);
         }
-        // A form that was chosen by the data and leaves model error is not the law.
-        let is_provable = !self.setup.held_out.is_empty()
-            && self.setup.has_several_operating_points()
-            && self.setup.disturbances.is_noise();
-        if findings.hidden || !is_provable {
-            return Ok(findings);
-        }
         let Some(last) = findings.passes.last() else { return Ok(findings) };
+        match self.law_of(last, findings.hidden)? {
+            Ok((law, grown)) => {
+                (self.progress)(&format!("a law: {}", law.equation()));
+                self.proved(findings, law, &grown)
+            }
+            Err(why) => {
+                findings.no_law = why;
+                Ok(findings)
+            }
+        }
+    }
+
+    /// The law that the terms of a pass grow into, or why there is none; without a reason where no term explains anything.
+    fn law_of(&self, last: &Pass, hidden: bool) -> Result<Result<(Law, Grown), Option<String>>, Fault> {
+        let drop = |fit: &Fit| (last.fit.cost - fit.cost) / (fit.misfit / last.expected).max(1.0);
+        let explains = |tried: &Tried| tried.fit.as_ref().is_some_and(|fit| drop(fit) >= self.needed);
+        if !last.terms.iter().any(explains) {
+            return Ok(Err(None));
+        }
+        let none = |why: &str| Ok(Err(Some(why.to_string())));
+        // A form that was chosen by the data and leaves model error is not the law.
+        if hidden || !self.setup.disturbances.is_noise() {
+            return none("every model leaves more than noise, and a form that the data chose would imitate that");
+        }
+        if self.setup.held_out.is_empty() {
+            return none("no shot is held out on which it could be proved");
+        }
+        if !self.setup.has_several_operating_points() {
+            return none("all shots were made at one operating point, where wrong numbers and laws look alike");
+        }
         let places = self.workshop.places()?;
         let declared: Vec<&Site> = places.iter().filter(|site| site.door == Door::Component).collect();
         let mut grown: Vec<Grown> = Vec::new();
         for k in by_cost(&last.terms).into_iter().take(EQUATIONS) {
-            let drop = |fit: &Fit| (last.fit.cost - fit.cost) / (fit.misfit / last.expected).max(1.0);
             let tried = &last.terms[k];
-            let (Some(fit), [(term, _)]) = (&tried.fit, &tried.hypothesis.terms[..]) else { continue };
-            if drop(fit) >= self.needed && self.is_writable(term, &declared) {
+            let [(term, _)] = &tried.hypothesis.terms[..] else { continue };
+            if explains(tried) && self.is_writable(term, &declared) {
                 grown.extend(self.grow(last, tried, &declared)?);
             }
         }
+        if grown.is_empty() {
+            return none(
+                "the equations whose terms explain it belong to components that the model does not let exchange",
+            );
+        }
         grown.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        let Some(best) = grown.iter().position(|own| self.is_sound(last, own)) else { return Ok(findings) };
+        let Some(best) = grown.iter().position(|own| self.is_sound(last, own)) else {
+            return none("no terms of one equation leave noise with coefficients that are known");
+        };
         let scale = (grown[best].fit.misfit / last.expected).max(1.0);
         let lead = |fit: &Fit| (fit.cost - grown[best].fit.cost) / scale;
-        let effects = last.tried.iter().filter(|tried| !tried.is_nothing()).filter_map(|tried| tried.fit.as_ref());
-        let others = grown.iter().enumerate().filter(|(k, _)| *k != best).map(|(_, own)| &own.fit);
-        let elsewhere = last.terms.iter().filter(|own| !is_at(own, &grown[best])).filter_map(|own| own.fit.as_ref());
-        if effects.chain(others).chain(elsewhere).any(|fit| lead(fit) < LEAD) {
-            return Ok(findings);
-        }
         let rivals = rivals(last, &grown, best, &lead);
-        let Some(mut law) = self.written(&grown[best], &declared)? else { return Ok(findings) };
+        if let Some(rival) = rivals.iter().find(|rival| rival.behind < LEAD) {
+            let words =
+                format!("{} would be one, and {} explains it as well", said(&grown[best].hypothesis), rival.said());
+            return Ok(Err(Some(words)));
+        }
+        let Some(mut law) = self.written(&grown[best], &declared)? else {
+            return none("its equation cannot be written as a class of its own");
+        };
         law.rivals = rivals;
-        (self.progress)(&format!("a law: {}", law.equation()));
-        let grown = grown.swap_remove(best);
-        self.proved(findings, law, &grown)
+        law.rivals.truncate(law::RIVALS);
+        Ok(Ok((law, grown.swap_remove(best))))
     }
 
     /// The search gone on with a law in the model; the findings as they were where the law does not hold.
@@ -101,14 +130,18 @@ impl Search<'_> {
             let Some(fit) = search.as_text(&law, grown)? else { return Ok(None) };
             search.from(std::mem::take(&mut findings.passes), found.clone(), Some(fit)).map(Some)
         })?;
-        let Some(mut again) = again else { return Ok(findings) };
+        let Some(mut again) = again else {
+            findings.no_law = Some(format!("the text of `{}` does not mean what was fitted", law.equation()));
+            return Ok(findings);
+        };
         if again.status == Status::Named {
             (again.status, again.law) = (Status::Law, Some(law));
             return Ok(again);
         }
         again.passes.truncate(known);
         (findings.passes, findings.runs) = (again.passes, again.runs);
-        findings.reason = again.reason.or(findings.reason);
+        let why = again.reason.unwrap_or_else(|| format!("with it the answer is {}", again.status.word()));
+        findings.no_law = Some(format!("`{}` does not hold: {why}", law.equation()));
         Ok(findings)
     }
 
@@ -204,7 +237,7 @@ impl Search<'_> {
         let terms: Vec<LawTerm> = own.hypothesis.terms.iter().enumerate().map(term).collect();
         let ids: Vec<&str> = self.candidates.iter().map(|own| &*own.effect.id).collect();
         let files = self.workshop.files(&[])?;
-        Ok(Law::new(self.workshop, (declared, &ids), &files, terms, "the model"))
+        Ok(Law::new(self.workshop, (declared, &ids), &files, terms))
     }
 }
 
@@ -215,24 +248,30 @@ fn is_at(tried: &Tried, own: &Grown) -> bool {
     place(&tried.hypothesis.terms) == place(&own.hypothesis.terms)
 }
 
+/// The terms of a hypothesis and their equation, for messages.
+fn said(hypothesis: &Hypothesis) -> String {
+    let shapes: Vec<&str> = hypothesis.terms.iter().map(|(term, _)| term.shape.as_str()).collect();
+    let equation = hypothesis.terms.first().map_or("", |(term, _)| term.equation.trim_end_matches(';'));
+    format!("{} in `{equation}`", shapes.join(" + "))
+}
+
 /// What else was fitted, the best first.
-fn rivals(pass: &Pass, grown: &[Grown], best: usize, lead: &dyn Fn(&Fit) -> f64) -> Vec<(String, String, f64)> {
-    let said = |terms: &[(Term, f64)], fit: &Fit| {
+fn rivals(pass: &Pass, grown: &[Grown], best: usize, lead: &dyn Fn(&Fit) -> f64) -> Vec<Rival> {
+    let of = |terms: &[(Term, f64)], fit: &Fit| {
         let shapes: Vec<&str> = terms.iter().map(|(term, _)| term.shape.as_str()).collect();
         let equation = terms.first().map_or(String::new(), |(term, _)| term.equation.clone());
-        (equation, shapes.join(" + "), lead(fit))
+        Rival { equation, shape: shapes.join(" + "), behind: lead(fit) }
     };
-    let laws =
-        grown.iter().enumerate().filter(|(k, _)| *k != best).map(|(_, own)| said(&own.hypothesis.terms, &own.fit));
+    let laws = grown.iter().enumerate().filter(|(k, _)| *k != best).map(|(_, own)| of(&own.hypothesis.terms, &own.fit));
+    // What a law was grown from is no rival of it.
     let is_grown = |tried: &&Tried| grown.iter().any(|own| is_at(tried, own));
     let terms = pass.terms.iter().filter(|tried| !is_grown(tried));
-    let terms = terms.filter_map(|tried| Some(said(&tried.hypothesis.terms, tried.fit.as_ref()?)));
+    let terms = terms.filter_map(|tried| Some(of(&tried.hypothesis.terms, tried.fit.as_ref()?)));
     let effects = pass.tried.iter().filter(|tried| !tried.is_nothing()).filter_map(|tried| {
         let own = tried.hypothesis.inserts.last()?;
-        Some((String::new(), own.label(), lead(tried.fit.as_ref()?)))
+        Some(Rival { equation: String::new(), shape: own.label(), behind: lead(tried.fit.as_ref()?) })
     });
-    let mut all: Vec<(String, String, f64)> = laws.chain(terms).chain(effects).collect();
-    all.sort_by(|a, b| a.2.total_cmp(&b.2));
-    all.truncate(law::RIVALS);
+    let mut all: Vec<Rival> = laws.chain(terms).chain(effects).collect();
+    all.sort_by(|a, b| a.behind.total_cmp(&b.behind));
     all
 }

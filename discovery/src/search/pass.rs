@@ -145,6 +145,8 @@ pub struct Findings {
     pub is_settled: bool,
     /// The law that was found, for [`Status::Law`].
     pub law: Option<Law>,
+    /// Why terms that explain what is left are not a law.
+    pub no_law: Option<String>,
 }
 
 /// Positions of the candidates that were fitted, the lowest cost first.

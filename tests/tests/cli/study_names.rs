@@ -38,15 +38,11 @@ fn discovered(folder: &Scratch, study: &str, rest: &[&str]) -> Value {
     serde_json::from_str(&folder.read("report/report.json")).unwrap()
 }
 
-/// A variable at the top of the model is a channel, and is called like a loop's counter; columns are called like the comparison's own
-/// variables and like the time, tables like effects; the model has variables and a parameter of the comparison's names, and the name that
-/// the discovered model would have.  What is missing, `-0.15*i^2`, is found all the same.
-#[test]
-fn a_term_is_found_in_a_model_with_the_names_of_the_comparison() {
-    let folder = Scratch::new();
+/// Tables of the circuit under these names, each from one `a`, and the set of them.
+fn measure(folder: &Scratch, shots: [(&str, f64); 3]) {
     let mut draws = Draws(7);
-    let mut shots = Vec::new();
-    for (name, a) in [("piston_friction.csv", 2.0), ("Discovered.csv", 3.0), ("time.csv", 4.0)] {
+    let mut told = Vec::new();
+    for (name, a) in shots {
         let mut table = String::from("t,time,hyd_channel_0,i\n");
         for k in 0..=100 {
             let t = 5e-4 * f64::from(k);
@@ -55,20 +51,34 @@ fn a_term_is_found_in_a_model_with_the_names_of_the_comparison() {
             writeln!(table, "{t:.4},{p:.6},{q:.6},{r:.6}").unwrap();
         }
         folder.write(name, table);
-        shots.push(format!("{{\"file\": \"{name}\", \"a\": {a}}}"));
+        told.push(format!("{{\"file\": \"{name}\", \"a\": {a}}}"));
     }
-    folder.write("set.json", format!("{{\"experiments\": [{}]}}", shots.join(", ")));
-    let own = "  parameter Real a = 2;\n  parameter Real c = 1;\n  Real i(start = 0, fixed = true);\nequation\n  0.01*der(i) = a - c*i;\n";
+    folder.write("set.json", format!("{{\"experiments\": [{}]}}", told.join(", ")));
+}
+
+/// The circuit with further declarations and a further term, and its study.
+fn model(folder: &Scratch, class: &str, more: &str, term: &str) {
+    let own = "  parameter Real a = 2;\n  parameter Real c = 1;\n  Real i(start = 0, fixed = true);\nequation\n";
+    folder.write("m.hyd", format!("model {class}\n{more}{own}  0.01*der(i) = a - c*i{term};\nend {class};\n"));
+    let study = format!(
+        "file = \"m.hyd\"\n[models]\ndefault = \"{class}\"\n[channels]\ntime = {{ variable = \"i\", noise = 1e-3 }}\n\
+         hyd_channel_0 = {{ variable = \"2*i\", noise = 2e-3 }}\ni = {{ variable = \"i\", noise = 1e-3 }}\n\
+         [conditions]\na = \"a\"\n[shots]\ntime = \"t\"\n"
+    );
+    folder.write("study.toml", study);
+}
+
+/// A variable at the top of the model is a channel, and is called like a loop's counter; columns are called like the comparison's own
+/// variables and like the time, tables like effects; the model has variables and a parameter of the comparison's names, and the name that
+/// the discovered model would have.  What is missing, `-0.15*i^2`, is found all the same.
+#[test]
+fn a_term_is_found_in_a_model_with_the_names_of_the_comparison() {
+    let folder = Scratch::new();
+    measure(&folder, [("piston_friction.csv", 2.0), ("Discovered.csv", 3.0), ("time.csv", 4.0)]);
     let theirs = "  Real hyd_channel_0 = 3*i;\n  Real hyd_channel2_1 = time;\n  parameter Real hyd_term_0 = 4;\n  Real HydMeasured = i;\n  \
                   Real HydPlaces = i;\n  Real Discovered2 = i;\n";
     for (class, more) in [("M", ""), ("Discovered", theirs)] {
-        folder.write("m.hyd", format!("model {class}\n{more}{own}end {class};\n"));
-        let study = format!(
-            "file = \"m.hyd\"\n[models]\ndefault = \"{class}\"\n[channels]\ntime = {{ variable = \"i\", noise = 1e-3 }}\n\
-             hyd_channel_0 = {{ variable = \"2*i\", noise = 2e-3 }}\ni = {{ variable = \"i\", noise = 1e-3 }}\n\
-             [conditions]\na = \"a\"\n[shots]\ntime = \"t\"\n"
-        );
-        folder.write("study.toml", study);
+        model(&folder, class, more, "");
         let report = discovered(&folder, "study.toml", &[]);
         let term = &report["law"]["terms"][0];
         assert_eq!((&report["status"], &term["shape"]), (&"law".into(), &"i*abs(i)".into()), "{class}: {report:#}");
@@ -76,6 +86,36 @@ fn a_term_is_found_in_a_model_with_the_names_of_the_comparison() {
         let (value, error) = (number("coefficient"), number("stderr"));
         assert!((value + 0.15).abs() < 4.0 * error && error < 1e-3, "{class}: {value} +- {error} instead of -0.15");
     }
+}
+
+/// The text of a law gives way to what a later search says; a file of the user does not.
+#[test]
+fn the_law_of_an_earlier_report_gives_way_and_a_file_of_the_user_stays() {
+    let folder = Scratch::new();
+    measure(&folder, [("p.csv", 2.0), ("q.csv", 3.0), ("r.csv", 4.0)]);
+    model(&folder, "M", "", "");
+    assert_eq!(discovered(&folder, "study.toml", &[])["status"], "law");
+    assert!(folder.read("report/Proposed.hyd").contains("id = \"proposed_law\""));
+    model(&folder, "M", "", " - 0.15*i*abs(i)");
+    assert_eq!(discovered(&folder, "study.toml", &[])["status"], "adequate");
+    assert!(!folder.path().join("report/Proposed.hyd").exists());
+    model(&folder, "M", "", "");
+    folder.write("report/Proposed.hyd", "by hand");
+    let arguments = ["discover", "study.toml", "--bench", "set.json", "--report", "report"];
+    let found = run(folder.path(), &arguments);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    assert!(
+        found.stderr.contains("Proposed.hyd` is not the law of an earlier report and is not replaced"),
+        "{}",
+        found.stderr
+    );
+    assert!(folder.read("report/discovered.hyd").contains("proposed_law"));
+    assert_eq!(folder.read("report/Proposed.hyd"), "by hand");
+    // Records of one operating point tell what is missing, and why it is not called a law.
+    measure(&folder, [("p.csv", 3.0), ("q.csv", 3.0), ("r.csv", 3.0)]);
+    let report = discovered(&folder, "study.toml", &[]);
+    let why = report["no_law"].as_str().unwrap_or_default();
+    assert!(report["law"].is_null() && why.starts_with("all shots were made at one operating point"), "{report:#}");
 }
 
 /// A library of effects is called like the model that a search writes; that model is the base of the next study, in which nothing is
