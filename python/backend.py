@@ -23,7 +23,7 @@ PROGRAMS = [
 
 
 def profile():
-    """The profile that maturin is told to build with."""
+    """The profile that maturin builds with."""
     words = shlex.split(os.environ.get("MATURIN_PEP517_ARGS", ""))
     for k, word in enumerate(words):
         if word == "--profile" and k + 1 < len(words):

@@ -44,7 +44,7 @@ pub struct Done {
     pub parts: usize,
 }
 
-/// What a caller is told while the work goes on.
+/// What a caller hears while the work goes on.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Seen<'a> {
     /// So many parts are done.

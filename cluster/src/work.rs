@@ -23,7 +23,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// What a task says if it fails stands here; of a task that ends well there is no such file.
+    /// What a task says if it fails stands here; a task that ends well leaves no file.
     pub fn log(&self, number: usize) -> PathBuf {
         self.logs.join(format!("{number}.txt"))
     }
@@ -49,7 +49,7 @@ impl Work {
 pub(crate) fn said(log: &Path) -> Option<String> {
     let bytes = std::fs::read(log).ok()?;
     let text = String::from_utf8_lossy(&bytes).trim().to_string();
-    // A file that stays behind is written anew by the next try.
+    // A file that stays behind is overwritten by the next attempt.
     let _ = std::fs::remove_file(log);
     (!text.is_empty()).then_some(text)
 }

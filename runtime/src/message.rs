@@ -160,7 +160,7 @@ impl Display for SolveError {
 
 impl std::error::Error for SolveError {}
 
-/// A variable that is so many times what it was at the start, and 1 at least, grows without bound.
+/// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
 
 /// Variables, values and equations of a jump that are shown.

@@ -52,7 +52,7 @@ pub struct Options {
     pub max_order: usize,
     /// Leaves algebraic unknowns out of the local error test.
     pub suppress_algebraic: bool,
-    /// Where the start values lead to no initial values, they are looked for elsewhere.  What is found is told by
+    /// Where the start values lead to no initial values, they are looked for elsewhere.  What is found is reported by
     /// [`Summary::rescue`](crate::Summary::rescue) alone, so only who passes it on to the user asks for it.
     pub rescue: bool,
     /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further

@@ -15,7 +15,7 @@ pub struct Seconds {
     pub start: f64,
     /// Steps, evaluations included: the rest of it is linear algebra and control.
     pub steps: f64,
-    /// Settling events and beginning anew after them, evaluations included.
+    /// Settling events and starting again after them, evaluations included.
     pub events: f64,
     /// The whole run.
     pub total: f64,

@@ -481,7 +481,7 @@ def slow_files(engine):
 
 
 def not_runnable(engine):
-    """A program that cannot run on the nodes is told."""
+    """A program that cannot run on the nodes is refused in words."""
     path, folder = plan("broken", 200), WORK / "broken"
     run(HYD, "sweep", path, "--allow-outside", "--shards", "3", "--result", folder)
     program = folder / "submission/model"

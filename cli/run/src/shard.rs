@@ -36,7 +36,7 @@ impl ShardOf {
     /// Finds a share.  `threads`: if not as many as the submission says.
     ///
     /// # Errors
-    /// There is no such share, or files of the submission cannot be read.
+    /// The share does not exist, or files of the submission cannot be read.
     pub fn find(root: &Path, index: usize, threads: Option<NonZeroUsize>) -> Result<Self, Failure> {
         let fault = |error: SubmissionError| Failure::Fault(error.to_string());
         let submission = waited(|| Submission::read(root), |error| matches!(error, SubmissionError::None(_)));

@@ -85,7 +85,7 @@ impl Unit {
         self.folder.path().join(library(self.description.version, &interface.identifier))
     }
 
-    /// What the unit is told of its resources: an address in 2.0, a path in 3.0.
+    /// Where the unit finds its resources: an address in 2.0, a path in 3.0.
     pub(crate) fn resources(&self) -> String {
         let path = self.folder.path().join("resources");
         match self.description.version {

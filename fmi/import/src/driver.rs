@@ -113,7 +113,7 @@ impl Driver {
         Ok(())
     }
 
-    /// Sets a parameter of type String; none where there is no such one.
+    /// Sets a parameter of type String; none where the unit has none of that name.
     pub(crate) fn set_text(&mut self, name: &str, text: &str) -> Option<()> {
         let found = self.description.variables.iter().find(|variable| *variable.name == *name)?;
         if found.kind != Kind::Text || !found.sizes.is_empty() {

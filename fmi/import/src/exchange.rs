@@ -89,7 +89,7 @@ impl Exchange {
         (self.driver.tolerance, self.driver.stop) = (tolerance, stop);
     }
 
-    /// Sets a parameter of type String; none where there is no such one.
+    /// Sets a parameter of type String; none where the unit has none of that name.
     pub fn set_text(&mut self, name: &str, text: &str) -> Option<()> {
         self.driver.set_text(name, text)
     }

@@ -9,7 +9,9 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 use libloading::Library;
 
 use crate::description::Number;
-use crate::foreign::{Foreign, Halt, StepEnd, c_text, call, checked, functions, judge, keep, messages, text_of};
+use crate::foreign::{
+    Foreign, Halt, StepEnd, c_text, call, checked, continuous_calls, functions, judge, keep, messages, text_of,
+};
 use crate::protocol::{Setup, Update};
 
 type Instance = *mut c_void;
@@ -210,45 +212,12 @@ impl Foreign for Two {
         Ok(info.needed != 0)
     }
 
-    fn enter_continuous(&mut self) -> Result<(), Halt> {
-        checked!(self.enter_continuous(self.instance));
-        Ok(())
-    }
+    continuous_calls!();
 
     fn completed(&mut self) -> Result<(bool, bool), Halt> {
         let (mut event, mut terminate) = (0, 0);
         checked!(self.completed(self.instance, 1, &raw mut event, &raw mut terminate));
         Ok((event != 0, terminate != 0))
-    }
-
-    fn set_time(&mut self, t: f64) -> Result<(), Halt> {
-        checked!(self.set_time(self.instance, t));
-        Ok(())
-    }
-
-    fn set_states(&mut self, states: &[f64]) -> Result<(), Halt> {
-        checked!(self.set_states(self.instance, states.as_ptr(), states.len()));
-        Ok(())
-    }
-
-    fn states(&mut self, out: &mut [f64]) -> Result<(), Halt> {
-        checked!(self.states(self.instance, out.as_mut_ptr(), out.len()));
-        Ok(())
-    }
-
-    fn nominals(&mut self, out: &mut [f64]) -> Result<(), Halt> {
-        checked!(self.nominals(self.instance, out.as_mut_ptr(), out.len()));
-        Ok(())
-    }
-
-    fn rates(&mut self, out: &mut [f64]) -> Result<(), Halt> {
-        checked!(self.rates(self.instance, out.as_mut_ptr(), out.len()));
-        Ok(())
-    }
-
-    fn indicators(&mut self, out: &mut [f64]) -> Result<(), Halt> {
-        checked!(self.indicators(self.instance, out.as_mut_ptr(), out.len()));
-        Ok(())
     }
 
     fn directional(&mut self, setup: &Setup, seed: &[f64], out: &mut [f64]) -> Result<(), Halt> {

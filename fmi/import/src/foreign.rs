@@ -209,4 +209,44 @@ macro_rules! checked {
     }};
 }
 
-pub(crate) use {call, checked, functions};
+/// The methods of [`Foreign`] whose functions have the same arguments in both versions.
+macro_rules! continuous_calls {
+    () => {
+        fn enter_continuous(&mut self) -> Result<(), Halt> {
+            checked!(self.enter_continuous(self.instance));
+            Ok(())
+        }
+
+        fn set_time(&mut self, t: f64) -> Result<(), Halt> {
+            checked!(self.set_time(self.instance, t));
+            Ok(())
+        }
+
+        fn set_states(&mut self, states: &[f64]) -> Result<(), Halt> {
+            checked!(self.set_states(self.instance, states.as_ptr(), states.len()));
+            Ok(())
+        }
+
+        fn states(&mut self, out: &mut [f64]) -> Result<(), Halt> {
+            checked!(self.states(self.instance, out.as_mut_ptr(), out.len()));
+            Ok(())
+        }
+
+        fn nominals(&mut self, out: &mut [f64]) -> Result<(), Halt> {
+            checked!(self.nominals(self.instance, out.as_mut_ptr(), out.len()));
+            Ok(())
+        }
+
+        fn rates(&mut self, out: &mut [f64]) -> Result<(), Halt> {
+            checked!(self.rates(self.instance, out.as_mut_ptr(), out.len()));
+            Ok(())
+        }
+
+        fn indicators(&mut self, out: &mut [f64]) -> Result<(), Halt> {
+            checked!(self.indicators(self.instance, out.as_mut_ptr(), out.len()));
+            Ok(())
+        }
+    };
+}
+
+pub(crate) use {call, checked, continuous_calls, functions};

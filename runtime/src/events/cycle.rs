@@ -6,9 +6,9 @@ use crate::problem::Problem;
 
 /// Passes that are kept.
 const KEPT: usize = 12;
-/// Variables that are told, those of discrete kinds first.
+/// Variables that are listed, those of discrete kinds first.
 const MOST_VARIABLES: usize = 6;
-/// Values that are told of each.
+/// Values that are listed of each.
 const MOST_VALUES: usize = 6;
 
 /// A variable that changes from pass to pass.

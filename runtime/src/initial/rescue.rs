@@ -3,7 +3,7 @@
 //! In this order: start values of zero moved away from it, since many laws are vertical or flat there; the equations relaxed to what the
 //! start values fulfil and led back, `G(x) = (1 - s) G(x0)` for `s` from 0 to 1 (Newton homotopy: Allgower, Georg 2003,
 //! *Introduction to Numerical Continuation Methods*, chapter 2); starts scattered around those given, further out each time.  What is
-//! found solves the equations as given, but may be another solution than the one that was meant, so the user is told, with the
+//! found solves the equations as given, but may be another solution than the one that was meant, so a warning says so, with the
 //! fewest start values found that lead there.
 
 use std::fmt;

@@ -60,7 +60,7 @@ pub trait Inputs {
     fn input_reach(&mut self, t: f64) -> f64;
 }
 
-/// A system that is told of every step of the solver, because it keeps a past of its own or decides about events there.
+/// A system that follows every step of the solver, because it keeps a past of its own or decides about events there.
 pub trait Steps {
     /// The solver has accepted a step to `t` (s) with these unknowns, has written all rows up to there, and asks for nothing before it
     /// any more.  True: an event happens at `t`.

@@ -1,6 +1,7 @@
 //! Which component of a library fixes a potential: the ground of a circuit, the wall of a mechanism, the tank of a hydraulic line.
 //!
-//! Known are the packages of the built-in library and of the Modelica Standard Library 4.0; elsewhere no name is proposed.
+//! Known are the packages of the built-in library alone: a compiler knows no names of other people's libraries, and there the message says
+//! what is missing without a class.
 
 /// A component that fixes a potential.
 pub(crate) struct Reference {
@@ -13,7 +14,7 @@ pub(crate) struct Reference {
 }
 
 /// Packages of connectors, and what fixes their potentials.
-static REFERENCES: [(&str, Reference); 12] = [
+static REFERENCES: [(&str, Reference); 5] = [
     ("Hyd.Electrical.", Reference { class: "Hyd.Electrical.Components.Ground", name: "ground", connector: "p" }),
     ("Hyd.Magnetic.", Reference { class: "Hyd.Magnetic.Components.Ground", name: "ground", connector: "port" }),
     (
@@ -24,42 +25,6 @@ static REFERENCES: [(&str, Reference); 12] = [
     (
         "Hyd.Thermal.",
         Reference { class: "Hyd.Thermal.Sources.FixedTemperature", name: "surroundings", connector: "port" },
-    ),
-    (
-        "Modelica.Electrical.Analog.",
-        Reference { class: "Modelica.Electrical.Analog.Basic.Ground", name: "ground", connector: "p" },
-    ),
-    (
-        "Modelica.Electrical.QuasiStatic.SinglePhase.",
-        Reference {
-            class: "Modelica.Electrical.QuasiStatic.SinglePhase.Basic.Ground",
-            name: "ground",
-            connector: "pin",
-        },
-    ),
-    (
-        "Modelica.Magnetic.FluxTubes.",
-        Reference { class: "Modelica.Magnetic.FluxTubes.Basic.Ground", name: "ground", connector: "port" },
-    ),
-    (
-        "Modelica.Magnetic.FundamentalWave.",
-        Reference { class: "Modelica.Magnetic.FundamentalWave.Components.Ground", name: "ground", connector: "port_p" },
-    ),
-    (
-        "Modelica.Mechanics.Translational.",
-        Reference { class: "Modelica.Mechanics.Translational.Components.Fixed", name: "fixed", connector: "flange" },
-    ),
-    (
-        "Modelica.Mechanics.Rotational.",
-        Reference { class: "Modelica.Mechanics.Rotational.Components.Fixed", name: "fixed", connector: "flange" },
-    ),
-    (
-        "Modelica.Thermal.HeatTransfer.",
-        Reference {
-            class: "Modelica.Thermal.HeatTransfer.Sources.FixedTemperature",
-            name: "surroundings",
-            connector: "port",
-        },
     ),
 ];
 

@@ -20,7 +20,7 @@ use crate::explain::faults::variable_of;
 const SMALL: f64 = 1e-3;
 /// Larger models are looked at only where the variable at fault occurs.
 const MOST_EQUATIONS: usize = 5_000;
-/// Most that are told.
+/// Most that are listed.
 const MOST: usize = 2;
 
 /// An expression that approached zero.
