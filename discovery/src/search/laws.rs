@@ -76,15 +76,15 @@ impl Search<'_> {
             return Ok(Err(None));
         }
         let none = |why: &str| Ok(Err(Some(why.to_string())));
-        // A form that was chosen by the data and leaves model error is not the law.
-        if hidden || !self.setup.disturbances.is_noise() {
-            return none("every model leaves more than noise, and a form that the data chose would imitate that");
-        }
         if self.setup.held_out.is_empty() {
             return none("no shot is held out on which it could be proved");
         }
         if !self.setup.has_several_operating_points() {
             return none("all shots were made at one operating point, where wrong numbers and laws look alike");
+        }
+        // A form that was chosen by the data and leaves model error is not the law.
+        if hidden || !self.setup.disturbances.is_noise() {
+            return none("every model leaves more than noise, and a form that the data chose would imitate that");
         }
         let places = self.workshop.places()?;
         let declared: Vec<&Site> = places.iter().filter(|site| site.door == Door::Component).collect();

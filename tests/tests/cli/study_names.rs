@@ -113,6 +113,7 @@ fn the_law_of_an_earlier_report_gives_way_and_a_file_of_the_user_stays() {
     assert_eq!(folder.read("report/Proposed.hyd"), "by hand");
     // Records of one operating point tell what is missing, and why it is not called a law.
     measure(&folder, [("p.csv", 3.0), ("q.csv", 3.0), ("r.csv", 3.0)]);
+    folder.write("study.toml", format!("without = [\"Hyd.Effects\"]\n{}", folder.read("study.toml")));
     let report = discovered(&folder, "study.toml", &[]);
     let why = report["no_law"].as_str().unwrap_or_default();
     assert!(report["law"].is_null() && why.starts_with("all shots were made at one operating point"), "{report:#}");
