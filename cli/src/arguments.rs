@@ -49,7 +49,8 @@ impl Arguments {
             | Verb::Man(_)
             | Verb::Bench(_)
             | Verb::Fit(_)
-            | Verb::Discover(_) => MessageFormat::Text,
+            | Verb::Discover(_)
+            | Verb::Next(_) => MessageFormat::Text,
         }
     }
 }
@@ -77,6 +78,8 @@ pub enum Verb {
     Fit(Fit),
     /// Find where model and bench disagree, name what is missing, write the model that has it
     Discover(Discover),
+    /// Propose the shots that settle what a search leaves open
+    Next(Next),
     /// Compare two results
     Compare(Compare),
     /// Explain an error code, or list all of them
@@ -469,6 +472,29 @@ pub struct Discover {
     /// Searches one of the sets of --calibrate and keeps what came out in DIR/calibration: what a task of --on does
     #[arg(long, value_name = "K", requires = "calibrate", conflicts_with = "on", hide = true)]
     pub trial: Option<usize>,
+    /// Print the outcome as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `hyd next`
+#[derive(Args, Debug)]
+pub struct Next {
+    /// Study and set
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// A condition of the shots that can be set, and its ends (repeatable) [default: what differs among the shots, as far as it does]
+    #[arg(long, value_name = "NAME=LOW:HIGH")]
+    pub vary: Vec<String>,
+    /// How many shots to propose
+    #[arg(long, value_name = "N", default_value_t = std::num::NonZeroUsize::MIN)]
+    pub shots: std::num::NonZeroUsize,
+    /// Number of the shot that the new ones are like in all that does not vary [default: the longest]
+    #[arg(long, value_name = "SHOT")]
+    pub like: Option<usize>,
+    /// Folder for a page (next.html) and the numbers (next.json); made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

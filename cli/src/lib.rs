@@ -22,6 +22,7 @@ mod fix;
 mod fmt;
 mod linearize;
 mod new;
+mod next;
 mod plot;
 mod result_table;
 mod shell;
@@ -93,6 +94,7 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         },
         Verb::Fit(verb) => fit::fit(verb),
         Verb::Discover(verb) => discover::discover(verb),
+        Verb::Next(verb) => next::next(verb),
         Verb::Compare(verb) => compare::compare(verb),
         Verb::Explain(verb) => explain::explain(verb),
         Verb::Doc(verb) => doc::doc(verb),

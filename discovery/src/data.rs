@@ -173,8 +173,17 @@ impl Data {
                 limits: (ends.0.min(ends.1), ends.0.max(ends.1)),
             });
         }
+        Self { channels, shots: Vec::new(), idle_masks: Vec::new() }.of_shots(&bench.shots, study)
+    }
+
+    /// Other shots made ready, with channels as they are known here.
+    ///
+    /// # Errors
+    /// When a run would begin after its first sample, or a value is not one of a variable.
+    pub(crate) fn of_shots(&self, shots: &[Shot], study: &Study) -> Result<Self, Fault> {
+        let channels = self.channels.clone();
         let mut idle = vec![true; study.shots.masks.len()];
-        let shots = bench.shots.iter().map(|shot| shot_data(shot, &channels, study, &mut idle));
+        let shots = shots.iter().map(|shot| shot_data(shot, &channels, study, &mut idle));
         let shots = shots.collect::<Result<_, _>>()?;
         Ok(Self { shots, channels, idle_masks: (0..idle.len()).filter(|&mask| idle[mask]).collect() })
     }

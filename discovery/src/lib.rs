@@ -8,6 +8,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 mod bench;
+mod bench_limits;
 mod calibration;
 mod catalogue;
 mod clock;
@@ -15,6 +16,7 @@ mod composed;
 mod considered;
 mod data;
 mod data_files;
+mod design;
 mod dictionary;
 mod disturbance;
 mod door;
@@ -68,6 +70,7 @@ pub use bench::{Bench, Shot};
 pub use calibration::Calibration;
 pub use catalogue::Candidate;
 pub use data_files::{DataFiles, is_below};
+pub use design::{NextShots, PredictedCurves, Wish, next_shots};
 pub use fault::Fault;
 pub use fit::Fit;
 pub use fit::profile::Profile;
@@ -79,7 +82,7 @@ pub use machine::Machine;
 pub use problem::{Problem, Weighing};
 pub use proof::Gap;
 pub use report::{ChannelCurves, Folder, Report, ShotCurves, quoted};
-pub use search::{Memory, Search};
+pub use search::{Forgetful, Memory, Search};
 pub use setup::Setup;
 pub use study::{Nuisance, Study};
 pub use translated::Translated;

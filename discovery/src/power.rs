@@ -79,7 +79,7 @@ pub(crate) fn confusions(signatures: &[(Power, DVector<f64>)], projection: &Proj
 }
 
 /// Share of a normal distribution below `x` (Abramowitz, Stegun 26.2.17; error below 1e-7).
-fn normal_share(x: f64) -> f64 {
+pub(crate) fn normal_share(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let poly =
         t * (0.319_381_530 + t * (-0.356_563_782 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));

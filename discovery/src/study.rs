@@ -13,6 +13,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
+use crate::bench_limits::BenchLimits;
 use crate::initial::Initial;
 use crate::study_check::{check, line, unreadable};
 
@@ -53,6 +54,9 @@ pub struct Study {
     /// Full names of effects that are not considered, or of packages of them.
     #[serde(default)]
     pub without: Vec<String>,
+    /// What the bench can do, for shots that are proposed.
+    #[serde(default)]
+    pub limits: BenchLimits,
     /// Where all that stands.
     #[serde(skip)]
     pub(crate) text: StudyText,

@@ -22,6 +22,7 @@ pub(crate) fn check(study: &Study, text: &str) -> Result<(), Fault> {
     check.initial()?;
     check.nuisances()?;
     check.shots()?;
+    check.limits()?;
     check.run()
 }
 
@@ -169,6 +170,47 @@ impl Check<'_> {
             {
                 let sentence = format!("channel `{name}`: `range` from {low} to {high} is empty");
                 return Err(self.wrong(&key("range"), sentence));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the bench can do.
+    fn limits(&self) -> Result<(), Fault> {
+        let limits = &self.study.limits;
+        let ends = |keys: &[&str], (min, max): (Option<f64>, Option<f64>)| {
+            let is_number = |end: &Option<f64>| end.is_none_or(is_plausible);
+            match (min, max) {
+                (Some(min), Some(max)) if min >= max => {
+                    Err(self.wrong(keys, format!("from {} to {} there is nothing", shown(min), shown(max))))
+                }
+                _ if is_number(&min) && is_number(&max) => Ok(()),
+                _ => Err(self.wrong(keys, "a limit must be a number")),
+            }
+        };
+        for (name, own) in &limits.settings {
+            ends(&["limits", "settings", name], (own.min, own.max))?;
+            let key = ["limits", "settings", name, "step"];
+            self.scatter(&key, &format!("the step of `{name}`"), own.step, false)?;
+        }
+        for (name, own) in &limits.channels {
+            let key = ["limits", "channels", name];
+            self.known(&key, "`[limits.channels]` names", name, self.study.channels.keys())?;
+            ends(&key, (own.min, own.max))?;
+        }
+        for (k, region) in limits.forbidden.iter().enumerate() {
+            let place = k.to_string();
+            if region.is_empty() {
+                return Err(
+                    self.wrong(&["limits", "forbidden", &place], "a region without any side forbids everything")
+                );
+            }
+            for (name, side) in region {
+                let keys = ["limits", "forbidden", &place, name];
+                if side.above.is_none() && side.below.is_none() {
+                    return Err(self.wrong(&keys, format!("`{name}` needs `above` or `below`")));
+                }
+                ends(&keys, (side.above, side.below))?;
             }
         }
         Ok(())

@@ -25,7 +25,7 @@ from .linear import LinearModel
 from .model import Model, Parameter, Variable, load
 from .picture import Picture, plot
 from .run import Run
-from .study import Finding, Fit, Study, study
+from .study import Finding, Fit, Proposal, Study, study
 from .sweep import Sweep
 from .values import grid, listed, log_grid, lognormal, loguniform, normal, triangular, uniform
 
@@ -42,6 +42,7 @@ __all__ = [
     "ModelError",
     "Parameter",
     "Picture",
+    "Proposal",
     "Run",
     "RunError",
     "Study",

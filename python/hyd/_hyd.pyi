@@ -90,6 +90,13 @@ class Study:
     def fit(
         self, profile: Sequence[str], seed: int, write_parameters: Optional[str]
     ) -> Tuple[str, str, str, bool, List[Dict[str, Any]]]: ...
+    def next(
+        self,
+        wish: Tuple[Sequence[str], int, Optional[int]],
+        report: Optional[str],
+        seed: int,
+        progress: _Progress,
+    ) -> Tuple[str, str, List[Dict[str, Any]]]: ...
     def discover(
         self,
         report: str,

@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 import weakref
-from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _hyd
 from .errors import UsageError, _warn
@@ -146,6 +146,58 @@ class Study:
         _warn(warnings, finding)
         return finding
 
+    def next(
+        self,
+        vary: Optional[Mapping[str, Tuple[float, float]]] = None,
+        *,
+        shots: int = 1,
+        like: Optional[int] = None,
+        report: Optional[_Path] = None,
+        seed: int = 1,
+        progress: Any = False,
+    ) -> "Proposal":
+        """Propose the shots that settle what a search leaves open.
+
+        Parameters
+        ----------
+        vary
+            Conditions of the shots that can be set, with their ends [default: what differs among the shots, as far as it does].
+        shots
+            How many shots to propose.
+        like
+            Number of the shot that the new ones are like in all that does not vary [default: the longest].
+        report
+            Folder for ``next.html`` and ``next.json`` [default: none is written].
+        seed
+            Seed of random starts of the search.
+        progress
+            True to be told what is done, or a function that gets seconds and a sentence.
+
+        Returns
+        -------
+        Proposal
+        """
+        ranges = []
+        for name, ends in (vary or {}).items():
+            try:
+                low, high = ends
+            except (TypeError, ValueError):
+                raise UsageError(f"vary: `{name}` needs two ends, such as (5e6, 20e6)") from None
+            ranges.append(f"{name}={real(name, low)!r}:{real(name, high)!r}")
+        options = checked({"shots": shots, "seed": seed, "like": like})
+        folder = None if report is None else os.path.abspath(report)
+        bar = Bar.of(progress, "")
+        try:
+            text, found, warnings = self._study.next(
+                (ranges, options["shots"], options.get("like")), folder, options["seed"], None if bar is None else bar.say
+            )
+        finally:
+            if bar is not None:
+                bar.close()
+        proposal = Proposal(text, json.loads(found))
+        _warn(warnings, proposal)
+        return proposal
+
     def __repr__(self) -> str:
         file, bench = map(os.path.basename, self._files)
         return f"<hyd.Study of {file} and {bench}>"
@@ -181,6 +233,30 @@ class Fit:
 
     def __repr__(self) -> str:
         return f"<hyd.Fit of {self.report['set']}: misfit {self.report['misfit']:.3f}>"
+
+
+class Proposal:
+    """Shots that settle what a search leaves open.
+
+    Attributes
+    ----------
+    text : str
+        What ``hyd next`` prints.
+    report : dict
+        ``next.json``: what is open, the shots with what is expected of them, and all points that were run.
+    """
+
+    def __init__(self, text: str, report: dict):
+        self.text = text
+        self.report = report
+
+    @property
+    def shots(self) -> List[Dict[str, float]]:
+        """The conditions of the shots, in their order; none if no shot would settle anything."""
+        return [dict(shot["conditions"]) for shot in self.report["shots"]]
+
+    def __repr__(self) -> str:
+        return f"<hyd.Proposal: {self.shots if self.shots else self.text.strip()}>"
 
 
 class Finding:

@@ -97,7 +97,8 @@ def paths(keyword: str, value: Any) -> list:
 
 
 #: What keywords of runs are.
-_WHOLE = ("intervals", "max_steps", "samples", "seed", "threads", "calibrate")
+_WHOLE = ("intervals", "max_steps", "samples", "seed", "threads", "calibrate", "shots", "like")
+_COUNTS = {"threads": "threads", "calibrate": "sets", "shots": "shots"}
 _REAL = ("start", "stop", "tolerance")
 _WORDS = ("solver", "variables", "backend", "method")
 
@@ -111,8 +112,8 @@ def checked(options: Mapping[str, Any]) -> dict:
                 value = whole(name, value)
                 if value < 0:
                     raise UsageError(f"{name}: {value} is negative")
-                if name in ("threads", "calibrate") and value == 0:
-                    raise UsageError(f"{name}: 0 is not a number of {'threads' if name == 'threads' else 'sets'}")
+                if name in _COUNTS and value == 0:
+                    raise UsageError(f"{name}: 0 is not a number of {_COUNTS[name]}")
                 if value >= 1 << 63:
                     raise UsageError(f"{name}: {value} is too large")
             elif name in _REAL:

@@ -9,6 +9,7 @@ use hyd_verbs::Libraries;
 use hyd_verbs::discover::{SearchOptions, discover};
 use hyd_verbs::discovery_trials::SharedTrials;
 use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
+use hyd_verbs::next::{NextOptions, next};
 use hyd_verbs::share_out::Sharing;
 use hyd_verbs::study::{Opened, StudyFiles, open};
 use pyo3::prelude::*;
@@ -98,6 +99,23 @@ impl Study {
         }
         let said = warnings(py, &messages)?;
         Ok((found.text, found.json.to_string(), found.parameters, found.converged, said))
+    }
+
+    /// Proposes shots; gives text, JSON and warnings.
+    fn next<'py>(
+        &self,
+        py: Python<'py>,
+        wish: (Vec<String>, usize, Option<usize>),
+        report: Option<PathBuf>,
+        seed: u64,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, String, Bound<'py, PyList>)> {
+        let (vary, shots, like) = wish;
+        let (opened, _) = self.open(py)?;
+        let options = NextOptions { vary, shots, like, report, seed };
+        let (found, messages) =
+            work(py, (&opened, Vec::new()), progress.as_ref(), |kept| next(&self.files, &opened, &options, kept))?;
+        Ok((found.text, found.json, warnings(py, &messages)?))
     }
 
     /// Searches; gives text, JSON, the file of the model that was found, and warnings.

@@ -299,6 +299,38 @@ def check_study():
         os.chdir(before)
     refused(hyd.UsageError, lambda: study.fit(profile=3), "profile: 3")
     refused(hyd.UsageError, lambda: study.discover(calibrate=0), "calibrate: 0")
+    refused(hyd.UsageError, lambda: study.next(shots=0), "shots: 0")
+    refused(hyd.UsageError, lambda: study.next({"p0": 5e6}), "two ends")
+    refused(hyd.ModelError, lambda: study.next({"p1": (5e6, 6e6)}), "no condition `p1`")
+
+
+def check_next():
+    """The shot that makes a size better known, in a plain model with a closed form: a mass slowed by a drag that the model lacks."""
+    folder = WORK / "next"
+    folder.mkdir()
+    (folder / "coast.mo").write_text(
+        "model Coast\n  parameter Real m(unit = \"kg\") = 2;\n  parameter Real b(unit = \"N.s/m\") = 0.5;\n  parameter Real v0(unit = \"m/s\") = 1;\n"
+        "  Real v(unit = \"m/s\", start = v0, fixed = true);\nequation\n  m*der(v) = -b*v;\nend Coast;\n"
+    )
+    (folder / "study.toml").write_text(
+        'file = "coast.mo"\n[models]\ndefault = "Coast"\n[channels]\nv = { variable = "v", noise = 2e-3 }\n'
+        '[conditions]\nv0 = "v0_m_s"\n[nuisances]\nm = "m"\nb = "b"\n'
+    )
+    random = np.random.default_rng(5)
+    speeds, times = [1.0, 1.06, 0.95, 1.02], np.linspace(0, 0.2, 201)
+    for k, speed in enumerate(speeds):
+        e = np.exp(-0.25 * times)
+        v = 0.5 * speed * e / (0.5 + 0.2 * speed * (1 - e)) + 2e-3 * random.normal(size=201)
+        np.savetxt(folder / f"s{k}.csv", np.column_stack([times, v]), delimiter=",", header="time_s,v", comments="")
+    shots = [{"file": f"s{k}.csv", "v0_m_s": speed} for k, speed in enumerate(speeds)]
+    (folder / "set.json").write_text(json.dumps({"parameter_tolerance_1sigma": {"m": 0.01, "b": 0.02}, "experiments": shots}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hyd.HydWarning)
+        study = hyd.study(folder / "study.toml", bench=folder / "set.json")
+        proposal = study.next({"v0": (0.2, 3.0)}, report=folder / "report")
+    # A drag shows at speed.
+    assert proposal.report["aim"] in ("narrow", "tell apart") and proposal.shots[0]["v0_m_s"] > 2, proposal
+    assert "shot 1" in proposal.text and (folder / "report/next.html").stat().st_size > 10_000
 
 
 if __name__ == "__main__":

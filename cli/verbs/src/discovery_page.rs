@@ -19,13 +19,14 @@ pub fn page(report: &Report) -> String {
     let texts: Vec<Value> = report.texts.iter().map(|(name, text)| json!({"name": name, "text": text})).collect();
     let shots: Vec<Value> = report.curves.iter().map(shot).collect();
     let data = json!({"report": report.json, "shots": shots, "texts": texts});
+    with_data(PAGE, (STYLE, &format!("{CURVES}\n{SCRIPT}")), &data)
+}
+
+/// A page with its style, its script, and the data in front of that.
+pub(crate) fn with_data(page: &str, (style, script): (&str, &str), data: &Value) -> String {
     // In a script nothing may look like the end of the script.
     let data = data.to_string().replace("</", "<\\/").replace("<!--", "<\\!--");
-    PAGE.replacen("/*STYLE*/", STYLE, 1).replacen("/*SCRIPT*/", &format!("{CURVES}\n{SCRIPT}"), 1).replacen(
-        "/*DATA*/null",
-        &data,
-        1,
-    )
+    page.replacen("/*STYLE*/", style, 1).replacen("/*SCRIPT*/", script, 1).replacen("/*DATA*/null", &data, 1)
 }
 
 fn shot(shot: &ShotCurves) -> Value {
@@ -38,6 +39,7 @@ fn shot(shot: &ShotCurves) -> Value {
     json!({"number": shot.number, "held_out": shot.held_out, "times": short(&shot.times), "channels": channels.collect::<Vec<_>>()})
 }
 
-fn rounded(value: f64) -> Value {
+/// A number with the digits of a screen.
+pub(crate) fn rounded(value: f64) -> Value {
     format!("{value:.DIGITS$e}").parse::<f64>().ok().filter(|value| value.is_finite()).map_or(Value::Null, Value::from)
 }

@@ -16,6 +16,8 @@ mod inside;
 pub mod library;
 pub mod linear;
 mod listener;
+pub mod next;
+mod next_page;
 mod parameters;
 pub mod picture;
 mod run;

@@ -18,7 +18,7 @@ pub trait Memory {
 }
 
 /// Remembers nothing.
-pub(crate) struct Forgetful;
+pub struct Forgetful;
 
 impl Memory for Forgetful {
     fn recall(&self, _key: &str) -> Option<Vec<f64>> {

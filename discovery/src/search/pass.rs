@@ -149,6 +149,13 @@ pub struct Findings {
     pub no_law: Option<String>,
 }
 
+impl Findings {
+    /// The word of the status.
+    pub fn word(&self) -> &'static str {
+        self.status.word()
+    }
+}
+
 /// Positions of the candidates that were fitted, the lowest cost first.
 pub(super) fn by_cost(tried: &[Tried]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].fit.is_some()).collect();

@@ -12,6 +12,7 @@ mod calibrated;
 mod disturbed;
 mod hidden;
 mod laws;
+mod next;
 mod pendulum;
 mod plain;
 mod recorded;
