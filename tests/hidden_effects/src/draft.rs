@@ -62,6 +62,17 @@ pub struct Request {
     pub effects: Vec<(String, f64)>,
     /// What disturbs the bench, by the words of [`crate::disturb::KINDS`].
     pub disturbances: Vec<String>,
+    /// Shots instead of those that are drawn.
+    pub points: Points,
+}
+
+/// Which shots are made.
+#[derive(Clone, Debug, Default)]
+pub struct Points {
+    /// How many of those that are drawn; all where it is not said.
+    pub first: Option<usize>,
+    /// Further ones.
+    pub more: Vec<Stated>,
 }
 
 /// Conditions as the lab states them.
@@ -159,6 +170,8 @@ impl Draft {
         };
         draft.draw_parameters(&mut stream);
         draft.draw_shots(&mut stream, &effects);
+        draft.shots.truncate(request.points.first.unwrap_or(usize::MAX));
+        draft.add_shots(&request.points.more);
         draft.machine.hidden.other_forms = true;
         for (effect, size) in effects {
             let numbers = effect.hide(size, &mut draft, &mut stream);
@@ -191,6 +204,19 @@ impl Draft {
             let sizes = [0.002, 0.05, 0.03, 0.02, 0.02];
             let scatter = sizes.map(|size| 1.0 + if scattered { size * stream.normal_within(2.5) } else { 0.0 });
             let jitter = 1e-5 * stream.normal_within(2.5);
+            self.shots.push(DraftShot { stated, jitter, delay: 0.0, warming: 0.0, thinning: 1.0, scatter });
+        }
+    }
+
+    /// Further shots, each with lateness and scatter of its own; what was drawn for the bench stays.
+    fn add_shots(&mut self, more: &[Stated]) {
+        let is_scattered = self.shots.iter().any(|shot| shot.scatter != [1.0; 5]);
+        for (k, stated) in more.iter().enumerate() {
+            let mut stream = Stream::new(self.request.seed, &format!("{} further shot {k}", self.request.name));
+            let sizes = [0.002, 0.05, 0.03, 0.02, 0.02];
+            let scatter = sizes.map(|size| 1.0 + if is_scattered { size * stream.normal_within(2.5) } else { 0.0 });
+            let jitter = 1e-5 * stream.normal_within(2.5);
+            let stated = stated.clone();
             self.shots.push(DraftShot { stated, jitter, delay: 0.0, warming: 0.0, thinning: 1.0, scatter });
         }
     }

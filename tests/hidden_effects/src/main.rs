@@ -3,7 +3,7 @@
 //! trials, `summary` puts tables of rows into a page.
 
 use hidden_effects::disturb::KINDS;
-use hidden_effects::draft::{CHANNELS, Draft, Request, draw_together};
+use hidden_effects::draft::{CHANNELS, Draft, Points, Request, Stated, draw_together};
 use hidden_effects::effects::{CATALOGUE, OUTSIDE};
 use hidden_effects::evaluate::{Judged, run};
 use hidden_effects::random::Stream;
@@ -81,7 +81,10 @@ fn generate(arguments: &[String]) -> Result<(), String> {
     if let Some(unknown) = disturbances.iter().find(|own| !KINDS.contains(&own.as_str())) {
         return Err(format!("no disturbance `{unknown}`: {}", KINDS.join(", ")));
     }
-    let draft = Draft::draw(&Request { name, seed, effects, disturbances })?;
+    let first =
+        option(arguments, "--first").map(str::parse).transpose().map_err(|_| "--first takes a number of shots")?;
+    let points = Points { first, more: further(arguments)? };
+    let draft = Draft::draw(&Request { name, seed, effects, disturbances, points })?;
     let (ideal, recorded) = measure::all(&draft)?;
     let signature = measure::signature(&draft, &ideal).map_err(|failure| format!("{failure:?}"))?;
     files::write(&draft, &measure::times(), &recorded, &signature, &folder)?;
@@ -94,6 +97,18 @@ fn generate(arguments: &[String]) -> Result<(), String> {
         println!("  {:<6} hidden part {:8.2} standard deviations", CHANNELS[channel], signature[channel]);
     }
     Ok(())
+}
+
+/// Shots of `--shot p0_Pa,U0_V,C_F,pulse_s`.
+fn further(arguments: &[String]) -> Result<Vec<Stated>, String> {
+    let wrong = |text: &str| format!("--shot {text}: write p0_Pa,U0_V,C_F,pulse_s");
+    let shots = arguments.windows(2).filter(|pair| pair[0] == "--shot").map(|pair| {
+        let numbers: Vec<f64> =
+            pair[1].split(',').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong(&pair[1]))?;
+        let [p_0, u_0, capacity, pulse] = numbers[..] else { return Err(wrong(&pair[1])) };
+        Ok(Stated { p_0, u_0, capacity, pulse })
+    });
+    shots.collect()
 }
 
 fn check(arguments: &[String]) -> Result<(), String> {

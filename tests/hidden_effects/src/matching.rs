@@ -272,7 +272,7 @@ impl Equation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draft::Request;
+    use crate::draft::{Points, Request};
     use crate::measure;
 
     #[test]
@@ -292,8 +292,14 @@ mod tests {
     fn a_wrong_flux_law_is_named() {
         for seed in 1..40 {
             let effects = vec![("variable_inductance".to_string(), 1.0)];
-            let draft =
-                Draft::draw(&Request { name: "d".into(), seed, effects, disturbances: Vec::new() }).expect("a draft");
+            let draft = Draft::draw(&Request {
+                name: "d".into(),
+                seed,
+                effects,
+                disturbances: Vec::new(),
+                points: Points::default(),
+            })
+            .expect("a draft");
             if draft.channels.len() == 6 {
                 let (_, recorded) = measure::all(&draft).expect("runs");
                 assert_eq!(name(&draft, &recorded), Some("variable_inductance"));

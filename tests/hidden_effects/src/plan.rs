@@ -9,7 +9,7 @@
 //! ```
 
 use crate::disturb::{DRAWN, KINDS};
-use crate::draft::{Request, draw_together};
+use crate::draft::{Points, Request, draw_together};
 use crate::effects::{CATALOGUE, OUTSIDE};
 use crate::random::Stream;
 use serde_json::Value;
@@ -30,7 +30,7 @@ pub fn requests(plan: &Value, seed: Option<u64>) -> Result<Vec<Request>, String>
             let mut sizes = Stream::new(seed, &format!("{name} sizes"));
             let effects = ids.into_iter().map(|id| (id, sizes.log_uniform(limits[0], limits[1]))).collect();
             let disturbances = disturbances(entry, seed, &name)?;
-            ordered.push((place, Request { name, seed, effects, disturbances }));
+            ordered.push((place, Request { name, seed, effects, disturbances, points: Points::default() }));
         }
     }
     ordered.sort_by(|a, b| a.0.total_cmp(&b.0));

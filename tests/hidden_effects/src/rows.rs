@@ -1,6 +1,6 @@
 //! Rows of an evaluation as they are judged: what was hidden, what came out, and whether that is right.
 
-use crate::draft::Request;
+use crate::draft::{Points, Request};
 use crate::effects::Effect;
 use serde_json::Value;
 use std::path::Path;
@@ -59,7 +59,13 @@ impl Row {
         let effects = self.0["truth"].as_array()?.iter().map(effect).collect::<Option<_>>()?;
         let disturbances = self.0["disturbances"].as_array().into_iter().flatten();
         let disturbances = disturbances.filter_map(|own| own.as_str().map(String::from)).collect();
-        Some(Request { name: self.text("trial").to_string(), seed: self.0["seed"].as_u64()?, effects, disturbances })
+        Some(Request {
+            name: self.text("trial").to_string(),
+            seed: self.0["seed"].as_u64()?,
+            effects,
+            disturbances,
+            points: Points::default(),
+        })
     }
 
     /// What matched derivatives answered: nothing as long as nobody asked, an empty name where they named nothing.

@@ -1,7 +1,7 @@
 //! Trials as a whole: the same name and seed give the same files, a plain null is noise around the believed drive, every effect
 //! moves a channel, and an evaluation writes one row a trial, once.
 
-use hidden_effects::draft::{Draft, NOISE, Request};
+use hidden_effects::draft::{Draft, NOISE, Points, Request};
 use hidden_effects::effects::{CATALOGUE, OUTSIDE};
 use hidden_effects::evaluate::{Judged, run};
 use hidden_effects::{files, measure, shot};
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 fn request(name: &str, effects: &[(&str, f64)]) -> Request {
     let effects = effects.iter().map(|(id, size)| (id.to_string(), *size)).collect();
-    Request { name: name.into(), seed: 11, effects, disturbances: Vec::new() }
+    Request { name: name.into(), seed: 11, effects, disturbances: Vec::new(), points: Points::default() }
 }
 
 #[test]
