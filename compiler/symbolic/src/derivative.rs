@@ -123,7 +123,7 @@ fn derive(arena: &mut Arena, id: NodeId, node: Node, d: impl Fn(NodeId) -> Optio
         Node::Call1(function, a) => {
             let inner = d(a)?;
             let outer = slope(arena, function, id, a)?;
-            Some(chain(arena, outer, inner))
+            Some(if function == Function::Sqrt { steep_chain(arena, outer, inner) } else { chain(arena, outer, inner) })
         }
         Node::Call2(function, a, b) => slope2(arena, function, id, (a, d(a)), (b, d(b))),
         Node::Not(_) | Node::And(..) | Node::Or(..) | Node::Compare(..) | Node::Event(..) => None,
@@ -156,6 +156,19 @@ fn minus(arena: &mut Arena, a: Option<NodeId>, b: Option<NodeId>) -> Option<Node
 /// Chain rule: outer derivative times inner one.
 fn chain(arena: &mut Arena, outer: NodeId, inner: NodeId) -> NodeId {
     arena.mul(outer, inner)
+}
+
+/// The same where the outer derivative may be infinite: nothing where the inner one is zero over a stretch, as for
+/// `sqrt(max(x, 0))` below zero, and not the product of the two, which is not a number.
+fn steep_chain(arena: &mut Arena, outer: NodeId, inner: NodeId) -> NodeId {
+    let product = chain(arena, outer, inner);
+    let is_piecewise = post_order(arena, &[inner]).iter().any(|&id| matches!(arena.node(id), Node::If(..)));
+    if !is_piecewise {
+        return product;
+    }
+    let zero = arena.constant(0.0);
+    let is_flat = arena.compare(Relation::Equal, inner, zero);
+    arena.select(is_flat, zero, product)
 }
 
 /// An operand with its derivative.
@@ -278,7 +291,8 @@ fn power(arena: &mut Arena, id: NodeId, (u, du): Operand, (v, dv): Operand) -> O
         let less = arena.sub(v, one);
         let reduced = arena.pow(u, less);
         let outer = arena.mul(v, reduced);
-        chain(arena, outer, du)
+        let is_steep = arena.as_constant(v).is_some_and(|exponent| exponent < 1.0);
+        if is_steep { steep_chain(arena, outer, du) } else { chain(arena, outer, du) }
     });
     let exponent = dv.map(|dv| {
         let zero = arena.constant(0.0);
@@ -295,6 +309,25 @@ fn power(arena: &mut Arena, id: NodeId, (u, du): Operand, (v, dv): Operand) -> O
 mod tests {
     use super::*;
     use crate::print::print;
+
+    /// A root of what is cut off has no slope where that is cut off, and none of `inf*0`.
+    #[test]
+    fn flat_stretches_below_a_root_are_flat() {
+        let mut arena = Arena::new();
+        let (x, zero) = (arena.slot(SlotId(0)), arena.constant(0.0));
+        let cut = arena.call2(Function::Max, x, zero);
+        let two = arena.constant(2.0);
+        let twice = arena.mul(two, cut);
+        let exponent = arena.constant(0.3);
+        for root in [arena.call1(Function::Sqrt, twice), arena.pow(cut, exponent)] {
+            let slope = partial(&mut arena, root, SlotId(0));
+            let at = |value: f64| crate::eval(&arena, slope, |_| value, 0.0, false);
+            assert_eq!(at(-0.5), 0.0);
+            let difference = |value: f64| crate::eval(&arena, root, |_| value, 0.0, false);
+            let expected = (difference(2.0 + 1e-6) - difference(2.0 - 1e-6)) / 2e-6;
+            assert!((at(2.0) - expected).abs() < 1e-8, "{} {expected}", at(2.0));
+        }
+    }
 
     fn name(slot: SlotId) -> String {
         ["x", "y", "dx", "dy"][slot.0 as usize].to_string()

@@ -24,6 +24,8 @@ const EPSILON: f64 = 0.1;
 const TINY: f64 = 1e-4;
 /// Convergence slower than this counts as none.
 const SLOWEST: f64 = 0.9;
+/// Part of the tolerance by which unknowns are moved where the prediction has no finite slope.
+const BESIDE: f64 = 1e-3;
 /// `rho/(1-rho)` assumed after a renewal and after a change of `c`.
 const RATE_AFTER_RENEWAL: f64 = 20.0;
 const RATE_AFTER_CHANGE: f64 = 100.0;
@@ -119,7 +121,7 @@ impl Corrector {
                 if !self.residual.is_finite() {
                     return self.stopped(at, Correction::NotFinite);
                 }
-                if let Err(error) = self.renew(problem, at) {
+                if let Err(error) = self.renew(problem, at, weights) {
                     return self.stopped(at, error);
                 }
             }
@@ -144,21 +146,43 @@ impl Corrector {
         cause
     }
 
-    /// Evaluates and factors the iteration matrix at the prediction.
+    /// Evaluates and factors the iteration matrix at the prediction, or where that has a slope that is not finite, beside it.
     #[inline(never)]
-    fn renew(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>) -> Result<(), Correction> {
+    fn renew(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Result<(), Correction> {
         let (state, rate) = self.matrix.parts();
         problem.jacobian(at.t, at.y, at.yp, state, rate);
         problem.statistics.factorisations += 1;
         self.have_matrix = false;
-        self.matrix.factor(at.leading).map_err(|error| match error {
-            FactorError::Singular { row, column } => Correction::Singular { row, column },
-            FactorError::NotFinite { row, column } => Correction::SlopeNotFinite { row, column },
-        })?;
+        if let Err(error) = self.matrix.factor(at.leading) {
+            match error {
+                FactorError::Singular { row, column } => return Err(Correction::Singular { row, column }),
+                FactorError::NotFinite { row, column } => {
+                    self.factor_beside(problem, at, weights).map_err(|()| Correction::SlopeNotFinite { row, column })?
+                }
+            }
+        }
         self.have_matrix = true;
         self.factored_leading = at.leading;
         self.rate = RATE_AFTER_RENEWAL;
         Ok(())
+    }
+
+    /// Takes the slopes a small part of the tolerance beside the prediction: at zero a root has none, and any that is finite lets
+    /// the iteration go on, which is judged by its changes all the same (as solvers do that difference residuals).
+    #[cold]
+    fn factor_beside(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Result<(), ()> {
+        for side in [BESIDE, -BESIDE] {
+            for (k, value) in self.y.iter_mut().enumerate() {
+                *value = at.y[k] + side / weights.all[k];
+            }
+            let (state, rate) = self.matrix.parts();
+            problem.jacobian(at.t, &self.y, at.yp, state, rate);
+            problem.statistics.factorisations += 1;
+            if self.matrix.factor(at.leading).is_ok() {
+                return Ok(());
+            }
+        }
+        Err(())
     }
 
     /// What came of it, and the number of iterations before the last.

@@ -1,6 +1,6 @@
 //! What models compute, against closed forms, published values, other ways of computing and differences.
 //!
-//! `reference_problems`, `networks`, `echo` and `constraints` hold values of solutions; `derivatives`, `sensitivities`,
+//! `reference_problems`, `networks`, `roots`, `echo` and `constraints` hold values of solutions; `derivatives`, `sensitivities`,
 //! `sensitivity_differences`, `delay_sensitivities`, `linearize` and `model_functions` derivatives; `inputs` and `injection` what comes
 //! from outside; `backends`, `c_text` and `reuse` one model computed in several ways.  `yardsticks` checks what the others compare with.
 
@@ -17,6 +17,7 @@ mod model_functions;
 mod networks;
 mod reference_problems;
 mod reuse;
+mod roots;
 mod sensitivities;
 mod sensitivity_differences;
 mod yardsticks;
