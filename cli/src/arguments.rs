@@ -42,6 +42,7 @@ impl Arguments {
             Verb::Fmt(verb) => verb.message_format,
             Verb::Plot(_)
             | Verb::Compare(_)
+            | Verb::Test(_)
             | Verb::Explain(_)
             | Verb::New(_)
             | Verb::Doc(_)
@@ -82,6 +83,8 @@ pub enum Verb {
     Next(Next),
     /// Compare two results
     Compare(Compare),
+    /// Run models and compare with the results that are stored beside them
+    Test(Test),
     /// Explain an error code, or list all of them
     Explain(Explain),
     /// Format the texts of models
@@ -393,6 +396,34 @@ pub struct Compare {
     /// Prints the deviations as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `hyd test`
+#[derive(Args, Debug)]
+pub struct Test {
+    /// Models, or folders that are searched for models with a stored result (NAME.expected.csv) or an experiment annotation
+    #[arg(value_name = "PATH", required = true)]
+    pub paths: Vec<PathBuf>,
+    /// Stores what the models give now, with a picture of what changed (NAME.changed.svg)
+    #[arg(long)]
+    pub accept: bool,
+    /// Variables to store: those whose full name matches [default: those stored already, else those of the model itself]
+    #[arg(long, value_name = "REGEX", requires = "accept")]
+    pub variables: Option<String>,
+    /// Largest deviation, as a fraction of a variable's range, that counts as equal
+    #[arg(long, value_name = "R", default_value_t = 1e-3, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Seconds after which a run is stopped and counts as failed
+    #[arg(long, value_name = "S", default_value_t = 300.0, allow_negative_numbers = true)]
+    pub limit: f64,
+    /// Runs at a time [default: all cores]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<std::num::NonZeroUsize>,
+    /// Writes the answer in the form of JUnit
+    #[arg(long, value_name = "FILE.xml")]
+    pub junit: Option<PathBuf>,
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
 }
 
 /// `hyd explain`

@@ -29,6 +29,7 @@ mod shell;
 mod simulate;
 mod sweep;
 mod terminal;
+mod test_models;
 mod translate;
 mod unit;
 
@@ -96,6 +97,7 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Discover(verb) => discover::discover(verb),
         Verb::Next(verb) => next::next(verb),
         Verb::Compare(verb) => compare::compare(verb),
+        Verb::Test(verb) => test_models::test(verb),
         Verb::Explain(verb) => explain::explain(verb),
         Verb::Doc(verb) => doc::doc(verb),
         Verb::Fmt(verb) => fmt::fmt(verb),

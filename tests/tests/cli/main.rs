@@ -32,6 +32,7 @@ mod overwriting;
 mod process;
 mod run_parts;
 mod settings;
+mod stored_results;
 mod studies;
 mod study_initial;
 mod study_inputs;
