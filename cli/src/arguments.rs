@@ -43,6 +43,7 @@ impl Arguments {
             Verb::Plot(_)
             | Verb::Compare(_)
             | Verb::Test(_)
+            | Verb::Diff(_)
             | Verb::Explain(_)
             | Verb::New(_)
             | Verb::Doc(_)
@@ -83,6 +84,8 @@ pub enum Verb {
     Next(Next),
     /// Compare two results
     Compare(Compare),
+    /// What changed in the models of two texts, whatever changed in layout, comments, order and graphics
+    Diff(Diff),
     /// Run models and compare with the results that are stored beside them
     Test(Test),
     /// Explain an error code, or list all of them
@@ -394,6 +397,17 @@ pub struct Compare {
     #[arg(long)]
     pub all: bool,
     /// Prints the deviations as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `hyd diff`
+#[derive(Args, Debug)]
+pub struct Diff {
+    /// Two files or folders (or the seven arguments by which git calls: git config diff.hyd.command "hyd diff")
+    #[arg(value_name = "PATH", required = true, num_args = 2..=7)]
+    pub paths: Vec<PathBuf>,
+    /// Prints the changes as JSON
     #[arg(long)]
     pub json: bool,
 }

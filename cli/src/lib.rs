@@ -13,6 +13,7 @@ mod build;
 mod build_fmu;
 mod check;
 mod compare;
+mod diff;
 mod discover;
 mod doc;
 mod equations;
@@ -97,6 +98,7 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Discover(verb) => discover::discover(verb),
         Verb::Next(verb) => next::next(verb),
         Verb::Compare(verb) => compare::compare(verb),
+        Verb::Diff(verb) => diff::diff(verb),
         Verb::Test(verb) => test_models::test(verb),
         Verb::Explain(verb) => explain::explain(verb),
         Verb::Doc(verb) => doc::doc(verb),

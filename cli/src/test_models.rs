@@ -129,7 +129,8 @@ fn models(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 fn collect(folder: &Path, found: &mut BTreeSet<PathBuf>) -> Result<(), Failure> {
-    let wrong = |error: std::io::Error| Failure::Fault(format!("the folder `{}` cannot be read: {error}", folder.display()));
+    let wrong =
+        |error: std::io::Error| Failure::Fault(format!("the folder `{}` cannot be read: {error}", folder.display()));
     for entry in std::fs::read_dir(folder).map_err(wrong)? {
         let entry = entry.map_err(wrong)?;
         let (path, kind) = (entry.path(), entry.file_type().map_err(wrong)?);
@@ -227,12 +228,7 @@ fn exactly(names: &[String]) -> String {
 }
 
 /// Runs the model in a process of its own, within the limit of time; else lines on why not.
-fn simulate(
-    arguments: &Test,
-    own: &Path,
-    (model, result): (&Path, &Path),
-    variables: &str,
-) -> Result<(), Vec<String>> {
+fn simulate(arguments: &Test, own: &Path, (model, result): (&Path, &Path), variables: &str) -> Result<(), Vec<String>> {
     let mut command = Command::new(own);
     command.arg("simulate").arg(model).arg("--result").arg(result).args(["--variables", variables]);
     for library in &arguments.libraries.library {
@@ -264,7 +260,8 @@ fn simulate(
     }
     let text = std::fs::read(&messages).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     let error = text.lines().find(|line| line.starts_with("error")).or_else(|| text.lines().next());
-    let place = text.lines().map(str::trim).find_map(|line| line.strip_prefix("┌─ ")).map(|place| format!("at {place}"));
+    let place =
+        text.lines().map(str::trim).find_map(|line| line.strip_prefix("┌─ ")).map(|place| format!("at {place}"));
     let error = error.map_or_else(|| format!("the run ended with {status}"), str::to_string);
     Err(std::iter::once(error).chain(place).collect())
 }
@@ -290,13 +287,9 @@ impl Change {
                 own.time
             ),
             Change::Gone(name) => format!("there is no `{name}` any more"),
-            Change::Span(before, now) => format!(
-                "it runs from {} to {} s, and what is stored from {} to {} s",
-                now.0,
-                now.1,
-                before.0,
-                before.1
-            ),
+            Change::Span(before, now) => {
+                format!("it runs from {} to {} s, and what is stored from {} to {} s", now.0, now.1, before.0, before.1)
+            }
         }
     }
 
@@ -352,7 +345,11 @@ fn text(tested: &[Tested]) -> String {
     }
     let count = tested.len();
     text.push_str(&format!("{count} model{}, {failed} failed", if count == 1 { "" } else { "s" }));
-    text.push_str(&if new > 0 { format!(", {new} without a stored result (--accept stores one)\n") } else { "\n".to_string() });
+    text.push_str(&if new > 0 {
+        format!(", {new} without a stored result (--accept stores one)\n")
+    } else {
+        "\n".to_string()
+    });
     text
 }
 

@@ -26,6 +26,7 @@ mod inputs;
 mod library_page;
 mod library_page_parts;
 mod magnitudes;
+mod model_differences;
 mod new_folder;
 mod outputs;
 mod overwriting;

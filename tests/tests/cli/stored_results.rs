@@ -27,7 +27,11 @@ fn a_model_is_compared_with_its_stored_result() {
     // Nothing is stored: that is said, and is not a success.
     let outcome = run(folder.path(), &["test", "models/decay.hyd"]);
     assert_eq!(outcome.code, Some(1), "{}", outcome.stdout);
-    assert!(outcome.stdout.contains("1 model, 0 failed, 1 without a stored result (--accept stores one)"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("1 model, 0 failed, 1 without a stored result (--accept stores one)"),
+        "{}",
+        outcome.stdout
+    );
     // What is stored counts, and only that.
     folder.write("models/decay.expected.csv", &decay(2.0));
     let outcome = run(folder.path(), &["test", "models/decay.hyd"]);
@@ -37,8 +41,16 @@ fn a_model_is_compared_with_its_stored_result() {
     let outcome = run(folder.path(), &["test", "models", "--junit", "tests.xml"]);
     assert_eq!(outcome.code, Some(1), "{}", outcome.stdout);
     // exp(-2t) - exp(-2.1t) is largest near t = 1/2.
-    assert!(outcome.stdout.contains("FAILED  models/decay.hyd") && outcome.stdout.contains("x differs by 1.7"), "{}", outcome.stdout);
-    assert!(outcome.stdout.contains("new     models/broken.hyd") && !outcome.stdout.contains("part.hyd"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("FAILED  models/decay.hyd") && outcome.stdout.contains("x differs by 1.7"),
+        "{}",
+        outcome.stdout
+    );
+    assert!(
+        outcome.stdout.contains("new     models/broken.hyd") && !outcome.stdout.contains("part.hyd"),
+        "{}",
+        outcome.stdout
+    );
     let junit = folder.read("tests.xml");
     let document = roxmltree::Document::parse(&junit).expect("XML");
     let suite = document.root_element();
@@ -60,7 +72,11 @@ fn what_is_accepted_is_stored_with_a_picture() {
     // What changes is said, drawn, and stored; the columns stay those that were stored.
     folder.write("decay.expected.csv", &decay(3.0));
     let outcome = run(folder.path(), &["test", ".", "--accept"]);
-    assert!(outcome.stdout.contains("stored  ./decay.hyd") && outcome.stdout.contains("x differs by"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("stored  ./decay.hyd") && outcome.stdout.contains("x differs by"),
+        "{}",
+        outcome.stdout
+    );
     assert!(folder.read("decay.changed.svg").contains("<svg"));
     let header = folder.read("decay.expected.csv").lines().next().map(str::to_string);
     assert_eq!(header.as_deref(), Some("time,x"));
@@ -73,7 +89,11 @@ fn what_is_accepted_is_stored_with_a_picture() {
     assert!(words.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
     folder.write("decay.hyd", &DECAY.replace("-k*x", "-kk*x"));
     let outcome = run(folder.path(), &["test", "."]);
-    assert!(outcome.stdout.contains("error[E0201]") && outcome.stdout.contains("at ./decay.hyd:6"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("error[E0201]") && outcome.stdout.contains("at ./decay.hyd:6"),
+        "{}",
+        outcome.stdout
+    );
     let outcome = run(folder.path(), &["test", "decay.hyd", "--limit", "0"]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     let outcome = run(folder.path(), &["test", "nowhere"]);

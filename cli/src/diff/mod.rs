@@ -1,0 +1,184 @@
+//! `hyd diff A B`: what changed in the models of two texts, whatever changed in their layout, comments, order and graphics.
+//!
+//! Called by git as an external difference (`git config diff.hyd.command "hyd diff"`) it gets seven arguments and always ends well.
+
+mod facts;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use self::facts::{Facts, Kind, facts};
+use crate::arguments::Diff;
+use crate::{Failure, output};
+use hyd_run::read_text;
+
+/// What stands for a file that is not there, in calls by git.
+const NOTHING: &str = "/dev/null";
+
+/// Something that changed.
+struct Change {
+    class: String,
+    kind: Kind,
+    name: String,
+    /// What was said, and what is said now; none where it is new or gone.
+    before: Option<String>,
+    after: Option<String>,
+}
+
+/// Runs the verb.
+pub(crate) fn diff(arguments: &Diff) -> Result<(), Failure> {
+    let (shown, first, second, by_git) = match &arguments.paths[..] {
+        [first, second] => (None, first.clone(), second.clone(), false),
+        // path old-file old-hex old-mode new-file new-hex new-mode
+        [path, first, _, _, second, _, _] => (Some(path.clone()), first.clone(), second.clone(), true),
+        _ => return Err(Failure::Usage("two files are compared: hyd diff A B".to_string())),
+    };
+    let (before, after) = (models(&first)?, models(&second)?);
+    let changes = changes(&before, &after);
+    if arguments.json {
+        let list: Vec<Value> = changes.iter().map(Change::json).collect();
+        output::print(&format!(
+            "{:#}\n",
+            json!({"status": if list.is_empty() { "equal" } else { "different" }, "changes": list})
+        ))?;
+    } else {
+        let title = shown.map(|path| format!("{}\n", path.display())).filter(|_| !changes.is_empty());
+        output::print(&(title.unwrap_or_default() + &text(&changes)))?;
+    }
+    if changes.is_empty() || by_git { Ok(()) } else { Err(Failure::Reported) }
+}
+
+/// The facts of a file, or of all files of a folder.
+fn models(path: &Path) -> Result<BTreeMap<String, Facts>, Failure> {
+    if path.as_os_str() == NOTHING {
+        return Ok(BTreeMap::new());
+    }
+    let mut files = BTreeSet::new();
+    if path.is_dir() {
+        collect(path, &mut files)?;
+    } else {
+        files.insert(path.to_path_buf());
+    }
+    let mut found = BTreeMap::new();
+    for file in files {
+        let text = read_text(&file).map_err(|error| Failure::Fault(error.to_string()))?;
+        let own = facts(&text).map_err(|(line, sentence)| {
+            Failure::Fault(format!(
+                "`{}`, line {line}: {sentence}; only texts without syntax errors are compared",
+                file.display()
+            ))
+        })?;
+        found.extend(own);
+    }
+    Ok(found)
+}
+
+fn collect(folder: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), Failure> {
+    let wrong =
+        |error: std::io::Error| Failure::Fault(format!("the folder `{}` cannot be read: {error}", folder.display()));
+    for entry in std::fs::read_dir(folder).map_err(wrong)? {
+        let entry = entry.map_err(wrong)?;
+        let (path, kind) = (entry.path(), entry.file_type().map_err(wrong)?);
+        if kind.is_dir() && !entry.file_name().to_string_lossy().starts_with('.') {
+            collect(&path, files)?;
+        } else if path.extension().is_some_and(|ending| ending == "hyd" || ending == "mo") {
+            files.insert(path);
+        }
+    }
+    Ok(())
+}
+
+/// What changed, class by class.
+fn changes(before: &BTreeMap<String, Facts>, after: &BTreeMap<String, Facts>) -> Vec<Change> {
+    let classes: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+    let mut found = Vec::new();
+    for class in classes {
+        let change = |kind: Kind, name: &str, before: Option<String>, after: Option<String>| Change {
+            class: class.clone(),
+            kind,
+            name: name.to_string(),
+            before,
+            after,
+        };
+        match (before.get(class), after.get(class)) {
+            (Some(before), Some(after)) => {
+                let keys: BTreeSet<&(Kind, String)> = before.keys().chain(after.keys()).collect();
+                for key in keys {
+                    let says = |facts: &Facts| facts.get(key).cloned().unwrap_or_default();
+                    let (mut gone, mut new) = (says(before), says(after));
+                    // What is said on both sides, as often as it is.
+                    gone.retain(|own| match new.iter().position(|other| other == own) {
+                        Some(place) => {
+                            new.remove(place);
+                            false
+                        }
+                        None => true,
+                    });
+                    let (kind, name) = key;
+                    if let ([before], [after]) = (&gone[..], &new[..])
+                        && !name.is_empty()
+                    {
+                        found.push(change(*kind, name, Some(before.clone()), Some(after.clone())));
+                        continue;
+                    }
+                    found.extend(gone.into_iter().map(|own| change(*kind, name, Some(own), None)));
+                    found.extend(new.into_iter().map(|own| change(*kind, name, None, Some(own))));
+                }
+            }
+            (Some(before), None) => found.push(change(Kind::Class, "", head(before), None)),
+            (None, after) => found.push(change(Kind::Class, "", None, after.and_then(head))),
+        }
+    }
+    found
+}
+
+/// The kind of a class.
+fn head(facts: &Facts) -> Option<String> {
+    facts.get(&(Kind::Class, String::new())).and_then(|list| list.first().cloned())
+}
+
+impl Change {
+    fn json(&self) -> Value {
+        let name = if self.name.is_empty() { Value::Null } else { json!(self.name) };
+        json!({"class": self.class, "kind": self.kind.word(), "name": name, "before": self.before, "after": self.after})
+    }
+
+    /// A line of it for people.
+    fn words(&self) -> String {
+        let what = match self.kind {
+            Kind::Value | Kind::Component => self.name.clone(),
+            Kind::Class | Kind::Equation | Kind::Connection => String::new(),
+            kind if self.name.is_empty() => kind.word().to_string(),
+            kind => format!("{} {}", kind.word(), self.name),
+        };
+        let joined = |says: &str| match (what.is_empty(), self.kind) {
+            (true, _) => says.to_string(),
+            (false, Kind::Component) => format!("{says} {what}"),
+            (false, Kind::Value) => format!("{what} = {says}"),
+            (false, _) if says.is_empty() => what.clone(),
+            (false, _) => format!("{what}: {says}"),
+        };
+        match (&self.before, &self.after) {
+            (Some(before), Some(after)) => format!("~ {what}: {before} -> {after}"),
+            (Some(before), None) => format!("- {}", joined(before)),
+            (None, Some(after)) => format!("+ {}", joined(after)),
+            (None, None) => String::new(),
+        }
+    }
+}
+
+/// All changes for people.
+fn text(changes: &[Change]) -> String {
+    let mut text = String::new();
+    let mut last = None;
+    for change in changes {
+        if last != Some(&change.class) {
+            text.push_str(&format!("{}\n", change.class));
+            last = Some(&change.class);
+        }
+        text.push_str(&format!("  {}\n", change.words()));
+    }
+    if changes.is_empty() { "the models are the same\n".to_string() } else { text }
+}

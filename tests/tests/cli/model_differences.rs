@@ -1,0 +1,100 @@
+//! `hyd diff`: what changed in a model, and nothing where only its text did.
+
+use crate::process::{Scratch, run};
+
+const BEFORE: &str = "within Shop;
+model Cart \"rolls\"
+  import Hyd.Translational.Components.*;
+  parameter Real m(unit = \"kg\") = 2;
+  Mass body(m = m, s(start = 0.1));
+  HousingSpring spring(k = 100);
+  HousingDamper damper(d = 1);
+equation
+  connect(body.flange, spring.flange);
+  connect(damper.flange, body.flange);
+  annotation(experiment(StopTime = 1));
+end Cart;
+";
+
+/// The same model, written otherwise.
+const WRITTEN_OTHERWISE: &str = "within Shop;
+// a remark
+model Cart
+  \"rolls\"
+  import Hyd.Translational.Components.*;
+  HousingSpring spring( k=100 ) annotation(Placement(transformation(extent = {{0, 0}, {1, 1}})));
+  HousingDamper damper(d = 1); Mass body(m=m, s(start=0.1));
+  parameter Real m(unit = \"kg\") = 2;
+equation
+  connect(body.flange, damper.flange);
+  connect(spring.flange, body.flange) annotation(Line(points = {{0, 0}, {1, 1}}));
+  annotation(Icon(coordinateSystem(extent = {{0, 0}, {1, 1}})), experiment(StopTime = 1));
+end Cart;
+";
+
+#[test]
+fn layout_order_and_graphics_do_not_count() {
+    let folder = Scratch::new();
+    folder.write("a.mo", BEFORE);
+    folder.write("b.mo", WRITTEN_OTHERWISE);
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "the models are the same\n"), "{}", outcome.stderr);
+}
+
+#[test]
+fn what_changed_is_named() {
+    let folder = Scratch::new();
+    folder.write("a.mo", BEFORE);
+    let after = BEFORE
+        .replace("k = 100", "k = 120")
+        .replace("  HousingDamper damper(d = 1);\n", "  parameter Real c = 3;\n")
+        .replace("connect(damper.flange, body.flange)", "c*body.v = 0")
+        .replace("StopTime = 1", "StopTime = 2")
+        .replace("parameter Real m", "constant Real m");
+    folder.write("b.mo", &after);
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    let expected = "Shop.Cart
+  + parameter Real c
+  - HousingDamper damper
+  ~ m: parameter Real -> constant Real
+  + c = 3
+  - damper.d = 1
+  ~ spring.k: 100 -> 120
+  + c*body.v = 0
+  - connect(body.flange, damper.flange)
+  ~ annotation experiment.StopTime: 1 -> 2
+";
+    assert_eq!(outcome.stdout, expected);
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let spring = json["changes"].as_array().unwrap().iter().find(|own| own["name"] == "spring.k").unwrap();
+    assert_eq!((&spring["kind"], &spring["before"], &spring["after"]), (&"value".into(), &"100".into(), &"120".into()));
+}
+
+#[test]
+fn git_and_broken_texts() {
+    let folder = Scratch::new();
+    folder.write("a.mo", BEFORE);
+    folder.write("b.mo", &BEFORE.replace("= 2;", "= 3;"));
+    // As git calls an external difference; a file that is new has nothing before it.
+    let outcome = run(folder.path(), &["diff", "cart.mo", "a.mo", "1234567", "100644", "b.mo", "89abcde", "100644"]);
+    assert_eq!(
+        (outcome.code, outcome.stdout.as_str()),
+        (Some(0), "cart.mo\nShop.Cart\n  ~ m: 2 -> 3\n"),
+        "{}",
+        outcome.stderr
+    );
+    let outcome = run(folder.path(), &["diff", "cart.mo", "/dev/null", ".", ".", "b.mo", "89abcde", "100644"]);
+    assert_eq!(
+        (outcome.code, outcome.stdout.as_str()),
+        (Some(0), "cart.mo\nShop.Cart\n  + model\n"),
+        "{}",
+        outcome.stderr
+    );
+    folder.write("c.mo", "model C\n  Real x\nend C;\n");
+    let outcome = run(folder.path(), &["diff", "a.mo", "c.mo"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("`c.mo`, line"), "{}", outcome.stderr);
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo", "b.mo"]);
+    assert!(outcome.code == Some(2) && outcome.stderr.contains("two files are compared"), "{}", outcome.stderr);
+}
