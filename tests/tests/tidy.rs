@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 32] = [
+const ALLOWED: [(&str, &[&str]); 33] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -86,6 +86,22 @@ const ALLOWED: [(&str, &[&str]); 32] = [
             "hyd-run",
             "hyd-report",
             "hyd-system",
+        ],
+    ),
+    // What editors ask: of texts the compiler, of libraries what the verbs know.
+    (
+        "hyd-lsp",
+        &[
+            "hyd-compiler",
+            "hyd-equations",
+            "hyd-flat",
+            "hyd-format",
+            "hyd-instance",
+            "hyd-run",
+            "hyd-source",
+            "hyd-syntax",
+            "hyd-system",
+            "hyd-verbs",
         ],
     ),
     // What every executable is: no stage of the compiler, no code generator.
