@@ -51,7 +51,7 @@ class Editor:
         while True:
             known = self.client.published.get(uri(path))
             if known and known.version == version:
-                return known.diagnostics
+                return list(known.diagnostics)
             await asyncio.wait_for(self.client.news.wait(), 30)
             self.client.news.clear()
 
@@ -213,7 +213,7 @@ async def questions(editor, client):
         span = lsp.Range(lsp.Position(line, start), lsp.Position(line, start + length))
         seen.append((snippet(ball, span), legend[kind]))
     assert ("Ball", "class") in seen and ("m", "parameter") in seen and ("\"falls 𝄞 freely\"", "string") in seen, seen
-    assert ("der", "function") in seen and ("x", "variable") in seen and ("start", "property") in seen
+    assert ("der", "keyword") in seen and ("x", "variable") in seen and ("start", "property") in seen, seen
     whole = lsp.Range(lsp.Position(3, 0), lsp.Position(4, 0))
     part = await client.text_document_semantic_tokens_range_async(
         lsp.SemanticTokensRangeParams(**editor.document(ball), range=whole))
@@ -298,7 +298,8 @@ async def main():
     await questions(editor, client)
     await messages(editor, client)
     # What is unknown, and what cannot be understood, is refused and not met with silence.
-    for method, params in [("textDocument/hover", {"textDocument": 1}), ("textDocument/unheardOf", {})]:
+    nowhere = lsp.TextDocumentPositionParams(lsp.TextDocumentIdentifier(uri="file:///nowhere.hyd"), lsp.Position(0, 0))
+    for method, params in [("textDocument/hover", nowhere), ("textDocument/unheardOf", {})]:
         try:
             await client.protocol.send_request_async(method, params)
         except Exception:

@@ -2,7 +2,7 @@
 
 use hyd_source::Files;
 use hyd_syntax::tokens::{Token, tokens};
-use lsp_types::{Range, TextEdit};
+use lsp_types::{Position, Range, TextEdit};
 
 use crate::documents::Document;
 use crate::session::Session;
@@ -15,14 +15,17 @@ pub(crate) fn formatting(session: &Session, document: &Document, range: Option<R
     let formatted = hyd_format::format(file, text).value?;
     let (before, after): (Vec<Token<'_>>, Vec<Token<'_>>) = (tokens(text).collect(), tokens(&formatted).collect());
     let bytes = match range {
-        Some(range) => document.lines.bytes(text, range, session.settings.encoding),
+        // Whole lines, as what is laid out.
+        Some(Range { start, end }) => {
+            let whole = Range { start: Position::new(start.line, 0), end: Position::new(end.line, u32::MAX) };
+            document.lines.bytes(text, whole, session.settings.encoding)
+        }
         None => 0..text.len(),
     };
     let (old, new) = (gaps(text, &before), gaps(&formatted, &after));
-    let changed = old
-        .into_iter()
-        .zip(new)
-        .filter(|((at, old), (_, new))| old != new && bytes.start <= at + old.len() && *at <= bytes.end);
+    let changed = old.into_iter().zip(new).filter(|((at, old), (_, new))| {
+        old != new && bytes.start <= at + old.len() && (*at < bytes.end || range.is_none())
+    });
     let edits = changed.map(|((at, old), (_, new))| {
         let start = document.lines.position(text, at, session.settings.encoding);
         let end = document.lines.position(text, at + old.len(), session.settings.encoding);

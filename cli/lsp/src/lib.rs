@@ -30,6 +30,9 @@ mod signature;
 mod symbols;
 mod tokens;
 
+#[cfg(test)]
+mod tests;
+
 use std::path::PathBuf;
 
 use lsp_server::Connection;

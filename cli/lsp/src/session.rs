@@ -78,7 +78,8 @@ impl Session {
         }
         sources.open_texts(self.documents.texts().clone());
         sources.add_main_file(path, text);
-        for folder in &self.settings.libraries {
+        // What lies in the workspace can be named, as if each of its folders was given as a library.
+        for folder in self.settings.libraries.iter().chain(&self.settings.folders) {
             // Whether a folder can be used was told when the settings came; it may vanish and come back.
             let _ = sources.add_folder(folder);
         }
