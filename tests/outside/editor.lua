@@ -1,7 +1,15 @@
--- Neovim as a client of `hyd lsp`: messages while typing, what stands under the cursor, renaming, layout.
+-- Neovim as a client of `hyd lsp`, set up as the guide says: messages while typing, what stands under the cursor, renaming, layout.
 --
--- nvim --headless -u NONE -c 'luafile tests/outside/editor.lua', with HYD (the command) and WORK (an empty folder) in the environment.
-local hyd, work = os.getenv("HYD"), os.getenv("WORK")
+-- nvim --headless -u NONE -c 'luafile tests/outside/editor.lua', with the command `hyd` on the path and WORK, an empty folder, in the environment.
+local work = os.getenv("WORK")
+
+-- The first block of Lua in the guide.
+local function guide()
+  local file = assert(io.open("docs/guides/editor.md"))
+  local block = file:read("a"):match("```lua\n(.-)```")
+  file:close()
+  return assert(loadstring(block))
+end
 
 local function write(path, text)
   vim.fn.mkdir(vim.fn.fnamemodify(path, ":h"), "p")
@@ -13,9 +21,10 @@ end
 local function check()
   write(work .. "/Lib/package.hyd", "package Lib\n  model Part\n    parameter Real R(unit = \"Ohm\") = 1 \"resistance\";\n  end Part;\nend Lib;\n")
   write(work .. "/m.hyd", "model M\n  Lib.Part part(R = 2);\n  Real x = 2*part.R;\nend M;\n")
-  vim.cmd("edit " .. work .. "/m.hyd")
-  local client = assert(vim.lsp.start_client({ name = "hyd", cmd = { hyd, "lsp" }, root_dir = work }))
-  vim.lsp.buf_attach_client(0, client)
+  guide()()
+  vim.cmd("cd " .. work)
+  vim.cmd("edit m.hyd")
+  local client = assert(hyd_client, "the guide starts the server")
   assert(vim.wait(20000, function() return vim.lsp.get_client_by_id(client).initialized end, 20), "no server")
 
   -- Messages come and go with what is typed.

@@ -1,5 +1,6 @@
 """Every request of `hyd lsp`, asked by a client of other people (pytest-lsp on pygls), which warns of what the protocol does not allow."""
 import asyncio
+import os
 import pathlib
 import re
 import shutil
@@ -286,6 +287,7 @@ async def messages(editor, client):
 
 async def main():
     shutil.rmtree(WORK, ignore_errors=True)
+    os.environ["XDG_CACHE_HOME"] = str(WORK / "cache")
     for path, text in TEXTS.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -298,7 +300,7 @@ async def main():
     await questions(editor, client)
     await messages(editor, client)
     # What is unknown, and what cannot be understood, is refused and not met with silence.
-    nowhere = lsp.TextDocumentPositionParams(lsp.TextDocumentIdentifier(uri="file:///nowhere.hyd"), lsp.Position(0, 0))
+    nowhere = lsp.HoverParams(lsp.TextDocumentIdentifier(uri="file:///nowhere.hyd"), lsp.Position(0, 0))
     for method, params in [("textDocument/hover", nowhere), ("textDocument/unheardOf", {})]:
         try:
             await client.protocol.send_request_async(method, params)

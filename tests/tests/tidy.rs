@@ -141,7 +141,7 @@ fn files(extension: &str) -> Vec<PathBuf> {
             let path = entry.expect("listed").path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if path.is_dir() {
-                if name != "target" && !name.starts_with('.') {
+                if !["target", "node_modules"].contains(&&*name) && !name.starts_with('.') {
                     folders.push(path);
                 }
             } else if name == extension || path.extension().is_some_and(|found| found == extension) {

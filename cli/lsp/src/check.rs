@@ -14,7 +14,7 @@ use hyd_source::{Diagnostic, Files, Severity};
 use hyd_syntax::names::Names;
 use hyd_syntax::tree::{ClassKind, Element};
 
-use lsp_types::Uri;
+use lsp_types::{Range, Uri};
 
 use crate::diagnostics::{Item, item};
 use crate::documents::Document;
@@ -32,6 +32,8 @@ pub(crate) struct Checked {
     pub(crate) version: i32,
     /// Messages with the changes that they propose, in the order of the text.
     pub(crate) items: Vec<Item>,
+    /// The lines of the text.
+    pub(crate) lines: u32,
     /// What is known of variables and equations of the document.
     pub(crate) facts: Vec<Fact>,
 }
@@ -43,7 +45,7 @@ pub(crate) struct Watch<'w> {
     /// False when nobody waits for the rest any more.
     pub(crate) go_on: &'w dyn Fn() -> bool,
     /// Takes what is known of the class that is edited, while the others are still to come.
-    pub(crate) first: &'w mut dyn FnMut(Checked),
+    pub(crate) first: &'w mut dyn FnMut(Checked, &str),
 }
 
 /// Checks a document.  None where it was given up.
@@ -57,7 +59,7 @@ pub(crate) fn check(session: &mut Session, document: &Document, watch: &mut Watc
     let mut gathered = Gathered { seen: HashSet::new(), items: Vec::new() };
     let broken = said.iter().any(|own| own.severity == Severity::Error && own.code.is_syntax());
     let place = names.classes.first().map(|class| class.def.name.span);
-    gathered.add(session, document, &files, said, place);
+    gathered.add((session, document), &files, said, (place, None));
     let mut known = Vec::new();
     let models = if broken { Vec::new() } else { models(&names, watch.changed) };
     for (k, &class) in models.iter().enumerate() {
@@ -69,10 +71,10 @@ pub(crate) fn check(session: &mut Session, document: &Document, watch: &mut Watc
         compilation.forgive_open_ends();
         let Compilation { files, diagnostics, .. } = &compilation;
         let place = Some(names.classes[class].def.name.span);
-        gathered.add(session, document, files, diagnostics.clone(), place);
+        gathered.add((session, document), files, diagnostics.clone(), (place, Some(&path)));
         known.extend(facts(&compilation, &name));
         if k == 0 && models.len() > 1 {
-            (watch.first)(Checked { facts: known.clone(), ..gathered.checked(document) });
+            (watch.first)(Checked { facts: known.clone(), ..gathered.checked(document) }, &path);
         }
     }
     (watch.go_on)().then(|| Checked { facts: known, ..gathered.checked(document) })
@@ -87,15 +89,15 @@ struct Gathered {
 impl Gathered {
     fn add(
         &mut self,
-        session: &Session,
-        document: &Document,
+        (session, document): (&Session, &Document),
         files: &Files,
         said: Vec<Diagnostic>,
-        place: Option<hyd_source::Span>,
+        (place, of): (Option<hyd_source::Span>, Option<&str>),
     ) {
         for diagnostic in said {
             if self.seen.insert(format!("{:?} {} {:?}", diagnostic.code, diagnostic.message, diagnostic.labels)) {
-                self.items.push(item(session, document, files, &diagnostic, place));
+                let item = item(session, document, files, &diagnostic, place);
+                self.items.push(Item { of: of.map(str::to_string), ..item });
             }
         }
     }
@@ -108,8 +110,31 @@ impl Gathered {
             path: document.path.clone(),
             version: document.version,
             items,
+            lines: document.lines.count(),
             facts: Vec::new(),
         }
+    }
+}
+
+impl Checked {
+    /// What is known of one class, with what was known before of all others: moved with the lines that a change at `line` has put in or
+    /// taken out.
+    pub(crate) fn with_others(mut self, before: &Checked, class: &str, line: u32) -> Self {
+        let moved = i64::from(self.lines) - i64::from(before.lines);
+        let others = before.items.iter().filter(|item| item.of.as_deref().is_some_and(|of| of != class));
+        for item in others {
+            let mut item = item.clone();
+            let Range { start, end } = &mut item.diagnostic.range;
+            if start.line > line {
+                let shift = |at: u32| u32::try_from(i64::from(at) + moved).unwrap_or_default();
+                (start.line, end.line) = (shift(start.line), shift(end.line));
+            }
+            // Its changes stand where they stood.
+            item.fixes.clear();
+            self.items.push(item);
+        }
+        self.items.sort_by_key(|item| (item.diagnostic.range.start, item.diagnostic.range.end));
+        self
     }
 }
 

@@ -92,9 +92,18 @@ impl Checker {
             };
             let go_on = || {
                 let wishes = locked(&self.shared.0);
-                !wishes.over && (wishes.count == count || !wishes.changed.iter().any(|(known, _)| *known == path))
+                let is_open = !wishes.over && wishes.documents.is_open(&path);
+                is_open && (wishes.count == count || !wishes.changed.iter().any(|(known, _)| *known == path))
             };
-            let mut first = |checked: Checked| listener.checked(&Arc::new(checked), false);
+            let before = locked(results).get(&path).cloned();
+            let line = byte.map_or(0, |byte| document.lines.line_of(byte));
+            let mut first = |checked: Checked, class: &str| {
+                let checked = match &before {
+                    Some(before) => checked.with_others(before, class, line),
+                    None => checked,
+                };
+                listener.checked(&Arc::new(checked), false);
+            };
             let mut watch = Watch { changed: byte, go_on: &go_on, first: &mut first };
             let done = catch_unwind(AssertUnwindSafe(|| check(&mut session, &document, &mut watch)));
             match done {

@@ -16,6 +16,8 @@ pub(crate) struct Item {
     pub(crate) diagnostic: lsp_types::Diagnostic,
     /// Changes that heal it, the best first.
     pub(crate) fixes: Vec<Fix>,
+    /// The class whose translation says it; none where the text alone does.
+    pub(crate) of: Option<String>,
 }
 
 /// A change that heals a message.
@@ -68,7 +70,8 @@ pub(crate) fn item(
         tags: (said.code == Code::Unused).then(|| vec![DiagnosticTag::UNNECESSARY]),
         data: Some(json!({ "explain": format!("hyd explain {}", said.code.number()) })),
     };
-    Item { diagnostic, fixes: said.proposals.iter().filter_map(|own| fix(session, files, own)).collect() }
+    let fixes = said.proposals.iter().filter_map(|own| fix(session, files, own)).collect();
+    Item { diagnostic, fixes, of: None }
 }
 
 /// A proposal, where all that it changes can be named.

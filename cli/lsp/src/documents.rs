@@ -80,6 +80,11 @@ impl Documents {
         self.open.get(&path_of(uri))
     }
 
+    /// True while a file is open.
+    pub(crate) fn is_open(&self, path: &Path) -> bool {
+        self.open.contains_key(path)
+    }
+
     /// All of them.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Document> {
         self.open.values()

@@ -10,7 +10,7 @@ use crate::session::Session;
 pub(crate) fn folding(session: &mut Session, document: &Document) -> Vec<FoldingRange> {
     let names = session.parsed(&document.path, &document.text);
     let text = &*document.text;
-    let line = |byte: usize| document.lines.position(text, byte, session.settings.encoding).line;
+    let line = |byte: usize| document.lines.line_of(byte);
     let mut found: Vec<(u32, u32, Option<FoldingRangeKind>)> = Vec::new();
     for class in &names.classes {
         // The line of the end stays in sight.

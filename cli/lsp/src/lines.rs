@@ -30,6 +30,8 @@ impl Encoding {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lines {
     starts: Vec<u32>,
+    /// Every character is one byte, and one unit of UTF-16: columns need not be counted, however long a line is.
+    plain: bool,
 }
 
 impl Lines {
@@ -38,7 +40,7 @@ impl Lines {
         let bytes = text.as_bytes();
         let ends = |k: usize| bytes[k] == b'\n' || bytes[k] == b'\r' && bytes.get(k + 1) != Some(&b'\n');
         let starts = std::iter::once(0).chain((0..bytes.len()).filter(|&k| ends(k)).map(|k| k as u32 + 1));
-        Self { starts: starts.collect() }
+        Self { starts: starts.collect(), plain: text.is_ascii() }
     }
 
     /// The text of a line without its end, and where it begins.
@@ -52,6 +54,9 @@ impl Lines {
     /// The byte at a position.
     pub(crate) fn byte(&self, text: &str, position: Position, encoding: Encoding) -> usize {
         let Some((start, line)) = self.line(text, position.line) else { return text.len() };
+        if self.plain {
+            return start + line.len().min(position.character as usize);
+        }
         let mut column = 0;
         for (at, c) in line.char_indices() {
             column += encoding.width(&line[at..at + c.len_utf8()]);
@@ -65,14 +70,22 @@ impl Lines {
     /// The position of a byte.
     pub(crate) fn position(&self, text: &str, byte: usize, encoding: Encoding) -> Position {
         let byte = byte.min(text.len());
-        let line = self.starts.partition_point(|&start| start as usize <= byte).max(1) - 1;
-        let start = self.starts.get(line).map_or(0, |&start| start as usize);
+        let line = self.line_of(byte);
+        let start = self.starts.get(line as usize).map_or(0, |&start| start as usize);
+        if self.plain {
+            return Position { line, character: (byte - start) as u32 };
+        }
         let mut end = byte;
         while !text.is_char_boundary(end) {
             end -= 1;
         }
         let column = encoding.width(text.get(start..end).unwrap_or_default());
-        Position { line: line as u32, character: column }
+        Position { line, character: column }
+    }
+
+    /// The line that a byte stands in.
+    pub(crate) fn line_of(&self, byte: usize) -> u32 {
+        self.starts.partition_point(|&start| start as usize <= byte).max(1) as u32 - 1
     }
 
     /// The range of a stretch of the text.
@@ -88,11 +101,31 @@ impl Lines {
         let start = self.byte(text, range.start, encoding);
         start..self.byte(text, range.end, encoding).max(start)
     }
+
+    /// How many lines there are.
+    pub(crate) fn count(&self) -> u32 {
+        self.starts.len() as u32
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn plain_texts_are_counted_alike() {
+        let text = "ab\r\nc\n";
+        for line in 0..4 {
+            for character in 0..5 {
+                let position = Position { line, character };
+                let counted = Lines { plain: false, ..Lines::new(text) };
+                let byte = Lines::new(text).byte(text, position, Encoding::Utf16);
+                assert_eq!(byte, counted.byte(text, position, Encoding::Utf16));
+                let back = Lines::new(text).position(text, byte, Encoding::Utf16);
+                assert_eq!(back, counted.position(text, byte, Encoding::Utf16));
+            }
+        }
+    }
 
     #[test]
     fn positions_and_bytes_agree() {

@@ -2,7 +2,7 @@
 //!
 //! A request works on the documents as they were when it came.  One that was cancelled is not begun; long ones look whether they are.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
@@ -27,8 +27,8 @@ use crate::documents::{Document, Documents};
 use crate::session::{Session, Settings};
 use crate::{actions, completion, folding, formatting, hints, hover, lenses, references, signature, symbols, tokens};
 
-/// Requests that the client has taken back.
-pub(crate) type Cancelled = Arc<Mutex<HashSet<RequestId>>>;
+/// Requests without an answer yet, and whether the client has taken them back.
+pub(crate) type Pending = Arc<Mutex<HashMap<RequestId, bool>>>;
 
 /// A request with the state of everything when it came.
 pub(crate) struct Job {
@@ -62,7 +62,7 @@ struct Refused(ErrorCode, String);
 pub(crate) struct Requests {
     session: Session,
     results: Results,
-    cancelled: Cancelled,
+    pending: Pending,
     client: Client,
 }
 
@@ -80,8 +80,8 @@ type Answered<T> = Result<T, Refused>;
 
 impl Requests {
     /// Over the results of the checks.
-    pub(crate) fn new(results: Results, cancelled: Cancelled, client: Client) -> Self {
-        Self { session: Session::new(Arc::default()), results, cancelled, client }
+    pub(crate) fn new(results: Results, pending: Pending, client: Client) -> Self {
+        Self { session: Session::new(Arc::default()), results, pending, client }
     }
 
     /// Answers a request, whatever it is.
@@ -89,7 +89,8 @@ impl Requests {
         let Job { request, documents, settings } = job;
         let id = request.id.clone();
         let mut shown = None;
-        if locked(&self.cancelled).remove(&id) {
+        if self.is_cancelled(&id) {
+            locked(&self.pending).remove(&id);
             let response = Response::new_err(id, ErrorCode::RequestCanceled as i32, "cancelled".into());
             return Answer { response, shown, fault: None };
         }
@@ -97,7 +98,7 @@ impl Requests {
         self.session.settings = settings;
         let method = request.method.clone();
         let done = catch_unwind(AssertUnwindSafe(|| self.dispatch(request, &mut shown)));
-        let was_cancelled = locked(&self.cancelled).remove(&id);
+        let was_cancelled = locked(&self.pending).remove(&id) == Some(true);
         let (response, fault) = match done {
             _ if was_cancelled => (Response::new_err(id, ErrorCode::RequestCanceled as i32, "cancelled".into()), None),
             Ok(Ok(value)) => (Response::new_ok(id, value), None),
@@ -109,6 +110,10 @@ impl Requests {
             }
         };
         Answer { response, shown, fault }
+    }
+
+    fn is_cancelled(&self, id: &RequestId) -> bool {
+        locked(&self.pending).get(id) == Some(&true)
     }
 
     /// One line for each method.
@@ -141,8 +146,8 @@ impl Requests {
             }),
             "textDocument/references" => self.on::<References>(request, |this, params| {
                 let (document, position) = this.place(&params.text_document_position)?;
-                let cancelled = this.cancelled.clone();
-                let go_on = || !locked(&cancelled).contains(&id);
+                let pending = this.pending.clone();
+                let go_on = || locked(&pending).get(&id) != Some(&true);
                 let asked = (position, params.context.include_declaration);
                 Ok(Some(references::references(&mut this.session, &document, asked, &go_on)))
             }),
@@ -157,8 +162,8 @@ impl Requests {
             }),
             "textDocument/rename" => self.on::<Rename>(request, |this, params| {
                 let (document, position) = this.place(&params.text_document_position)?;
-                let cancelled = this.cancelled.clone();
-                let go_on = || !locked(&cancelled).contains(&id);
+                let pending = this.pending.clone();
+                let go_on = || locked(&pending).get(&id) != Some(&true);
                 let asked = (position, params.new_name.as_str(), this.client.renames_files);
                 Ok(Some(references::rename(&mut this.session, &document, asked, &go_on).map_err(failed)?))
             }),
@@ -168,8 +173,8 @@ impl Requests {
                 Ok(Some(DocumentSymbolResponse::Nested(found)))
             }),
             "workspace/symbol" => self.on::<WorkspaceSymbolRequest>(request, |this, params| {
-                let cancelled = this.cancelled.clone();
-                let go_on = || !locked(&cancelled).contains(&id);
+                let pending = this.pending.clone();
+                let go_on = || locked(&pending).get(&id) != Some(&true);
                 let found = symbols::workspace_symbols(&mut this.session, &params.query, &go_on);
                 Ok(Some(WorkspaceSymbolResponse::Nested(found)))
             }),
@@ -256,7 +261,7 @@ impl Requests {
         if let Some(known) = self.known(document) {
             return Some(known);
         }
-        let mut watch = Watch { changed: None, go_on: &|| true, first: &mut |_| {} };
+        let mut watch = Watch { changed: None, go_on: &|| true, first: &mut |_, _| {} };
         check(&mut self.session, document, &mut watch).map(Arc::new)
     }
 

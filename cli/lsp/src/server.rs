@@ -25,7 +25,7 @@ use crate::check::Checked;
 use crate::checker::{Checker, Listener, Results, locked};
 use crate::documents::{Document, Documents, path_of};
 use crate::lines::Encoding;
-use crate::requests::{Answer, Cancelled, Client, Job, Requests};
+use crate::requests::{Answer, Client, Job, Pending, Requests};
 use crate::session::Settings;
 
 /// Stack of a thread that translates: expressions may be nested as deep as the language's limits allow.
@@ -115,7 +115,7 @@ struct Server {
     settings: Arc<Settings>,
     checker: Checker,
     jobs: Option<Sender<Job>>,
-    cancelled: Cancelled,
+    pending: Pending,
     results: Results,
     threads: Vec<thread::JoinHandle<()>>,
     client: Client,
@@ -124,7 +124,7 @@ struct Server {
 impl Server {
     fn start(outgoing: Outgoing, settings: Settings, client: Client) -> Result<Self, String> {
         let results: Results = Arc::new(Mutex::new(BTreeMap::new()));
-        let cancelled = Cancelled::default();
+        let pending = Pending::default();
         let checker = Checker::default();
         let (jobs, received) = channel::<Job>();
         let failed = |error: std::io::Error| format!("no thread can be started: {error}");
@@ -132,7 +132,7 @@ impl Server {
         let speaker = Speaker { outgoing: outgoing.clone(), refreshes_hints: client.refreshes_hints };
         let (own, known) = (checker.clone(), results.clone());
         let checking = builder("check").spawn(move || own.run(&known, &speaker)).map_err(failed)?;
-        let mut requests = Requests::new(results.clone(), cancelled.clone(), client.clone());
+        let mut requests = Requests::new(results.clone(), pending.clone(), client.clone());
         let (answers, shows_files) = (outgoing.clone(), client.shows_files);
         let answering = builder("answer").spawn(move || {
             for job in received {
@@ -142,7 +142,7 @@ impl Server {
         let threads = vec![checking, answering.map_err(failed)?];
         let (settings, jobs) = (Arc::new(settings), Some(jobs));
         let documents = Documents::default();
-        let server = Self { outgoing, documents, settings, checker, jobs, cancelled, results, threads, client };
+        let server = Self { outgoing, documents, settings, checker, jobs, pending, results, threads, client };
         server.complain_of_libraries();
         if server.client.watches_files {
             server.watch_files();
@@ -176,6 +176,7 @@ impl Server {
     }
 
     fn request(&self, request: Request) {
+        locked(&self.pending).insert(request.id.clone(), false);
         let job = Job { request, documents: self.documents.clone(), settings: self.settings.clone() };
         let Some(jobs) = &self.jobs else { return };
         if let Err(lost) = jobs.send(job) {
@@ -223,10 +224,12 @@ impl Server {
             notification::Cancel::METHOD => {
                 let id = notification.params.get("id").cloned();
                 if let Some(id) = id.and_then(|id| serde_json::from_value::<NumberOrString>(id).ok()) {
-                    locked(&self.cancelled).insert(match id {
+                    let id = match id {
                         NumberOrString::Number(id) => RequestId::from(id),
                         NumberOrString::String(id) => RequestId::from(id),
-                    });
+                    };
+                    // One that has its answer needs no more.
+                    locked(&self.pending).entry(id).and_modify(|taken_back| *taken_back = true);
                 }
             }
             _ => {}
@@ -278,7 +281,8 @@ struct Speaker {
 impl Listener for Speaker {
     fn checked(&self, checked: &Arc<Checked>, whole: bool) {
         let diagnostics = checked.items.iter().map(|item| item.diagnostic.clone()).collect();
-        publish(&self.outgoing, checked.uri.clone(), Some(checked.version), diagnostics);
+        // What is still to come belongs to this state of the document, too: only the whole names it.
+        publish(&self.outgoing, checked.uri.clone(), whole.then_some(checked.version), diagnostics);
         if whole && self.refreshes_hints {
             let id = RequestId::from(format!("hints {} {}", checked.path.display(), checked.version));
             let request = Request::new(id, request::InlayHintRefreshRequest::METHOD.into(), Value::Null);

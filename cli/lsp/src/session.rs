@@ -159,8 +159,9 @@ impl Session {
             None => self.documents.uri(Path::new(name)),
             Some(inner) => {
                 let path = self.settings.built_in.join(inner);
-                if !path.exists() {
-                    let (_, text) = built_in_texts().find(|(own, _)| *own == inner)?;
+                let (_, text) = built_in_texts().find(|(own, _)| *own == inner)?;
+                // What another version of the program has laid down there is replaced.
+                if std::fs::read_to_string(&path).ok().as_deref() != Some(text) {
                     std::fs::create_dir_all(path.parent()?).ok()?;
                     std::fs::write(&path, text).ok()?;
                 }
