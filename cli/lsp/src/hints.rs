@@ -76,10 +76,15 @@ fn values(sorted: &SortedSystem, files: &Files, is_here: &dyn Fn(&str, Span) -> 
     }
 }
 
+/// Characters behind a name in which its value is looked for.
+const LONGEST: usize = 200;
+
 /// The value stands behind the name as a number already.
 fn is_written(files: &Files, name: Span) -> bool {
     let rest = files.text(name.file).get(name.end as usize..).unwrap_or_default();
-    let line = rest.lines().next().unwrap_or_default();
+    // A number is not longer, and a line may be as long as machines write it.
+    let line: &str = rest.char_indices().nth(LONGEST).map_or(rest, |(end, _)| &rest[..end]);
+    let line = line.lines().next().unwrap_or_default();
     let Some((_, value)) = line.split_once('=') else { return true };
     let value = value.split([';', '"']).next().unwrap_or_default();
     let parsed = hyd_syntax::parse_expression(name.file, value).value;

@@ -57,16 +57,17 @@ pub struct Options {
 /// What is wrong with the connection.
 pub fn serve_stdio(options: &Options) -> Result<(), String> {
     let (connection, threads) = Connection::stdio();
-    serve(&connection, options)?;
+    let is_quiet = serve(&connection, options)?;
     drop(connection);
-    threads.join().map_err(|error| error.to_string())
+    // What a thread at work may still say interests nobody, and the end of the process ends it.
+    if is_quiet { threads.join().map_err(|error| error.to_string()) } else { Ok(()) }
 }
 
-/// Serves a connection until the client ends it.
+/// Serves a connection until the client ends it; false where a translation is still going on then, whose thread ends with it.
 ///
 /// # Errors
 /// What is wrong with the connection.
-pub fn serve(connection: &Connection, options: &Options) -> Result<(), String> {
+pub fn serve(connection: &Connection, options: &Options) -> Result<bool, String> {
     let libraries = options.libraries.fixed();
     let settings = Settings {
         libraries: libraries.folders,

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{self, Notification as _};
@@ -33,11 +34,14 @@ const STACK: usize = 32 << 20;
 
 type Outgoing = crossbeam_channel::Sender<Message>;
 
-/// Serves a connection until the client ends it.  `settings`: what the command line says.
+/// How long the threads may take to end what they are doing; one that translates cannot be broken off.
+const FAREWELL: Duration = Duration::from_millis(500);
+
+/// Serves a connection until the client ends it; false where a thread is still at work then.  `settings`: what the command line says.
 ///
 /// # Errors
 /// What is wrong with the connection.
-pub(crate) fn serve(connection: &Connection, settings: Settings) -> Result<(), String> {
+pub(crate) fn serve(connection: &Connection, settings: Settings) -> Result<bool, String> {
     let said = |error: lsp_server::ProtocolError| error.to_string();
     let (id, params) = connection.initialize_start().map_err(said)?;
     let params: InitializeParams = match serde_json::from_value(params) {
@@ -150,7 +154,7 @@ impl Server {
         Ok(server)
     }
 
-    fn run(mut self, connection: &Connection) -> Result<(), String> {
+    fn run(mut self, connection: &Connection) -> Result<bool, String> {
         let mut ended = Ok(());
         for message in &connection.receiver {
             match message {
@@ -168,11 +172,11 @@ impl Server {
         }
         self.checker.end();
         self.jobs = None;
-        for thread in self.threads {
-            // A thread that has ended in a fault has said so.
-            let _ = thread.join();
+        let begin = Instant::now();
+        while begin.elapsed() < FAREWELL && !self.threads.iter().all(thread::JoinHandle::is_finished) {
+            thread::sleep(Duration::from_millis(1));
         }
-        ended
+        ended.map(|()| self.threads.iter().all(thread::JoinHandle::is_finished))
     }
 
     fn request(&self, request: Request) {

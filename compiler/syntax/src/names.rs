@@ -110,7 +110,8 @@ pub struct Modifier {
 
 /// All names of a text and its tree.
 pub fn names(stored: &StoredDefinition, text: &str) -> Names {
-    let mut collector = Collector { text, found: Names::default(), class: None, iterators: Vec::new() };
+    let mut collector =
+        Collector { text, found: Names::default(), class: None, iterators: Vec::new(), last_type: None };
     if let Some(Some(path)) = &stored.within {
         collector.found.within.clone_from(&path.parts);
         collector.class_path(path, false, true);
@@ -152,6 +153,8 @@ struct Collector<'t> {
     found: Names,
     class: Option<usize>,
     iterators: Vec<Ident>,
+    /// Where the type of the last component stands.
+    last_type: Option<Span>,
 }
 
 impl Collector<'_> {
@@ -257,9 +260,7 @@ impl Collector<'_> {
     /// What is said of a component beside its name.
     fn component(&mut self, component: &Component) {
         // Of `Real x, y;` the type is one place.
-        let span = component.class.span;
-        let known = self.found.places.iter().rev().any(|place| place.ident.span == component.class.parts[0].span);
-        let of = match known && span.start < component.name.span.start {
+        let of = match self.last_type.replace(component.class.span) == Some(component.class.span) {
             true => self.part_of(&component.class, false, false),
             false => self.class_path(&component.class, false, false),
         };
