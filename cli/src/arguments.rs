@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use hyd_run::arguments::{assignment, names};
 pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
-pub(crate) use authoring::{Doc, Fmt, New};
+pub(crate) use authoring::{Doc, Fmt, Lsp, New};
 pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 pub(crate) use shell::{Completions, ManPages};
 
@@ -47,6 +47,7 @@ impl Arguments {
             | Verb::Explain(_)
             | Verb::New(_)
             | Verb::Doc(_)
+            | Verb::Lsp(_)
             | Verb::Completions(_)
             | Verb::Man(_)
             | Verb::Bench(_)
@@ -96,6 +97,8 @@ pub enum Verb {
     Doc(Doc),
     /// Make a folder with a small drive, a study and a README
     New(New),
+    /// Serve an editor on standard input and output (Language Server Protocol)
+    Lsp(Lsp),
     /// Print the completions of a shell
     Completions(Completions),
     /// Write manual pages

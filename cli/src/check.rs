@@ -3,7 +3,7 @@
 //! A component whose connectors are open cannot be sorted by itself; if it brings as many equations as it must (Modelica 3.6,
 //! section 4.7), that is all that can be said of it, and no fault.
 
-use hyd_compiler::{Code, Compilation, Diagnostic, Goal, Severity};
+use hyd_compiler::{Compilation, Goal};
 use hyd_flat::{EquationBlock, FlatModel, Section};
 use hyd_system::Variability;
 
@@ -15,19 +15,13 @@ use crate::{Failure, output};
 /// Runs the verb.
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let mut compilation = compiled(&arguments.model, Goal::Check)?;
-    let mut ends = ends_of_component(&compilation);
-    if !ends.is_empty() {
-        compilation.diagnostics.retain(|diagnostic| !is_of_balance(diagnostic));
-    }
+    let mut ends = compilation.forgive_open_ends();
     report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
     if arguments.fix
         && let Some(after) = fix(&arguments.model, &compilation)?
     {
         compilation = after;
-        ends = ends_of_component(&compilation);
-        if !ends.is_empty() {
-            compilation.diagnostics.retain(|diagnostic| !is_of_balance(diagnostic));
-        }
+        ends = compilation.forgive_open_ends();
         report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
     }
     if compilation.has_errors() {
@@ -38,20 +32,13 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
         text.push_str(&format!(
             "  balanced as a component: {}, and {} to be connected where it is used\n",
             own_equations(&compilation),
-            ends.join(", ")
+            ends.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
         ));
     }
     if arguments.unknown_units {
         text.push_str(&unknown_units(&compilation));
     }
     output::print(&text)
-}
-
-/// The connectors and inputs of a component that is balanced by itself and only lacks what is connected to it.
-fn ends_of_component(compilation: &Compilation) -> Vec<String> {
-    let errors = || compilation.diagnostics.iter().filter(|own| own.severity == Severity::Error);
-    let ends = compilation.flat.iter().flat_map(|flat| &flat.open_ends).map(|name| format!("`{name}`"));
-    if errors().next().is_some() && errors().all(is_of_balance) { ends.collect() } else { Vec::new() }
 }
 
 /// How many equations the component brings: those of connections, and of connectors left open, are not its own.
@@ -64,11 +51,6 @@ fn own_equations(compilation: &Compilation) -> String {
         1 => "1 equation".to_string(),
         count => format!("{count} equations"),
     }
-}
-
-/// Equations and unknowns that do not fit each other, which is not a fault while what is connected is missing.
-fn is_of_balance(diagnostic: &Diagnostic) -> bool {
-    diagnostic.severity == Severity::Error && matches!(diagnostic.code, Code::Unbalanced | Code::Singular)
 }
 
 /// The variables whose unit is neither declared nor follows from others; an array is one line.

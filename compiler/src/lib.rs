@@ -19,13 +19,13 @@ pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::{Approach, Loops, approaches};
 pub use hyd_flat::{FlatModel, Injection, TermShape};
-pub use hyd_instance::{SourceText, Sources};
+pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean};
 pub use hyd_syntax::{Head, head, print_string};
 pub use injection::{InjectionSite, injection_sites};
 pub use opening::{Command, Opening, commands, opened};
 pub use pipeline::{
-    Compilation, Extras, Goal, Options, Stage, StageTime, compile, compile_extended, compile_whole_loops, compile_with,
-    with_whole_loops,
+    Compilation, Extras, Goal, Options, Stage, StageTime, compile, compile_extended, compile_over, compile_whole_loops,
+    compile_with, with_whole_loops,
 };
 pub use variation::{Variation, varied};

@@ -7,7 +7,7 @@ use hyd_codegen::{CompiledModel, Jacobians};
 use hyd_equations::{EquationSystem, Loops, PlanJacobian, SortedSystem};
 use hyd_flat::{FlatModel, Injection, VarId};
 use hyd_instance::class::nested_classes;
-use hyd_instance::{ClassId, ClassTable, Override, Sources};
+use hyd_instance::{ClassId, ClassTable, Override, Sources, Trees};
 use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, did_you_mean};
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
@@ -88,6 +88,8 @@ pub struct Compilation {
     pub set_at_translation: Vec<String>,
     /// Variables whose unit is neither declared nor follows from others: name of the first element, number of scalars.
     pub undecided_units: Vec<(String, usize)>,
+    /// Units that follow for variables that declare none: the first scalar they hold for, the unit.
+    pub inferred_units: Vec<(VarId, String)>,
     /// Files of the text that is compiled and of its package; all others belong to libraries.
     own_files: BTreeSet<FileId>,
     /// Timings.
@@ -98,6 +100,22 @@ impl Compilation {
     /// True when a message is an error.
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(|d| d.severity == Severity::Error)
+    }
+
+    /// The connectors and inputs of a component that is balanced by itself and only lacks what is connected to it.  That is no fault, so
+    /// what is said of numbers of equations and unknowns is withdrawn.  Nothing where anything else is at fault.
+    pub fn forgive_open_ends(&mut self) -> Vec<Arc<str>> {
+        let is_of_balance =
+            |own: &Diagnostic| own.severity == Severity::Error && matches!(own.code, Code::Unbalanced | Code::Singular);
+        let mut errors = self.diagnostics.iter().filter(|own| own.severity == Severity::Error).peekable();
+        if errors.peek().is_none() || !errors.all(is_of_balance) {
+            return Vec::new();
+        }
+        let ends: Vec<Arc<str>> = self.flat.iter().flat_map(|flat| flat.open_ends.iter().cloned()).collect();
+        if !ends.is_empty() {
+            self.diagnostics.retain(|own| !is_of_balance(own));
+        }
+        ends
     }
 
     /// Text of a stage, if the compilation came that far.
@@ -140,6 +158,7 @@ impl Compilation {
             model: None,
             set_at_translation: Vec::new(),
             undecided_units: Vec::new(),
+            inferred_units: Vec::new(),
             own_files: BTreeSet::new(),
             times: Vec::new(),
         }
@@ -180,7 +199,19 @@ pub fn compile_extended(
     options: &Options,
     extras: &Extras<'_>,
 ) -> Compilation {
-    compile_loops(sources, name, text, options, extras)
+    compile_loops((sources, None), name, text, options, extras)
+}
+
+/// The same over trees that are kept from one compilation to the next: only texts that have changed are parsed.
+pub fn compile_over(
+    sources: &mut dyn Sources,
+    trees: &mut Trees,
+    name: &str,
+    text: &str,
+    options: &Options,
+    extras: &Extras<'_>,
+) -> Compilation {
+    compile_loops((sources, Some(trees)), name, text, options, extras)
 }
 
 /// The same with terms added to equations of the model.
@@ -191,13 +222,13 @@ pub fn compile_with(
     options: &Options,
     terms: &[Injection],
 ) -> Compilation {
-    compile_loops(sources, name, text, options, &Extras { terms, ..Extras::default() })
+    compile_loops((sources, None), name, text, options, &Extras { terms, ..Extras::default() })
 }
 
 /// As [`compile`], with all variables of loops as unknowns of the solver: for values of the parameters with which rounding errors grow
 /// along a torn loop.
 pub fn compile_whole_loops(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
-    compile_loops(sources, name, text, options, &Extras { loops: Loops::Whole, ..Extras::default() })
+    compile_loops((sources, None), name, text, options, &Extras { loops: Loops::Whole, ..Extras::default() })
 }
 
 /// Makes code once more of a model that has been compiled, with all variables of loops as unknowns of the solver; `flat` and `files` are
@@ -218,13 +249,10 @@ pub fn with_whole_loops(
     }
 }
 
-fn compile_loops(
-    sources: &mut dyn Sources,
-    name: &str,
-    text: &str,
-    options: &Options,
-    extras: &Extras<'_>,
-) -> Compilation {
+/// Where texts come from, and their trees as far as they are kept.
+type Texts<'s> = (&'s mut dyn Sources, Option<&'s mut Trees>);
+
+fn compile_loops(sources: Texts<'_>, name: &str, text: &str, options: &Options, extras: &Extras<'_>) -> Compilation {
     let mut result = front_end(sources, name, text, options, extras);
     // What will feed a block does not matter before it runs.
     if options.goal < Goal::Run {
@@ -236,6 +264,7 @@ fn compile_loops(
     let Some(flat) = result.flat.clone() else { return result };
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
+    result.inferred_units = units.inferred.into_iter().map(|found| (found.variable, found.unit)).collect();
     let own = result.own_files.clone();
     result.diagnostics.extend(units.diagnostics.into_iter().map(|found| match extras.strict_units {
         true => found,
@@ -256,10 +285,17 @@ fn of_libraries_warned(mut found: Diagnostic, own: &BTreeSet<FileId>) -> Diagnos
 }
 
 /// Text to flat model; anew with arrays of components in parts, where their elements were found to differ.
-fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Options, extras: &Extras<'_>) -> Compilation {
+fn front_end(
+    (sources, mut trees): Texts<'_>,
+    name: &str,
+    text: &str,
+    options: &Options,
+    extras: &Extras<'_>,
+) -> Compilation {
     let mut apart = BTreeSet::new();
     loop {
-        let (result, differing) = read(sources, (name, text), options, extras, apart.clone());
+        let texts: Texts<'_> = (&mut *sources, trees.as_deref_mut());
+        let (result, differing) = read(texts, (name, text), options, extras, apart.clone());
         let known = apart.len();
         apart.extend(differing);
         if !result.has_errors() || apart.len() == known {
@@ -270,14 +306,17 @@ fn front_end(sources: &mut dyn Sources, name: &str, text: &str, options: &Option
 
 /// Text to flat model, and the paths of arrays whose elements differ where one instance cannot stand for all of them.
 fn read(
-    sources: &mut dyn Sources,
+    (sources, trees): Texts<'_>,
     (name, text): (&str, &str),
     options: &Options,
     extras: &Extras<'_>,
     apart: BTreeSet<String>,
 ) -> (Compilation, BTreeSet<String>) {
     let start = (options.clock)();
-    let mut table = ClassTable::new(sources);
+    let mut table = match trees {
+        Some(trees) => ClassTable::over(sources, trees),
+        None => ClassTable::new(sources),
+    };
     let classes = table.add_main(name, text);
     let parsed = (options.clock)();
     let broken = table.messages.has_errors();

@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 32] = [
+const ALLOWED: [(&str, &[&str]); 33] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -88,6 +88,22 @@ const ALLOWED: [(&str, &[&str]); 32] = [
             "hyd-system",
         ],
     ),
+    // What editors ask: of texts the compiler, of libraries what the verbs know.
+    (
+        "hyd-lsp",
+        &[
+            "hyd-compiler",
+            "hyd-equations",
+            "hyd-flat",
+            "hyd-format",
+            "hyd-instance",
+            "hyd-run",
+            "hyd-source",
+            "hyd-syntax",
+            "hyd-system",
+            "hyd-verbs",
+        ],
+    ),
     // What every executable is: no stage of the compiler, no code generator.
     ("hyd-launcher", &["hyd-payload", "hyd-run", "hyd-runtime", "hyd-system"]),
     // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.
@@ -125,7 +141,7 @@ fn files(extension: &str) -> Vec<PathBuf> {
             let path = entry.expect("listed").path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if path.is_dir() {
-                if name != "target" && !name.starts_with('.') {
+                if !["target", "node_modules"].contains(&&*name) && !name.starts_with('.') {
                     folders.push(path);
                 }
             } else if name == extension || path.extension().is_some_and(|found| found == extension) {

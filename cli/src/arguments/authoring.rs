@@ -1,10 +1,10 @@
-//! Arguments of the verbs that work on texts: `fmt`, `new`, `doc`.
+//! Arguments of the verbs that work on texts: `fmt`, `new`, `doc`, `lsp`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::MessageFormat;
+use super::{LibraryArguments, MessageFormat};
 
 /// `hyd fmt`
 #[derive(Args, Debug)]
@@ -44,4 +44,21 @@ pub struct Doc {
     /// Runs no examples
     #[arg(long)]
     pub no_pictures: bool,
+}
+
+/// `hyd lsp`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Editors start it; see docs/guides/editor.md.  They may give it `library` (a list of folders), `strictUnits` and \
+                        `allowOutside` as initialization options, too."
+)]
+pub struct Lsp {
+    #[command(flatten)]
+    pub libraries: LibraryArguments,
+    /// Units that do not fit are errors in the texts of libraries, too, not only in those of the model
+    #[arg(long)]
+    pub strict_units: bool,
+    /// Standard input and output, which is the only way; editors that always say so may
+    #[arg(long, hide = true)]
+    pub stdio: bool,
 }

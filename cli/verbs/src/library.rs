@@ -39,6 +39,10 @@ pub struct LibraryPath {
     data: Vec<PathBuf>,
     /// Models may name data files elsewhere.
     allow_outside: bool,
+    /// Texts that stand in the place of those of their files.
+    open: Arc<BTreeMap<PathBuf, Arc<str>>>,
+    /// Names of all classes, once somebody has asked for them.
+    names: Option<Vec<String>>,
 }
 
 impl LibraryPath {
@@ -55,6 +59,12 @@ impl LibraryPath {
     /// Lets models name data files outside of these folders.
     pub fn allow_outside(&mut self) {
         self.allow_outside = true;
+    }
+
+    /// Reads these texts in the place of those of their files, as an editor has them before they are saved; files that do not exist
+    /// yet are found, too.
+    pub fn open_texts(&mut self, texts: Arc<BTreeMap<PathBuf, Arc<str>>>) {
+        self.open = texts;
     }
 
     /// Adds the folder of the main file if its text says that it belongs to a package.
@@ -105,7 +115,10 @@ impl LibraryPath {
             // A name that is not Unicode text is not a class's name.
             names.extend(entry?.file_name().into_string().ok());
         }
+        let open = self.open.keys().filter(|file| file.parent() == Some(folder));
+        names.extend(open.filter_map(|file| file.file_name()?.to_str().map(str::to_string)));
         names.sort();
+        names.dedup();
         self.listings.insert(folder.to_path_buf(), names.clone());
         Ok(names)
     }
@@ -145,10 +158,13 @@ impl LibraryPath {
         for extension in EXTENSIONS {
             if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
                 let path = folder.join(name);
-                let text = read_text(&path).map_err(|error| error.to_string())?;
+                let text: Arc<str> = match self.open.get(&path) {
+                    Some(text) => text.clone(),
+                    None => read_text(&path).map_err(|error| error.to_string())?.into(),
+                };
                 let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(&path);
                 let name = short.display().to_string();
-                return Ok(Some(SourceText { name: name.into(), text: text.into() }));
+                return Ok(Some(SourceText { name: name.into(), text }));
             }
         }
         Ok(None)
@@ -187,6 +203,9 @@ impl Sources for LibraryPath {
     }
 
     fn class_names(&mut self) -> Vec<String> {
+        if let Some(names) = &self.names {
+            return names.clone();
+        }
         let mut names = Vec::new();
         for Root { prefix, folder } in self.roots.clone() {
             self.collect_names(&folder, &prefix, &mut names);
@@ -196,6 +215,7 @@ impl Sources for LibraryPath {
             Some(stem.replace('/', "."))
         });
         names.extend(built_in);
+        self.names = Some(names.clone());
         names
     }
 }

@@ -13,13 +13,14 @@ mod instantiation;
 mod print;
 mod values;
 
-pub use classes::{class, modifier, shape};
+pub use classes::{class, meaning, modifier, shape};
 pub use instantiation::{connection_rules, instance};
 pub use values::{constructor, value};
 
 pub use builtins::{Builtin, SizeFault, SizesOf, sizes_text};
 pub use classes::class::{ClassId, ClassTable};
 pub use classes::sources::{SourceText, Sources};
+pub use classes::trees::Trees;
 pub use instantiation::build::{instantiate, instantiate_apart};
 pub use instantiation::instance::{InstId, Instance, Instances, Known, LocalClass, Primitive, ScalarType, Scope};
 pub use instantiation::lookup::Resolved;

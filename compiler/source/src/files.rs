@@ -60,6 +60,14 @@ struct Entry {
     line_starts: Arc<[u32]>,
 }
 
+impl Entry {
+    fn new(name: Arc<str>, text: Arc<str>) -> Self {
+        let mut line_starts = vec![0];
+        line_starts.extend(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k as u32 + 1));
+        Entry { name, text, line_starts: line_starts.into() }
+    }
+}
+
 /// All texts read so far; a copy shares them.
 #[derive(Clone, Default)]
 pub struct Files {
@@ -74,10 +82,20 @@ impl Files {
 
     /// Adds a text under the name that messages show.
     pub fn add(&mut self, name: impl Into<Arc<str>>, text: impl Into<Arc<str>>) -> FileId {
-        let text: Arc<str> = text.into();
-        let mut line_starts = vec![0];
-        line_starts.extend(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k as u32 + 1));
-        self.entries.push(Entry { name: name.into(), text, line_starts: line_starts.into() })
+        self.entries.push(Entry::new(name.into(), text.into()))
+    }
+
+    /// Puts another text in the place of that of a file, whose name it keeps.
+    pub fn replace(&mut self, file: FileId, text: impl Into<Arc<str>>) {
+        self.entries[file] = Entry::new(self.entries[file].name.clone(), text.into());
+    }
+
+    /// Takes over a file from a table that this one is an earlier copy of.
+    pub fn adopt(&mut self, later: &Files, file: FileId) {
+        for id in (self.entries.len()..=file.index()).map(FileId::new) {
+            self.entries.push(later.entries[id].clone());
+        }
+        self.entries[file] = later.entries[file].clone();
     }
 
     /// Number of texts.

@@ -15,6 +15,7 @@ mod build_modification;
 mod grammar;
 mod head;
 mod lone;
+pub mod names;
 mod printer;
 mod recovery;
 mod scan;

@@ -14,6 +14,7 @@ use rustc_hash::FxHashMap;
 use crate::Sources;
 use crate::classes::heir::with_constraint;
 use crate::classes::shape::Shape;
+use crate::classes::trees::Trees;
 
 typed_index!(
     /// A class definition.
@@ -76,6 +77,7 @@ pub struct ClassTable<'s> {
     /// The text that is translated; all others belong to libraries.
     pub main: Option<FileId>,
     sources: &'s mut dyn Sources,
+    trees: Option<&'s mut Trees>,
     classes: IndexVec<ClassId, Class>,
     top: FxHashMap<Name, Option<ClassId>>,
     open_shapes: Vec<ClassId>,
@@ -93,12 +95,19 @@ impl<'s> ClassTable<'s> {
             messages: Messages::new(),
             main: None,
             sources,
+            trees: None,
             classes: IndexVec::new(),
             top: FxHashMap::default(),
             open_shapes: Vec::new(),
             unreadable: Vec::new(),
             data: FxHashMap::default(),
         }
+    }
+
+    /// The same over trees that are kept from table to table.
+    pub fn over(sources: &'s mut dyn Sources, trees: &'s mut Trees) -> Self {
+        let files = trees.files().clone();
+        Self { files, trees: Some(trees), ..Self::new(sources) }
     }
 
     /// The class behind an id.
@@ -143,8 +152,17 @@ impl<'s> ClassTable<'s> {
 
     /// Parses a text and returns its tree with its file.
     fn parse(&mut self, name: Arc<str>, text: Arc<str>) -> (FileId, StoredDefinition) {
-        let file = self.files.add(name, text.clone());
-        let parsed = hyd_syntax::parse(file, &text);
+        let (file, parsed) = match &mut self.trees {
+            Some(trees) => {
+                let (file, parsed) = trees.parse(&name, &text);
+                self.files.adopt(trees.files(), file);
+                (file, parsed)
+            }
+            None => {
+                let file = self.files.add(name, text.clone());
+                (file, hyd_syntax::parse(file, &text))
+            }
+        };
         for diagnostic in parsed.diagnostics {
             self.report(diagnostic);
         }

@@ -1,5 +1,7 @@
 //! Texts to instances: what the tree holds, by subject.
 
+mod meaning;
+
 use std::sync::Arc;
 
 use hyd_instance::{ClassTable, Override, SourceText, Sources};

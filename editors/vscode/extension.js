@@ -1,0 +1,204 @@
+// The extension: starts `hyd lsp`, and runs the program for what an editor does not compute.
+const fs = require("fs");
+const os = require("os");
+const path = require("path");
+const vscode = require("vscode");
+const { LanguageClient } = require("vscode-languageclient/node");
+
+let client;
+
+function settings() {
+  return vscode.workspace.getConfiguration("hyd");
+}
+
+function options() {
+  const own = settings();
+  return {
+    library: own.get("library", []),
+    strictUnits: own.get("strictUnits", false),
+    allowOutside: own.get("allowOutside", false),
+    commands: ["hyd.simulate", "hyd.plot", "hyd.equations"],
+  };
+}
+
+async function start() {
+  const program = settings().get("path", "hyd");
+  const run = { command: program, args: ["lsp"] };
+  client = new LanguageClient("hyd", "hyd", { run, debug: run }, {
+    documentSelector: [{ language: "hyd" }],
+    initializationOptions: options(),
+    synchronize: { configurationSection: "hyd" },
+  });
+  try {
+    await client.start();
+  } catch (error) {
+    client = undefined;
+    const open = "Open the settings";
+    const sentence = `\`${program} lsp\` cannot be started: ${error.message || error}`;
+    if ((await vscode.window.showErrorMessage(sentence, open)) === open) {
+      vscode.commands.executeCommand("workbench.action.openSettings", "hyd.path");
+    }
+  }
+}
+
+async function stop() {
+  const running = client;
+  client = undefined;
+  if (running) {
+    await running.stop();
+  }
+}
+
+// The document and the class that a command is for: those of a lens, else those at the cursor.
+async function model(uri, name) {
+  if (uri && name) {
+    const document = await vscode.workspace.openTextDocument(vscode.Uri.parse(uri));
+    return { document, name };
+  }
+  const editor = vscode.window.activeTextEditor;
+  if (!editor || editor.document.languageId !== "hyd") {
+    vscode.window.showInformationMessage("No model is open in the editor.");
+    return undefined;
+  }
+  const lenses = await vscode.commands.executeCommand("vscode.executeCodeLensProvider", editor.document.uri, 100);
+  const known = (lenses || []).filter((lens) => lens.command && lens.command.command === "hyd.simulate");
+  const before = known.filter((lens) => lens.range.start.line <= editor.selection.active.line);
+  const chosen = before[before.length - 1] || known[0];
+  if (!chosen) {
+    vscode.window.showInformationMessage("This file holds no complete model.");
+    return undefined;
+  }
+  return { document: editor.document, name: chosen.command.arguments[1] };
+}
+
+// Arguments that lead the program to what the server sees.
+function libraries(folder) {
+  const root = folder ? folder.uri.fsPath : undefined;
+  const named = settings().get("library", []).map((one) => (root ? path.resolve(root, one) : one));
+  const all = root ? [...named, root] : named;
+  const flags = all.flatMap((one) => ["--library", one]);
+  return settings().get("allowOutside", false) ? [...flags, "--allow-outside"] : flags;
+}
+
+// Runs the program as a task, whose messages become problems.
+async function run(verb, chosen, more) {
+  if (chosen.document.isDirty && !(await chosen.document.save())) {
+    return undefined;
+  }
+  const folder = vscode.workspace.getWorkspaceFolder(chosen.document.uri);
+  const file = chosen.document.uri.fsPath;
+  const words = [verb, file, "--model", chosen.name, ...libraries(folder), ...more];
+  const execution = new vscode.ProcessExecution(settings().get("path", "hyd"), words, { cwd: path.dirname(file) });
+  const scope = folder || vscode.TaskScope.Workspace;
+  const task = new vscode.Task({ type: "process" }, scope, `${verb} ${chosen.name}`, "hyd", execution, ["$hyd"]);
+  task.presentationOptions = { clear: true, reveal: vscode.TaskRevealKind.Always };
+  const started = await vscode.tasks.executeTask(task);
+  return new Promise((resolve) => {
+    const listener = vscode.tasks.onDidEndTaskProcess((ended) => {
+      if (ended.execution === started) {
+        listener.dispose();
+        resolve(ended.exitCode);
+      }
+    });
+  });
+}
+
+async function simulate(uri, name) {
+  const chosen = await model(uri, name);
+  return chosen && run("simulate", chosen, []);
+}
+
+async function plot(uri, name) {
+  const chosen = await model(uri, name);
+  if (!chosen) {
+    return;
+  }
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), "hyd-plot-"));
+  const picture = path.join(folder, `${chosen.name.split(".").pop()}.png`);
+  const names = await vscode.window.showInputBox({
+    prompt: "Variables to draw, as a regular expression for their full names; nothing for all",
+  });
+  if (names === undefined) {
+    return;
+  }
+  const wanted = names.trim() ? ["--variables", names.trim()] : [];
+  const code = await run("simulate", chosen, ["--plot", picture, ...wanted]);
+  if (code === 0 && fs.existsSync(picture)) {
+    await vscode.commands.executeCommand("vscode.open", vscode.Uri.file(picture), vscode.ViewColumn.Beside);
+  }
+}
+
+async function show(content, language) {
+  const document = await vscode.workspace.openTextDocument({ content, language });
+  await vscode.window.showTextDocument(document, { viewColumn: vscode.ViewColumn.Beside, preview: true });
+}
+
+// What the server answers to one of its commands.
+async function asked(command, words) {
+  if (!client) {
+    vscode.window.showErrorMessage("`hyd lsp` is not running.");
+    return undefined;
+  }
+  try {
+    return await client.sendRequest("workspace/executeCommand", { command, arguments: words });
+  } catch (error) {
+    vscode.window.showErrorMessage(error.message || String(error));
+    return undefined;
+  }
+}
+
+async function equations(uri, name) {
+  const chosen = await model(uri, name);
+  if (!chosen) {
+    return;
+  }
+  const text = await asked("hyd.server.equations", [chosen.document.uri.toString(), chosen.name]);
+  if (text) {
+    await show(text, "plaintext");
+  }
+}
+
+async function explain(code) {
+  const editor = vscode.window.activeTextEditor;
+  const here = editor && vscode.languages.getDiagnostics(editor.document.uri).find((one) => (
+    one.source === "hyd" && one.range.contains(editor.selection.active)
+  ));
+  const wanted = code || await vscode.window.showInputBox({ prompt: "A code, such as E0201", value: here && String(here.code) });
+  const text = wanted && await asked("hyd.server.explain", [wanted]);
+  if (text) {
+    await show(text, "plaintext");
+  }
+}
+
+async function report() {
+  const found = await vscode.workspace.findFiles("**/report.html", "**/node_modules/**", 100);
+  const items = found.map((uri) => ({ label: vscode.workspace.asRelativePath(uri), uri }));
+  if (items.length === 0) {
+    vscode.window.showInformationMessage("There is no report here: `hyd discover` writes one.");
+    return;
+  }
+  const chosen = items.length === 1 ? items[0] : await vscode.window.showQuickPick(items);
+  if (chosen) {
+    await vscode.env.openExternal(chosen.uri);
+  }
+}
+
+async function activate(context) {
+  const commands = { simulate, plot, equations, explain, report };
+  for (const [name, command] of Object.entries(commands)) {
+    context.subscriptions.push(vscode.commands.registerCommand(`hyd.${name}`, command));
+  }
+  context.subscriptions.push(vscode.commands.registerCommand("hyd.restart", async () => {
+    await stop();
+    await start();
+  }));
+  context.subscriptions.push(vscode.workspace.onDidChangeConfiguration(async (change) => {
+    if (change.affectsConfiguration("hyd.path")) {
+      await stop();
+      await start();
+    }
+  }));
+  await start();
+}
+
+module.exports = { activate, deactivate: stop };
