@@ -76,7 +76,7 @@ fn what_changed_is_named() {
 fn git_and_broken_texts() {
     let folder = Scratch::new();
     folder.write("a.mo", BEFORE);
-    folder.write("b.mo", &BEFORE.replace("= 2;", "= 3;"));
+    folder.write("b.mo", BEFORE.replace("= 2;", "= 3;"));
     // As git calls an external difference; a file that is new has nothing before it.
     let outcome = run(folder.path(), &["diff", "cart.mo", "a.mo", "1234567", "100644", "b.mo", "89abcde", "100644"]);
     assert_eq!(

@@ -22,7 +22,7 @@ fn a_model_is_compared_with_its_stored_result() {
     let folder = Scratch::new();
     std::fs::create_dir(folder.path().join("models")).expect("made");
     folder.write("models/decay.hyd", DECAY);
-    folder.write("models/broken.hyd", &DECAY.replace("Decay", "Broken").replace("der(x) = -k*x", "der(x) = -kk*x"));
+    folder.write("models/broken.hyd", DECAY.replace("Decay", "Broken").replace("der(x) = -k*x", "der(x) = -kk*x"));
     folder.write("models/part.hyd", "model Part\n  Real x;\nend Part;\n");
     // Nothing is stored: that is said, and is not a success.
     let outcome = run(folder.path(), &["test", "models/decay.hyd"]);
@@ -33,11 +33,11 @@ fn a_model_is_compared_with_its_stored_result() {
         outcome.stdout
     );
     // What is stored counts, and only that.
-    folder.write("models/decay.expected.csv", &decay(2.0));
+    folder.write("models/decay.expected.csv", decay(2.0));
     let outcome = run(folder.path(), &["test", "models/decay.hyd"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stdout);
     assert!(outcome.stdout.starts_with("ok      models/decay.hyd ("), "{}", outcome.stdout);
-    folder.write("models/decay.expected.csv", &decay(2.1));
+    folder.write("models/decay.expected.csv", decay(2.1));
     let outcome = run(folder.path(), &["test", "models", "--junit", "tests.xml"]);
     assert_eq!(outcome.code, Some(1), "{}", outcome.stdout);
     // exp(-2t) - exp(-2.1t) is largest near t = 1/2.
@@ -70,7 +70,7 @@ fn what_is_accepted_is_stored_with_a_picture() {
     assert!(first.lines().next().is_some_and(|line| line.contains("twice")), "{first}");
     assert_eq!(run(folder.path(), &["test", "."]).code, Some(0));
     // What changes is said, drawn, and stored; the columns stay those that were stored.
-    folder.write("decay.expected.csv", &decay(3.0));
+    folder.write("decay.expected.csv", decay(3.0));
     let outcome = run(folder.path(), &["test", ".", "--accept"]);
     assert!(
         outcome.stdout.contains("stored  ./decay.hyd") && outcome.stdout.contains("x differs by"),
@@ -87,7 +87,7 @@ fn what_is_accepted_is_stored_with_a_picture() {
     assert_eq!(outcome.code, Some(1));
     let words = ["runs from 0 to 1 s, and what is stored from 0 to 2 s", "no `gone` any more"];
     assert!(words.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
-    folder.write("decay.hyd", &DECAY.replace("-k*x", "-kk*x"));
+    folder.write("decay.hyd", DECAY.replace("-k*x", "-kk*x"));
     let outcome = run(folder.path(), &["test", "."]);
     assert!(
         outcome.stdout.contains("error[E0201]") && outcome.stdout.contains("at ./decay.hyd:6"),
