@@ -148,6 +148,11 @@ impl Elaborator<'_, '_> {
         Ok(first.with_rank(first.rank + outer))
     }
 
+    /// The type of the first output of a function that is called with what it declares.
+    pub fn type_of_outputs(&mut self, local: &LocalClass) -> Result<Type, Reported> {
+        self.type_of_call(local, &[], &[])
+    }
+
     /// The class that is called.
     pub(crate) fn called_class(&mut self, function: &ComponentRef) -> Result<LocalClass, Reported> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
@@ -214,6 +219,7 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
         Floored => integer(nth(0).rank),
         Ordinal => integer(nth(0).rank),
         Cardinality => integer(0),
+        IsRoot | Rooted => Type::scalar(ScalarType::Boolean),
         Text | InstanceName => Type::scalar(ScalarType::Text),
         Elementary(Named::Sign) => integer(widest),
         Elementary(Named::Abs | Named::Min | Named::Max | Named::Div | Named::Mod | Named::Rem) => {

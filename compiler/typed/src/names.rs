@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use hyd_instance::{Env, InstId, LocalClass, Resolved, ScalarType, Scope};
-use hyd_source::{Code, Reported};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{self as text, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Element};
 
 use crate::elaborate::Elaborator;
@@ -63,6 +63,25 @@ impl Elaborator<'_, '_> {
             }
         };
         Ok(Expr { kind, ty, span })
+    }
+
+    /// One element of an instance, seen from the model: `at` has a subscript (from 0) for each array around it and of its own.
+    pub fn element(&mut self, inst: InstId, at: &[usize], span: Span) -> Expr {
+        let mut steps = Vec::new();
+        let mut reference = ComponentRef { global: false, parts: Vec::new(), span };
+        let mut rest = at.iter();
+        for id in hyd_instance::instance::chain(&self.tree.instances, inst).into_iter().skip(1) {
+            let instance = &self.tree.instances[id];
+            let taken: Vec<i64> = rest.by_ref().take(instance.dims.len()).map(|&k| k as i64 + 1).collect();
+            let typed =
+                taken.iter().map(|&k| Expr { kind: Kind::Integer(k), ty: Type::scalar(ScalarType::Integer), span });
+            let written = taken.iter().map(|&k| text::Expr { kind: text::ExprKind::Integer(k), span });
+            let name = text::Ident { name: instance.name.clone(), span };
+            reference.parts.push(text::RefPart { name, subscripts: written.collect() });
+            steps.push((id, typed.collect()));
+        }
+        let ty = Type { base: self.base_of(inst), rank: 0 };
+        Expr { kind: Kind::Variable(Variable { steps, reference: Rc::new(reference) }), ty, span }
     }
 
     fn local(&mut self, reference: &ComponentRef, root: Type) -> Result<Expr, Reported> {
