@@ -18,7 +18,7 @@ mod types;
 mod walk;
 
 pub use elaborate::{Elaborator, Typing};
-pub use expression::{Call, Construction, Expr, Iterator, Kind, Local, Variable};
+pub use expression::{Call, Callee, Construction, Expr, Iterator, Kind, Local, Variable};
 pub use function::{Declaration, External, Function, Signature};
 pub use statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};
 pub use types::{Base, RecordType, Type, scalar_of};

@@ -143,6 +143,10 @@ impl Elaborator<'_, '_> {
         if let Some(scalar) = shape.builtin.as_deref().and_then(predefined) {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
+        if self.tree.table.class(local.class).def.kind == ClassKind::Function {
+            let result = self.type_of_outputs(&local)?;
+            return Ok(Type { base: Base::Function(Rc::new(result)), rank });
+        }
         if self.tree.table.class(local.class).def.kind != ClassKind::Record {
             let message = format!("`{}` cannot be a variable of a function", component.name.name);
             return Err(self.error(Code::TypeMismatch, component.name.span, message));

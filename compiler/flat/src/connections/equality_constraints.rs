@@ -8,7 +8,7 @@ use std::rc::Rc;
 use hyd_instance::{InstId, Scope};
 use hyd_source::{Origin, Span};
 use hyd_syntax::tree::{ClassKind, ComponentRef, Ident, Name, Path, RefPart};
-use hyd_typed::{Call, Expr, Kind};
+use hyd_typed::{Call, Callee, Expr, Kind};
 
 use crate::connections::virtual_graph::Node;
 use crate::model::Section;
@@ -95,7 +95,7 @@ impl Flattener<'_, '_> {
         let part = RefPart { name, subscripts: Vec::new() };
         let name = Rc::new(ComponentRef { global: false, parts: vec![part], span });
         let ty = self.elaborator(root, None).type_of_outputs(&function)?;
-        let call = Call { function, name, positional, named: Vec::new() };
+        let call = Call { function: Callee::Class(function), name, positional, named: Vec::new() };
         Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })
     }
 

@@ -46,8 +46,8 @@ impl<'s> Flattener<'_, 's> {
                 Ok(vec![(name, record)])
             }
             Kind::Call(call) => {
-                let function = self.function(&call.function, cx.scope)?;
-                self.call_with_arguments(expr.span, &function, call, cx)
+                let callee = self.callee(call, cx)?;
+                self.call_with_arguments(expr.span, &callee, call, cx)
             }
             _ => Err(self.error(Code::BadArguments, expr.span, "a function is needed here")),
         }

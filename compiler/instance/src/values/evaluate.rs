@@ -139,6 +139,13 @@ impl InstanceTree<'_> {
                     Err(Reported)
                 }
             },
+            ExprKind::Partial(..) => {
+                self.not_structural(
+                    expr.span,
+                    "a function as an argument cannot be computed with before the run".into(),
+                );
+                Err(Reported)
+            }
             ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
             ExprKind::Colon => {
                 self.no_meaning(expr.span, "`:` is not a value".into());
