@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use hyd_instance::{Env, InstId, Value};
+use hyd_instance::{Env, InstId, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{self as text, Arguments, ComponentRef, ExprKind, Name, Variability};
 
 use crate::elaborate::Elaborator;
-use crate::expression::{Expr, Kind};
+use crate::expression::{Callee, Expr, Kind};
 use crate::statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};
 use crate::types::{Base, Type};
 
@@ -99,8 +99,29 @@ impl Elaborator<'_, '_> {
                 let (state, value) = self.restart(span, arguments)?;
                 StatementKind::Reinit(state, value)
             }
-            _ => StatementKind::Call(self.call(span, function, arguments)?),
+            _ => {
+                let call = self.call(span, function, arguments)?;
+                match self.ends_with(&call) {
+                    Some(text) => {
+                        let kind = Kind::Boolean(false);
+                        let condition = Expr { kind, ty: Type::scalar(ScalarType::Boolean), span };
+                        StatementKind::Assert(Assertion { condition, text, error: true })
+                    }
+                    None => StatementKind::Call(call),
+                }
+            }
         })
+    }
+
+    /// The text that a call ends the run with, where it calls a function for that.
+    fn ends_with(&mut self, call: &Expr) -> Option<Expr> {
+        let Kind::Call(call) = &call.kind else { return None };
+        let Callee::Class(class) = &call.function else { return None };
+        let def = self.tree.table.class(class.class).def.clone();
+        let text::ClassBody::Long { external: Some(external), .. } = &def.body else { return None };
+        let is_error = external.call.as_ref().is_some_and(|call| hyd_instance::external::is_error(&call.name.name));
+        let text = call.positional.first().or(call.named.first().map(|(_, text)| text));
+        text.filter(|_| is_error).cloned()
     }
 
     /// The arguments of an `assert`, by position or name.

@@ -152,6 +152,9 @@ impl Flattener<'_, '_> {
                 (Some(expr), _) => {
                     let local = match self.size_given(expr, callee, input, cx)? {
                         Some(size) => size,
+                        None if input.ty.is_text() && callee.only_shows(&input.name.name) => {
+                            self.shown_text(expr, cx)?
+                        }
                         None => self.local_value(expr, cx)?,
                     };
                     let outer = self.check_argument(expr, input, &local)?;
