@@ -262,7 +262,7 @@ impl Elaborator<'_, '_> {
             _ => {
                 let message = format!("there is no `Connections.{name}`");
                 let known = ["branch", "root", "potentialRoot", "isRoot", "rooted"];
-                let help = did_you_mean(name, known.into_iter());
+                let help = did_you_mean(name, known);
                 self.tree.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "").maybe_help(help));
                 return Err(Reported);
             }
