@@ -110,6 +110,11 @@ fn form(kind: &ExprKind) -> (String, u8) {
             primary(row(&format!("<mo>{{</mo>{inner}<mo>}}</mo>")))
         }
         ExprKind::Matrix(rows) => primary(matrix(rows)),
+        ExprKind::Partial(function, given) => {
+            let given = given.iter().map(|(name, e)| format!("{}<mo>=</mo>{}", identifier(&name.name), expression(e)));
+            let given = parentheses(&given.collect::<Vec<_>>().join("<mo>,</mo>"));
+            primary(row(&format!("{}{given}", reference(function))))
+        }
         ExprKind::Tuple(slots) => {
             let slots: Vec<String> =
                 slots.iter().map(|slot| slot.as_ref().map_or("<mo>·</mo>".to_string(), expression)).collect();

@@ -1,7 +1,7 @@
 //! The flattener: instances to variables, bindings and equations.
 //!
-//! Order: variables of all instances, then their bindings and start values, then the equation sections, then connections, and
-//! at the end the values from outside that all this has asked for.
+//! Order: variables of all instances, then what is connected, then their bindings and start values, then the equation sections, then the
+//! equations of connections, and at the end the values from outside that all this has asked for.
 
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use hyd_typed::Typing;
 use rustc_hash::FxHashMap;
 
 use crate::connections::connect::Connections;
+use crate::connections::virtual_graph::VirtualGraph;
 use crate::model::FlatModel;
 use crate::sections::inject::Injection;
 use crate::state::draft::Notes;
@@ -52,6 +53,8 @@ impl<'t, 's> Flattener<'t, 's> {
             asked: Vec::new(),
             statements: 0,
             connections: Connections::default(),
+            graph: VirtualGraph::default(),
+            records: FxHashMap::default(),
             lowering: 0,
             lowered: 0,
             too_many_operands: false,
@@ -85,20 +88,22 @@ impl<'t, 's> Flattener<'t, 's> {
         self.declare(root);
         self.note_ends();
         self.drive_inputs();
+        before_sections(&mut self);
+        // What is connected is known before any equation asks for it.
+        self.sections(root, Pass::Connections);
+        self.tree.connected = Some(self.connections.counted());
+        self.settle_virtual_graph();
         let variables: Vec<InstId> = self.variable_instances();
         for &inst in &variables {
             self.attributes(inst);
             self.bind(inst);
         }
         let bindings = self.model.equations.len();
-        before_sections(&mut self);
-        // What is connected is known before any equation asks for it.
-        self.sections(root, Pass::Connections);
-        self.tree.connected = Some(self.connections.counted());
         self.sections(root, Pass::Equations);
         self.check_injections();
         let sections = self.model.equations.len();
         self.connect_all();
+        self.equality_constraints();
         self.note_potentials();
         self.note_gaps();
         self.check_ends();
@@ -198,6 +203,7 @@ mod tests {
                     flat.sections(flat.tree.root, Pass::Equations);
                 });
                 flat.connections = Connections::default();
+                flat.graph = VirtualGraph::default();
             }
         });
         let FlatModel { variables, equations, delays, messages, claims, injectable, scalars, .. } = &model;

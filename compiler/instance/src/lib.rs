@@ -17,7 +17,7 @@ pub use classes::{class, meaning, modifier, shape};
 pub use instantiation::{connection_rules, instance};
 pub use values::{constructor, value};
 
-pub use builtins::{Builtin, SizeFault, SizesOf, sizes_text};
+pub use builtins::{Builtin, SizeFault, SizesOf, sizes_text, speaks_of_connections};
 pub use classes::class::{ClassId, ClassTable};
 pub use classes::sources::{SourceText, Sources};
 pub use classes::trees::Trees;
@@ -25,7 +25,7 @@ pub use instantiation::build::{instantiate, instantiate_apart};
 pub use instantiation::instance::{InstId, Instance, Instances, Known, LocalClass, Primitive, ScalarType, Scope};
 pub use instantiation::lookup::Resolved;
 pub use instantiation::size::names_boolean;
-pub use instantiation::tree::{InstanceTree, Override};
+pub use instantiation::tree::{InstanceTree, Override, Rooting};
 pub use values::evaluate::Env;
 pub use values::function_components::FunctionComponent;
 pub use values::value::{EnumType, Value};

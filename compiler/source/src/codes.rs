@@ -95,6 +95,8 @@ codes! {
         "Both ends of a `connect` must be connectors with the same elements: names, flow or not, types and sizes.";
     ConnectionRule = "E0304", "a rule of a connector is broken",
         "The library says of a connector that it must be connected (`mustBeConnected`), or to one other connector only (`mayOnlyConnectOnce`), and gives the reason (Modelica 3.6, section 18.5).";
+    VirtualGraph = "E0305", "roots of connected records do not fit",
+        "Records with more variables than degrees of freedom, such as the orientation of a frame, are determined from roots along connections and `Connections.branch` (Modelica 3.6, section 9.4). Where everything is connected there must be exactly one root; branches alone must form no loop and join no two roots.";
     Unbalanced = "E0401", "number of equations and unknowns differ",
         "A model can be solved only if it has as many equations as unknowns. The message names the smallest part that is over- or under-determined.";
     Singular = "E0402", "structurally singular",

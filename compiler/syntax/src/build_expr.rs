@@ -385,12 +385,18 @@ impl<'t> Builder<'t> {
                     for value in parts {
                         match value.as_rule() {
                             Rule::expression => named.push((name.clone(), self.expression(value))),
-                            Rule::partial_call => self.partial_call(&value),
+                            Rule::partial_call => named.push((name.clone(), self.partial_call(value))),
                             _ => {}
                         }
                     }
                 }
-                Rule::partial_call => self.partial_call(&part),
+                Rule::partial_call => {
+                    let function = self.partial_call(part);
+                    if !named.is_empty() {
+                        self.error(function.span, "an argument without a name cannot follow named ones");
+                    }
+                    positional.push(function);
+                }
                 Rule::for_clause => {
                     let iterators = self.iterators(part);
                     if let Some(value) = positional.pop() {
@@ -403,9 +409,33 @@ impl<'t> Builder<'t> {
         Arguments::List { positional, named }
     }
 
-    fn partial_call(&mut self, node: &Node<'t>) {
-        let span = self.span(node);
-        self.outside_profile(span, "functions as arguments (`function f(...)`) are outside the language profile");
+    /// A `partial_call` node.
+    fn partial_call(&mut self, node: Node<'t>) -> Expr {
+        let span = self.span(&node);
+        let mut function = ComponentRef { global: false, parts: Vec::new(), span };
+        let mut given = Vec::new();
+        for part in node.into_inner() {
+            match part.as_rule() {
+                Rule::path => {
+                    let path = self.path(part);
+                    let part = |name| RefPart { name, subscripts: Vec::new() };
+                    let parts = path.parts.into_iter().map(part).collect();
+                    function = ComponentRef { global: path.global, parts, span: path.span };
+                }
+                Rule::arguments => {
+                    let Arguments::List { positional, named } = self.arguments(part) else { continue };
+                    if let Some(first) = positional.first() {
+                        self.error(
+                            first.span,
+                            "a function as an argument is given its inputs by name: `function f(a = 1)`",
+                        );
+                    }
+                    given = named;
+                }
+                _ => {}
+            }
+        }
+        Expr { kind: ExprKind::Partial(function, given), span }
     }
 
     /// A `reference` node.

@@ -127,6 +127,18 @@ fn write_primary(out: &mut String, kind: &ExprKind) {
             write_reference(out, function);
             write_arguments(out, arguments);
         }
+        ExprKind::Partial(function, given) => {
+            out.push_str("function ");
+            write_reference(out, function);
+            out.push('(');
+            for (k, (name, value)) in given.iter().enumerate() {
+                out.push_str(if k == 0 { "" } else { ", " });
+                out.push_str(&name.name);
+                out.push_str(" = ");
+                write_expr(out, value, 0);
+            }
+            out.push(')');
+        }
         ExprKind::Array(values) => {
             out.push('{');
             write_list(out, values);

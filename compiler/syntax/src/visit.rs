@@ -84,6 +84,10 @@ pub fn walk_expr<V: Visitor + ?Sized>(visitor: &mut V, expr: &Expr) {
             visitor.reference(function, Role::Called);
             walk_arguments(visitor, arguments);
         }
+        ExprKind::Partial(function, given) => {
+            visitor.reference(function, Role::Called);
+            given.iter().for_each(|(_, e)| visitor.expr(e));
+        }
         ExprKind::Unary(_, a) | ExprKind::Field(a, _) => visitor.expr(a),
         ExprKind::Binary(_, a, b) => {
             visitor.expr(a);

@@ -69,6 +69,7 @@ pub fn walk_expr_mut<V: VisitorMut + ?Sized>(visitor: &mut V, expr: &mut Expr) {
             visitor.reference(function, Role::Called);
             walk_arguments_mut(visitor, arguments);
         }
+        ExprKind::Partial(_, given) => given.iter_mut().for_each(|(_, e)| visitor.expr(e)),
         ExprKind::Unary(_, a) | ExprKind::Field(a, _) => visitor.expr(a),
         ExprKind::Binary(_, a, b) => {
             visitor.expr(a);

@@ -8,7 +8,7 @@ use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, Name};
 use hyd_system::math::Function as Named;
 
 use crate::elaborate::{Elaborator, joined};
-use crate::expression::{Call, Construction, Expr, Kind};
+use crate::expression::{Call, Callee, Construction, Expr, Kind, Local};
 use crate::types::{Base, Type};
 
 impl Elaborator<'_, '_> {
@@ -18,6 +18,12 @@ impl Elaborator<'_, '_> {
         function: &ComponentRef,
         arguments: &Arguments,
     ) -> Result<Expr, Reported> {
+        if let Some(Base::Function(result)) = self.local_type(function).map(|ty| &ty.base)
+            && function.parts.len() == 1
+        {
+            let result = Type::clone(result);
+            return self.call_of_local(span, function, result, arguments);
+        }
         let builtin = self.tree.predefined(self.scope, function);
         let (positional, named) = match arguments {
             Arguments::List { positional, named } => (positional, named),
@@ -99,7 +105,7 @@ impl Elaborator<'_, '_> {
             }
             if let Some(function) = self.own_constructor(&local, &positional, &by_name)? {
                 let ty = self.type_of_call(&function, &positional, &by_name)?;
-                let call = Call { function, name, positional, named: by_name };
+                let call = Call { function: Callee::Class(function), name, positional, named: by_name };
                 return Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span });
             }
         }
@@ -117,14 +123,62 @@ impl Elaborator<'_, '_> {
             let message = format!("`{}` is not a function", def.name.name);
             return Err(self.error(Code::BadArguments, function.span, message));
         }
-        let positional = self.all(positional)?;
-        let mut by_name = Vec::with_capacity(named.len());
-        for (name, value) in named {
-            by_name.push((name.clone(), self.expr(value)?));
-        }
-        let ty = self.type_of_call(&local, &positional, &by_name)?;
-        let call = Call { function: local, name, positional, named: by_name };
+        let (positional, named) = (self.all(positional)?, self.named(named)?);
+        let ty = self.type_of_call(&local, &positional, &named)?;
+        let call = Call { function: Callee::Class(local), name, positional, named };
         Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })
+    }
+
+    fn named(&mut self, named: &[(text::Ident, text::Expr)]) -> Result<Vec<(text::Ident, Expr)>, Reported> {
+        named.iter().map(|(name, value)| Ok((name.clone(), self.expr(value)?))).collect()
+    }
+
+    /// A call of the function that an input of the function around is.
+    fn call_of_local(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        ty: Type,
+        arguments: &Arguments,
+    ) -> Result<Expr, Reported> {
+        let Arguments::List { positional, named } = arguments else {
+            let message = "only sum, product, min and max take `... for ... in ...`";
+            return Err(self.error(Code::BadArguments, span, message));
+        };
+        let name = Rc::new(function.clone());
+        let local = Local { parts: vec![(function.parts[0].name.clone(), Vec::new())], reference: name.clone() };
+        let (positional, named) = (self.all(positional)?, self.named(named)?);
+        let call = Call { function: Callee::Local(local), name, positional, named };
+        Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })
+    }
+
+    /// `function f(a = 1)`
+    pub(crate) fn partial(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        given: &[(text::Ident, text::Expr)],
+    ) -> Result<Expr, Reported> {
+        let name = Rc::new(function.clone());
+        let (callee, result) = match self.local_type(function).map(|ty| ty.base.clone()) {
+            Some(Base::Function(result)) => {
+                let parts = vec![(function.parts[0].name.clone(), Vec::new())];
+                (Callee::Local(Local { parts, reference: name.clone() }), result)
+            }
+            _ => {
+                let local = self.called_class(function)?;
+                let def = self.tree.table.class(local.class).def.clone();
+                if def.kind != ClassKind::Function {
+                    let message = format!("`{}` is not a function", def.name.name);
+                    return Err(self.error(Code::BadArguments, function.span, message));
+                }
+                let result = Rc::new(self.type_of_outputs(&local)?);
+                (Callee::Class(local), result)
+            }
+        };
+        let call = Call { function: callee, name, positional: Vec::new(), named: self.named(given)? };
+        let ty = Type { base: Base::Function(result), rank: 0 };
+        Ok(Expr { kind: Kind::Function(Box::new(call)), ty, span })
     }
 
     /// The type of the first output; an argument with more dimensions than the input asks for one call per element (12.4.6).
@@ -146,6 +200,11 @@ impl Elaborator<'_, '_> {
             }
         }
         Ok(first.with_rank(first.rank + outer))
+    }
+
+    /// The type of the first output of a function that is called with what it declares.
+    pub fn type_of_outputs(&mut self, local: &LocalClass) -> Result<Type, Reported> {
+        self.type_of_call(local, &[], &[])
     }
 
     /// The class that is called.
@@ -214,6 +273,7 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
         Floored => integer(nth(0).rank),
         Ordinal => integer(nth(0).rank),
         Cardinality => integer(0),
+        IsRoot | Rooted => Type::scalar(ScalarType::Boolean),
         Text | InstanceName => Type::scalar(ScalarType::Text),
         Elementary(Named::Sign) => integer(widest),
         Elementary(Named::Abs | Named::Min | Named::Max | Named::Div | Named::Mod | Named::Rem) => {

@@ -103,6 +103,7 @@ impl Elaborator<'_, '_> {
             ExprKind::Boolean(b) => (Kind::Boolean(*b), BOOLEAN),
             ExprKind::Ref(reference) => return self.reference(reference),
             ExprKind::Call(function, arguments) => return self.call(span, function, arguments),
+            ExprKind::Partial(function, given) => return self.partial(span, function, given),
             ExprKind::Unary(op, a) => {
                 let a = self.expr(a)?;
                 if a.ty.is_record()

@@ -49,6 +49,8 @@ pub enum Kind {
     Reduction(Builtin, Box<Expr>, Vec<Iterator>),
     /// A call of a user's function.
     Call(Box<Call>),
+    /// `function f(a = 1)`: a function with inputs given by name.
+    Function(Box<Call>),
     /// A call of the constructor of a record.
     Record(Box<Construction>),
     /// An operator with one operand.
@@ -116,11 +118,20 @@ impl Local {
     }
 }
 
+/// Which function is called.
+#[derive(Clone, Debug)]
+pub enum Callee {
+    /// One that is declared.
+    Class(LocalClass),
+    /// The value of an input of the function around.
+    Local(Local),
+}
+
 /// A call of a user's function.
 #[derive(Clone, Debug)]
 pub struct Call {
     /// The function.
-    pub function: LocalClass,
+    pub function: Callee,
     /// Its name as written.
     pub name: Rc<ComponentRef>,
     /// Arguments by position.
@@ -237,6 +248,10 @@ impl Expr {
                 let named = call.named.iter().map(|(name, expr)| (name.clone(), expr.text(purpose))).collect();
                 let arguments = Arguments::List { positional: all(&call.positional, purpose), named };
                 ExprKind::Call(ComponentRef::clone(&call.name), arguments)
+            }
+            Kind::Function(call) => {
+                let given = call.named.iter().map(|(name, expr)| (name.clone(), expr.text(purpose))).collect();
+                ExprKind::Partial(ComponentRef::clone(&call.name), given)
             }
             Kind::Record(made) => ExprKind::Call(ComponentRef::clone(&made.name), Arguments::clone(&made.arguments)),
             Kind::Unary(op, a) => ExprKind::Unary(*op, boxed(a, purpose)),

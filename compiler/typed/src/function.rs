@@ -12,7 +12,7 @@ use hyd_syntax::tree::{self as text, ClassDef, Component, Direction, ExprKind, I
 use crate::expression::{Expr, Kind};
 use crate::statement::{Statement, StatementKind};
 use crate::types::{Base, Type};
-use crate::walk::mentions;
+use crate::walk::{mentions, walk_statements};
 
 /// What a call needs to know of a function.
 #[derive(Debug)]
@@ -149,6 +149,16 @@ impl Function {
         self.others().flat_map(|v| &v.dims).any(|dim| mentions(dim, input))
     }
 
+    /// True if a String is nothing but a text for people: it stands in messages, or goes to a function whose effect is outside of the
+    /// model.
+    pub fn only_shows(&self, input: &Name) -> bool {
+        let is_effect = |external: &External| hyd_instance::external::is_effect_only(external.name());
+        let declared = self.variables.iter().filter_map(|v| v.value.as_ref()).any(|value| mentions(value, input));
+        !declared
+            && self.external.as_ref().is_none_or(is_effect)
+            && self.algorithms.iter().all(|(_, statements)| only_shown(statements, input))
+    }
+
     /// What the first assignment to a variable as a whole gives it.
     pub fn first_value(&self, name: &Name) -> Option<&Expr> {
         self.algorithms.iter().find_map(|(_, statements)| first_assignment(statements, name))
@@ -167,5 +177,20 @@ fn first_assignment<'f>(statements: &'f [Statement], name: &Name) -> Option<&'f 
         StatementKind::If(branches) => branches.iter().find_map(|(_, body)| first_assignment(body, name)),
         StatementKind::For(_, body) | StatementKind::While(_, body) => first_assignment(body, name),
         _ => None,
+    })
+}
+
+/// True if a name stands in texts of assertions only.
+fn only_shown(statements: &[Statement], name: &Name) -> bool {
+    statements.iter().all(|statement| match &statement.kind {
+        StatementKind::Assert(assertion) => !mentions(&assertion.condition, name),
+        StatementKind::If(branches) => branches.iter().all(|(condition, body)| {
+            !condition.as_ref().is_some_and(|condition| mentions(condition, name)) && only_shown(body, name)
+        }),
+        _ => {
+            let mut mentioned = false;
+            walk_statements(std::slice::from_ref(statement), &mut |e| mentioned |= mentions(e, name), &mut |_| {});
+            !mentioned
+        }
     })
 }

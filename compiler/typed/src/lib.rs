@@ -18,8 +18,8 @@ mod types;
 mod walk;
 
 pub use elaborate::{Elaborator, Typing};
-pub use expression::{Call, Construction, Expr, Iterator, Kind, Local, Variable};
+pub use expression::{Call, Callee, Construction, Expr, Iterator, Kind, Local, Variable};
 pub use function::{Declaration, External, Function, Signature};
-pub use statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
+pub use statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};
 pub use types::{Base, RecordType, Type, scalar_of};
 pub use walk::{any, any_local, any_variable, mentions, reads_run, walk_statements};

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use hyd_instance::{Env, InstId, LocalClass, Resolved, ScalarType, Scope};
-use hyd_source::{Code, Reported};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{self as text, ClassBody, ClassDef, ClassKind, Component, ComponentRef, Element};
 
 use crate::elaborate::Elaborator;
@@ -65,6 +65,25 @@ impl Elaborator<'_, '_> {
         Ok(Expr { kind, ty, span })
     }
 
+    /// One element of an instance, seen from the model: `at` has a subscript (from 0) for each array around it and of its own.
+    pub fn element(&mut self, inst: InstId, at: &[usize], span: Span) -> Expr {
+        let mut steps = Vec::new();
+        let mut reference = ComponentRef { global: false, parts: Vec::new(), span };
+        let mut rest = at.iter();
+        for id in hyd_instance::instance::chain(&self.tree.instances, inst).into_iter().skip(1) {
+            let instance = &self.tree.instances[id];
+            let taken: Vec<i64> = rest.by_ref().take(instance.dims.len()).map(|&k| k as i64 + 1).collect();
+            let typed =
+                taken.iter().map(|&k| Expr { kind: Kind::Integer(k), ty: Type::scalar(ScalarType::Integer), span });
+            let written = taken.iter().map(|&k| text::Expr { kind: text::ExprKind::Integer(k), span });
+            let name = text::Ident { name: instance.name.clone(), span };
+            reference.parts.push(text::RefPart { name, subscripts: written.collect() });
+            steps.push((id, typed.collect()));
+        }
+        let ty = Type { base: self.base_of(inst), rank: 0 };
+        Expr { kind: Kind::Variable(Variable { steps, reference: Rc::new(reference) }), ty, span }
+    }
+
     fn local(&mut self, reference: &ComponentRef, root: Type) -> Result<Expr, Reported> {
         let mut ty = root;
         let mut parts = Vec::with_capacity(reference.parts.len());
@@ -123,6 +142,10 @@ impl Elaborator<'_, '_> {
         }
         if let Some(scalar) = shape.builtin.as_deref().and_then(predefined) {
             return Ok(Type { base: Base::Scalar(scalar), rank });
+        }
+        if self.tree.table.class(local.class).def.kind == ClassKind::Function {
+            let result = self.type_of_outputs(&local)?;
+            return Ok(Type { base: Base::Function(Rc::new(result)), rank });
         }
         if self.tree.table.class(local.class).def.kind != ClassKind::Record {
             let message = format!("`{}` cannot be a variable of a function", component.name.name);

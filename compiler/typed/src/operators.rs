@@ -11,7 +11,7 @@ use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{self as text, BinaryOp, ComponentRef, UnaryOp};
 
 use crate::elaborate::Elaborator;
-use crate::expression::{Call, Expr, Kind};
+use crate::expression::{Call, Callee, Expr, Kind};
 use crate::types::{Base, RecordType, Type};
 
 /// How many dimensions more the arguments have than inputs that they fit.
@@ -138,7 +138,7 @@ impl Elaborator<'_, '_> {
         };
         let parts = self.tree.table.class(function.class).path.iter().map(part).collect();
         let name = Rc::new(ComponentRef { global: true, parts, span });
-        let call = Call { function, name, positional: arguments, named: Vec::new() };
+        let call = Call { function: Callee::Class(function), name, positional: arguments, named: Vec::new() };
         Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })
     }
 }

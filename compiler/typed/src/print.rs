@@ -3,7 +3,7 @@
 use hyd_instance::{InstanceTree, ScalarType, instance::path};
 use hyd_syntax::tree::{BinaryOp, UnaryOp};
 
-use crate::expression::{Expr, Iterator, Kind};
+use crate::expression::{Callee, Expr, Iterator, Kind};
 use crate::types::{Base, Type};
 
 impl std::fmt::Display for Type {
@@ -12,6 +12,7 @@ impl std::fmt::Display for Type {
             Base::Scalar(ScalarType::Enumeration(enumeration)) => write!(f, "{}", enumeration.name)?,
             Base::Scalar(scalar) => write!(f, "{}", scalar.name())?,
             Base::Record(record) => write!(f, "record {}", record.name)?,
+            Base::Function(result) => write!(f, "function of {result}")?,
             Base::None => write!(f, "none")?,
         }
         match self.rank {
@@ -93,10 +94,15 @@ impl Expr {
             Kind::Reduction(builtin, body, iterators) => {
                 format!("{}({} for {})", builtin.name(), body.describe(tree), loops(iterators))
             }
-            Kind::Call(call) => {
+            Kind::Call(call) | Kind::Function(call) => {
                 let mut list: Vec<String> = call.positional.iter().map(|e| e.describe(tree)).collect();
                 list.extend(call.named.iter().map(|(name, e)| format!("{} = {}", name.name, e.describe(tree))));
-                format!("{}({})", tree.table.full_name(call.function.class), list.join(", "))
+                let name = match &call.function {
+                    Callee::Class(class) => tree.table.full_name(class.class),
+                    Callee::Local(local) => local.name().to_string(),
+                };
+                let before = if matches!(self.kind, Kind::Function(_)) { "function " } else { "" };
+                format!("{before}{name}({})", list.join(", "))
             }
             Kind::Record(made) => {
                 format!("{}({})", tree.table.full_name(made.record.class), all(&made.given))

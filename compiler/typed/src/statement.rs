@@ -77,6 +77,8 @@ pub enum EquationKind {
     Outputs(Vec<Option<Expr>>, Expr),
     /// `connect(a, b)`
     Connect(Expr, Expr),
+    /// What `Connections` has to say of overdetermined records.
+    Overdetermined(Overdetermined),
     /// `for`
     For(Vec<Iterator>, Vec<Equation>),
     /// `if`; a branch without condition is `else`.
@@ -93,4 +95,15 @@ pub enum EquationKind {
     Call(Expr),
     /// What has no meaning, and why: said where it is reached.
     Failed(Rc<[Diagnostic]>),
+}
+
+/// What is said of overdetermined records, which connections must not determine twice (Modelica 3.6, section 9.4.1).
+#[derive(Clone, Debug)]
+pub enum Overdetermined {
+    /// `Connections.branch(a, b)`: equations of the component relate the two.
+    Branch(Expr, Expr),
+    /// `Connections.root(a)`: the component determines it.
+    Root(Expr),
+    /// `Connections.potentialRoot(a, priority)`: the component can determine it; the lowest priority does where nobody else does.
+    PotentialRoot(Expr, i64),
 }

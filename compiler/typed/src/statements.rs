@@ -2,13 +2,13 @@
 
 use std::rc::Rc;
 
-use hyd_instance::{Env, InstId, Value};
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_instance::{Env, InstId, ScalarType, Value};
+use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{self as text, Arguments, ComponentRef, ExprKind, Name, Variability};
 
 use crate::elaborate::Elaborator;
-use crate::expression::{Expr, Kind};
-use crate::statement::{Assertion, Equation, EquationKind, Statement, StatementKind};
+use crate::expression::{Callee, Expr, Kind};
+use crate::statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};
 use crate::types::{Base, Type};
 
 impl Elaborator<'_, '_> {
@@ -99,8 +99,29 @@ impl Elaborator<'_, '_> {
                 let (state, value) = self.restart(span, arguments)?;
                 StatementKind::Reinit(state, value)
             }
-            _ => StatementKind::Call(self.call(span, function, arguments)?),
+            _ => {
+                let call = self.call(span, function, arguments)?;
+                match self.ends_with(&call) {
+                    Some(text) => {
+                        let kind = Kind::Boolean(false);
+                        let condition = Expr { kind, ty: Type::scalar(ScalarType::Boolean), span };
+                        StatementKind::Assert(Assertion { condition, text, error: true })
+                    }
+                    None => StatementKind::Call(call),
+                }
+            }
         })
+    }
+
+    /// The text that a call ends the run with, where it calls a function for that.
+    fn ends_with(&mut self, call: &Expr) -> Option<Expr> {
+        let Kind::Call(call) = &call.kind else { return None };
+        let Callee::Class(class) = &call.function else { return None };
+        let def = self.tree.table.class(class.class).def.clone();
+        let text::ClassBody::Long { external: Some(external), .. } = &def.body else { return None };
+        let is_error = external.call.as_ref().is_some_and(|call| hyd_instance::external::is_error(&call.name.name));
+        let text = call.positional.first().or(call.named.first().map(|(_, text)| text));
+        text.filter(|_| is_error).cloned()
     }
 
     /// The arguments of an `assert`, by position or name.
@@ -198,8 +219,8 @@ impl Elaborator<'_, '_> {
                 return Ok(EquationKind::Reinit(state, value));
             }
             "reinit" | "terminate" => (Code::Misplaced, format!("`{name}` is allowed only inside `when`")),
-            "Connections" => {
-                (Code::OutsideProfile, "overconstrained connections are outside the language profile".into())
+            _ if hyd_instance::speaks_of_connections(function) => {
+                return self.overdetermined(span, function, arguments);
             }
             _ => {
                 let call = self.call(span, function, arguments)?;
@@ -210,6 +231,68 @@ impl Elaborator<'_, '_> {
             }
         };
         Err(self.error(code, span, message))
+    }
+
+    /// `Connections.branch`, `root` and `potentialRoot`; nothing where what they name does not exist.
+    fn overdetermined(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        arguments: &Arguments,
+    ) -> Result<EquationKind, Reported> {
+        let name = &function.parts[1].name.name;
+        let (positional, named): (&[text::Expr], &[_]) = match arguments {
+            Arguments::List { positional, named } => (positional, named),
+            Arguments::Reduction(..) => (&[], &[]),
+        };
+        let priority = named.iter().find(|(n, _)| &*n.name == "priority" && named.len() == 1).map(|(_, value)| value);
+        let records = match (name.as_ref(), positional, priority) {
+            ("branch", [a, b], None) if named.is_empty() => vec![a, b],
+            ("root", [a], None) if named.is_empty() => vec![a],
+            ("potentialRoot", [a, _], None) if named.is_empty() => vec![a],
+            ("potentialRoot", [a], _) if named.len() == usize::from(priority.is_some()) => vec![a],
+            ("branch" | "root" | "potentialRoot", ..) => {
+                let takes = if &**name == "branch" { "two records" } else { "a record" };
+                return Err(self.error(Code::BadArguments, span, format!("`Connections.{name}` takes {takes}")));
+            }
+            ("uniqueRoot" | "uniqueRootIndices", ..) => {
+                let message = format!("`Connections.{name}` is outside the language profile");
+                return Err(self.error(Code::OutsideProfile, span, message));
+            }
+            _ => {
+                let message = format!("there is no `Connections.{name}`");
+                let known = ["branch", "root", "potentialRoot", "isRoot", "rooted"];
+                let help = did_you_mean(name, known);
+                self.tree.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "").maybe_help(help));
+                return Err(Reported);
+            }
+        };
+        let mut typed = Vec::with_capacity(2);
+        for record in records {
+            let ExprKind::Ref(reference) = &record.kind else {
+                let message = format!("`Connections.{name}` takes a variable of a connector");
+                return Err(self.error(Code::BadArguments, record.span, message));
+            };
+            match self.connector(reference)? {
+                Some(record) => typed.push(record),
+                None => return Ok(EquationKind::Fields(Vec::new())),
+            }
+        }
+        let last = typed.pop().ok_or(Reported)?;
+        Ok(EquationKind::Overdetermined(match (typed.pop(), name.as_ref()) {
+            (Some(first), _) => Overdetermined::Branch(first, last),
+            (None, "root") => Overdetermined::Root(last),
+            (None, _) => {
+                let priority = match positional.get(1).or(priority) {
+                    Some(expr) => self.tree.evaluate(expr, self.scope, &Env::default())?,
+                    None => Value::Integer(0),
+                };
+                let Value::Integer(priority) = priority else {
+                    return Err(self.error(Code::TypeMismatch, span, "the priority must be an Integer"));
+                };
+                Overdetermined::PotentialRoot(last, priority)
+            }
+        }))
     }
 
     /// An equation between records is one between their fields.

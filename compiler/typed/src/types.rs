@@ -15,6 +15,8 @@ pub enum Base {
     Scalar(ScalarType),
     /// A record.
     Record(Rc<RecordType>),
+    /// A function, by the type of its first result.
+    Function(Rc<Type>),
     /// No value, or one whose type a message speaks of already.
     None,
 }
@@ -66,6 +68,11 @@ impl Type {
     /// True for an external object.
     pub fn is_object(&self) -> bool {
         self.base == Base::Scalar(ScalarType::Object)
+    }
+
+    /// True for a function.
+    pub fn is_function(&self) -> bool {
+        matches!(self.base, Base::Function(_))
     }
 
     /// True for Integers.

@@ -4,7 +4,7 @@ use hyd_instance::Builtin;
 use hyd_source::Diagnostic;
 use hyd_syntax::tree::Name;
 
-use crate::expression::{Expr, Iterator, Kind, Local, Variable};
+use crate::expression::{Callee, Expr, Iterator, Kind, Local, Variable};
 use crate::statement::{Statement, StatementKind};
 
 /// What is done at each place of an expression.
@@ -67,7 +67,12 @@ impl<V: Visitor> Walk<'_, V> {
             Kind::Builtin(_, list) | Kind::Array(list) => self.all(list),
             Kind::Format(value, _) => self.expr(value),
             Kind::Reduction(_, body, iterators) | Kind::ArrayFor(body, iterators) => self.loops(iterators, body),
-            Kind::Call(call) => {
+            Kind::Call(call) | Kind::Function(call) => {
+                if let Callee::Local(local) = &call.function
+                    && !self.own.contains(local.name())
+                {
+                    self.visitor.local(local);
+                }
                 self.all(&call.positional);
                 self.all(call.named.iter().map(|(_, e)| e));
             }

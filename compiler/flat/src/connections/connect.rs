@@ -12,6 +12,7 @@ use hyd_syntax::tree::{ClassKind, Name, Variability};
 use hyd_typed::Expr;
 use rustc_hash::FxHashMap;
 
+use crate::connections::equality_constraints::Record;
 use crate::sections::loops::Loops;
 use crate::sections::section::MOST_CUTS;
 use crate::state::context::{Context, Fail};
@@ -199,6 +200,28 @@ impl Flattener<'_, '_> {
                 self.connections.join(left.face_at(x, &counters), right.face_at(y, &counters), span);
             }
             advance(&mut counters, counts);
+        }
+        self.join_records(span, left, right, counts);
+    }
+
+    /// Notes the overdetermined records that a connection joins.
+    fn join_records(&mut self, span: Span, left: &Side, right: &Side, counts: &[usize]) {
+        let (ours, theirs) = (self.overdetermined_records(left.inst), self.overdetermined_records(right.inst));
+        for (place, record) in ours.iter().enumerate() {
+            let Some(other) = theirs.iter().find(|other| other.path == record.path) else { continue };
+            let mut counters = vec![0i64; counts.len()];
+            for _ in 0..counts.iter().product() {
+                for (x, y) in left.offsets.iter().zip(&right.offsets) {
+                    let faces = [left.face_at(x, &counters), right.face_at(y, &counters)];
+                    for k in 0..record.count {
+                        let node = |record: &Record, offset: &Affine| {
+                            (record.inst, offset.at(&counters) as u32 * record.count + k)
+                        };
+                        self.graph.connect([node(record, x), node(other, y)], faces, (place, k), span);
+                    }
+                }
+                advance(&mut counters, counts);
+            }
         }
     }
 

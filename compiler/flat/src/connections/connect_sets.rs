@@ -3,6 +3,8 @@
 //! What connectors consist of is looked up once per connector, not per connection.  Equations of one form that come
 //! from one `connect` are one block.
 
+use std::rc::Rc;
+
 use hyd_instance::InstId;
 use hyd_source::{Origin, Span};
 use hyd_symbolic::{NodeId, SlotId, TemplateId};
@@ -11,6 +13,7 @@ use hyd_system::Variability;
 use rustc_hash::FxHashMap;
 
 use crate::connections::connect::OUTSIDE;
+use crate::connections::equality_constraints::Record;
 use crate::expressions::fold::{Fold, LONGEST};
 use crate::model::{EquationBlock, Operand, Section, Target, VarId};
 use crate::state::flattener::Flattener;
@@ -38,6 +41,18 @@ struct Joints {
     /// Some connector that is part of another one was connected by itself.
     nested: bool,
     groups: FxHashMap<(TemplateId, Span), usize>,
+    /// Connections of overdetermined records in sets where one of them is broken, by the first face of the set.
+    broken: FxHashMap<u32, Vec<Cut>>,
+}
+
+/// A connection of overdetermined records in a set where such a connection is broken.
+struct Cut {
+    faces: [u32; 2],
+    /// The records of the connector, and which of them it is, with its element in an element of the connector.
+    records: Rc<[Record]>,
+    place: usize,
+    element: u32,
+    broken: bool,
 }
 
 /// A scalar variable of a connector, seen from one side.
@@ -110,6 +125,30 @@ impl Leaves {
 }
 
 impl Joints {
+    /// The faces of a set whose variables of this path, scalar `k` of `count` in an element of the connector, are equal: all of them but for
+    /// an overdetermined record that connections determine twice.
+    fn equal_parts(&self, set: &[u32], path: &Name, k: u32, count: u32) -> Vec<Vec<u32>> {
+        let own = |cut: &&Cut| {
+            let record = &cut.records[cut.place];
+            record.has(path) && k / (count / record.count.max(1)).max(1) == cut.element
+        };
+        let cuts: Vec<&Cut> = self.broken.get(&set[0]).into_iter().flatten().filter(own).collect();
+        if !cuts.iter().any(|cut| cut.broken) {
+            return vec![set.to_vec()];
+        }
+        let mut parts: Vec<Vec<u32>> = set.iter().map(|&face| vec![face]).collect();
+        for cut in cuts.into_iter().filter(|cut| !cut.broken) {
+            let at = |parts: &[Vec<u32>], face: u32| parts.iter().position(|part| part.contains(&face));
+            let (Some(a), Some(b)) = (at(&parts, cut.faces[0]), at(&parts, cut.faces[1])) else { continue };
+            if a != b {
+                let (low, high) = (a.min(b), a.max(b));
+                let joined = parts.remove(high);
+                parts[low].extend(joined);
+            }
+        }
+        parts
+    }
+
     /// The variable of the connector of a face that has this place and path in another connector, and the element of the face.
     fn same(&self, face: u32, place: usize, path: &Name) -> Option<(&Member, u32)> {
         let owner = self.owner[(face / 2) as usize] as usize;
@@ -133,8 +172,9 @@ impl Flattener<'_, '_> {
         }
         let members = order.iter().map(|(inst, _)| self.members(*inst)).collect();
         let nested = order.iter().any(|(inst, _)| self.connector_around(*inst).is_some());
-        let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default() };
         let (starts, faces) = self.connections.sets();
+        let broken = self.cuts(&starts, &faces);
+        let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default(), broken };
         let sets = starts.windows(2).map(|range| &faces[range[0] as usize..range[1] as usize]);
         match joints.nested {
             true => self.equations_by_leaf(sets, &mut joints),
@@ -143,6 +183,32 @@ impl Flattener<'_, '_> {
         self.model.connects = joints.groups.keys().map(|(_, span)| *span).collect();
         self.model.connects.sort_unstable();
         self.model.connects.dedup();
+    }
+
+    /// The connections of overdetermined records in sets where one is broken.
+    fn cuts(&mut self, starts: &[u32], faces: &[u32]) -> FxHashMap<u32, Vec<Cut>> {
+        let mut cuts: FxHashMap<u32, Vec<Cut>> = FxHashMap::default();
+        if !self.graph.joints.iter().any(|joint| joint.broken) {
+            return cuts;
+        }
+        let mut first_of: FxHashMap<u32, u32> = FxHashMap::default();
+        for range in starts.windows(2) {
+            let set = &faces[range[0] as usize..range[1] as usize];
+            first_of.extend(set.iter().map(|&face| (face, set[0])));
+        }
+        let connectors: FxHashMap<u32, InstId> =
+            self.connections.ranges().flat_map(|(inst, elements)| elements.map(move |e| (e, inst))).collect();
+        for k in 0..self.graph.joints.len() {
+            let joint = &self.graph.joints[k];
+            let (faces, (place, element), broken) = (joint.faces, joint.record, joint.broken);
+            let (Some(&first), Some(&connector)) = (first_of.get(&faces[0]), connectors.get(&(faces[0] / 2))) else {
+                continue;
+            };
+            let records = self.overdetermined_records(connector);
+            cuts.entry(first).or_default().push(Cut { faces, records, place, element, broken });
+        }
+        cuts.retain(|_, cuts| cuts.iter().any(|cut| cut.broken));
+        cuts
     }
 
     fn members(&self, connector: InstId) -> Vec<Member> {
@@ -181,29 +247,46 @@ impl Flattener<'_, '_> {
         let connector = joints.owner[(first / 2) as usize] as usize;
         let declared = self.tree.instances[joints.order[connector].0].span;
         let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
+        for place in 0..joints.members[connector].len() {
+            let Member { count, .. } = joints.members[connector][place];
+            for k in 0..count {
+                if !joints.broken.contains_key(&first) {
+                    self.variable_equations(set, (connector, place, k), span, joints);
+                    continue;
+                }
+                let path = joints.members[connector][place].path.clone();
+                for part in joints.equal_parts(set, &path, k, count) {
+                    self.variable_equations(&part, (connector, place, k), span, joints);
+                }
+            }
+        }
+    }
+
+    /// The equations of scalar `k` of a variable of joined connectors, the variable given by its place in one of them.
+    fn variable_equations(
+        &mut self,
+        set: &[u32],
+        (connector, place, k): (usize, usize, u32),
+        span: Span,
+        joints: &mut Joints,
+    ) {
         let mut variables: Vec<(VarId, bool)> = Vec::with_capacity(set.len());
         let mut discrete: Vec<bool> = Vec::with_capacity(set.len());
-        for place in 0..joints.members[connector].len() {
-            let Member { count, flow, .. } = joints.members[connector][place];
-            for k in 0..count {
-                variables.clear();
-                discrete.clear();
-                let mut directed = false;
-                let path = &joints.members[connector][place].path;
-                for &face in set {
-                    let Some((same, element)) = joints.same(face, place, path) else { continue };
-                    directed |= same.directed;
-                    discrete.push(same.discrete);
-                    variables.push((VarId(same.first.0 + element * count + k), face % 2 == OUTSIDE));
-                }
-                if flow {
-                    self.flow_sum(&variables, span, joints);
-                } else if !(directed && self.sources_meet(set, span, path, &variables, joints)) {
-                    for (&(v, _), &other) in variables.iter().zip(&discrete).skip(1) {
-                        let section = if discrete[0] || other { Section::Discrete } else { Section::Continuous };
-                        self.potential_equality(section, variables[0].0, v, span, joints);
-                    }
-                }
+        let mut directed = false;
+        let Member { count, flow, .. } = joints.members[connector][place];
+        let path = &joints.members[connector][place].path;
+        for &face in set {
+            let Some((same, element)) = joints.same(face, place, path) else { continue };
+            directed |= same.directed;
+            discrete.push(same.discrete);
+            variables.push((VarId(same.first.0 + element * count + k), face % 2 == OUTSIDE));
+        }
+        if flow {
+            self.flow_sum(&variables, span, joints);
+        } else if !(directed && self.sources_meet(set, span, path, &variables, joints)) {
+            for (&(v, _), &other) in variables.iter().zip(&discrete).skip(1) {
+                let section = if discrete[0] || other { Section::Discrete } else { Section::Continuous };
+                self.potential_equality(section, variables[0].0, v, span, joints);
             }
         }
     }
@@ -222,21 +305,23 @@ impl Flattener<'_, '_> {
             let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
             for (place, Member { count, path, .. }) in joints.members[connector].iter().enumerate() {
                 for k in 0..*count {
-                    let same = set.iter().filter_map(|&face| {
-                        let (member, element) = joints.same(face, place, path)?;
-                        let joined_at = self.connections.span[face as usize].unwrap_or(span);
-                        Some(Leaf {
-                            variable: VarId(member.first.0 + element * count + k),
-                            out: face % 2 == OUTSIDE,
-                            flow: member.flow,
-                            discrete: member.discrete,
-                            directed: member.directed,
-                            inst: member.inst,
-                            joined_at,
-                            span,
-                        })
-                    });
-                    leaves.join(same);
+                    for part in joints.equal_parts(set, path, k, *count) {
+                        let same = part.iter().filter_map(|&face| {
+                            let (member, element) = joints.same(face, place, path)?;
+                            let joined_at = self.connections.span[face as usize].unwrap_or(span);
+                            Some(Leaf {
+                                variable: VarId(member.first.0 + element * count + k),
+                                out: face % 2 == OUTSIDE,
+                                flow: member.flow,
+                                discrete: member.discrete,
+                                directed: member.directed,
+                                inst: member.inst,
+                                joined_at,
+                                span,
+                            })
+                        });
+                        leaves.join(same);
+                    }
                 }
             }
         }

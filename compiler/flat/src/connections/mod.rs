@@ -4,6 +4,8 @@ pub(crate) mod component_balance;
 pub(crate) mod connect;
 pub(crate) mod connect_sets;
 pub(crate) mod connector_match;
+pub(crate) mod equality_constraints;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 pub(crate) mod potentials;
+pub(crate) mod virtual_graph;

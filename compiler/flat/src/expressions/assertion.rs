@@ -2,7 +2,7 @@
 
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Origin, Span};
-use hyd_symbolic::{Node, NodeId, Relation, Step};
+use hyd_symbolic::{BodyId, Node, NodeId, Relation, Step};
 use hyd_system::ValueKind;
 use hyd_typed::{Assertion, Expr};
 
@@ -72,9 +72,16 @@ impl Flattener<'_, '_> {
 
     /// The texts of the assertions that the evaluation of a call may fail at.
     fn checks_of(&self, call: NodeId) -> Vec<String> {
+        match self.model.templates.arena.node(call) {
+            Node::Apply(body, ..) => self.checks_of_body(body),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The texts of the assertions of a compiled function.
+    pub(crate) fn checks_of_body(&self, body: BodyId) -> Vec<String> {
         let arena = &self.model.templates.arena;
         let mut texts: Vec<String> = Vec::new();
-        let Node::Apply(body, ..) = arena.node(call) else { return texts };
         let mut todo = vec![arena.body(body).steps.as_slice()];
         while let Some(steps) = todo.pop() {
             for step in steps {

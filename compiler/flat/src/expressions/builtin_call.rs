@@ -86,6 +86,8 @@ impl BuiltinCall<'_, '_, '_> {
             | Builtin::Fill
             | Builtin::Identity
             | Builtin::Cardinality
+            | Builtin::IsRoot
+            | Builtin::Rooted
             | Builtin::Linspace => self.lower_constructor(index),
             Builtin::Sum | Builtin::Product => {
                 self.expect_arguments(name, 1)?;

@@ -74,6 +74,9 @@ impl Flattener<'_, '_> {
                 let name = self.tree.table.full_name(local.class);
                 Err(self.error(Code::TypeMismatch, expr.span, format!("the class `{name}` is not a value")))
             }
+            Kind::Function(_) => {
+                Err(self.error(Code::TypeMismatch, expr.span, "a function stands where a value is needed"))
+            }
             Kind::Values(enumeration, _) => {
                 let name = enumeration.as_ref().map_or("Boolean", |e| &e.name);
                 Err(self.error(Code::TypeMismatch, expr.span, format!("the class `{name}` is not a value")))
@@ -360,6 +363,9 @@ impl Flattener<'_, '_> {
 
     /// An expression as a local value: a node, an array of nodes or a record.
     pub(crate) fn local_value(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+        if let Some(function) = self.as_function(expr, cx)? {
+            return Ok(Local::Function(function));
+        }
         if let Some(record) = self.as_record(expr, cx)? {
             return Ok(record);
         }
@@ -392,7 +398,7 @@ impl Flattener<'_, '_> {
         if expr.ty.rank == 0 {
             return Ok(Vec::new());
         }
-        let function = self.function(&call.function, cx.scope)?;
+        let function = self.callee(call, cx)?.function.clone();
         let plain = |v: &Declaration| v.dims.is_empty() && v.is_simple();
         if function.outputs().all(plain) && function.inputs().all(plain) {
             for argument in call.positional.iter().chain(call.named.iter().map(|(_, e)| e)) {

@@ -11,7 +11,7 @@ use hyd_system::ValueKind;
 use hyd_typed::{Expr, Kind};
 
 use crate::model::{Message, MessagePart};
-use crate::state::context::{Context, Fail};
+use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::node::Typed;
 
@@ -67,6 +67,16 @@ impl Flattener<'_, '_> {
         let known = self.newest_message().filter(|(_, last)| values.is_empty() && **last == message);
         let number = known.map(|(number, _)| number);
         Ok((number.unwrap_or_else(|| self.add_message(message)), values))
+    }
+
+    /// A text for people: what only the run knows stands in it as it is written.
+    pub(crate) fn shown_text(&mut self, expr: &Expr, cx: &Context) -> Result<Local, Fail> {
+        let text = match self.quietly(|flat| flat.text_value(expr, cx)) {
+            Ok(text) => text,
+            Err(Fail::Reported) => self.message_parts(expr, cx, &mut Vec::new(), &mut Vec::new())?,
+            Err(fail) => return Err(fail),
+        };
+        Ok(Local::Value(Value::Text(text.into())))
     }
 
     /// The pieces of a text; returns it as it is written.

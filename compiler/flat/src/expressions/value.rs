@@ -24,6 +24,9 @@ impl Flattener<'_, '_> {
                 Ok(self.literal(k as f64, ScalarType::Integer))
             }
             Local::Value(value) => self.constant_value(span, &value.clone()),
+            Local::Function(_) => {
+                Err(self.error(Code::TypeMismatch, span, "a function stands where a value is needed"))
+            }
             _ => Err(self.error(Code::ArrayShape, span, "an array or record stands where a scalar is needed")),
         }
     }
@@ -55,6 +58,9 @@ impl Flattener<'_, '_> {
             Local::Array(..) => Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
             Local::Record(_) | Local::Records(..) => {
                 Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed"))
+            }
+            Local::Function(_) => {
+                Err(self.error(Code::TypeMismatch, span, "a function stands where a value is needed"))
             }
             _ => Err(self.error(Code::ArrayShape, span, "a scalar stands where an array is needed")),
         }
@@ -90,6 +96,8 @@ impl Flattener<'_, '_> {
     pub(crate) fn join(&mut self, span: Span, test: NodeId, a: &Local, b: &Local) -> Result<Local, Fail> {
         match (a, b) {
             (Local::Index(x), Local::Index(y)) if x == y => Ok(a.clone()),
+            // Inputs are not assigned.
+            (Local::Function(_), Local::Function(_)) => Ok(a.clone()),
             (Local::Array(x, shape), Local::Array(y, other)) if shape == other => {
                 if Rc::ptr_eq(x, y) {
                     return Ok(a.clone());

@@ -10,7 +10,7 @@ use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::Name;
 use hyd_typed::{Call, Declaration, Expr, Function, Kind};
 
-use crate::state::context::{Context, Fail, Local};
+use crate::state::context::{Closure, Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::index::Affine;
 
@@ -45,11 +45,12 @@ impl Flattener<'_, '_> {
     pub(crate) fn call_with_arguments(
         &mut self,
         span: Span,
-        callee: &Function,
+        closure: &Closure,
         call: &Call,
         cx: &mut Context,
     ) -> Result<Vec<(Name, Local)>, Fail> {
-        let values = match self.values_of_inputs(span, callee, call, cx) {
+        let callee = &*closure.function;
+        let values = match self.values_of_inputs(span, closure, call, cx) {
             Err(Fail::Reported) => {
                 self.say_failed(callee);
                 return Err(Fail::Reported);
@@ -110,19 +111,21 @@ impl Flattener<'_, '_> {
     fn values_of_inputs(
         &mut self,
         span: Span,
-        callee: &Function,
+        Closure { function: callee, given }: &Closure,
         call: &Call,
         cx: &mut Context,
     ) -> Result<Vec<Argument>, Fail> {
         let (positional, named) = (&call.positional, &call.named);
         let inputs: Vec<&Declaration> = callee.inputs().collect();
-        if positional.len() > inputs.len() {
-            let message = format!("too many arguments: {} are taken, {} are given", inputs.len(), positional.len());
+        let before = |input: &Declaration| given.iter().find(|(name, _)| *name == input.name.name);
+        let open: Vec<&Declaration> = inputs.iter().copied().filter(|input| before(input).is_none()).collect();
+        if positional.len() > open.len() {
+            let message = format!("too many arguments: {} are taken, {} are given", open.len(), positional.len());
             return Err(self.error(Code::BadArguments, span, message));
         }
         for (name, expr) in named {
-            let Some(k) = inputs.iter().position(|c| c.name.name == name.name) else {
-                let help = did_you_mean(&name.name, inputs.iter().map(|c| c.name.name.as_ref()));
+            let Some(k) = open.iter().position(|c| c.name.name == name.name) else {
+                let help = did_you_mean(&name.name, open.iter().map(|c| c.name.name.as_ref()));
                 let message = format!("there is no input `{}`", name.name);
                 self.report(Diagnostic::error(Code::BadArguments, message).at(name.span, "").maybe_help(help));
                 return Err(Fail::Reported);
@@ -135,12 +138,23 @@ impl Flattener<'_, '_> {
         let mut defaults = cx.inside(callee);
         let mut values = Vec::with_capacity(inputs.len());
         let mut spans = Vec::with_capacity(inputs.len());
-        for (k, input) in inputs.iter().enumerate() {
+        let mut places = 0..;
+        for input in &inputs {
+            if let Some((name, value)) = before(input) {
+                defaults.names.push((name.clone(), value.clone()));
+                values.push(Argument { local: value.clone(), outer: Vec::new() });
+                spans.push(None);
+                continue;
+            }
+            let k = places.next().unwrap_or(usize::MAX);
             let by_name = || named.iter().find(|(n, _)| n.name == input.name.name).map(|(_, e)| e);
             let (local, outer) = match (positional.get(k).or_else(by_name), &input.value) {
                 (Some(expr), _) => {
                     let local = match self.size_given(expr, callee, input, cx)? {
                         Some(size) => size,
+                        None if input.ty.is_text() && callee.only_shows(&input.name.name) => {
+                            self.shown_text(expr, cx)?
+                        }
                         None => self.local_value(expr, cx)?,
                     };
                     let outer = self.check_argument(expr, input, &local)?;
@@ -256,8 +270,15 @@ impl Flattener<'_, '_> {
             Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
             Local::Index(_) => "Integer".to_string(),
             Local::Value(value) => value.type_name(),
+            Local::Function(_) if input.ty.is_function() => return Ok(Vec::new()),
+            Local::Function(_) => "a function".to_string(),
+            Local::Record(_) | Local::Records(..) if input.ty.is_function() => "a record".to_string(),
             Local::Record(_) | Local::Records(..) => return self.check_rank_of_records(expr, input, local),
         };
+        if input.ty.is_function() {
+            let message = format!("the input `{}` is a function, but this is {given}", input.name.name);
+            return Err(self.error(Code::TypeMismatch, expr.span, message));
+        }
         let fits = input.text.class.parts.len() > 1
             || !matches!(wanted, "Real" | "Integer" | "Boolean")
             || wanted == given

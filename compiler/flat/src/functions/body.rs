@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
-use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, SlotId, Step};
+use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, Relation, SlotId, Step};
 use hyd_syntax::tree::{Direction, Name};
 use hyd_typed::{Declaration, Expr, Function, Kind, Local as Path, Type};
 
@@ -85,7 +85,16 @@ impl Flattener<'_, '_> {
             registers.extend(own);
             results.push((name, form.local(&mut nodes)));
         }
+        let done = registers.first().filter(|_| results.is_empty()).copied();
         self.step(Step::Call { body: id, arguments: arguments.clone(), results: registers });
+        // A function that only checks something has failed where its result is no number, which nobody else reads.
+        if let Some(done) = done {
+            let text = self.checks_of_body(id).join("; or: ").into();
+            let arena = &mut self.model.templates.arena;
+            let (done, zero) = (arena.slot(SlotId(done)), arena.constant(0.0));
+            let holds = arena.compare(Relation::Equal, done, zero);
+            self.step(Step::Check(holds, text));
+        }
         if let Some(builder) = self.builders.last_mut() {
             builder.calls.push((id, arguments, results.clone()));
         }

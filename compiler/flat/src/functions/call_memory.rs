@@ -140,7 +140,8 @@ impl Flattener<'_, '_> {
 
     /// Remembers a call that gave arrays and made nothing else but claims, which are kept next.
     pub(crate) fn remember_call(&mut self, call: &Expr, claims: &[UnitClaim], outputs: &Outputs, cx: &Context) {
-        let whole = |local: &Local| !matches!(local, Local::Node(_) | Local::Index(_) | Local::Value(_));
+        let whole =
+            |local: &Local| !matches!(local, Local::Node(_) | Local::Index(_) | Local::Value(_) | Local::Function(_));
         if !self.may_be_known(cx) || !outputs.iter().any(|(_, local)| whole(local)) {
             return;
         }
@@ -173,6 +174,9 @@ fn same(a: &Local, b: &Local) -> bool {
         (Local::Array(x, shape), Local::Array(y, other)) => Rc::ptr_eq(x, y) && shape == other,
         (Local::Record(x), Local::Record(y)) => same_names(x, y),
         (Local::Records(x, shape), Local::Records(y, other)) => shape == other && same_names(x, y),
+        (Local::Function(x), Local::Function(y)) => {
+            x.function.inst == y.function.inst && same_names(&x.given, &y.given)
+        }
         _ => false,
     }
 }

@@ -140,7 +140,7 @@ impl Flattener<'_, '_> {
                 }
                 Some(nested(values, shape))
             }
-            Local::Record(_) | Local::Records(..) => None,
+            Local::Record(_) | Local::Records(..) | Local::Function(_) => None,
         })
     }
 

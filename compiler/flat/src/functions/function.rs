@@ -46,8 +46,8 @@ impl<'s> Flattener<'_, 's> {
                 Ok(vec![(name, record)])
             }
             Kind::Call(call) => {
-                let function = self.function(&call.function, cx.scope)?;
-                self.call_with_arguments(expr.span, &function, call, cx)
+                let callee = self.callee(call, cx)?;
+                self.call_with_arguments(expr.span, &callee, call, cx)
             }
             _ => Err(self.error(Code::BadArguments, expr.span, "a function is needed here")),
         }
@@ -94,7 +94,9 @@ impl<'s> Flattener<'_, 's> {
         {
             return self.call_external(span, callee, external, values, cx);
         }
-        if self.is_being_built(callee.inst) || !callee.derivatives().is_empty() {
+        // Derivatives that functions of records name are not used (`given_derivative`).
+        let of_records = values.iter().any(|value| matches!(value, Local::Record(_) | Local::Records(..)));
+        if self.is_being_built(callee.inst) || !of_records && !callee.derivatives().is_empty() {
             return self.call_compiled(span, callee, values, cx);
         }
         // A call of itself that the run decides would never end here.

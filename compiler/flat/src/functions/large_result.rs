@@ -45,6 +45,7 @@ fn collect(local: &Local, roots: &mut FxHashSet<NodeId>) {
         }
         Local::Array(items, _) => roots.extend(items.iter().map(|item| item.node)),
         Local::Record(fields) | Local::Records(fields, _) => fields.iter().for_each(|(_, field)| collect(field, roots)),
+        Local::Function(closure) => closure.given.iter().for_each(|(_, given)| collect(given, roots)),
         Local::Index(_) | Local::Value(_) => {}
     }
 }

@@ -99,7 +99,18 @@ impl Flattener<'_, '_> {
 
     fn run_call(&mut self, call: &Expr, cx: &mut Context) -> Result<(), Fail> {
         match &call.kind {
-            Form::Call(_) | Form::Record(_) => self.call_outputs(call, cx).map(drop),
+            Form::Call(_) | Form::Record(_) if cx.in_section() => {
+                self.call_for_checks(call.span, call, cx, cx.holds.is_none())
+            }
+            Form::Call(_) | Form::Record(_) => {
+                let outputs = self.call_outputs(call, cx)?;
+                let arena = &self.model.templates.arena;
+                // What only checks something must be run, and what is run symbolically would leave it out.
+                let checks = outputs.iter().any(|(name, value)| {
+                    name.is_empty() && matches!(value, Local::Node(done) if arena.as_constant(done.node).is_none())
+                });
+                if checks && !self.in_body(cx) { self.opaque(call.span) } else { Ok(()) }
+            }
             _ => self.lower(call, cx, &[]).map(drop),
         }
     }
@@ -113,6 +124,8 @@ impl Flattener<'_, '_> {
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "`assert`", &test)?;
         match self.model.templates.arena.as_constant(test.node) {
+            // The run decides whether this place is reached.
+            Some(0.0) if cx.called.iter().any(|(_, uncertain)| *uncertain) => self.opaque(span),
             Some(0.0) => {
                 let text = self.text_value(text, cx)?;
                 Err(self.error(Code::Value, span, text))

@@ -242,7 +242,7 @@ impl Flattener<'_, '_> {
                     self.guarded_assertion(equation.span, assertion, cx, around.holds)?;
                 }
                 EquationKind::Call(call) => self.call_for_checks(equation.span, call, cx, false)?,
-                EquationKind::Connect(..) => {
+                EquationKind::Connect(..) | EquationKind::Overdetermined(_) => {
                     let message = "a connection cannot depend on a condition that changes during the run";
                     return Err(self.error(Code::Misplaced, equation.span, message));
                 }
@@ -350,7 +350,7 @@ fn paired(first: Vec<Row>, others: Vec<Row>) -> Vec<(Row, Row)> {
 /// True for what cannot be taken apart into rows.
 fn needs_text(equation: &Equation) -> bool {
     match &equation.kind {
-        EquationKind::Connect(..) | EquationKind::When(_) => true,
+        EquationKind::Connect(..) | EquationKind::Overdetermined(_) | EquationKind::When(_) => true,
         EquationKind::For(_, body) => body.iter().any(needs_text),
         EquationKind::If(branches) => branches.iter().flat_map(|(_, body)| body).any(needs_text),
         EquationKind::Fields(fields) => fields.iter().any(needs_text),

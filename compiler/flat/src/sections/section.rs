@@ -18,10 +18,11 @@ use crate::state::node::Typed;
 /// How often the values of the counters around an equation are cut into parts, one after the other.
 pub(crate) const MOST_CUTS: u32 = 6;
 
-/// True if a `connect` stands in the equation.
+/// True if a `connect`, or what is said of overdetermined records, stands in the equation.
 fn connects(equation: &text::Equation) -> bool {
     match &equation.kind {
         text::EquationKind::Connect(..) => true,
+        text::EquationKind::Call(function, _) => hyd_instance::speaks_of_connections(function),
         text::EquationKind::For(_, body) => body.iter().any(connects),
         text::EquationKind::If(branches) => branches.iter().flat_map(|(_, body)| body).any(connects),
         _ => false,
@@ -61,14 +62,18 @@ impl Flattener<'_, '_> {
     pub(crate) fn equation(&mut self, equation: &Equation, scope: Scope, loops: &Loops<'_>, initial: bool) {
         let connecting = self.pass == Pass::Connections;
         match &equation.kind {
-            EquationKind::Connect(..) if !connecting => return,
-            EquationKind::Connect(..) | EquationKind::For(..) | EquationKind::If(_) => {}
+            EquationKind::Connect(..) | EquationKind::Overdetermined(_) if !connecting => return,
+            EquationKind::Connect(..)
+            | EquationKind::Overdetermined(_)
+            | EquationKind::For(..)
+            | EquationKind::If(_) => {}
             _ if connecting => return,
             _ => {}
         }
         match &equation.kind {
             EquationKind::Equal(left, right) => self.equal(equation, left, right, scope, loops, initial),
             EquationKind::Connect(a, b) => self.connect(equation.span, a, b, scope, loops),
+            EquationKind::Overdetermined(said) => self.overdetermined(equation.span, said, scope, loops),
             EquationKind::For(iterators, body) => {
                 let mut inner = loops.clone();
                 inner.iterators.extend(iterators);

@@ -105,8 +105,12 @@ impl Flattener<'_, '_> {
                     self.parts(inner, &inside, scope, parts)?;
                 }
                 EquationKind::If(branches) => self.if_parts(equation, branches, around, scope, parts)?,
-                EquationKind::When(_) | EquationKind::Connect(..) => {
-                    let what = if matches!(equation.kind, EquationKind::When(_)) { "`when`" } else { "`connect`" };
+                EquationKind::When(_) | EquationKind::Connect(..) | EquationKind::Overdetermined(_) => {
+                    let what = match equation.kind {
+                        EquationKind::When(_) => "`when`",
+                        EquationKind::Connect(..) => "`connect`",
+                        _ => "`Connections`",
+                    };
                     let message = format!("{what} is not allowed inside `when`");
                     return Err(self.error(Code::Misplaced, equation.span, message));
                 }

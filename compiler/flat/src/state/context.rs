@@ -6,7 +6,7 @@ use hyd_instance::{InstId, ScalarType, Scope, Value};
 use hyd_source::{Reported, Span};
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
-use hyd_typed::{Base, Expr, RecordType, Type};
+use hyd_typed::{Base, Expr, Function, RecordType, Type};
 use rustc_hash::FxHashSet;
 
 use crate::model::VarId;
@@ -48,6 +48,15 @@ pub(crate) enum Local {
     Record(Vec<(Name, Local)>),
     /// An array of records: its fields, each an array with these sizes and then its own.
     Records(Vec<(Name, Local)>, Vec<usize>),
+    /// A function with some of its inputs given.
+    Function(Rc<Closure>),
+}
+
+/// A function that was handed on, and the inputs that were given on the way.
+#[derive(Debug)]
+pub(crate) struct Closure {
+    pub function: Rc<Function>,
+    pub given: Vec<(Name, Local)>,
 }
 
 impl Local {
@@ -71,6 +80,8 @@ impl Local {
             }
             Local::Record(fields) => record(fields, 0),
             Local::Records(fields, shape) => record(fields, shape.len()),
+            // What it gives is asked of its declaration.
+            Local::Function(_) => Type { base: Base::Function(Rc::new(Type::scalar(ScalarType::Real))), rank: 0 },
         }
     }
 
@@ -227,7 +238,7 @@ impl Context {
                     None => complete = false,
                 },
                 Local::Value(value) => env.names.push((name.clone(), value.clone())),
-                Local::Node(_) | Local::Array(..) | Local::Record(_) | Local::Records(..) => {}
+                Local::Node(_) | Local::Array(..) | Local::Record(_) | Local::Records(..) | Local::Function(_) => {}
             }
         }
         (env, complete)

@@ -1,5 +1,6 @@
 //! The flattener: work in progress, and the loops around what is lowered.
 
+use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_instance::external::{Object, TableFunction};
@@ -11,6 +12,8 @@ use hyd_typed::{Expr, Typing};
 use rustc_hash::FxHashMap;
 
 use crate::connections::connect::Connections;
+use crate::connections::equality_constraints::Record;
+use crate::connections::virtual_graph::VirtualGraph;
 use crate::model::{BlockId, ConstId, FlatModel};
 use crate::sections::inject::Pending;
 use crate::state::context::{Context, Fail, Local};
@@ -54,6 +57,10 @@ pub(crate) struct Flattener<'t, 's> {
     /// Statements run symbolically for the equation being lowered.
     pub(crate) statements: u32,
     pub(crate) connections: Connections,
+    /// What is said of overdetermined records.
+    pub(crate) graph: VirtualGraph,
+    /// The overdetermined records of connectors, as far as asked.
+    pub(crate) records: FxHashMap<InstId, Rc<[Record]>>,
     /// Expressions being worked on, one within the other, those of called functions within those of the caller.
     pub(crate) lowering: usize,
     /// Expressions lowered for this equation so far.

@@ -3,12 +3,15 @@
 //! Given values have forms of their own; those of locals and outputs follow from their declarations.  Where a declaration
 //! says `v[:]`, the size is read off the value or the first assignment.
 
+use std::rc::Rc;
+
 use hyd_instance::{ScalarType, Value};
 use hyd_source::Span;
 use hyd_symbolic::NodeId;
 use hyd_syntax::tree::Name;
+use hyd_typed::Function;
 
-use crate::state::context::{Fail, Local};
+use crate::state::context::{Closure, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, SlotKey};
 use crate::state::node::Typed;
@@ -23,6 +26,18 @@ pub(crate) enum Form {
     Records(Vec<(Name, Form)>, Vec<usize>),
     /// A value fixed in the body.
     Fixed(Value),
+    /// A function, fixed in the body, with the forms of the inputs that are given.
+    Function(FixedFunction, Vec<(Name, Form)>),
+}
+
+/// A function that a body is made for; equal where it is the same one.
+#[derive(Clone, Debug)]
+pub(crate) struct FixedFunction(Rc<Function>);
+
+impl PartialEq for FixedFunction {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.inst == other.0.inst
+    }
 }
 
 impl Form {
@@ -31,7 +46,7 @@ impl Form {
         match self {
             Form::Scalar(scalar) => vec![scalar.clone()],
             Form::Array(scalar, shape) => vec![scalar.clone(); shape.iter().product()],
-            Form::Record(fields) | Form::Records(fields, _) => {
+            Form::Record(fields) | Form::Records(fields, _) | Form::Function(_, fields) => {
                 fields.iter().flat_map(|(_, form)| form.scalars()).collect()
             }
             Form::Fixed(_) => Vec::new(),
@@ -69,6 +84,10 @@ impl Form {
             Form::Records(fields, shape) => {
                 let fields = fields.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect();
                 Local::Records(fields, shape.clone())
+            }
+            Form::Function(function, given) => {
+                let given = given.iter().map(|(name, form)| (name.clone(), form.local(nodes))).collect();
+                Local::Function(Rc::new(Closure { function: function.0.clone(), given }))
             }
             Form::Fixed(Value::Integer(k)) => Local::Index(Affine::constant(*k)),
             Form::Fixed(value) => Local::Value(value.clone()),
@@ -110,6 +129,14 @@ impl Flattener<'_, '_> {
                 }
                 Form::Records(forms, shape.clone())
             }
+            Local::Function(closure) => {
+                let mut forms = Vec::with_capacity(closure.given.len());
+                for (name, given) in &closure.given {
+                    let sizes = closure.function.decides_sizes(name);
+                    forms.push((name.clone(), self.form_of(span, false, given, sizes)?));
+                }
+                Form::Function(FixedFunction(closure.function.clone()), forms)
+            }
         })
     }
 
@@ -126,6 +153,11 @@ impl Flattener<'_, '_> {
             (Form::Record(forms), Local::Record(fields)) | (Form::Records(forms, _), Local::Records(fields, _)) => {
                 for ((_, form), (_, field)) in forms.iter().zip(fields) {
                     self.nodes_of(span, form, field, nodes)?;
+                }
+            }
+            (Form::Function(_, forms), Local::Function(closure)) => {
+                for ((_, form), (_, given)) in forms.iter().zip(&closure.given) {
+                    self.nodes_of(span, form, given, nodes)?;
                 }
             }
             (_, Local::Array(items, _)) => nodes.extend(items.iter().map(|item| item.node)),

@@ -95,6 +95,10 @@ pub enum Builtin {
     InstanceName,
     /// `cardinality(c)`: how often a connector is connected
     Cardinality,
+    /// `Connections.isRoot(r)`: whether an overdetermined record was chosen as a root
+    IsRoot,
+    /// `Connections.rooted(r)`: whether it is nearer to the root than the other one of its branch
+    Rooted,
     /// An elementary function of one or two arguments, element by element; `min` and `max` are not among them
     Elementary(Function),
     /// What the language profile leaves out, and the sentence that says so
@@ -110,6 +114,9 @@ struct Row {
     /// It has a value at translation where its arguments have one.
     before_run: bool,
 }
+
+/// The package of the language that overdetermined records are spoken of with.
+const CONNECTIONS: &str = "Connections";
 
 const STREAMS: &str = "stream connectors are outside the language profile";
 const CLOCKS: &str = "clocks are outside the language profile";
@@ -171,6 +178,8 @@ const TABLE: &[Row] = &[
     transparent("String", Builtin::Text),
     transparent("getInstanceName", Builtin::InstanceName),
     transparent("cardinality", Builtin::Cardinality),
+    transparent("Connections.isRoot", Builtin::IsRoot),
+    transparent("Connections.rooted", Builtin::Rooted),
     outside("spatialDistribution", "`spatialDistribution` is outside the language profile", false),
     outside("inStream", STREAMS, false),
     outside("actualStream", STREAMS, false),
@@ -181,6 +190,11 @@ const TABLE: &[Row] = &[
     outside("shiftSample", CLOCKS, true),
     outside("Clock", CLOCKS, true),
 ];
+
+/// True for the name of an operator that says something of overdetermined records, as `Connections.branch`.
+pub fn speaks_of_connections(function: &ComponentRef) -> bool {
+    function.parts.len() == 2 && &*function.parts[0].name.name == CONNECTIONS
+}
 
 fn row(name: &str) -> Option<&'static Row> {
     TABLE.iter().find(|row| row.name == name)
@@ -230,13 +244,28 @@ impl Builtin {
 
     /// True if the value of its first argument does not matter.
     pub fn asks_for_no_value(self) -> bool {
-        self.asks_for_sizes() || self == Builtin::Cardinality
+        self.asks_for_sizes() || self.asks_for_connections()
+    }
+
+    /// True if its value follows from how its argument is connected.
+    pub fn asks_for_connections(self) -> bool {
+        matches!(self, Builtin::Cardinality | Builtin::IsRoot | Builtin::Rooted)
     }
 
     /// True for the name of a function that does not look at the value of its first argument; no declaration may hide those.
     pub fn of_sizes(function: &ComponentRef) -> bool {
-        let name = function.parts.first().filter(|_| function.parts.len() == 1);
-        name.and_then(|part| Self::from_name(&part.name.name)).is_some_and(Self::asks_for_no_value)
+        Self::named_by(function).is_some_and(Self::asks_for_no_value)
+    }
+
+    /// The function or operator of the language that a name means where no declaration hides it.
+    pub fn named_by(function: &ComponentRef) -> Option<Self> {
+        match function.parts.as_slice() {
+            [only] => Self::from_name(&only.name.name),
+            [_, name] if speaks_of_connections(function) => {
+                Self::from_name(&format!("{CONNECTIONS}.{}", name.name.name))
+            }
+            _ => None,
+        }
     }
 
     /// True if it reduces an array to a scalar.

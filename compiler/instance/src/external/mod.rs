@@ -96,6 +96,11 @@ impl TableFunction {
     }
 }
 
+/// A function that ends the run with the text it is given (Modelica 3.6, section 12.9.6.1).
+pub fn is_error(name: &str) -> bool {
+    name == "ModelicaError"
+}
+
 /// A function whose only effect is outside of the model: nothing depends on whether it is run.
 pub fn is_effect_only(name: &str) -> bool {
     matches!(name, "ModelicaInternal_print" | "ModelicaStreams_closeFile")

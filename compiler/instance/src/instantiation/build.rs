@@ -41,6 +41,7 @@ pub fn instantiate_apart<'s>(
         overrides,
         connection_rules: BTreeMap::new(),
         connected: None,
+        rooting: None,
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         constructors: FxHashMap::default(),

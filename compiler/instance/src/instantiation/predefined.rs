@@ -12,12 +12,10 @@ use crate::instantiation::instance::Scope;
 use crate::instantiation::tree::InstanceTree;
 
 impl InstanceTree<'_> {
-    /// The function or operator of the language that a call in this scope means; `None` for a name with dots and where a declaration
-    /// hides it.
+    /// The function or operator of the language that a call in this scope means; `None` where a declaration hides it.
     pub fn predefined(&mut self, scope: Scope, function: &ComponentRef) -> Option<Builtin> {
-        let [only] = function.parts.as_slice() else { return None };
-        let name = &only.name.name;
-        let builtin = Builtin::from_name(name)?;
+        let builtin = Builtin::named_by(function)?;
+        let name = &function.parts[0].name.name;
         if function.global {
             // A leading dot: what is predefined stands at the top (5.3.1), and a class there that has the name hides it.
             let name = name.clone();

@@ -27,6 +27,15 @@ pub struct Override {
     pub used: bool,
 }
 
+/// Where an overdetermined record stands in the tree of connections.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Rooting {
+    /// Its component determines it.
+    pub is_root: bool,
+    /// It is nearer to the root than the other one of its branch.
+    pub rooted: bool,
+}
+
 /// Makes component `k` of the shape of an instance, with the modifications from outside of that.
 pub(crate) type MakeElement<'s> = fn(&mut InstanceTree<'s>, InstId, usize, &Mods) -> Result<(), Reported>;
 
@@ -44,6 +53,8 @@ pub struct InstanceTree<'s> {
     pub connection_rules: BTreeMap<InstId, ConnectionRules>,
     /// How often the elements of each connector are connected, once that is known.
     pub connected: Option<FxHashMap<InstId, Vec<u32>>>,
+    /// Where the elements of overdetermined records stand in the tree of connections, once that is known.
+    pub rooting: Option<FxHashMap<InstId, Vec<Rooting>>>,
     pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
     pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
     /// Arguments of the constructors of records.

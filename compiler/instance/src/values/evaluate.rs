@@ -139,6 +139,13 @@ impl InstanceTree<'_> {
                     Err(Reported)
                 }
             },
+            ExprKind::Partial(..) => {
+                self.not_structural(
+                    expr.span,
+                    "a function as an argument cannot be computed with before the run".into(),
+                );
+                Err(Reported)
+            }
             ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
             ExprKind::Colon => {
                 self.no_meaning(expr.span, "`:` is not a value".into());
@@ -423,8 +430,8 @@ impl InstanceTree<'_> {
                 if builtin == Builtin::InstanceName {
                     return self.instance_name(span, scope);
                 }
-                if builtin == Builtin::Cardinality {
-                    return self.cardinality(span, positional, scope, env);
+                if builtin.asks_for_connections() {
+                    return self.about_connections(builtin, span, positional, scope, env);
                 }
                 if builtin == Builtin::Size {
                     return self.evaluate_size(span, positional, scope, env);
@@ -489,22 +496,32 @@ impl InstanceTree<'_> {
         }
     }
 
-    /// `cardinality(c)`: how often a connector stands in a `connect`.
-    fn cardinality(&mut self, span: Span, arguments: &[Expr], scope: Scope, env: &Env) -> Result<Value, Reported> {
-        let steps = self.connector_of(span, arguments, scope)?;
-        let counts = self.connections_of(span, steps[steps.len() - 1].0)?;
-        if counts.iter().all(|count| *count == counts[0]) {
-            return Ok(Value::Integer(counts.first().map_or(0, |&count| i64::from(count))));
+    /// `cardinality(c)`, `Connections.isRoot(r)` and `Connections.rooted(r)`: what is known of one connector or record.
+    fn about_connections(
+        &mut self,
+        builtin: Builtin,
+        span: Span,
+        arguments: &[Expr],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let steps = self.connected_component(builtin, span, arguments, scope)?;
+        let values = self.known_of_connections(builtin, span, steps[steps.len() - 1].0)?;
+        let Some(first) = values.first() else {
+            return Ok(if builtin == Builtin::Cardinality { Value::Integer(0) } else { Value::Boolean(false) });
+        };
+        if values.iter().all(|value| value == first) {
+            return Ok(first.clone());
         }
         let mut at = 0;
-        for (size, subscript) in self.subscripts_of_chain(span, &steps)? {
+        for (size, subscript) in self.subscripts_of_chain(builtin, span, &steps)? {
             let k = match self.positions_of(&subscript, size, scope, env)? {
                 Value::Integer(k) if k >= 1 && k as usize <= size => k as usize - 1,
-                _ => return Err(self.no_meaning(span, "`cardinality` takes one connector".into())),
+                _ => return Err(self.no_meaning(span, format!("`{}` takes one connector", builtin.name()))),
             };
             at = at * size + k;
         }
-        Ok(Value::Integer(i64::from(counts.get(at).copied().unwrap_or(0))))
+        values.get(at).cloned().ok_or(Reported)
     }
 
     /// The text of a value known at translation.

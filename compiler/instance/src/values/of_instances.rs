@@ -1,11 +1,13 @@
-//! What functions of the language tell of instances: `getInstanceName` and `cardinality` (Modelica 3.6, sections 3.7.4.3 and 3.7.4.4).
+//! What functions of the language tell of instances: `getInstanceName`, `cardinality`, `Connections.isRoot` and `rooted`
+//! (Modelica 3.6, sections 3.7.4.3, 3.7.4.4 and 9.4.1).
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{Expr, ExprKind};
 
+use crate::builtins::Builtin;
 use crate::instantiation::instance::{InstId, Scope, chain, path};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::tree::{InstanceTree, Rooting};
 use crate::values::value::Value;
 
 impl InstanceTree<'_> {
@@ -22,9 +24,11 @@ impl InstanceTree<'_> {
         Ok(Value::Text(name.into()))
     }
 
-    /// The connector that `cardinality` is asked of: the instances on the way to it, with their subscripts; there is at least one.
-    pub(crate) fn connector_of(
+    /// The component that a question about connections names: the instances on the way to it, with their subscripts; there is at
+    /// least one.
+    pub(crate) fn connected_component(
         &mut self,
+        asked: Builtin,
         span: Span,
         arguments: &[Expr],
         scope: Scope,
@@ -34,22 +38,41 @@ impl InstanceTree<'_> {
         {
             return Ok(steps.into_iter().map(|(inst, subscripts)| (inst, subscripts.to_vec())).collect());
         }
-        self.table.report(Diagnostic::error(Code::BadArguments, "`cardinality` takes a connector").at(span, ""));
+        let what = if asked == Builtin::Cardinality { "a connector" } else { "a variable of a connector" };
+        let message = format!("`{}` takes {what}", asked.name());
+        self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
         Err(Reported)
     }
 
-    /// How often each element of a connector is connected; empty where none is.
-    pub(crate) fn connections_of(&mut self, span: Span, connector: InstId) -> Result<Vec<u32>, Reported> {
-        let Some(connected) = &self.connected else {
-            self.not_structural(span, "`cardinality` is known in equations only".into());
-            return Err(Reported);
+    /// What is known of each element; empty where nothing has been said of any.
+    pub(crate) fn known_of_connections(
+        &mut self,
+        asked: Builtin,
+        span: Span,
+        inst: InstId,
+    ) -> Result<Vec<Value>, Reported> {
+        let known = match asked {
+            Builtin::Cardinality => self.connected.as_ref().map(|connected| {
+                let degrees = connected.get(&inst).map_or(&[][..], Vec::as_slice);
+                degrees.iter().map(|&degree| Value::Integer(i64::from(degree))).collect()
+            }),
+            _ => self.rooting.as_ref().map(|rooting| {
+                let rooting = rooting.get(&inst).map_or(&[][..], Vec::as_slice);
+                let told = |r: &Rooting| if asked == Builtin::IsRoot { r.is_root } else { r.rooted };
+                rooting.iter().map(|rooting| Value::Boolean(told(rooting))).collect()
+            }),
         };
-        Ok(connected.get(&connector).cloned().unwrap_or_default())
+        known.ok_or_else(|| {
+            self.not_structural(span, format!("`{}` is known in equations only", asked.name()));
+            Reported
+        })
     }
 
-    /// Sizes and subscripts on the way from the model to a connector.
+    /// Sizes and subscripts on the way from the model to a component; where an array around it has no subscript, it is noted to be made in
+    /// parts.
     pub(crate) fn subscripts_of_chain(
         &mut self,
+        asked: Builtin,
         span: Span,
         steps: &[(InstId, Vec<Expr>)],
     ) -> Result<Vec<(usize, Expr)>, Reported> {
@@ -58,7 +81,8 @@ impl InstanceTree<'_> {
             let dims = self.instances[inst].dims.clone();
             let written = steps.iter().find(|(step, _)| *step == inst).map_or(&[][..], |(_, s)| s.as_slice());
             if written.len() != dims.len() {
-                self.not_structural(span, "`cardinality` differs between the elements of an array".into());
+                self.differing.insert(path(&self.instances, inst));
+                self.not_structural(span, format!("`{}` differs between the elements of an array", asked.name()));
                 return Err(Reported);
             }
             all.extend(dims.into_iter().zip(written.iter().cloned()));

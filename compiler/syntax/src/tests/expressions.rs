@@ -33,6 +33,11 @@ fn shape(expr: &Expr) -> String {
         ExprKind::Call(function, Arguments::Reduction(value, _)) => {
             format!("{}<{} for>", print_reference(function), shape(value))
         }
+        ExprKind::Partial(function, given) => {
+            let given: Vec<String> =
+                given.iter().map(|(name, value)| format!("{}={}", name.name, shape(value))).collect();
+            format!("function {}<{}>", print_reference(function), given.join(" "))
+        }
         ExprKind::Unary(op, value) => format!("({op:?} {})", shape(value)),
         ExprKind::Binary(op, left, right) => format!("({} {op:?} {})", shape(left), shape(right)),
         ExprKind::If(branches, otherwise) => {
@@ -132,6 +137,8 @@ fn printing_uses_as_few_parentheses_as_possible() {
         ("if a then (if b then c else d) else e", "if a then if b then c else d else e"),
         ("{ i for i in (1:2) }", "{i for i in 1:2}"),
         (r#"f(a,"x\ty",b=1e-9)"#, r#"f(a, "x\ty", b = 1e-9)"#),
+        ("f(function .A.g(a=1,b = x), u)", "f(function .A.g(a = 1, b = x), u)"),
+        ("f(h = function g())", "f(h = function g())"),
     ];
     for (text, expected) in table {
         assert_eq!(print_expr(&read(text)), expected, "{text}");

@@ -131,11 +131,11 @@ fn outside_of_the_profile() {
     check(
         "model M
   extends A(break x);
-  Real y = f(function g(x = 1));
+  Real y = f(function g(1));
 end M;
 ",
         "E0102 2:13 leaving out inherited elements (`break`) is outside the language profile
-E0102 3:14 functions as arguments (`function f(...)`) are outside the language profile",
+E0101 3:25 a function as an argument is given its inputs by name: `function f(a = 1)`",
     );
 }
 

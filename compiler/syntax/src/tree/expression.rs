@@ -62,6 +62,8 @@ pub enum ExprKind {
     Ref(ComponentRef),
     /// A call; `der`, `initial`, `pure` and operators with special meaning are calls too.
     Call(ComponentRef, Arguments),
+    /// `function f(a = 1)`: a function with some of its inputs given, as an argument of a call.
+    Partial(ComponentRef, Vec<(Ident, Expr)>),
     /// `-a`, `+a`, `not a` and the element-wise signs.
     Unary(UnaryOp, Box<Expr>),
     /// `a + b` and so on.

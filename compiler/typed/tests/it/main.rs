@@ -59,6 +59,7 @@ fn describe(equation: &Equation, tree: &InstanceTree<'_>, indent: usize, lines: 
             format!("({}) = {}", targets.join(", "), call.describe(tree))
         }
         EquationKind::Connect(a, b) => format!("connect({}, {})", a.describe(tree), b.describe(tree)),
+        EquationKind::Overdetermined(said) => format!("{said:?}"),
         EquationKind::Fields(_) => "field by field".to_string(),
         EquationKind::For(iterators, _) => {
             let one = |i: &Iterator| i.range.as_ref().map_or(String::new(), |range| range.describe(tree));

@@ -1,0 +1,61 @@
+//! Functions as values: arguments of calls, with some of their inputs given (Modelica 3.6, section 12.4.2).
+
+use std::rc::Rc;
+
+use hyd_source::{Code, Diagnostic, did_you_mean};
+use hyd_syntax::tree::ClassKind;
+use hyd_typed::{Call, Callee, Expr, Kind};
+
+use crate::state::context::{Closure, Context, Fail, Local};
+use crate::state::flattener::Flattener;
+
+impl Flattener<'_, '_> {
+    /// The function that is called, with the inputs that were given where it was handed on.
+    pub(crate) fn callee(&mut self, call: &Call, cx: &Context) -> Result<Rc<Closure>, Fail> {
+        match &call.function {
+            Callee::Class(class) => {
+                let function = self.function(class, cx.scope)?;
+                Ok(Rc::new(Closure { function, given: Vec::new() }))
+            }
+            Callee::Local(local) => match cx.local(local.name()) {
+                Some(Local::Function(closure)) => Ok(closure.clone()),
+                _ => {
+                    let message = format!("`{}` is not a function that is known here", local.name());
+                    Err(self.error(Code::BadArguments, call.name.span, message))
+                }
+            },
+        }
+    }
+
+    /// The function that an expression hands on; `None` if it is none.
+    pub(crate) fn as_function(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Rc<Closure>>, Fail> {
+        match &expr.kind {
+            Kind::Class(class, _) if self.tree.table.class(class.class).def.kind == ClassKind::Function => {
+                let function = self.function(class, cx.scope)?;
+                Ok(Some(Rc::new(Closure { function, given: Vec::new() })))
+            }
+            Kind::Local(local) if expr.ty.is_function() => match cx.local(local.name()) {
+                Some(Local::Function(closure)) => Ok(Some(closure.clone())),
+                _ => Ok(None),
+            },
+            Kind::Function(call) => {
+                let closure = self.callee(call, cx)?;
+                let mut given = closure.given.clone();
+                for (name, value) in &call.named {
+                    let open = closure.function.inputs().map(|input| &input.name.name);
+                    let open: Vec<_> = open.filter(|input| !given.iter().any(|(known, _)| known == *input)).collect();
+                    if !open.contains(&&name.name) {
+                        let help = did_you_mean(&name.name, open.into_iter().map(|input| input.as_ref()));
+                        let message = format!("there is no input `{}`", name.name);
+                        let error = Diagnostic::error(Code::BadArguments, message).at(name.span, "");
+                        self.report(error.maybe_help(help));
+                        return Err(Fail::Reported);
+                    }
+                    given.push((name.name.clone(), self.local_value(value, cx)?));
+                }
+                Ok(Some(Rc::new(Closure { function: closure.function.clone(), given })))
+            }
+            _ => Ok(None),
+        }
+    }
+}
