@@ -28,9 +28,6 @@ pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatMod
     flatten_driven(tree, terms, &[])
 }
 
-/// Stands for the names of all inputs of the model itself that can follow samples, see [`flatten_driven`].
-pub const EVERY_INPUT: &str = "*";
-
 /// The same where inputs of the model itself, given by their names, follow recorded samples.  What is not the name of an input of type
 /// Real stays without effect; [`FlatModel::driven`] says which there are.
 pub fn flatten_driven(tree: &mut InstanceTree<'_>, terms: &[Injection], driven: &[String]) -> FlatModel {
@@ -88,7 +85,6 @@ impl<'t, 's> Flattener<'t, 's> {
         self.declare(root);
         self.note_ends();
         self.drive_inputs();
-        before_sections(&mut self);
         // What is connected is known before any equation asks for it.
         self.sections(root, Pass::Connections);
         self.tree.connected = Some(self.connections.counted());
@@ -99,6 +95,7 @@ impl<'t, 's> Flattener<'t, 's> {
             self.bind(inst);
         }
         let bindings = self.model.equations.len();
+        before_sections(&mut self);
         self.sections(root, Pass::Equations);
         self.check_injections();
         let sections = self.model.equations.len();
@@ -198,12 +195,12 @@ mod tests {
         let term = Injection { path: "".into(), file: None, line: 2, name: "extra".into(), shape };
         let model = Flattener::new(&mut tree, &[]).model_of(&[term], |flat| {
             if rehearse {
+                let known = (std::mem::take(&mut flat.connections), std::mem::take(&mut flat.graph));
                 flat.quietly(|flat| {
                     flat.sections(flat.tree.root, Pass::Connections);
                     flat.sections(flat.tree.root, Pass::Equations);
                 });
-                flat.connections = Connections::default();
-                flat.graph = VirtualGraph::default();
+                (flat.connections, flat.graph) = known;
             }
         });
         let FlatModel { variables, equations, delays, messages, claims, injectable, scalars, .. } = &model;

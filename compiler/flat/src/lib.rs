@@ -18,7 +18,8 @@ mod state;
 mod variables;
 mod verify;
 
-pub use flatten::{EVERY_INPUT, flatten, flatten_driven, flatten_with};
+pub use connections::model_ends::EVERY_INPUT;
+pub use flatten::{flatten, flatten_driven, flatten_with};
 pub use model::{
     BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Gaps, Imbalance, Message,
     MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, UnitClaim, VarId,

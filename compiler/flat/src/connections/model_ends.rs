@@ -8,10 +8,12 @@
 use hyd_instance::{InstId, ScalarType};
 use hyd_syntax::tree::{ClassKind, Direction, Variability};
 
-use crate::flatten::EVERY_INPUT;
 use crate::model::{DrivenBlock, Section, VarId};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
+
+/// Stands for the names of all inputs of the model itself that can follow samples, see [`crate::flatten_driven`].
+pub const EVERY_INPUT: &str = "*";
 
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.

@@ -4,31 +4,22 @@ use std::rc::Rc;
 
 use hyd_source::{Code, Diagnostic, did_you_mean};
 use hyd_syntax::tree::ClassKind;
-use hyd_typed::{Call, Callee, Expr, Kind};
+use hyd_typed::{Expr, Kind};
 
 use crate::state::context::{Closure, Context, Fail, Local};
 use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
-    /// The function that is called, with the inputs that were given where it was handed on.
-    pub(crate) fn callee(&mut self, call: &Call, cx: &Context) -> Result<Rc<Closure>, Fail> {
-        match &call.function {
-            Callee::Class(class) => {
-                let function = self.function(class, cx.scope)?;
-                Ok(Rc::new(Closure { function, given: Vec::new() }))
-            }
-            Callee::Local(local) => match cx.local(local.name()) {
-                Some(Local::Function(closure)) => Ok(closure.clone()),
-                _ => {
-                    let message = format!("`{}` is not a function that is known here", local.name());
-                    Err(self.error(Code::BadArguments, call.name.span, message))
-                }
-            },
+    /// An argument of a call: a function that is handed on, or a local value.
+    pub(crate) fn argument(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
+        match self.as_function(expr, cx)? {
+            Some(function) => Ok(Local::Function(function)),
+            None => self.local_value(expr, cx),
         }
     }
 
     /// The function that an expression hands on; `None` if it is none.
-    pub(crate) fn as_function(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Rc<Closure>>, Fail> {
+    fn as_function(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Rc<Closure>>, Fail> {
         match &expr.kind {
             Kind::Class(class, _) if self.tree.table.class(class.class).def.kind == ClassKind::Function => {
                 let function = self.function(class, cx.scope)?;
@@ -51,7 +42,7 @@ impl Flattener<'_, '_> {
                         self.report(error.maybe_help(help));
                         return Err(Fail::Reported);
                     }
-                    given.push((name.name.clone(), self.local_value(value, cx)?));
+                    given.push((name.name.clone(), self.argument(value, cx)?));
                 }
                 Ok(Some(Rc::new(Closure { function: closure.function.clone(), given })))
             }

@@ -363,9 +363,6 @@ impl Flattener<'_, '_> {
 
     /// An expression as a local value: a node, an array of nodes or a record.
     pub(crate) fn local_value(&mut self, expr: &Expr, cx: &mut Context) -> Result<Local, Fail> {
-        if let Some(function) = self.as_function(expr, cx)? {
-            return Ok(Local::Function(function));
-        }
         if let Some(record) = self.as_record(expr, cx)? {
             return Ok(record);
         }

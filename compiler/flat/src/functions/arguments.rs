@@ -155,7 +155,7 @@ impl Flattener<'_, '_> {
                         None if input.ty.is_text() && callee.only_shows(&input.name.name) => {
                             self.shown_text(expr, cx)?
                         }
-                        None => self.local_value(expr, cx)?,
+                        None => self.argument(expr, cx)?,
                     };
                     let outer = self.check_argument(expr, input, &local)?;
                     spans.push(Some(expr.span));
@@ -163,7 +163,7 @@ impl Flattener<'_, '_> {
                 }
                 (None, Some(default)) => {
                     spans.push(None);
-                    (self.local_value(default, &mut defaults)?, Vec::new())
+                    (self.argument(default, &mut defaults)?, Vec::new())
                 }
                 (None, None) => {
                     let message = format!("the input `{}` has no value", input.name.name);

@@ -6,6 +6,7 @@ pub(crate) mod body;
 pub(crate) mod body_statement;
 pub(crate) mod body_store;
 pub(crate) mod call_memory;
+pub(crate) mod callee;
 pub(crate) mod declare;
 pub(crate) mod external;
 pub(crate) mod function;
