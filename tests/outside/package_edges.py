@@ -1,4 +1,5 @@
 """The Python package where calls are unusual: limits, folders that change, signals, tables of other libraries, warnings as errors, names and words."""
+import json
 import multiprocessing
 import os
 import pathlib
