@@ -35,8 +35,9 @@ pub(crate) fn diff(arguments: &Diff) -> Result<(), Failure> {
         [path, first, _, _, second, _, _] => (Some(path.clone()), first.clone(), second.clone(), true),
         _ => return Err(Failure::Usage("two files are compared: hyd diff A B".to_string())),
     };
-    let (before, after) = (models(&first)?, models(&second)?);
-    let changes = changes(&before, &after);
+    let (before, mut after) = (models(&first)?, models(&second)?);
+    let renamed = renamed(&before, &mut after);
+    let changes: Vec<Change> = renamed.into_iter().chain(changes(&before, &after)).collect();
     if arguments.json {
         let list: Vec<Value> = changes.iter().map(Change::json).collect();
         output::print(&format!(
@@ -88,6 +89,30 @@ fn collect(folder: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), Failure> 
         }
     }
     Ok(())
+}
+
+/// Two texts of one class each, of different names, are one class that got another name: the second is then known by the name of the first.
+fn renamed(before: &BTreeMap<String, Facts>, after: &mut BTreeMap<String, Facts>) -> Option<Change> {
+    let only = |facts: &BTreeMap<String, Facts>| {
+        let first = facts.keys().next()?.clone();
+        let inner = format!("{first}.");
+        facts.keys().skip(1).all(|name| name.starts_with(&inner)).then_some(first)
+    };
+    let (old, new) = (only(before)?, only(after)?);
+    if old == new {
+        return None;
+    }
+    *after = std::mem::take(after)
+        .into_iter()
+        .map(|(name, facts)| (format!("{old}{}", &name[new.len()..]), facts))
+        .collect();
+    Some(Change {
+        class: old.clone(),
+        kind: Kind::Class,
+        name: "name".to_string(),
+        before: Some(old),
+        after: Some(new),
+    })
 }
 
 /// What changed, class by class.
@@ -149,6 +174,7 @@ impl Change {
     fn words(&self) -> String {
         let what = match self.kind {
             Kind::Value | Kind::Component => self.name.clone(),
+            Kind::Class if !self.name.is_empty() => self.name.clone(),
             Kind::Class | Kind::Equation | Kind::Connection => String::new(),
             kind if self.name.is_empty() => kind.word().to_string(),
             kind => format!("{} {}", kind.word(), self.name),

@@ -72,6 +72,17 @@ fn what_changed_is_named() {
     assert_eq!((&spring["kind"], &spring["before"], &spring["after"]), (&"value".into(), &"100".into(), &"120".into()));
 }
 
+/// A variant is compared with what it was made from.
+#[test]
+fn another_name_is_one_change() {
+    let folder = Scratch::new();
+    folder.write("cart.mo", BEFORE);
+    folder.write("wagon.mo", BEFORE.replace("Cart", "Wagon").replace("d = 1", "d = 2"));
+    let outcome = run(folder.path(), &["diff", "cart.mo", "wagon.mo"]);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    assert_eq!(outcome.stdout, "Shop.Cart\n  ~ name: Shop.Cart -> Shop.Wagon\n  ~ damper.d: 1 -> 2\n");
+}
+
 #[test]
 fn git_and_broken_texts() {
     let folder = Scratch::new();
