@@ -67,7 +67,8 @@ pub(crate) fn test(arguments: &Test) -> Result<(), Failure> {
             scope.spawn(|| {
                 while let Some(k) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&k| k < files.len()) {
                     let begin = Instant::now();
-                    let result = folder.0.join(format!("{k}.csv"));
+                    // Called as the picture of what changed is to call it.
+                    let result = folder.0.join(k.to_string()).join("now.csv");
                     let verdict = one(arguments, &own, &files[k], &result);
                     let seconds = begin.elapsed().as_secs_f64();
                     let tested = Tested { file: files[k].clone(), verdict, seconds };
@@ -238,7 +239,10 @@ fn simulate(arguments: &Test, own: &Path, (model, result): (&Path, &Path), varia
         command.arg("--allow-outside");
     }
     let messages = result.with_extension("messages");
-    let said = std::fs::File::create(&messages).map_err(|error| vec![format!("no room for messages: {error}")])?;
+    let made = result.parent().map_or(Ok(()), std::fs::create_dir_all);
+    let said = made
+        .and_then(|()| std::fs::File::create(&messages))
+        .map_err(|error| vec![format!("no room for messages: {error}")])?;
     let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(said).spawn();
     let mut child = child.map_err(|error| vec![format!("the run cannot be begun: {error}")])?;
     let begin = Instant::now();

@@ -95,6 +95,22 @@ impl Bench {
         "parameter_tolerance_1sigma",
         "experiments",
     ];
+    /// What holds for all shots, without any.
+    pub(crate) fn without_shots(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            base_model: self.base_model.clone(),
+            noise: self.noise.clone(),
+            quantisation: self.quantisation.clone(),
+            offset: self.offset.clone(),
+            gain: self.gain,
+            tolerance: self.tolerance.clone(),
+            pre_trigger: self.pre_trigger,
+            shots: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// Keys that tell people of the bench and decide nothing.
     pub const REMARKS: [&str; 4] = ["channels", "sampling_Hz", "remarks", "imported"];
 

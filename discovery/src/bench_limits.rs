@@ -93,6 +93,16 @@ mod tests {
 
     use super::BenchLimits;
 
+    /// What a bench can do changes no search, so that a calibration and fits that were kept hold on.
+    #[test]
+    fn limits_are_not_part_of_a_search() {
+        let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\" }\n";
+        let study = |text: &str| crate::Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+        let (without, with) = (study(text), study(&format!("{text}[limits.settings.p]\nmax = 2.0\n")));
+        assert_ne!(format!("{without:?}"), format!("{with:?}"));
+        assert_eq!(format!("{:?}", without.of_search()), format!("{:?}", with.of_search()));
+    }
+
     /// Regions are forbidden where all that they say holds; outside of what can be set nothing is allowed.
     #[test]
     fn a_region_is_left_by_any_of_its_sides() {

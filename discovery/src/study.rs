@@ -285,6 +285,11 @@ impl Study {
         Ok(study)
     }
 
+    /// What of it decides what a search finds: not what the bench can do, which decides the next shot.
+    pub fn of_search(&self) -> Self {
+        Self { limits: BenchLimits::default(), ..self.clone() }
+    }
+
     /// The place of a value, which is found by its keys, as the beginning of a sentence.
     pub(crate) fn place(&self, keys: &[&str]) -> String {
         line(&self.text.0, keys).map_or_else(String::new, |line| format!("line {line} of the study: "))

@@ -93,6 +93,7 @@ const ALLOWED: [(&str, &[&str]); 33] = [
         "hyd-lsp",
         &[
             "hyd-compiler",
+            "hyd-doc",
             "hyd-equations",
             "hyd-flat",
             "hyd-format",

@@ -250,8 +250,8 @@ fn word(name: &str) -> String {
     format!("<mi>{}</mi>", escape(shown))
 }
 
-/// Greek letters by their names.
-fn letters(name: &str) -> &str {
+/// The Greek letter of this name, or the name.
+pub fn letters(name: &str) -> &str {
     const GREEK: [(&str, &str); 26] = [
         ("alpha", "α"),
         ("beta", "β"),

@@ -1,5 +1,6 @@
 //! Expressions as people write them, on one line: `der(x)` with a fraction of differentials, powers raised, Greek letters shown.
 
+use hyd_doc::mathml::letters;
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::{Arguments, BinaryOp, ComponentRef, Equation, EquationKind, Expr, ExprKind, UnaryOp};
 
@@ -117,36 +118,8 @@ fn reference(reference: &ComponentRef) -> String {
 
 /// A name with its first word as a Greek letter where it is one.
 fn letter(name: &str) -> String {
-    const GREEK: [(&str, &str); 26] = [
-        ("alpha", "α"),
-        ("beta", "β"),
-        ("gamma", "γ"),
-        ("delta", "δ"),
-        ("epsilon", "ε"),
-        ("zeta", "ζ"),
-        ("eta", "η"),
-        ("theta", "θ"),
-        ("kappa", "κ"),
-        ("lambda", "λ"),
-        ("mu", "μ"),
-        ("nu", "ν"),
-        ("xi", "ξ"),
-        ("pi", "π"),
-        ("rho", "ρ"),
-        ("sigma", "σ"),
-        ("tau", "τ"),
-        ("phi", "φ"),
-        ("chi", "χ"),
-        ("psi", "ψ"),
-        ("omega", "ω"),
-        ("Delta", "Δ"),
-        ("Phi", "Φ"),
-        ("Psi", "Ψ"),
-        ("Omega", "Ω"),
-        ("Theta", "Θ"),
-    ];
     let (first, rest) = name.split_once('_').map_or((name, None), |(first, rest)| (first, Some(rest)));
-    let shown = GREEK.iter().find(|(word, _)| *word == first).map_or(first, |(_, letter)| letter);
+    let shown = letters(first);
     rest.map_or_else(|| shown.to_string(), |rest| format!("{shown}_{rest}"))
 }
 

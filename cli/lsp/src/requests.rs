@@ -43,6 +43,8 @@ pub(crate) struct Job {
 /// What the client can do.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Client {
+    /// Settings that it was given and that are not known.
+    pub(crate) unknown_settings: Vec<String>,
     /// Commands that it has for models.
     pub(crate) commands: Vec<String>,
     /// A change of the workspace may rename files.
@@ -277,4 +279,30 @@ impl Requests {
 
 fn failed(sentence: impl Into<String>) -> Refused {
     Refused(ErrorCode::RequestFailed, sentence.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use lsp_server::{ErrorCode, Request, RequestId};
+    use serde_json::json;
+
+    use super::{Client, Job, Pending, Requests};
+    use crate::checker::locked;
+
+    /// One that was taken back before its turn is refused, one that was not is answered, and neither is remembered.
+    #[test]
+    fn what_is_taken_back_is_not_begun() {
+        let pending = Pending::default();
+        let mut requests = Requests::new(Default::default(), pending.clone(), Client::default());
+        for (number, is_taken_back) in [(1, true), (2, false)] {
+            let id = RequestId::from(number);
+            locked(&pending).insert(id.clone(), is_taken_back);
+            let request = Request::new(id, "workspace/symbol".into(), json!({ "query": "x" }));
+            let answer = requests.answer(Job { request, documents: Default::default(), settings: Default::default() });
+            let answer = serde_json::to_value(&answer.response).expect("JSON");
+            let code = answer["error"]["code"].as_i64();
+            assert_eq!(code, is_taken_back.then_some(ErrorCode::RequestCanceled as i64), "{answer}");
+        }
+        assert!(locked(&pending).is_empty());
+    }
 }

@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use hyd_source::did_you_mean;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{self, Notification as _};
 use lsp_types::request::{self, Request as _};
@@ -31,6 +32,9 @@ use crate::session::Settings;
 
 /// Stack of a thread that translates: expressions may be nested as deep as the language's limits allow.
 const STACK: usize = 32 << 20;
+
+/// What an editor can set: the last three are of the extension.
+const SETTINGS: [&str; 6] = ["library", "allowOutside", "strictUnits", "commands", "path", "trace"];
 
 type Outgoing = crossbeam_channel::Sender<Message>;
 
@@ -79,12 +83,15 @@ fn agreed(mut settings: Settings, params: &InitializeParams) -> (Settings, Clien
     let options = params.initialization_options.clone().unwrap_or_default();
     settings.take(&options);
     let commands = options.get("commands").and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+    let own = options.get("hyd").unwrap_or(&options).as_object();
+    let names = own.into_iter().flat_map(|own| own.keys());
     let edit = workspace.as_ref().and_then(|workspace| workspace.workspace_edit.as_ref());
     let operations = edit.and_then(|edit| edit.resource_operations.as_deref()).unwrap_or_default();
     let workspace = workspace.as_ref();
     let hints = workspace.and_then(|workspace| workspace.inlay_hint.as_ref());
     let watched = workspace.and_then(|workspace| workspace.did_change_watched_files.as_ref());
     let client = Client {
+        unknown_settings: names.filter(|name| !SETTINGS.contains(&name.as_str())).cloned().collect(),
         commands: commands.iter().filter_map(|command| command.as_str().map(str::to_string)).collect(),
         renames_files: operations.contains(&ResourceOperationKind::Rename),
         shows_files: window.as_ref().and_then(|window| window.show_document.as_ref()).is_some_and(|own| own.support),
@@ -147,6 +154,7 @@ impl Server {
         let (settings, jobs) = (Arc::new(settings), Some(jobs));
         let documents = Documents::default();
         let server = Self { outgoing, documents, settings, checker, jobs, pending, results, threads, client };
+        server.complain_of_settings();
         server.complain_of_libraries();
         if server.client.watches_files {
             server.watch_files();
@@ -252,6 +260,18 @@ impl Server {
         self.checker.changed(&self.documents, &self.settings, path, byte);
     }
 
+    /// Says which settings are not known.
+    fn complain_of_settings(&self) {
+        for name in &self.client.unknown_settings {
+            let hint = did_you_mean(name, SETTINGS).map_or_else(String::new, |hint| format!("; {hint}"));
+            let message = format!("the setting `{name}` is not known{hint}");
+            notify::<notification::ShowMessage>(
+                &self.outgoing,
+                ShowMessageParams { typ: MessageType::WARNING, message },
+            );
+        }
+    }
+
     /// Says which folders of libraries cannot be used.
     fn complain_of_libraries(&self) {
         for folder in self.settings.libraries.iter().filter(|folder| !folder.is_dir()) {
@@ -338,4 +358,27 @@ pub(crate) fn built_in_folder() -> PathBuf {
     let cache = set("XDG_CACHE_HOME").or_else(|| set("LOCALAPPDATA"));
     let cache = cache.or_else(|| set("HOME").map(|home| home.join(".cache"))).unwrap_or_else(std::env::temp_dir);
     cache.join("hyd").join(Path::new(concat!("library-", env!("CARGO_PKG_VERSION"))))
+}
+
+#[cfg(test)]
+mod tests {
+    use lsp_types::InitializeParams;
+    use serde_json::json;
+
+    use super::agreed;
+    use crate::session::Settings;
+
+    /// A setting that is misspelt is told, with or without the name of the server around it.
+    #[test]
+    fn settings_that_are_not_known_are_found() {
+        let unknown = |options: serde_json::Value| {
+            let params = InitializeParams { initialization_options: Some(options), ..InitializeParams::default() };
+            let (settings, client) = agreed(Settings::default(), &params);
+            (settings.strict_units, client.unknown_settings)
+        };
+        let own = json!({ "librarys": ["a"], "strictUnits": true, "commands": [] });
+        assert_eq!(unknown(own.clone()), (true, vec!["librarys".to_string()]));
+        assert_eq!(unknown(json!({ "hyd": own, "editor": {} })), (true, vec!["librarys".to_string()]));
+        assert_eq!(unknown(json!({ "library": [], "allowOutside": false })), (false, Vec::new()));
+    }
 }

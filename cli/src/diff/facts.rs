@@ -111,7 +111,7 @@ impl Reader<'_> {
             add(Kind::Description, String::new(), description.to_string());
         }
         if let Some(annotation) = &class.annotation {
-            annotations(annotation, &mut add);
+            self.annotations(annotation, &mut add);
         }
         match &class.body {
             ClassBody::Long { elements, equations, algorithms, external, extends_from } => {
@@ -119,7 +119,7 @@ impl Reader<'_> {
                     self.element(element, &name, &mut add, found);
                 }
                 if let Some(modification) = extends_from {
-                    modified(modification, "", &mut add);
+                    self.modified(modification, "", &mut add);
                 }
                 for section in equations {
                     for equation in &section.equations {
@@ -167,7 +167,7 @@ impl Reader<'_> {
             Element::Extends(extends) => {
                 let base = print_path(&extends.base);
                 add(Kind::Extends, base, if extends.protected { "protected".to_string() } else { String::new() });
-                modified(&extends.modification, "", add);
+                self.modified(&extends.modification, "", add);
             }
             Element::Class(nested) => {
                 self.class(&nested.class, within, found);
@@ -214,9 +214,54 @@ impl Reader<'_> {
         if let Some(description) = &component.description {
             add(Kind::Description, name.clone(), description.to_string());
         }
-        modified(&component.modification, &name, add);
+        if let Some(constraint) = &component.constrained_by {
+            self.modified(&constraint.modification, &format!("{name} (constrainedby)"), add);
+        }
+        self.modified(&component.modification, &name, add);
         if let Some(annotation) = &component.annotation {
-            annotations(annotation, &mut |kind, own, says| add(kind, format!("{name}.{own}"), says));
+            self.annotations(annotation, &mut |kind, own, says| add(kind, format!("{name}.{own}"), says));
+        }
+    }
+
+    /// The values that a modification gives, each by the name of what it modifies.
+    fn modified(&self, modification: &Modification, name: &str, add: &mut impl FnMut(Kind, String, String)) {
+        if let Some(binding) = &modification.binding {
+            add(Kind::Value, name.to_string(), print_expr(binding));
+        }
+        for argument in &modification.arguments {
+            let joined = |own: &str| if name.is_empty() { own.to_string() } else { format!("{name}.{own}") };
+            match argument {
+                Argument::Modify(own) => {
+                    let target = joined(&print_path(&own.target));
+                    let words = [(own.each, "each"), (own.is_final, "final")];
+                    let words: Vec<&str> = words.iter().filter(|(is, _)| *is).map(|(_, word)| *word).collect();
+                    if !words.is_empty() {
+                        add(Kind::Value, format!("{target} ({})", words.join(" ")), words.join(" "));
+                    }
+                    self.modified(&own.modification, &target, add);
+                }
+                Argument::RedeclareComponent { component, .. } => {
+                    let target = joined(&component.name.name);
+                    add(Kind::Value, target.clone(), format!("redeclare {}", print_path(&component.class)));
+                    self.modified(&component.modification, &target, add);
+                }
+                Argument::RedeclareClass { class, .. } => {
+                    let target = joined(&class.class.name.name);
+                    // Whatever it is made of.
+                    add(Kind::Value, target, self.said(class.class.span));
+                }
+            }
+        }
+    }
+
+    /// Annotations that say more than how a class looks.
+    fn annotations(&self, annotation: &Modification, add: &mut impl FnMut(Kind, String, String)) {
+        for argument in &annotation.arguments {
+            let Argument::Modify(own) = argument else { continue };
+            let name = print_path(&own.target);
+            if !GRAPHICS.contains(&name.as_str()) {
+                self.modified(&own.modification, &name, &mut |_, name, says| add(Kind::Annotation, name, says));
+            }
         }
     }
 
@@ -244,51 +289,6 @@ fn prefixes(own: &hyd_syntax::tree::ElementPrefixes) -> Vec<String> {
         (own.replaceable, "replaceable"),
     ];
     all.iter().filter(|(is, _)| *is).map(|(_, word)| (*word).to_string()).collect()
-}
-
-/// The values that a modification gives, each by the name of what it modifies.
-fn modified(modification: &Modification, name: &str, add: &mut impl FnMut(Kind, String, String)) {
-    if let Some(binding) = &modification.binding {
-        add(Kind::Value, name.to_string(), print_expr(binding));
-    }
-    for argument in &modification.arguments {
-        let joined = |own: &str| if name.is_empty() { own.to_string() } else { format!("{name}.{own}") };
-        match argument {
-            Argument::Modify(own) => {
-                let target = joined(&print_path(&own.target));
-                let words = [(own.each, "each"), (own.is_final, "final")];
-                let words: Vec<&str> = words.iter().filter(|(is, _)| *is).map(|(_, word)| *word).collect();
-                if !words.is_empty() {
-                    add(Kind::Value, format!("{target} ({})", words.join(" ")), words.join(" "));
-                }
-                modified(&own.modification, &target, add);
-            }
-            Argument::RedeclareComponent { component, .. } => {
-                let target = joined(&component.name.name);
-                add(Kind::Value, target.clone(), format!("redeclare {}", print_path(&component.class)));
-                modified(&component.modification, &target, add);
-            }
-            Argument::RedeclareClass { class, .. } => {
-                let target = joined(&class.class.name.name);
-                let says = match &class.class.body {
-                    ClassBody::Short { base, .. } => format!("redeclare {}", print_path(base)),
-                    _ => format!("redeclare {}", class.class.kind.keyword()),
-                };
-                add(Kind::Value, target, says);
-            }
-        }
-    }
-}
-
-/// Annotations that say more than how a class looks.
-fn annotations(annotation: &Modification, add: &mut impl FnMut(Kind, String, String)) {
-    for argument in &annotation.arguments {
-        let Argument::Modify(own) = argument else { continue };
-        let name = print_path(&own.target);
-        if !GRAPHICS.contains(&name.as_str()) {
-            modified(&own.modification, &name, &mut |_, name, says| add(Kind::Annotation, name, says));
-        }
-    }
 }
 
 /// Tokens as one writes them in a line.

@@ -214,7 +214,7 @@ pub(crate) fn fingerprint(
     seed: u64,
 ) -> Result<u64, Failure> {
     let setup = &opened.setup;
-    let settings = format!("{seed} {:?} {:?}", setup.study, setup.bench);
+    let settings = format!("{seed} {:?} {:?}", setup.study.of_search(), setup.bench);
     let effects: Vec<String> = candidates.iter().map(|own| format!("{:?}", own.effect)).collect();
     let numbers = setup.data.shots.iter().flat_map(|shot| shot.traces.iter().flatten().flat_map(|trace| &trace.values));
     let numbers: Vec<u8> = numbers.flat_map(|value| value.to_le_bytes()).collect();

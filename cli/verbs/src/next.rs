@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use hyd_discovery::{NextShots, Search, Wish, next_shots};
-use hyd_results::write_whole;
+use hyd_results::{refuse_read, write_whole};
 
 use crate::discover::{all_candidates, fingerprint, unwritable};
 use crate::discovery_calibration as calibration;
@@ -61,12 +61,20 @@ pub fn next(
         Wish { vary: vary.map_err(|fault| Failure::Usage(fault.sentence))?, shots: options.shots, like: options.like };
     // Conditions that are not there are told before a search of minutes.
     wish.check(setup).map_err(failure)?;
+    if let Some(folder) = &options.report {
+        let made = std::fs::create_dir_all(folder);
+        made.map_err(|error| Failure::Fault(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+    }
     let make = || opened.sources();
     let workshop = opened.workshop(&make);
     let begin = Instant::now();
     let progress = |text: &str| listener.progress(begin.elapsed().as_secs_f64(), text);
     opened.translated(&workshop, listener)?;
     let candidates = all_candidates(opened, &workshop, listener)?;
+    // By now all texts and tables have been read; better here than after a long search.
+    for path in options.report.iter().flat_map(|folder| FILES.map(|name| folder.join(name))) {
+        refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
+    }
     let hash = fingerprint(opened, &workshop, &candidates, options.seed)?;
     let needed = calibration::known(&study.study, hash).map_or(Search::NEEDED, |known| known.needed());
     let search = Search {
@@ -95,11 +103,8 @@ pub fn next(
     let json = format!("{:#}\n", proposed.json);
     let mut text = format!("{}: {}", findings.word(), proposed.summary);
     if let Some(folder) = &options.report {
-        let made = std::fs::create_dir_all(folder);
-        made.map_err(|error| Failure::Fault(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
         for (name, content) in FILES.into_iter().zip([&json, &page(&proposed)]) {
             let path = folder.join(name);
-            hyd_results::refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
             write_whole(&path, content.as_bytes()).map_err(|error| unwritable(&path, &error))?;
         }
         text.push_str(&format!("{}\n", folder.join("next.html").display()));

@@ -47,6 +47,8 @@ pub(crate) struct Contender {
     pub known: Option<Known>,
     /// The same model with the inputs of the shots that were made.
     pub made: Hypothesis,
+    /// The typical size of an effect that is only looked at.
+    pub size: Option<f64>,
 }
 
 /// What a search leaves open.
@@ -69,9 +71,22 @@ pub(crate) struct Question {
     pub sizes: Vec<String>,
     /// Pairs that no shot of the ranges tells apart: whose record, and which model.
     pub hopeless: Vec<(usize, usize)>,
+    /// Effects that the shots that were made cannot be run with at their typical size.
+    pub unrun: Vec<String>,
 }
 
 impl Question {
+    /// Contenders that are called alike get the places that tell them apart.
+    fn new(aim: Aim, mut contenders: Vec<Contender>, all: usize) -> Self {
+        let labels: Vec<String> = contenders.iter().map(|own| own.label.clone()).collect();
+        for own in &mut contenders {
+            if labels.iter().filter(|label| **label == own.label).count() > 1 {
+                own.label = own.made.key();
+            }
+        }
+        Self { aim, contenders, all, sizes: Vec::new(), hopeless: Vec::new(), unrun: Vec::new() }
+    }
+
     /// What the findings leave open.
     ///
     /// # Errors
@@ -185,7 +200,7 @@ impl Make<'_> {
         if known.is_none() {
             return Err(Fault::run(format!("what the shots know of {label} is not finite")));
         }
-        Ok(Contender { label, hypothesis, fit, known, made })
+        Ok(Contender { label, hypothesis, fit, known, made, size: None })
     }
 
     fn apart(&self, mut rivals: Vec<&Tried>) -> Result<Open, Fault> {
@@ -205,7 +220,7 @@ impl Make<'_> {
             None => Err(Fault::run("a rival without a fit")),
         };
         let contenders = rivals.iter().map(contender).collect::<Result<_, _>>()?;
-        Ok(Open::Question(Question { aim: Aim::Apart, contenders, all, sizes: Vec::new(), hopeless: Vec::new() }))
+        Ok(Open::Question(Question::new(Aim::Apart, contenders, all)))
     }
 
     /// Effects of typical size that the shots could not show for certain.
@@ -213,14 +228,16 @@ impl Make<'_> {
         let base = self.fitted(&pass.base, &pass.fit, "the base model".to_string())?;
         let whole = self.whole();
         let (mut before, mut contenders) = (vec![(0.0, DVector::zeros(0))], vec![base]);
-        let mut all = 0;
+        let (mut all, mut unrun) = (0, Vec::new());
         for tried in &pass.tried {
             let Some(candidate) = tried.hypothesis.inserts.last() else { continue };
             let problem = tried.hypothesis.problem(self.setup)?;
             let typical = candidate.effect.probe * self.setup.scale(candidate);
             let xi = tried.hypothesis.at_size(&problem, &pass.fit.xi, typical);
-            // What does not run at its typical size cannot be missing at that size.
-            let Ok(fit) = Fit::at(&problem, &xi, &whole) else { continue };
+            let Ok(fit) = Fit::at(&problem, &xi, &whole) else {
+                unrun.push(tried.hypothesis.own_label());
+                continue;
+            };
             // The residuals of the base model where the record has the effect, less those where it has not.
             let change = &contenders[0].fit.residuals - &fit.residuals;
             let Some(known) = &contenders[0].known else { continue };
@@ -233,7 +250,8 @@ impl Make<'_> {
             all += 1;
             drop(problem);
             let (hypothesis, made) = self.both(&tried.hypothesis)?;
-            contenders.push(Contender { label: tried.hypothesis.own_label(), hypothesis, fit, known: None, made });
+            let (label, size) = (tried.hypothesis.own_label(), Some(typical));
+            contenders.push(Contender { label, hypothesis, fit, known: None, made, size });
             before.push(seen);
         }
         if all == 0 {
@@ -242,13 +260,8 @@ impl Make<'_> {
             ));
         }
         before[0].1 = DVector::zeros(before[1].1.len());
-        Ok(Open::Question(Question {
-            aim: Aim::Reveal { before },
-            contenders,
-            all,
-            sizes: Vec::new(),
-            hopeless: Vec::new(),
-        }))
+        let question = Question::new(Aim::Reveal { before }, contenders, all);
+        Ok(Open::Question(Question { unrun, ..question }))
     }
 
     fn narrow(&self, pass: &Pass) -> Result<Open, Fault> {
@@ -268,13 +281,8 @@ impl Make<'_> {
                 "the size of what was found is another one in every shot, so that no further shot makes it better known",
             ));
         }
-        Ok(Open::Question(Question {
-            aim: Aim::Narrow { sizes },
-            contenders: vec![own],
-            all: 1,
-            sizes: names,
-            hopeless: Vec::new(),
-        }))
+        let question = Question::new(Aim::Narrow { sizes }, vec![own], 1);
+        Ok(Open::Question(Question { sizes: names, ..question }))
     }
 }
 

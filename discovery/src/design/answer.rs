@@ -6,12 +6,13 @@ use serde_json::{Map, Value, json};
 
 use super::aim::{Aim, Question};
 use super::proved::Proved;
+use super::seen::Farthest;
 use super::space::{Point, Space};
 use super::{Chosen, Looked};
+use crate::Setup;
 use crate::power::{CLEAR, normal_share};
 use crate::search::Findings;
 use crate::thresholds::{LEAD, NEEDED};
-use crate::{Fault, Setup};
 
 /// Units whose numbers are written with prefixes: those that end the names of conditions and channels.
 const PREFIXED: [&str; 12] = ["Pa", "V", "A", "s", "m", "F", "N", "W", "J", "Hz", "K", "Ohm"];
@@ -71,60 +72,21 @@ impl Question {
     }
 }
 
-/// Puts everything together.
-///
-/// # Errors
-/// None at present; numbers that are missing are null.
+/// Puts everything together; numbers that are missing are null.
 pub(super) fn answer(
     (setup, space): (&Setup, &Space<'_>),
     question: &Question,
     findings: &Findings,
     (chosen, proved): (Vec<Chosen>, Vec<Proved>),
     looked: Looked,
-) -> Result<NextShots, Fault> {
+) -> NextShots {
     let labels: Vec<&str> = question.contenders.iter().map(|own| own.label.as_str()).collect();
     let aim = match question.aim {
         Aim::Apart => "tell apart",
         Aim::Reveal { .. } => "reveal",
         Aim::Narrow { .. } => "narrow",
     };
-    let mut shots = Vec::new();
-    for (k, shot) in chosen.iter().enumerate() {
-        let conditions: Map<String, Value> = space
-            .axes
-            .iter()
-            .zip(&shot.point.values)
-            .map(|(axis, &value)| (axis.condition.clone(), json!(value)))
-            .collect();
-        let mut own = json!({"conditions": conditions, "settings": settings(space, &shot.point), "cost": shot.point.cost, "like": setup.bench.shots[space.template].number});
-        let object = own.as_object_mut().ok_or_else(|| Fault::run("a shot is not an object"))?;
-        match &question.aim {
-            Aim::Narrow { .. } => {
-                let narrowed = question.sizes.iter().enumerate().map(|(size, name)| {
-                    json!({"size": name, "interval_times": number(question.narrowing(&shot.shares, size))})
-                });
-                object.insert("narrows".into(), narrowed.collect());
-            }
-            _ => {
-                let pairs = question.compared();
-                let evidence = pairs.iter().zip(&shot.farthest).map(|(&(truth, model), farthest)| {
-                    let expected = question.evidence(&shot.shares, truth, model);
-                    let is_last = k + 1 == chosen.len();
-                    let proved = proved.iter().find(|own| own.pair == (truth, model)).filter(|_| is_last);
-                    let growth = proved.map(|own| own.growth);
-                    let growth = growth.unwrap_or(expected);
-                    let decides = if matches!(question.aim, Aim::Apart) { decides(growth) } else { shows(growth) };
-                    let farthest = farthest.as_ref().map(|own| {
-                        json!({"channel": setup.data.channels[own.channel].name, "time": own.time, "deviations": number(own.deviations)})
-                    });
-                    json!({"if": labels[truth], "against": labels[model], "expected": number(expected),
-                        "fitted": proved.map(|own| number(own.growth)), "decides": number(decides), "shows": farthest})
-                });
-                object.insert("evidence".into(), evidence.collect());
-            }
-        }
-        shots.push(own);
-    }
+    let shots: Vec<Value> = (0..chosen.len()).map(|k| shot((setup, space), question, (&chosen, k), &proved)).collect();
     let axes =
         space.axes.iter().map(|axis| json!({"condition": axis.condition, "low": axis.ends.0, "high": axis.ends.1}));
     let points = looked.seen.iter().map(|(point, worth)| json!({"values": point.values, "worth": number(*worth)}));
@@ -136,6 +98,7 @@ pub(super) fn answer(
         "models": labels,
         "models_left_out": others,
         "never": question.never_told(),
+        "not_run": question.unrun,
         "vary": axes.collect::<Vec<_>>(),
         "shots": shots,
         "points": points.collect::<Vec<_>>(),
@@ -145,7 +108,51 @@ pub(super) fn answer(
     });
     let summary = summary(space, question, &chosen, &json);
     let curves = proved.iter().flat_map(|own| curves(setup, &labels, own)).collect();
-    Ok(NextShots { json, summary, curves })
+    NextShots { json, summary, curves }
+}
+
+/// One of the shots.
+fn shot(
+    (setup, space): (&Setup, &Space<'_>),
+    question: &Question,
+    (chosen, k): (&[Chosen], usize),
+    proved: &[Proved],
+) -> Value {
+    let Chosen { point, shares, farthest, .. } = &chosen[k];
+    let label = |own: usize| question.contenders[own].label.as_str();
+    let named = space.axes.iter().zip(&point.values).map(|(axis, &value)| (axis.condition.clone(), json!(value)));
+    let like = setup.bench.shots[space.template].number;
+    let mut object = Map::new();
+    object.insert("conditions".into(), Value::Object(named.collect()));
+    object.insert("settings".into(), json!(settings(space, point)));
+    object.insert("cost".into(), json!(point.cost));
+    object.insert("like".into(), json!(like));
+    if let Aim::Narrow { .. } = question.aim {
+        let narrowed = question
+            .sizes
+            .iter()
+            .enumerate()
+            .map(|(size, name)| json!({"size": name, "interval_times": number(question.narrowing(shares, size))}));
+        object.insert("narrows".into(), narrowed.collect());
+        return Value::Object(object);
+    }
+    let evidence = question.compared().into_iter().zip(farthest).map(|((truth, model), farthest)| {
+        let expected = question.evidence(shares, truth, model);
+        // Fits are made to all of the shots together.
+        let is_last = k + 1 == chosen.len();
+        let fitted = proved.iter().find(|own| own.pair == (truth, model)).filter(|_| is_last).map(|own| own.growth);
+        let growth = fitted.unwrap_or(expected);
+        let decides = if matches!(question.aim, Aim::Apart) { decides(growth) } else { shows(growth) };
+        let channel = |own: &Farthest| &setup.data.channels[own.channel].name;
+        let shows = farthest
+            .as_ref()
+            .map(|own| json!({"channel": channel(own), "time": own.time, "deviations": number(own.deviations)}));
+        let size = question.contenders[truth].size;
+        json!({"if": label(truth), "size": size, "against": label(model), "expected": number(expected), "fitted": fitted.map(number),
+            "decides": number(decides), "shows": shows})
+    });
+    object.insert("evidence".into(), evidence.collect());
+    Value::Object(object)
 }
 
 fn curves(setup: &Setup, labels: &[&str], proved: &Proved) -> Vec<PredictedCurves> {
@@ -204,6 +211,10 @@ fn summary(space: &Space<'_>, question: &Question, chosen: &[Chosen], json: &Val
     for words in question.never_told() {
         let _ = writeln!(text, "  within these ranges {words}");
     }
+    if !question.unrun.is_empty() {
+        let names = question.unrun.join(", ");
+        let _ = writeln!(text, "  the model does not run at the typical size of {names}, which is left out");
+    }
     for (k, shot) in chosen.iter().enumerate() {
         let settings = settings(space, &shot.point);
         let cost = if shot.point.cost == 1.0 { String::new() } else { format!(", cost {:.3}", shot.point.cost) };
@@ -235,6 +246,9 @@ fn summary(space: &Space<'_>, question: &Question, chosen: &[Chosen], json: &Val
         .collect();
     let behind = if left_out.is_empty() { String::new() } else { format!("; of others {}", left_out.join(", ")) };
     let _ = writeln!(text, "{count} points were run{behind}");
+    if let Some(why) = json["failed"]["why"].as_str() {
+        let _ = writeln!(text, "  the first that cannot be run: {why}");
+    }
     text
 }
 
@@ -243,14 +257,17 @@ fn sentence(question: &Question, own: &Value, shot: usize) -> String {
     let text = |key: &str| own[key].as_str().unwrap_or_default();
     let value = |key: &str| own[key].as_f64();
     let evidence = value("fitted").or(value("expected")).unwrap_or(f64::NAN);
+    // What no fit has confirmed holds to first order.
+    let about = if value("fitted").is_some() { "" } else { "about " };
     let with = if shot == 0 { "" } else { " with the shots before it" };
     let what = match question.aim {
         Aim::Reveal { .. } => {
             let is_seen = if evidence >= CLEAR { "" } else { ", too little to be sure of" };
-            format!("{}: the cost would drop by {evidence:.0}{with}{is_seen}", text("if"))
+            let size = value("size").map_or_else(String::new, |size| format!(" of size {}", digits(size)));
+            format!("{}{size}: the cost would drop by {about}{evidence:.0}{with}{is_seen}", text("if"))
         }
         _ => format!(
-            "if it is {}, the cost of {} grows by {evidence:.0}{with} (decides with {:.0} %)",
+            "if it is {}, the cost of {} grows by {about}{evidence:.0}{with} (decides with {:.0} %)",
             text("if"),
             text("against"),
             100.0 * value("decides").unwrap_or(0.0)
@@ -270,14 +287,15 @@ fn settings(space: &Space<'_>, point: &Point) -> Vec<String> {
     space.axes.iter().zip(&point.values).map(|(axis, &value)| setting(&axis.condition, value)).collect()
 }
 
-/// A condition and its value, the unit behind its name taken for one.
+/// A condition and its value, and where its name ends like a unit what that is with a prefix.
 fn setting(condition: &str, value: f64) -> String {
     // Of a compound unit, such as that of `v0_m_s`, the last part is no unit of the number.
     let is_compound = |stem: &str| stem.rsplit_once('_').is_some_and(|(_, before)| PREFIXED.contains(&before));
-    let simple = condition.rsplit_once('_').filter(|(stem, unit)| PREFIXED.contains(unit) && !is_compound(stem));
-    match simple {
-        Some((stem, unit)) => format!("{stem} = {}", quantity(value, unit)),
-        None => format!("{condition} = {}", digits(value)),
+    let unit = condition.rsplit_once('_').filter(|(stem, unit)| PREFIXED.contains(unit) && !is_compound(stem));
+    let plain = digits(value);
+    match unit.map(|(_, unit)| quantity(value, unit)) {
+        Some(prefixed) if !prefixed.starts_with(&format!("{plain} ")) => format!("{condition} = {plain} ({prefixed})"),
+        _ => format!("{condition} = {plain}"),
     }
 }
 
@@ -305,12 +323,12 @@ mod tests {
     #[test]
     fn settings_read_as_a_lab_writes_them() {
         let cases = [
-            (("p0_Pa", 6e6), "p0 = 6 MPa"),
-            (("pulse_s", 0.005), "pulse = 5 ms"),
-            (("U0_V", 27.53), "U0 = 27.53 V"),
-            (("gap_m", 1.2345e-4), "gap = 123.5 um"),
+            (("p0_Pa", 6e6), "p0_Pa = 6000000 (6 MPa)"),
+            (("pulse_s", 0.005), "pulse_s = 0.005 (5 ms)"),
+            (("U0_V", 27.53), "U0_V = 27.53"),
+            (("gap_m", 1.2345e-4), "gap_m = 0.0001235 (123.5 um)"),
             (("turns", 120.0), "turns = 120"),
-            (("T_K", 0.0), "T = 0 K"),
+            (("T_K", 0.0), "T_K = 0"),
             (("v0_m_s", 5.0), "v0_m_s = 5"),
         ];
         for ((name, value), text) in cases {

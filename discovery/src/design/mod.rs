@@ -114,7 +114,7 @@ fn propose(
     progress("fitting the rivals to each other's records of the proposed shots");
     let proved: Vec<Proved> = prove((setup, &space), workshop, &question, &points)?;
     let looked = hunt.looked;
-    answer::answer((setup, &space), &question, findings, (chosen, proved), looked)
+    Ok(answer::answer((setup, &space), &question, findings, (chosen, proved), looked))
 }
 
 impl Looked {

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::data::Data;
+use crate::disturbance::Disturbances;
 use crate::problem::{Problem, Runs};
 use crate::unknowns::Meaning;
 use crate::{Bench, Fault, Setup};
@@ -24,8 +26,8 @@ impl Setup {
             (shot.number, shot.conditions) = (first + k, own.clone());
             shot
         });
-        let bench = Bench { shots: shots.collect(), ..self.bench.clone() };
-        self.of_planned(bench)
+        let shots = shots.collect();
+        self.of_planned(Bench { shots, ..self.bench.without_shots() })
     }
 
     /// The same with its channels as this model shows them.
@@ -49,35 +51,31 @@ impl Setup {
 
     /// The bench as it is with planned shots behind its own, which are fitted like the others.
     pub(crate) fn joined(&self, planned: &Setup) -> Setup {
-        let mut joined = self.of_all();
-        let next = joined.bench.shots.len();
-        joined.bench.shots.extend(planned.bench.shots.iter().cloned());
-        joined.data.shots.extend(planned.data.shots.iter().cloned());
-        joined.train.extend(next..joined.bench.shots.len());
-        joined
-    }
-
-    fn of_all(&self) -> Setup {
-        Setup {
-            study: self.study.clone(),
-            bench: self.bench.clone(),
-            data: self.data.clone(),
-            train: self.train.clone(),
-            held_out: self.held_out.clone(),
-            exposed: self.exposed.clone(),
-            disturbances: self.disturbances.clone(),
-            threads: self.threads,
-            watch: self.watch.clone(),
-        }
+        let (mut bench, mut data, mut train) = (self.bench.clone(), self.data.clone(), self.train.clone());
+        let next = bench.shots.len();
+        bench.shots.extend(planned.bench.shots.iter().cloned());
+        data.shots.extend(planned.data.shots.iter().cloned());
+        train.extend(next..bench.shots.len());
+        let (held_out, disturbances) = (self.held_out.clone(), self.disturbances.clone());
+        self.over((bench, data), (train, held_out), disturbances)
     }
 
     fn of_planned(&self, bench: Bench) -> Result<Setup, Fault> {
         let data = self.data.of_shots(&bench.shots, &self.study)?;
-        let mut disturbances = self.disturbances.clone();
-        disturbances.spikes.clear();
+        let disturbances = Disturbances { spikes: Vec::new(), ..self.disturbances.clone() };
         let train = (0..bench.shots.len()).collect();
-        let (held_out, exposed) = (Vec::new(), Vec::new());
-        Ok(Setup { bench, data, train, held_out, exposed, disturbances, ..self.of_all() })
+        Ok(self.over((bench, data), (train, Vec::new()), disturbances))
+    }
+
+    /// The same study over other shots.
+    fn over(
+        &self,
+        (bench, data): (Bench, Data),
+        (train, held_out): (Vec<usize>, Vec<usize>),
+        disturbances: Disturbances,
+    ) -> Setup {
+        let (study, watch, exposed) = (self.study.clone(), self.watch.clone(), self.exposed.clone());
+        Setup { study, bench, data, train, held_out, exposed, disturbances, threads: self.threads, watch }
     }
 }
 

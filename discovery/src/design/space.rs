@@ -11,6 +11,8 @@ use hyd_system::math;
 use crate::bench_limits::BenchLimits;
 use crate::{Fault, Setup};
 
+/// Points of which at least one must be allowed before anything is run.
+const LOOKED_AT: usize = 4096;
 /// Most conditions that vary at once.
 const MOST_AXES: usize = 8;
 
@@ -43,7 +45,14 @@ impl Wish {
     /// # Errors
     /// A sentence on what is not there or leaves nothing.
     pub fn check(&self, setup: &Setup) -> Result<(), Fault> {
-        Space::new(setup, self).map(drop)
+        let space = Space::new(setup, self)?;
+        for place in space.lattice(LOOKED_AT) {
+            if space.at(&place)?.is_some() {
+                return Ok(());
+            }
+        }
+        let place = setup.study.place(&["limits"]);
+        Err(Fault::new(format!("{place}`[limits]` of the study forbid all points of these ranges")))
     }
 }
 
@@ -64,8 +73,9 @@ pub(crate) struct Space<'a> {
     pub axes: Vec<Axis>,
     /// Position of the shot that new ones are like.
     pub template: usize,
-    /// What the bench can do.
+    /// What the bench can do, and where the study says what a shot costs.
     limits: &'a BenchLimits,
+    cost_place: String,
     conditions: BTreeMap<String, f64>,
 }
 
@@ -105,7 +115,8 @@ impl<'a> Space<'a> {
                 axes.len()
             )));
         }
-        Ok(Self { axes, template, limits, conditions: shots[template].conditions.clone() })
+        let cost_place = setup.study.place(&["limits", "cost"]);
+        Ok(Self { axes, template, limits, cost_place, conditions: shots[template].conditions.clone() })
     }
 
     /// A point of the unit cube, moved to what can be set; none where the bench must not go.
@@ -123,7 +134,8 @@ impl<'a> Space<'a> {
         if !self.limits.allow(&conditions) {
             return Ok(None);
         }
-        let cost = self.limits.cost_of(&conditions)?;
+        let cost =
+            self.limits.cost_of(&conditions).map_err(|fault| Fault::new(format!("{}{fault}", self.cost_place)))?;
         Ok(Some(Point { values, conditions, cost }))
     }
 

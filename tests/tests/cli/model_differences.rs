@@ -72,6 +72,18 @@ fn what_changed_is_named() {
     assert_eq!((&spring["kind"], &spring["before"], &spring["after"]), (&"value".into(), &"100".into(), &"120".into()));
 }
 
+/// What stands inside of a redeclaration, or of the class that constrains one, counts like all else.
+#[test]
+fn redeclarations_are_looked_into() {
+    let folder = Scratch::new();
+    let text = "model A\n  replaceable Box box constrainedby Base(size = 1);\n  Rack rack(redeclare model Item = Thing(mass = 2));\nend A;\n";
+    folder.write("a.mo", text);
+    folder.write("b.mo", text.replace("size = 1", "size = 3").replace("mass = 2", "mass = 4"));
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
+    let expected = "A\n  ~ box (constrainedby).size: 1 -> 3\n  ~ rack.Item: redeclare model Item = Thing(mass = 2) -> redeclare model Item = Thing(mass = 4)\n";
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(1), expected), "{}", outcome.stderr);
+}
+
 /// A variant is compared with what it was made from.
 #[test]
 fn another_name_is_one_change() {

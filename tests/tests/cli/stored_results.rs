@@ -77,7 +77,8 @@ fn what_is_accepted_is_stored_with_a_picture() {
         "{}",
         outcome.stdout
     );
-    assert!(folder.read("decay.changed.svg").contains("<svg"));
+    let picture = folder.read("decay.changed.svg");
+    assert!(picture.contains("<svg") && picture.contains(">now<") && picture.contains("decay.expected"), "{picture}");
     let header = folder.read("decay.expected.csv").lines().next().map(str::to_string);
     assert_eq!(header.as_deref(), Some("time,x"));
     assert_eq!(run(folder.path(), &["test", "."]).code, Some(0));

@@ -31,16 +31,31 @@ function begin() {
   document.getElementById("about").textContent = `Set ${N.set}, ${N.status}.` + (points ? ` ${points} points were run.` : "");
 }
 
+// What no shot settles, and what was left out.
+function beside() {
+  const words = [
+    ...(N.never ?? []).map((own) => `Within these ranges ${own}.`),
+    ...(N.models_left_out ? [`${N.models_left_out} more rivals are left out, whose costs are larger.`] : []),
+    ...((N.not_run ?? []).length ? [`The model does not run at the typical size of ${N.not_run.join(", ")}.`] : []),
+    ...(N.failed?.points ? [`${N.failed.points} points cannot be run by every model; the first: ${N.failed.why}`] : []),
+    ...(N.beyond ? [`At ${N.beyond} points a channel would leave what it may show.`] : []),
+    ...(N.forbidden ? [`${N.forbidden} points are forbidden by the limits of the study.`] : []),
+  ];
+  if (words.length) section("Beside these", `<ul>${words.map((own) => `<li>${safe(own)}</li>`).join("")}</ul>`, "", true);
+}
+
 function shots() {
   N.shots.forEach((shot, k) => {
     const settings = shot.settings.map((own) => {
       const [name, value] = own.split(" = ");
-      return `<div><b>${safe(value)}</b><span>${safe(name)}</span></div>`;
+      // With a prefix where there is one: the plain number stands in next.json.
+      return `<div><b>${safe(/\((.*)\)$/.exec(value)?.[1] ?? value)}</b><span>${safe(name)}</span></div>`;
     });
     const pairs = (shot.evidence ?? []).map((own) => {
       const shows = own.shows ? `${own.shows.deviations.toFixed(1)} &sigma; in ${safe(own.shows.channel)} at ${short(own.shows.time)} s` : "";
       const against = N.aim === "tell apart" ? `<td>${safe(own.against)}</td>` : "";
-      return `<tr><td>${safe(own.if)}</td>${against}<td class="n">${short(own.expected)}</td><td class="n">${own.fitted === null ? "" : short(own.fitted)}</td>` +
+      const size = own.size === null || own.size === undefined ? "" : ` of size ${short(own.size)}`;
+      return `<tr><td>${safe(own.if)}${size}</td>${against}<td class="n">${short(own.expected)}</td><td class="n">${own.fitted === null ? "" : short(own.fitted)}</td>` +
         `<td class="n">${(100 * own.decides).toFixed(0)} %</td><td>${shows}</td></tr>`;
     });
     const sizes = (shot.narrows ?? []).map((own) => `<tr><td>${safe(own.size)}</td><td class="n">${own.interval_times.toFixed(2)}</td></tr>`);
@@ -150,3 +165,4 @@ begin();
 shots();
 map();
 predicted();
+beside();
