@@ -288,17 +288,22 @@ mod tests {
 
     use super::{Client, Job, Pending, Requests};
     use crate::checker::locked;
+    use crate::documents::{Document, Documents};
 
     /// One that was taken back before its turn is refused, one that was not is answered, and neither is remembered.
     #[test]
     fn what_is_taken_back_is_not_begun() {
         let pending = Pending::default();
         let mut requests = Requests::new(Default::default(), pending.clone(), Client::default());
+        let mut documents = Documents::default();
+        documents.put(Document::new("file:///a.mo".parse().expect("an address"), 1, "model A end A;".into()));
         for (number, is_taken_back) in [(1, true), (2, false)] {
             let id = RequestId::from(number);
             locked(&pending).insert(id.clone(), is_taken_back);
             let request = Request::new(id, "workspace/symbol".into(), json!({ "query": "x" }));
-            let answer = requests.answer(Job { request, documents: Default::default(), settings: Default::default() });
+            let answer = requests.answer(Job { request, documents: documents.clone(), settings: Default::default() });
+            // What it is to be answered with is not even taken up.
+            assert_eq!(requests.session.documents.iter().count(), usize::from(!is_taken_back));
             let answer = serde_json::to_value(&answer.response).expect("JSON");
             let code = answer["error"]["code"].as_i64();
             assert_eq!(code, is_taken_back.then_some(ErrorCode::RequestCanceled as i64), "{answer}");
