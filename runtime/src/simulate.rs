@@ -416,7 +416,7 @@ impl Simulator {
         self.states.copy_from_slice(self.consistency.states());
         self.choosing = Choosing::new();
         let smallest = 16.0 * self.integrator.smallest_step(t);
-        let first = match run.options.initial_step {
+        let mut first = match run.options.initial_step {
             Some(h) => FirstSteps { first_order: h, fourth_order: h },
             None => self.first_step.estimate(
                 run.problem,
@@ -426,6 +426,10 @@ impl Simulator {
                 (&self.point.y, &mut self.point.yp, &self.states),
             ),
         };
+        if run.options.initial_step.is_none() && run.problem.system.has_only_crossed() {
+            // Where only a wave comes back nothing has become faster than before, and a step that is too long is refused.
+            first.fourth_order = first.fourth_order.max(self.integrator.step_and_most().0);
+        }
         let structure = run.problem.system.structure();
         self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
         if let Some(sensitivity) = &mut self.sensitivity {

@@ -4,7 +4,8 @@
 //! over as many parts of a step as the tolerance asks for, sampled from the integrator's dense output with everything
 //! explicit computed anew, so that the past is as exact as the solution.  [`Delaying`] wraps a system and hands it the
 //! delayed values before every evaluation, so that the integrators know no delays.  Events of the past come back as
-//! events ([`breaks`]): at a known instant where the delay time is fixed, by a root function where it varies.
+//! events ([`breaks`]): at a known instant where the delay time is fixed, by a root function where it varies.  Steps end where the pieces
+//! of the past end that they read ([`mesh`]).
 //!
 //! A step may be longer than a delay.  Then the delayed time lies within the step, and its value is taken from the polynomial
 //! through the iterate and the newest points; the Jacobian knows nothing of this, so that Newton's method limits the step
@@ -14,6 +15,7 @@
 
 mod breaks;
 mod levels;
+mod mesh;
 mod past;
 mod polynomial;
 mod record;
@@ -26,6 +28,7 @@ use breaks::Breaks;
 use levels::Levels;
 use past::{Past, Spot, Wanted};
 
+pub(crate) use mesh::end_on;
 pub(crate) use record::Recorder;
 pub(crate) use system::Delaying;
 
@@ -47,6 +50,8 @@ pub(crate) struct DelayWork {
     has_states: bool,
     /// The past is recorded (not yet during the start).
     recording: bool,
+    /// The last event did nothing but let sites cross breaks.
+    only_crossed: bool,
     past: Past,
     breaks: Breaks,
     lags: Lags,
@@ -133,7 +138,7 @@ impl DelayWork {
 
     /// Prepares a run with the given relative tolerance.
     pub(crate) fn restart(&mut self, tolerance: f64) {
-        self.recording = false;
+        (self.recording, self.only_crossed) = (false, false);
         self.step.accepted = false;
         self.step.anchor = None;
         self.read.cached = None;
@@ -278,6 +283,16 @@ impl DelayWork {
             false => self.lags.times[site],
         };
         (0..self.sites.len()).map(site).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where a step of about `h` and at most `most` (s) from `from` (s) should end for the site with the shortest fixed delay time;
+    /// none if it does not matter.
+    fn end_of_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        let fixed = (0..self.sites.len()).filter(|&site| !self.sites[site].varying && self.lags.times[site] > 0.0);
+        let site = fixed.min_by(|&a, &b| self.lags.times[a].total_cmp(&self.lags.times[b]))?;
+        let (lag, cursor) = (self.lags.times[site], &self.breaks.cursors[site]);
+        let ends = self.past.ends(from - lag, (cursor.low, cursor.high), cursor.hint);
+        end_on(ends.map(|t| t + lag), from, steps)
     }
 
     /// The first instant after `t` (s) at which a break comes back to a site with fixed delay time.

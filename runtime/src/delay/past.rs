@@ -241,6 +241,13 @@ impl Past {
         count
     }
 
+    /// Ends of pieces from `t` (s) on in these segments, ascending; `hint` as for [`Past::at`].
+    pub(super) fn ends(&self, t: f64, range: (Segment, Option<Segment>), mut hint: usize) -> impl Iterator<Item = f64> {
+        let first = self.find(t, range, &mut hint);
+        let end = range.1.map_or(self.pieces.len(), |high| self.first_piece(high));
+        self.pieces.get(first..end).unwrap_or_default().iter().map(|piece| piece.to)
+    }
+
     fn first_piece(&self, segment: Segment) -> usize {
         let start = self.starts[segment.saturating_sub(self.first_segment)];
         start.saturating_sub(self.dropped)

@@ -88,6 +88,16 @@ impl<'a> Delaying<'a> {
         self.work.longest_step()
     }
 
+    /// Where a step of about `h` and at most `most` (s) from `from` (s) should end for what it reads of the past, if that matters.
+    pub(crate) fn end_of_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        self.work.end_of_step(from, steps)
+    }
+
+    /// The last event did nothing but let delays cross breaks of the past.
+    pub(crate) fn has_only_crossed(&self) -> bool {
+        self.work.only_crossed
+    }
+
     /// The shortest delay time at present (s), none that vanishes.
     pub(crate) fn shortest_delay(&self) -> Option<f64> {
         let times = self.work.lags.times.iter().zip(&self.work.lags.bounds);
@@ -307,8 +317,13 @@ impl Delaying<'_> {
         self.prepare(t, y, yp);
         let mut change = self.inner.event_pass(phase, t, y, yp)?;
         // Values before the event are those before the break; the new ones count from the next pass on.
-        if self.work.recording && phase == EventPhase::First {
-            change.changed |= self.work.cross(t);
+        let is_quiet = !change.changed;
+        if phase == EventPhase::First {
+            let has_crossed = self.work.recording && self.work.cross(t);
+            change.changed |= has_crossed;
+            self.work.only_crossed = has_crossed && is_quiet;
+        } else {
+            self.work.only_crossed &= is_quiet;
         }
         Ok(change)
     }

@@ -1,7 +1,8 @@
 //! Choice of the step from the estimated error: a proportional-integral controller.
 //!
 //! `h := h * 0.9 err_n^(-0.7/4) err_{n-1}^(0.4/4)` after success, `h * 0.9 err^(-1/4)` after failure.  A step that would grow only a
-//! little keeps its size, so that the factored matrix stays valid.  Source: Hairer, Wanner, "Solving Ordinary Differential
+//! little keeps its size, so that the factored matrix stays valid.  One whose end was given did not follow from the errors before, so
+//! that `h * 0.9 err^(-1/4)` comes next.  Source: Hairer, Wanner, "Solving Ordinary Differential
 //! Equations II" (Springer 1996), section IV.2.
 
 use hyd_system::math::{exp, fourth_root, ln};
@@ -11,6 +12,8 @@ const SAFETY: f64 = 0.9;
 /// Exponents of the last error and of the one before; the estimate is of order 4 in the step.
 const LAST: f64 = 0.7 / 4.0;
 const BEFORE: f64 = 0.4 / 4.0;
+/// Exponent of the last error where no other counts.
+const ALONE: f64 = 1.0 / 4.0;
 /// Least and greatest change of a step.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 5.0;
@@ -36,15 +39,16 @@ impl Default for StepControl {
 }
 
 impl StepControl {
-    /// Factor of the step after one with error `error`, at most 1 in tolerances.
-    pub(super) fn after_success(&mut self, error: f64) -> f64 {
+    /// Factor of the step after one with error `error`, at most 1 in tolerances; `is_fitted`: the end of that step was given.
+    pub(super) fn after_success(&mut self, error: f64, is_fitted: bool) -> f64 {
         // Both powers by one exponential, which takes less time than two powers.
         let error = ln(error.max(LEAST_ERROR));
-        let factor = SAFETY * exp(BEFORE * self.before - LAST * error);
+        let exponent = if is_fitted { -ALONE * error } else { BEFORE * self.before - LAST * error };
+        let factor = SAFETY * exp(exponent);
         self.before = error.max(LEAST_BEFORE);
         let most = if std::mem::take(&mut self.rejected) { 1.0 } else { GROW };
         let factor = factor.clamp(SHRINK, most);
-        if (1.0..WORTHWHILE).contains(&factor) { 1.0 } else { factor }
+        if !is_fitted && (1.0..WORTHWHILE).contains(&factor) { 1.0 } else { factor }
     }
 
     /// Factor of the step after one with error `error` above 1.

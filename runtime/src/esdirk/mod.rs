@@ -34,6 +34,8 @@ const MOST_FAILURES: u32 = 12;
 const LEADING_RANGE: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 /// Beyond this growth of the step the last one does not predict the second stage.
 const MOST_GROWTH_PREDICTED: f64 = 2.0;
+/// A step may become so many times as long to end on a limit.
+const STRETCH: f64 = 1.01;
 
 /// The integrator with all its work space.
 #[derive(Clone)]
@@ -45,6 +47,8 @@ pub(crate) struct Esdirk {
     estimate: Estimate,
     /// Step to try next (s).
     h: f64,
+    /// It was changed to end on a limit, or halfway to it.
+    is_fitted: bool,
     max_step: f64,
     min_step_scale: f64,
 }
@@ -68,6 +72,7 @@ impl Esdirk {
             attempt: Attempt { base: vec![0.0; n], predicted: Tiled::zeros(n), predicted_rate: Tiled::zeros(n) },
             estimate: Estimate::new(&structure.differential),
             h: 0.0,
+            is_fitted: false,
             max_step: f64::INFINITY,
             min_step_scale: 0.0,
         }
@@ -113,6 +118,11 @@ impl Esdirk {
     /// Last accepted step (s), or the one to be tried first.
     pub(crate) fn step_size(&self) -> f64 {
         if self.last.h > 0.0 { self.last.h } else { self.h }
+    }
+
+    /// Step to be tried next, and how long it may become to end on a limit (s).
+    pub(crate) fn step_and_most(&self) -> (f64, f64) {
+        (self.h, STRETCH * self.h)
     }
 
     /// Step to be tried next (s).
@@ -196,7 +206,8 @@ impl Esdirk {
     /// Fits the step in hand to the limit and returns the time it leads to.
     fn aim(&mut self, start: f64, limit: f64) -> f64 {
         let rest = limit - start;
-        if 1.01 * self.h >= rest {
+        self.is_fitted = 2.0 * self.h > rest;
+        if STRETCH * self.h >= rest {
             self.h = rest;
             limit
         } else if 2.0 * self.h > rest {
@@ -253,7 +264,7 @@ impl Esdirk {
         last.y.copy_from_slice(&self.corrector.y);
         last.yp.copy_from_slice(&self.corrector.yp);
         (last.from, last.to, last.h) = (last.to, target, self.h);
-        self.h = (self.h * self.control.after_success(error)).min(self.max_step);
+        self.h = (self.h * self.control.after_success(error, self.is_fitted)).min(self.max_step);
     }
 
     fn failure(&self, fault: StepFault, t: f64, weights: &Weights) -> StepFailure {

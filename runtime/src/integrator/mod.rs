@@ -292,6 +292,11 @@ impl Integrator {
         self.stepping().map_or_else(|| self.bdf.t_before(), Esdirk::t_before)
     }
 
+    /// Step to be tried next, and how long it may become to end on a limit (s).
+    pub(crate) fn step_and_most(&self) -> (f64, f64) {
+        self.stepping().map_or_else(|| (self.bdf.next_step(), self.bdf.next_step()), Esdirk::step_and_most)
+    }
+
     /// Last accepted step (s), or the one to be tried first.
     pub(crate) fn step_size(&self) -> f64 {
         self.stepping().map_or_else(|| self.bdf.step_size(), Esdirk::step_size)

@@ -5,7 +5,8 @@
 //! without an event, `s'` jumps although `y'` does not.  Steps end before such a [break](super::breaks) and begin anew behind it; they
 //! are the sensitivities' own, chosen by their own error (with delays not without end, see `BURST`), and the method has no past that a
 //! jump would spoil.  The error estimate is the difference of the two results over differential unknowns, relative to the largest
-//! derivative so far, the worst direction counting; where breaks are not located, the combination that sees kinks counts too.
+//! derivative so far, the worst direction counting; where breaks are not located, the combination that sees kinks counts too.  With delays
+//! steps end where steps of the solution do, so that what they record and read of the past has no kinks within a step.
 //!
 //! Directions are handled in tiles, side by side for each unknown, so that one load of a matrix entry serves all.
 
@@ -37,6 +38,8 @@ const SHORTEST: (f64, f64) = (0.5, 0.125);
 const RATIO: (f64, f64) = (4.0, 16.0);
 /// Aim below the accepted error.
 const SAFETY: f64 = 0.85;
+/// A step may become so many times as long to end on a limit.
+const STRETCH: f64 = 1.05;
 /// Growth and shrinking of steps.
 const MOST_GROWTH: f64 = 4.0;
 const LEAST: f64 = 0.15;
@@ -212,7 +215,7 @@ impl Steps {
         self.last.rates.swap(0, STAGES - 1);
         let mut attempts = 0u32;
         loop {
-            let target = if 1.05 * self.h >= limit - self.last.to { limit } else { self.last.to + self.h };
+            let target = self.target(limit, trail, shortest.is_some());
             let h = target - self.last.to;
             attempts += 1;
             problem.statistics.sensitivity_steps += 1;
@@ -251,6 +254,16 @@ impl Steps {
             let shorter = if error.is_finite() { (SAFETY / fourth_root(error)).clamp(LEAST, 0.7) } else { RETREAT };
             self.h = (h * shorter).max(if error.is_finite() { least } else { 0.0 });
         }
+    }
+
+    /// Where the next step ends: at the limit, and with delays where steps of the solution end, which end where pieces of the past do.
+    fn target(&self, limit: f64, trail: &Trail, has_delays: bool) -> f64 {
+        let (from, h) = (self.last.to, self.h);
+        if STRETCH * h >= limit - from {
+            return limit;
+        }
+        let end = if has_delays { trail.end_of_step(from, (h, STRETCH * h)) } else { None };
+        end.unwrap_or(from + h)
     }
 
     /// The stages of one attempt.

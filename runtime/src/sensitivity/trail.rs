@@ -4,6 +4,8 @@
 //! is the cubic that values and rates at both define (Hermite); its error is far below the influence that it has on
 //! derivatives.
 
+use crate::delay::end_on;
+
 /// Accepted points of the solution that may wait for the sensitivities.
 const MOST_WAITING: usize = 48;
 
@@ -82,6 +84,11 @@ impl Trail {
         let points = &self.points[..self.count];
         let right = points.iter().position(|point| point.t > t).unwrap_or(points.len().saturating_sub(1));
         if right == 0 { 0.0 } else { points[right].t - points[right - 1].t }
+    }
+
+    /// Where a step of about `h` (s) from `from` (s) should end: on a point of the solution, or evenly between two; see [`end_on`].
+    pub(super) fn end_of_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        end_on(self.points[..self.count].iter().map(|point| point.t), from, steps)
     }
 
     /// How many points lie behind `from` and up to `to` (s).

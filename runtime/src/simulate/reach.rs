@@ -1,5 +1,5 @@
 //! How far a step may lead: to the next time event, as far as relations of time stay what they are, not over a pulse of a recorded
-//! input, and for the one-step method not beyond the shortest delay.
+//! input, and for the one-step method not beyond the shortest delay and to where pieces of the past end.
 
 use super::{Run, Simulator};
 
@@ -24,6 +24,8 @@ impl Simulator {
             self.integrator.note_delay(shortest);
             if self.integrator.is_one_step() {
                 limit = limit.min(from + shortest);
+                let end = run.problem.system.end_of_step(from, self.integrator.step_and_most());
+                limit = limit.min(end.map_or(limit, |end| end.max(least)));
             }
         }
         limit
