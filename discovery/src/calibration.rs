@@ -12,7 +12,7 @@ use crate::fit::Fit;
 use crate::fit::schedule;
 use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
-use crate::search::{Forgetful, Search};
+use crate::search::{Ends, Forgetful, Search};
 use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 use crate::{Bench, Fault, Setup};
@@ -90,6 +90,7 @@ impl Calibration {
                 needed: NEEDED,
                 progress: &|_| {},
                 memory: &Forgetful,
+                ends: Ends::default(),
             };
             let findings = search.run()?;
             cost_drops.push(findings.passes.first().map_or(0.0, |pass| search.largest_drop(pass)));

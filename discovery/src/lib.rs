@@ -82,7 +82,7 @@ pub use machine::Machine;
 pub use problem::{Problem, Weighing};
 pub use proof::Gap;
 pub use report::{ChannelCurves, Folder, Report, ShotCurves, quoted};
-pub use search::{Forgetful, Memory, Search};
+pub use search::{Ends, Forgetful, Memory, Search};
 pub use setup::Setup;
 pub use study::{Nuisance, Study};
 pub use translated::Translated;

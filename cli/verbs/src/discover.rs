@@ -99,7 +99,9 @@ pub fn discover(
         progress(&format!("{} fits are taken over", memory.taken_over()));
     }
     let seed = options.seed;
-    let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory };
+    let ends = hyd_discovery::Ends::default();
+    let search =
+        Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory, ends };
     let settled = search.settled();
     if setup.watch.stopped() {
         return Err(Failure::Solver(INTERRUPTED.to_string()));

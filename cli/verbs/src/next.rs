@@ -85,6 +85,7 @@ pub fn next(
         needed,
         progress: &progress,
         memory: &hyd_discovery::Forgetful,
+        ends: hyd_discovery::Ends::default(),
     };
     let settled = search.settled();
     let interrupted = || Failure::Solver("interrupted".to_string());

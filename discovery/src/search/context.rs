@@ -1,5 +1,6 @@
 //! What a search is given, and how its fits are weighed and followed.
 
+use super::ends::Ends;
 use super::memory::Memory;
 use crate::catalogue::Candidate;
 use crate::fit::{Effort, schedule};
@@ -24,6 +25,8 @@ pub struct Search<'a> {
     pub progress: &'a dyn Fn(&str),
     /// Fits made before.
     pub memory: &'a dyn Memory,
+    /// Where the round before ended; empty at first.
+    pub ends: Ends,
 }
 
 impl Search<'_> {

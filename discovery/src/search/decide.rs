@@ -1,5 +1,6 @@
 //! What follows from the fits: drops of the cost, sizes in errors, a name or none, and what speaks against it.
 
+use super::MOST_EFFECTS;
 use super::context::Search;
 use super::pass::{Findings, Pass, Status, Tried};
 use super::plausible::{implausible, is_plausible, size_in_errors};
@@ -308,6 +309,7 @@ fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64
         None if tried.look.is_none() => "the model does not run with it",
         None if is_opposite && promise < PROMISING.0 => OPPOSITE,
         None if promise < PROMISING.0 => "its signature explains nothing of the residuals",
+        None if tried.hypothesis.inserts.len() > MOST_EFFECTS => "three effects are named, and no more are looked for",
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
         Some(own) if own.is_nothing() => "its size is zero within its standard error",

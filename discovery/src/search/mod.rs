@@ -12,6 +12,7 @@ mod context;
 mod cross;
 mod decide;
 mod drop;
+mod ends;
 mod laws;
 mod look;
 mod memory;
@@ -34,6 +35,7 @@ use crate::problem::Problem;
 use crate::thresholds::noise;
 pub use context::Search;
 pub(crate) use decide::is_beaten;
+pub use ends::Ends;
 pub use memory::{Forgetful, Memory};
 pub(crate) use pass::{Findings, Pass, Status, Tried};
 use rule::Outcome;
@@ -118,6 +120,11 @@ impl Search<'_> {
     /// lower local minimum on the way.
     fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
         let mut pass = self.begin(found.to_vec(), start)?;
+        if found.len() >= MOST_EFFECTS {
+            // What the rest looks like is told; no further effect would be named.
+            self.look(&mut pass, refused)?;
+            return Ok(pass);
+        }
         let begun = pass.fit.cost;
         self.explain(&mut pass, refused, None)?;
         let scale = (pass.fit.misfit / pass.expected).max(1.0);

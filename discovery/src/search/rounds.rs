@@ -2,11 +2,13 @@
 //!
 //! The first round takes noise as it is stated.  Where even the best model leaves more, what it leaves is looked at
 //! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
-//! search then begins again with these taken up, until they no longer change.  Effects that were named late, or that have a size of their
+//! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
+//! ([`super::ends`]).  Effects that were named late, or that have a size of their
 //! own in every shot, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
 //! their place.
 
 use super::context::Search;
+use super::ends::Ends;
 use super::pass::{Findings, Pass, Status};
 use crate::disturbance::Disturbances;
 use crate::fault::Fault;
@@ -39,7 +41,8 @@ impl Search<'_> {
             }
             (self.progress)("once more, with what the best model leaves counted by its size and correlation");
             let next = current.setup.disturbed(next)?;
-            let (again, other) = Search { setup: &next, ..self.again() }.round()?;
+            let ends = Ends::of(&findings, current.setup)?;
+            let (again, other) = Search { setup: &next, ends, ..self.again() }.round()?;
             runs += again.runs;
             let before = (std::mem::replace(&mut findings, again), setup.replace(other.unwrap_or(next)));
             let is_as_stated = before.1.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
@@ -57,7 +60,7 @@ impl Search<'_> {
     }
 
     pub(super) fn again(&self) -> Search<'_> {
-        Search { candidates: self.candidates.clone(), ..*self }
+        Search { candidates: self.candidates.clone(), ends: self.ends.clone(), ..*self }
     }
 
     /// One search; where the shots held out show a gap that the others hide, another one with others held out.

@@ -98,6 +98,12 @@ impl Search<'_> {
                 tried.fit = Some(fit);
                 continue;
             }
+            if let Some(fit) = self.from_before(&tried.hypothesis)? {
+                self.keep(role(pass.is_again), &tried.hypothesis, &fit);
+                lowest.take(&fit);
+                tried.fit = Some(fit);
+                continue;
+            }
             chosen.push(rank);
             if let Some(look) = tried.look.as_ref().filter(|_| tried.hypothesis.machine.is_fast()) {
                 let others = self.other_sizes(&tried.hypothesis);

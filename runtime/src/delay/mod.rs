@@ -288,10 +288,20 @@ impl DelayWork {
     /// Where a step of about `h` and at most `most` (s) from `from` (s) should end for the site with the shortest fixed delay time;
     /// none if it does not matter.
     fn end_of_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        self.end_by(&self.past, from, steps)
+    }
+
+    /// The same for steps of the derivatives, whose past has pieces of its own.
+    fn end_of_derived_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        let derived = self.derived.as_deref().filter(|derived| derived.is_recording())?;
+        self.end_by(derived.past(), from, steps)
+    }
+
+    fn end_by(&self, past: &Past, from: f64, steps: (f64, f64)) -> Option<f64> {
         let fixed = (0..self.sites.len()).filter(|&site| !self.sites[site].varying && self.lags.times[site] > 0.0);
         let site = fixed.min_by(|&a, &b| self.lags.times[a].total_cmp(&self.lags.times[b]))?;
         let (lag, cursor) = (self.lags.times[site], &self.breaks.cursors[site]);
-        let ends = self.past.ends(from - lag, (cursor.low, cursor.high), cursor.hint);
+        let ends = past.ends(from - lag, (cursor.low, cursor.high), cursor.hint);
         end_on(ends.map(|t| t + lag), from, steps)
     }
 

@@ -93,6 +93,11 @@ impl<'a> Delaying<'a> {
         self.work.end_of_step(from, steps)
     }
 
+    /// The same for a step of the derivatives.
+    pub(crate) fn end_of_derived_step(&self, from: f64, steps: (f64, f64)) -> Option<f64> {
+        self.work.end_of_derived_step(from, steps)
+    }
+
     /// The last event did nothing but let delays cross breaks of the past.
     pub(crate) fn has_only_crossed(&self) -> bool {
         self.work.only_crossed

@@ -51,6 +51,15 @@ impl Derived {
         (self.recording, self.laid) = (false, None);
     }
 
+    pub(super) fn is_recording(&self) -> bool {
+        self.recording
+    }
+
+    /// Derivatives of the sources.
+    pub(super) fn past(&self) -> &Past {
+        &self.past
+    }
+
     fn count(&self) -> usize {
         self.width - 1
     }

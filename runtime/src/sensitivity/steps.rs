@@ -6,7 +6,7 @@
 //! are the sensitivities' own, chosen by their own error (with delays not without end, see `BURST`), and the method has no past that a
 //! jump would spoil.  The error estimate is the difference of the two results over differential unknowns, relative to the largest
 //! derivative so far, the worst direction counting; where breaks are not located, the combination that sees kinks counts too.  With delays
-//! steps end where steps of the solution do, so that what they record and read of the past has no kinks within a step.
+//! steps end where the pieces of the past end which they read (see [`end_on`](crate::delay::end_on)), or else where steps of the solution do.
 //!
 //! Directions are handled in tiles, side by side for each unknown, so that one load of a matrix entry serves all.
 
@@ -215,7 +215,7 @@ impl Steps {
         self.last.rates.swap(0, STAGES - 1);
         let mut attempts = 0u32;
         loop {
-            let target = self.target(limit, trail, shortest.is_some());
+            let target = self.target(problem, limit, trail, shortest.is_some());
             let h = target - self.last.to;
             attempts += 1;
             problem.statistics.sensitivity_steps += 1;
@@ -256,14 +256,18 @@ impl Steps {
         }
     }
 
-    /// Where the next step ends: at the limit, and with delays where steps of the solution end, which end where pieces of the past do.
-    fn target(&self, limit: f64, trail: &Trail, has_delays: bool) -> f64 {
+    /// Where the next step ends: at the limit, and with delays where pieces of the past do that it reads, or steps of the solution.
+    fn target(&self, problem: &Problem<'_>, limit: f64, trail: &Trail, has_delays: bool) -> f64 {
         let (from, h) = (self.last.to, self.h);
         if STRETCH * h >= limit - from {
             return limit;
         }
-        let end = if has_delays { trail.end_of_step(from, (h, STRETCH * h)) } else { None };
-        end.unwrap_or(from + h)
+        if !has_delays {
+            return from + h;
+        }
+        let steps = (h, STRETCH * h);
+        let end = problem.system.end_of_derived_step(from, steps).filter(|end| *end < limit);
+        end.or_else(|| trail.end_of_step(from, steps)).unwrap_or(from + h)
     }
 
     /// The stages of one attempt.
