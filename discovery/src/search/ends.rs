@@ -29,7 +29,7 @@ impl Ends {
 
 impl Search<'_> {
     /// The fit of a model whose runs are long from where that of the round before ended; none where that had none.
-    pub(super) fn from_before(&self, hypothesis: &Hypothesis) -> Result<Option<Fit>, Fault> {
+    pub(super) fn resumed(&self, hypothesis: &Hypothesis) -> Result<Option<Fit>, Fault> {
         let key = hypothesis.key();
         let end = self.ends.0.iter().rev().find(|(own, _)| *own == key).filter(|_| !hypothesis.machine.is_fast());
         let Some((_, end)) = end else { return Ok(None) };

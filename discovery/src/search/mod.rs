@@ -146,16 +146,12 @@ impl Search<'_> {
     /// Looks at the candidates and fits the likely ones; those of an earlier turn of the same pass count as well.
     fn explain(&self, pass: &mut Pass, refused: &[Candidate], earlier: Option<Pass>) -> Result<(), Fault> {
         self.look(pass, refused)?;
+        // Fits from afar begin with nuisances as expected, and would end where they did.
+        let old = earlier.into_iter().flat_map(|earlier| earlier.tried);
+        let (fast, slow) = old.partition(|tried| tried.hypothesis.machine.is_fast());
+        take_over(pass, slow);
         self.shortlist(pass)?;
-        for old in earlier.into_iter().flat_map(|earlier| earlier.tried) {
-            let same = |tried: &&mut Tried| tried.hypothesis.key() == old.hypothesis.key();
-            if let Some(tried) = pass.tried.iter_mut().find(same) {
-                tried.fit = match (tried.fit.take(), old.fit) {
-                    (Some(own), Some(old)) => Some(lower(own, old)),
-                    (own, old) => own.or(old),
-                };
-            }
-        }
+        take_over(pass, fast);
         self.contend(pass)?;
         self.cross(pass)
     }
@@ -245,5 +241,18 @@ impl Search<'_> {
         let Ok(next) = minimise(problem, &fit.xi, &self.whole(), Effort::LONG, None) else { return fit };
         record.note("from there", &next, expected);
         schedule::lower(fit, next)
+    }
+}
+
+/// Fits of an earlier turn of a pass where they are lower.
+fn take_over(pass: &mut Pass, earlier: Vec<Tried>) {
+    for old in earlier {
+        let same = |tried: &&mut Tried| tried.hypothesis.key() == old.hypothesis.key();
+        if let Some(tried) = pass.tried.iter_mut().find(same) {
+            tried.fit = match (tried.fit.take(), old.fit) {
+                (Some(own), Some(old)) => Some(lower(own, old)),
+                (own, old) => own.or(old),
+            };
+        }
     }
 }

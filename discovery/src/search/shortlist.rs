@@ -98,7 +98,11 @@ impl Search<'_> {
                 tried.fit = Some(fit);
                 continue;
             }
-            if let Some(fit) = self.from_before(&tried.hypothesis)? {
+            if let Some(fit) = &tried.fit {
+                lowest.take(fit);
+                continue;
+            }
+            if let Some(fit) = self.resumed(&tried.hypothesis)? {
                 self.keep(role(pass.is_again), &tried.hypothesis, &fit);
                 lowest.take(&fit);
                 tried.fit = Some(fit);
