@@ -18,6 +18,7 @@ mod plain;
 mod recorded;
 mod renamed;
 mod resumed;
+mod rounds;
 mod rubbing;
 mod schema;
 mod thinned;
