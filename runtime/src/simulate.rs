@@ -1,23 +1,20 @@
 //! The run: start, step, look for events, write rows, until the stop time.
 //!
 //! [`Simulator`] owns all work space for systems of one structure and is used for run after run; the system, the sink and the
-//! options come with each run.  The loop does no I/O itself and reads no clock.
+//! options come with each run.  A run begins ([`begin`]), steps ([`steps`]) and goes through events ([`event`]).  The loop does no I/O itself
+//! and reads no clock.
 
-use std::sync::Arc;
+use hyd_results::Sink;
+use hyd_system::{AssertionReport, DaeSystem, Instants, Structure};
 
-use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, DaeSystem, EventPhase, Instants, Structure};
-
-use crate::course::Course;
-use crate::delay::{DelayWork, Delaying, Recorder};
+use crate::delay::{DelayWork, Delaying};
 use crate::error::SolveError;
 use crate::events::chatter::Chatter;
-use crate::events::iteration::settle;
 use crate::events::roots::RootWatch;
-use crate::first_step::{FirstStep, FirstSteps};
+use crate::first_step::FirstStep;
+use crate::initial::InitialSystem;
 use crate::initial::consistent::Consistency;
 use crate::initial::rescue::Rescue;
-use crate::initial::{InitialSystem, Start};
 use crate::integrator::{Integrator, MethodPhase};
 use crate::output::Output;
 use crate::problem::Problem;
@@ -26,22 +23,19 @@ use crate::sensitivity::{EventSource, Sensitivity};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
+mod begin;
 mod choosing;
+mod event;
 mod jump;
 mod onward;
 mod reach;
 mod stall;
+mod steps;
 
 use choosing::Choosing;
 pub use jump::Jump;
 pub use onward::{Onward, Reached};
 use stall::Stall;
-
-/// Without a stated limit a step is at most this part of the run, with and without state events to be seen.
-const MOST_OF_RUN_WITH_ROOTS: f64 = 0.02;
-const MOST_OF_RUN: f64 = 0.1;
-/// Part of the run in which nominal changes are expected at the start.
-const START_SCALE: f64 = 1e-3;
 
 /// An assertion of level warning that did not hold.
 #[derive(Clone, PartialEq, Debug)]
@@ -342,315 +336,5 @@ impl Simulator {
         let reached = sensitivity.reach(run.problem);
         let written = self.output.flush(run.problem, run.sink, sensitivity);
         result.and_then(|time| reached.and(written).map(|()| time))
-    }
-
-    /// Values at the start, the first row, and the integrator made ready.
-    fn begin(&mut self, run: &mut Run<'_, '_>) -> Result<(), SolveError> {
-        let (t, span) = (run.options.start, run.span());
-        let bound = run.problem.system.bind(t);
-        bound.map_err(|failure| SolveError::evaluation(crate::Stage::Start, t, failure, run.problem))?;
-        run.problem.system.nominals(&mut self.weights.nominals);
-        let suppress = run.options.suppress_algebraic;
-        self.weights.set_differential(&self.differential);
-        self.weights.configure(run.options.tolerance, self.differential.iter().map(|&d| d || !suppress));
-        self.consistency.reset(&self.weights.nominals);
-        self.consistency.read_states(run.problem);
-        let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
-        let max_step = run.options.max_step.unwrap_or(share * span);
-        let (solver, max_order) = (run.options.solver, run.options.max_order);
-        self.integrator.configure((solver, max_order), (t, max_step, 1e-15 * span), &self.weights.nominals);
-        let time_scale = if span > 0.0 { START_SCALE * span } else { 1.0 };
-        if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.begin(run.problem, t, run.options.tolerance, &self.weights.nominals);
-        }
-        let (weights, consistency) = (&self.weights, &mut self.consistency);
-        let (rescue, sensitivity) = (run.options.rescue, self.sensitivity.as_deref_mut());
-        let mut start = Start { t, time_scale, weights, rescue, consistency, sensitivity };
-        let Point { y, yp } = &mut self.point;
-        run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
-        // What `initial()` kept from firing, such as the first sample at the start, happens now.
-        let at = (EventPhase::Started, t, time_scale);
-        let sensitivity = self.sensitivity.as_deref_mut();
-        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
-        run.terminated = run.terminated.take().or(outcome.terminated);
-        let begun = match &mut self.sensitivity {
-            Some(sensitivity) => {
-                // The event may have changed discrete variables and with them rates.
-                sensitivity.consistent(run.problem, (crate::Stage::Start, t), y, yp)?;
-                {
-                    let tables = Arc::clone(sensitivity.tables());
-                    run.sink.begin(&tables, sensitivity.parameters(&mut run.problem.system))
-                }
-            }
-            None => run.sink.begin(run.problem.system.tables(), run.problem.system.parameters()),
-        };
-        begun.map_err(|error| SolveError::Sink { time: t, error })?;
-        let sensitivity = self.sensitivity.as_deref_mut();
-        self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
-        self.output.assertions(run.problem, t, (y, yp))?;
-        self.started = t;
-        self.origin.y.copy_from_slice(y);
-        self.origin.yp.copy_from_slice(yp);
-        self.restart(run, t);
-        match run.options.sensitivity.first() {
-            Some(name) if run.problem.system.has_vanished_delay() => {
-                let reason =
-                    "a `delay` has a delay time of zero, and derivatives cannot be carried through it".to_string();
-                Err(crate::OptionError::Sensitivity { name: name.clone(), reason }.into())
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
-    fn restart(&mut self, run: &mut Run<'_, '_>, t: f64) {
-        run.problem.system.begin_segment(t, &self.point.y, &self.point.yp);
-        run.settled(t);
-        if t >= run.options.stop {
-            return;
-        }
-        // Another event may follow at the same time; it begins with these values, too.
-        let rest = if run.limit() > t { run.limit() - t } else { run.options.stop - t };
-        self.weights.update(&self.point.y);
-        self.consistency.choose_states(run.problem, t, &self.point.y, &self.point.yp);
-        self.states.copy_from_slice(self.consistency.states());
-        self.choosing = Choosing::new();
-        let smallest = 16.0 * self.integrator.smallest_step(t);
-        let mut first = match run.options.initial_step {
-            Some(h) => FirstSteps { first_order: h, fourth_order: h },
-            None => self.first_step.estimate(
-                run.problem,
-                &mut self.consistency,
-                &self.weights,
-                (t, rest, run.options.tolerance, smallest),
-                (&self.point.y, &mut self.point.yp, &self.states),
-            ),
-        };
-        if run.options.initial_step.is_none() && run.problem.system.has_only_crossed() {
-            // Where only a wave comes back nothing has become faster than before, and a step that is too long is refused.
-            first.fourth_order = first.fourth_order.max(self.integrator.step_and_most().0);
-        }
-        let structure = run.problem.system.structure();
-        self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
-        if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.restart(run.problem, t, &self.point.y, &self.point.yp);
-        }
-        self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
-    }
-
-    /// The loop over steps; returns the time reached.
-    fn advance(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
-        let mut t = run.options.start;
-        let mut stall = Stall::new(t);
-        while t < run.options.stop && run.terminated.is_none() {
-            if (run.stop)() {
-                return Err(SolveError::Interrupted { time: t });
-            }
-            self.go_on(run, t, &mut stall)?;
-            match self.at_limit(run, t) {
-                Some(Arrival::Plain(end)) => {
-                    t = end;
-                    let Point { y, yp } = &self.point;
-                    match &mut self.sensitivity {
-                        Some(sensitivity) => sensitivity.wait(t, (y, yp)),
-                        None => self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, None)?,
-                    }
-                }
-                Some(Arrival::Event(found)) => t = self.pass(run, found)?,
-                None => {
-                    t = match self.step(run)? {
-                        Arrival::Plain(t) => t,
-                        Arrival::Event(found) => self.pass(run, found)?,
-                    }
-                }
-            }
-        }
-        Ok(t)
-    }
-
-    /// An error where the run will not come to its end with the steps that it may do.
-    fn go_on(&self, run: &mut Run<'_, '_>, t: f64, stall: &mut Stall) -> Result<(), SolveError> {
-        let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
-        if statistics.steps < most && !stall.stands(statistics, (t, run.options.stop), most) {
-            return Ok(());
-        }
-        let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
-        let unknown = self.integrator.dominant(&self.weights);
-        let error = SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem);
-        Err(self.with_course(error, run.problem))
-    }
-
-    /// The error with the values at the start of the run, before its last step and at the end of that.
-    fn with_course(&self, error: SolveError, problem: &mut Problem<'_>) -> SolveError {
-        let (before, n) = (self.integrator.t_before(), self.origin.y.len());
-        let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
-        self.integrator.at(before, &mut y, &mut yp);
-        let start = (self.started, self.origin.y.as_slice(), self.origin.yp.as_slice());
-        let points = [start, (before, &y, &yp), (self.integrator.t(), self.integrator.y(), self.integrator.yp())];
-        error.with_course(Course::new(problem, &points))
-    }
-
-    /// Whether `t` is closer to the next limit than a step can be, and so the same instant: what is there.
-    fn at_limit(&mut self, run: &mut Run<'_, '_>, t: f64) -> Option<Arrival> {
-        if run.limit() - t > 16.0 * self.integrator.smallest_step(t) {
-            return None;
-        }
-        let t = run.limit();
-        self.point.y.copy_from_slice(self.integrator.y());
-        self.point.yp.copy_from_slice(self.integrator.yp());
-        if t != run.time_event {
-            return Some(Arrival::Plain(t));
-        }
-        run.problem.statistics.time_events += 1;
-        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false }))
-    }
-
-    /// Goes through an event; returns its time (s).
-    fn pass(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<f64, SolveError> {
-        let begin = run.problem.now();
-        let outcome = self.event(run, found).map(|()| found.t);
-        spend(run.problem, begin, |seconds| &mut seconds.events);
-        outcome
-    }
-
-    /// One step with what it passes but an event, which is found: rows, assertions.
-    fn step(&mut self, run: &mut Run<'_, '_>) -> Result<Arrival, SolveError> {
-        let from = self.integrator.t();
-        let limit = self.reach(run, from);
-        let failures = run.problem.statistics.convergence_failures;
-        let begin = run.problem.now();
-        let stepped = self.integrator.step(run.problem, &mut self.weights, limit);
-        spend(run.problem, begin, |seconds| &mut seconds.steps);
-        if let Some(profile) = run.problem.profile.as_mut().filter(|_| stepped.is_ok()) {
-            profile.limit(self.integrator.dominant(&self.weights));
-        }
-        if let Err(failure) = stepped {
-            if let Some(t) = self.jump(run, &failure, (from, limit))? {
-                return Ok(Arrival::Plain(t));
-            }
-            let attempt = self.integrator.last_attempt();
-            let error = SolveError::step(failure, from, attempt, self.integrator.y(), run.problem);
-            return Err(self.with_course(error, run.problem));
-        }
-        let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
-        let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
-        if recorder.record_step() && self.integrator.t() < run.time_event {
-            run.find_time_event();
-        }
-        let spacing = run.span() / run.options.intervals as f64;
-        let past = (&self.integrator, &mut self.consistency, &self.weights);
-        let state_event = self.roots.check(run.problem, past.0, past.1, past.2, spacing);
-        let t = state_event.unwrap_or(self.integrator.t());
-        let is_event = state_event.is_some() || t >= run.time_event;
-        let past = (&self.integrator, &mut self.consistency, &self.weights);
-        let sensitivity = self.sensitivity.as_deref_mut();
-        self.output.grid(run.problem, run.sink, (run.options, run.stop), past, (t, !is_event), sensitivity)?;
-        if let Some(sensitivity) = &mut self.sensitivity {
-            let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
-            let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
-            sensitivity.follow(run.problem, t, values)?;
-            self.output.flush(run.problem, run.sink, sensitivity)?;
-        }
-        if !is_event {
-            self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
-            let told = run.problem.system.completed(t, self.integrator.y());
-            if told.map_err(|failure| SolveError::evaluation(crate::Stage::Step, t, failure, run.problem))? {
-                run.problem.statistics.state_events += 1;
-                self.point.y.copy_from_slice(self.integrator.y());
-                self.point.yp.copy_from_slice(self.integrator.yp());
-                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true }));
-            }
-            if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
-                let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
-                self.choosing.note(t, judged);
-                if judged.changed {
-                    run.problem.statistics.state_choices += 1;
-                    let Point { y, yp } = &mut self.point;
-                    y.copy_from_slice(self.integrator.y());
-                    yp.copy_from_slice(self.integrator.yp());
-                    if self.integrator.begins_with_rates() {
-                        self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
-                    }
-                    self.integrator.set_states(y, yp, self.consistency.states());
-                }
-            }
-            return Ok(Arrival::Plain(t));
-        }
-        let Point { y, yp } = &mut self.point;
-        let mut source = EventSource::Time;
-        if state_event.is_some() {
-            source = EventSource::Root(self.roots.fired.iter().position(|&fired| fired).unwrap_or(0));
-            run.problem.statistics.state_events += 1;
-            if let Some(profile) = &mut run.problem.profile {
-                profile.fire(&self.roots.fired);
-            }
-            y.copy_from_slice(&self.roots.y);
-            yp.copy_from_slice(&self.roots.yp);
-        }
-        if t >= run.time_event {
-            run.problem.statistics.time_events += 1;
-            if state_event.is_none() {
-                y.copy_from_slice(self.integrator.y());
-                yp.copy_from_slice(self.integrator.yp());
-                self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
-            }
-        }
-        Ok(Arrival::Event(Found { t, source, is_asked: false }))
-    }
-
-    /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
-    fn event(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<(), SolveError> {
-        let Found { t, source, is_asked } = found;
-        let span = run.span();
-        let Point { y, yp } = &mut self.point;
-        if !is_asked {
-            run.chatter.note((t, span), &self.roots.fired, run.problem, (y, yp))?;
-        }
-        let rows = run.options.event_rows || run.options.every_step;
-        // A second event at the same time begins where the one before has left off, with its row.
-        let begun = t == run.last_event;
-        if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.reach(run.problem)?;
-            self.output.flush(run.problem, run.sink, sensitivity)?;
-            sensitivity.arrive(run.problem, t, y, yp)?;
-        }
-        if rows && !begun {
-            self.consistency.project(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
-            let sensitivity = self.sensitivity.as_deref_mut();
-            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent, sensitivity)?;
-        }
-        self.output.assertions(run.problem, t, (y, yp))?;
-        let at = (EventPhase::First, t, self.integrator.step_size());
-        if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.shift(run.problem, t, (y, yp), source);
-        }
-        let sensitivity = self.sensitivity.as_deref_mut();
-        let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
-        run.terminated = outcome.terminated.or(run.terminated.take());
-        let place = (t, self.integrator.step_size());
-        if outcome.reinitialised && self.roots.turn_back(run.problem, place, (y, yp, self.consistency.states())) {
-            let sensitivity = self.sensitivity.as_deref_mut();
-            let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
-            run.terminated = outcome.terminated.or(run.terminated.take());
-        }
-        let mut changed = outcome.changed;
-        if let Some(sensitivity) = &mut self.sensitivity {
-            sensitivity.depart(run.problem, t, y, yp)?;
-            changed |= sensitivity.changed;
-        }
-        if rows {
-            let sensitivity = self.sensitivity.as_deref_mut();
-            self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, sensitivity)?;
-            self.output.skip_to(run.options, t);
-        }
-        self.output.assertions(run.problem, t, (y, yp))?;
-        if changed || t != self.integrator.t() {
-            self.restart(run, t);
-        } else {
-            // Nothing that the integrator sees has changed: it keeps its past.
-            run.settled(t);
-            self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
-        }
-        Ok(())
     }
 }

@@ -1,0 +1,172 @@
+//! The loop over steps: each with the rows, assertions and events that it passes.
+
+use hyd_results::RowKind;
+
+use super::{Arrival, Found, Point, Run, Simulator, Stall, spend};
+use crate::course::Course;
+use crate::delay::Recorder;
+use crate::error::SolveError;
+use crate::problem::Problem;
+use crate::sensitivity::EventSource;
+
+impl Simulator {
+    /// The loop over steps; returns the time reached.
+    pub(super) fn advance(&mut self, run: &mut Run<'_, '_>) -> Result<f64, SolveError> {
+        let mut t = run.options.start;
+        let mut stall = Stall::new(t);
+        while t < run.options.stop && run.terminated.is_none() {
+            if (run.stop)() {
+                return Err(SolveError::Interrupted { time: t });
+            }
+            self.go_on(run, t, &mut stall)?;
+            match self.at_limit(run, t) {
+                Some(Arrival::Plain(end)) => {
+                    t = end;
+                    let Point { y, yp } = &self.point;
+                    match &mut self.sensitivity {
+                        Some(sensitivity) => sensitivity.wait(t, (y, yp)),
+                        None => self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, None)?,
+                    }
+                }
+                Some(Arrival::Event(found)) => t = self.pass(run, found)?,
+                None => {
+                    t = match self.step(run)? {
+                        Arrival::Plain(t) => t,
+                        Arrival::Event(found) => self.pass(run, found)?,
+                    }
+                }
+            }
+        }
+        Ok(t)
+    }
+
+    /// An error where the run will not come to its end with the steps that it may do.
+    pub(super) fn go_on(&self, run: &mut Run<'_, '_>, t: f64, stall: &mut Stall) -> Result<(), SolveError> {
+        let (statistics, most) = (&run.problem.statistics, run.options.max_steps);
+        if statistics.steps < most && !stall.stands(statistics, (t, run.options.stop), most) {
+            return Ok(());
+        }
+        let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
+        let unknown = self.integrator.dominant(&self.weights);
+        let error = SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem);
+        Err(self.with_course(error, run.problem))
+    }
+
+    /// The error with the values at the start of the run, before its last step and at the end of that.
+    pub(super) fn with_course(&self, error: SolveError, problem: &mut Problem<'_>) -> SolveError {
+        let (before, n) = (self.integrator.t_before(), self.origin.y.len());
+        let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
+        self.integrator.at(before, &mut y, &mut yp);
+        let start = (self.started, self.origin.y.as_slice(), self.origin.yp.as_slice());
+        let points = [start, (before, &y, &yp), (self.integrator.t(), self.integrator.y(), self.integrator.yp())];
+        error.with_course(Course::new(problem, &points))
+    }
+
+    /// Whether `t` is closer to the next limit than a step can be, and so the same instant: what is there.
+    pub(super) fn at_limit(&mut self, run: &mut Run<'_, '_>, t: f64) -> Option<Arrival> {
+        if run.limit() - t > 16.0 * self.integrator.smallest_step(t) {
+            return None;
+        }
+        let t = run.limit();
+        self.point.y.copy_from_slice(self.integrator.y());
+        self.point.yp.copy_from_slice(self.integrator.yp());
+        if t != run.time_event {
+            return Some(Arrival::Plain(t));
+        }
+        run.problem.statistics.time_events += 1;
+        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false }))
+    }
+
+    /// Goes through an event; returns its time (s).
+    pub(super) fn pass(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<f64, SolveError> {
+        let begin = run.problem.now();
+        let outcome = self.event(run, found).map(|()| found.t);
+        spend(run.problem, begin, |seconds| &mut seconds.events);
+        outcome
+    }
+
+    /// One step with what it passes but an event, which is found: rows, assertions.
+    pub(super) fn step(&mut self, run: &mut Run<'_, '_>) -> Result<Arrival, SolveError> {
+        let from = self.integrator.t();
+        let limit = self.reach(run, from);
+        let failures = run.problem.statistics.convergence_failures;
+        let begin = run.problem.now();
+        let stepped = self.integrator.step(run.problem, &mut self.weights, limit);
+        spend(run.problem, begin, |seconds| &mut seconds.steps);
+        if let Some(profile) = run.problem.profile.as_mut().filter(|_| stepped.is_ok()) {
+            profile.limit(self.integrator.dominant(&self.weights));
+        }
+        if let Err(failure) = stepped {
+            if let Some(t) = self.jump(run, &failure, (from, limit))? {
+                return Ok(Arrival::Plain(t));
+            }
+            let attempt = self.integrator.last_attempt();
+            let error = SolveError::step(failure, from, attempt, self.integrator.y(), run.problem);
+            return Err(self.with_course(error, run.problem));
+        }
+        let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
+        let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
+        if recorder.record_step() && self.integrator.t() < run.time_event {
+            run.find_time_event();
+        }
+        let spacing = run.span() / run.options.intervals as f64;
+        let past = (&self.integrator, &mut self.consistency, &self.weights);
+        let state_event = self.roots.check(run.problem, past.0, past.1, past.2, spacing);
+        let t = state_event.unwrap_or(self.integrator.t());
+        let is_event = state_event.is_some() || t >= run.time_event;
+        let past = (&self.integrator, &mut self.consistency, &self.weights);
+        let sensitivity = self.sensitivity.as_deref_mut();
+        self.output.grid(run.problem, run.sink, (run.options, run.stop), past, (t, !is_event), sensitivity)?;
+        if let Some(sensitivity) = &mut self.sensitivity {
+            let located = (self.roots.y.as_slice(), self.roots.yp.as_slice());
+            let values = if state_event.is_some() { located } else { (self.integrator.y(), self.integrator.yp()) };
+            sensitivity.follow(run.problem, t, values)?;
+            self.output.flush(run.problem, run.sink, sensitivity)?;
+        }
+        if !is_event {
+            self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            let told = run.problem.system.completed(t, self.integrator.y());
+            if told.map_err(|failure| SolveError::evaluation(crate::Stage::Step, t, failure, run.problem))? {
+                run.problem.statistics.state_events += 1;
+                self.point.y.copy_from_slice(self.integrator.y());
+                self.point.yp.copy_from_slice(self.integrator.yp());
+                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true }));
+            }
+            if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
+                let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
+                self.choosing.note(t, judged);
+                if judged.changed {
+                    run.problem.statistics.state_choices += 1;
+                    let Point { y, yp } = &mut self.point;
+                    y.copy_from_slice(self.integrator.y());
+                    yp.copy_from_slice(self.integrator.yp());
+                    if self.integrator.begins_with_rates() {
+                        self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
+                    }
+                    self.integrator.set_states(y, yp, self.consistency.states());
+                }
+            }
+            return Ok(Arrival::Plain(t));
+        }
+        let Point { y, yp } = &mut self.point;
+        let mut source = EventSource::Time;
+        if state_event.is_some() {
+            source = EventSource::Root(self.roots.fired.iter().position(|&fired| fired).unwrap_or(0));
+            run.problem.statistics.state_events += 1;
+            if let Some(profile) = &mut run.problem.profile {
+                profile.fire(&self.roots.fired);
+            }
+            y.copy_from_slice(&self.roots.y);
+            yp.copy_from_slice(&self.roots.yp);
+        }
+        if t >= run.time_event {
+            run.problem.statistics.time_events += 1;
+            if state_event.is_none() {
+                y.copy_from_slice(self.integrator.y());
+                yp.copy_from_slice(self.integrator.yp());
+                self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
+            }
+        }
+        Ok(Arrival::Event(Found { t, source, is_asked: false }))
+    }
+}
