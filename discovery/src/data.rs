@@ -9,10 +9,10 @@ use hyd_system::math::square;
 use crate::bench::Shot;
 use crate::disturbance::{Disturbances, Level};
 use crate::formula::evaluate;
-use crate::machine::Span;
 use crate::magnitude::{is_plausible, shown};
 use crate::noise::Noise;
 use crate::record::end_of_range;
+use crate::span::Span;
 use crate::study::Mask;
 use crate::{Bench, Fault, Study};
 

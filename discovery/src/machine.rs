@@ -1,25 +1,22 @@
 //! Runs of a translated model under the conditions of shots: many at once, on all cores.
 //!
 //! A [`Machine`] keeps one system and one simulator per thread and uses them run after run.  A run gives the channels at
-//! the times of the shot; between output points values follow a cubic through four neighbours.  A run in which rounding errors grow
+//! the times of the shot ([`Grid`]).  A run in which rounding errors grow
 //! along a torn loop is done again by a machine with whole loops, which is translated when it is needed first.
 
-use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use hyd_compiler::did_you_mean;
-use hyd_results::{RowKind, Sink};
 use hyd_runtime::{Options, Simulator};
-use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind, given};
+use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind};
 
 use crate::foreign::Foreign;
+use crate::grid::{Derivatives, Grid, Limit};
 use crate::recorded::ShotInputs;
+use crate::span::Span;
 use crate::translated::{ChannelNames, Translated};
 use crate::{Fault, Watch};
-
-/// Part of the distance of output points within which a row stands on one.
-const ON_POINT: f64 = 1e-6;
 
 /// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes
 /// whose numbers make sense.
@@ -49,25 +46,11 @@ impl ParameterPlace {
 /// Channels at the output points of a run, or why it failed.
 pub(crate) type Answer = Result<Vec<Vec<f64>>, Fault>;
 
-/// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
-pub(crate) type Derivatives = Vec<Vec<Vec<f64>>>;
-
 /// Channels at the output points and their derivatives.
 type Derived = (Vec<Vec<f64>>, Derivatives);
 
 /// Channels and their derivatives, or why the run failed.
 pub(crate) type DerivedAnswer = Result<Derived, Fault>;
-
-/// Times of a run.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Span {
-    /// First time (s).
-    pub start: f64,
-    /// Last time (s).
-    pub stop: f64,
-    /// Number of equal intervals.
-    pub intervals: usize,
-}
 
 /// A run to be made.
 #[derive(Clone, Debug)]
@@ -113,89 +96,10 @@ struct Parts {
     limits: Vec<Limit>,
 }
 
-/// What a parameter or constant of the model may be.
-#[derive(Clone, Debug)]
-struct Limit {
-    name: String,
-    kind: ValueKind,
-    source: Source,
-    range: (f64, f64),
-}
-
 struct Worker {
     system: Box<dyn DaeSystem>,
     simulator: Simulator,
     grid: Grid,
-}
-
-/// Channels at the output points.  Where an event happens at an output point, the value after it counts: a measured sample at the
-/// instant of switching shows what has been switched.
-struct Grid {
-    sources: Vec<Source>,
-    span: Span,
-    parameters: Vec<f64>,
-    values: Vec<Vec<f64>>,
-    /// Number of parameters by which derivatives follow the values, and of values and parameters without derivatives.
-    derived: usize,
-    row: usize,
-    constants: usize,
-    derivatives: Derivatives,
-    limits: Vec<Limit>,
-    /// Which value of the run is outside of its limits.
-    outside: Option<String>,
-}
-
-impl Grid {
-    fn prepare(&mut self, span: &Span, derived: usize) {
-        (self.span, self.derived) = (span.clone(), derived);
-        self.derivatives.clear();
-        self.derivatives.resize(derived, vec![vec![f64::NAN; span.intervals + 1]; self.sources.len()]);
-    }
-}
-
-impl Sink for Grid {
-    fn begin(&mut self, _tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
-        self.outside = self.limits.iter().find_map(|limit| limit.outside(parameters));
-        if self.outside.is_some() {
-            return Err(io::Error::other("a value is outside of its limits"));
-        }
-        self.parameters.clear();
-        self.parameters.extend_from_slice(parameters);
-        for column in &mut self.values {
-            column.clear();
-            column.resize(self.span.intervals + 1, f64::NAN);
-        }
-        Ok(())
-    }
-
-    fn row(&mut self, t: f64, values: &[f64], _kind: RowKind) -> io::Result<()> {
-        let place = (t - self.span.start) / self.span.step();
-        let k = place.round();
-        if (place - k).abs() > ON_POINT || k < 0.0 || k as usize > self.span.intervals {
-            // An event between output points.
-            return Ok(());
-        }
-        let k = k as usize;
-        for (channel, source) in self.sources.iter().enumerate() {
-            // Derivatives of all values follow them, those of one value side by side.
-            let (list, place, behind) = match source.place {
-                Place::Output(k) => (values, k as usize, self.row),
-                Place::Parameter(k) => (self.parameters.as_slice(), k as usize, self.constants),
-                Place::Constant(value) => {
-                    self.values[channel][k] = if source.negated { -value } else { value };
-                    self.derivatives.iter_mut().for_each(|by| by[channel][k] = 0.0);
-                    continue;
-                }
-            };
-            let sign = if source.negated { -1.0 } else { 1.0 };
-            let value = |place: usize| sign * list.get(place).copied().unwrap_or(f64::NAN);
-            self.values[channel][k] = value(place);
-            for (parameter, by) in self.derivatives.iter_mut().enumerate() {
-                by[channel][k] = value(behind + place * self.derived + parameter);
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Machine {
@@ -292,19 +196,8 @@ impl Machine {
         let delays = !system.structure().delays.is_empty();
         let worker = |system: Box<dyn DaeSystem>| {
             let simulator = Simulator::new(system.structure());
-            let span = Span { start: 0.0, stop: 1.0, intervals: 1 };
-            let grid = Grid {
-                sources: sources.clone(),
-                span,
-                parameters: Vec::new(),
-                values: vec![Vec::new(); sources.len()],
-                derived: 0,
-                row: system.structure().outputs,
-                constants: system.parameters().len(),
-                derivatives: Vec::new(),
-                limits: limits.clone(),
-                outside: None,
-            };
+            let numbers = (system.structure().outputs, system.parameters().len());
+            let grid = Grid::new(sources.clone(), limits.clone(), numbers);
             Mutex::new(Worker { system, simulator, grid })
         };
         let workers = (0..threads.max(1)).map(|_| make().map(worker)).collect::<Result<Vec<_>, Fault>>()?;
@@ -530,87 +423,22 @@ impl Machine {
         options.intervals = span.intervals;
         options.sensitivity = derived.iter().map(|&place| places[place].name.clone()).collect();
         grid.prepare(span, derived.len());
-        grid.outside = None;
         options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
-        match simulator.run(system, &options, grid, &|| self.watch.stopped()) {
-            Ok(_) if grid.values.iter().flatten().all(|value| value.is_finite()) => {
-                let mut derivatives = std::mem::take(&mut grid.derivatives);
-                for (by, &place) in derivatives.iter_mut().zip(derived) {
-                    if places[place].negated {
-                        by.iter_mut().flatten().for_each(|value| *value = -*value);
-                    }
-                }
-                Ok((grid.values.clone(), derivatives))
-            }
-            Ok(_) => Err((Fault::run("the model ended the run"), false)),
-            Err(error) => Err(match grid.outside.take() {
+        let ended = simulator.run(system, &options, grid, &|| self.watch.stopped());
+        if let Err(error) = ended {
+            return Err(match grid.refused() {
                 Some(outside) => (Fault::new(outside), false),
                 None => (Fault::run(error.to_string()), error.may_be_rounding()),
-            }),
+            });
         }
-    }
-}
-
-impl Limit {
-    /// What is to be said of the value that it has with these parameters, if it is outside.
-    fn outside(&self, parameters: &[f64]) -> Option<String> {
-        let value = match self.source.place {
-            Place::Parameter(k) => *parameters.get(k as usize)?,
-            Place::Constant(value) => value,
-            Place::Output(_) => return None,
+        let Some((values, mut derivatives)) = grid.taken() else {
+            return Err((Fault::run("the model ended the run"), false));
         };
-        let value = if self.source.negated { -value } else { value };
-        given::outside(&self.name, &self.kind, value, self.range).map(|outside| outside.message)
-    }
-}
-
-impl Span {
-    /// Distance of the output points (s).
-    pub fn step(&self) -> f64 {
-        (self.stop - self.start) / self.intervals as f64
-    }
-
-    /// The value of a series on the output points at a time (s), and its rate of change (1/s): the cubic through four neighbours;
-    /// outside of the span the value at its end.
-    pub fn at(&self, series: &[f64], time: f64) -> (f64, f64) {
-        let n = series.len();
-        if n < 4 {
-            return (series.first().copied().unwrap_or(f64::NAN), 0.0);
+        for (by, &place) in derivatives.iter_mut().zip(derived) {
+            if places[place].negated {
+                by.iter_mut().flatten().for_each(|value| *value = -*value);
+            }
         }
-        let place = (time - self.start) / self.step();
-        if place <= 0.0 {
-            return (series[0], 0.0);
-        }
-        if place >= (n - 1) as f64 {
-            return (series[n - 1], 0.0);
-        }
-        let left = (place.floor() as usize).clamp(1, n - 3);
-        let s = place - left as f64;
-        let y = &series[left - 1..left + 3];
-        // Newton's form of the cubic through s = -1, 0, 1, 2.
-        let (d0, d1, d2) = (y[1] - y[0], y[2] - y[1], y[3] - y[2]);
-        let (e0, e1) = ((d1 - d0) / 2.0, (d2 - d1) / 2.0);
-        let f = (e1 - e0) / 3.0;
-        let value = y[0] + (s + 1.0) * (d0 + s * (e0 + (s - 1.0) * f));
-        let slope = d0 + (2.0 * s + 1.0) * e0 + (3.0 * s * s - 1.0) * f;
-        (value, slope / self.step())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Span;
-
-    #[test]
-    fn cubics_are_met_exactly() {
-        let span = Span { start: -1.0, stop: 2.0, intervals: 12 };
-        let cubic = |t: f64| 1.0 - t + 0.5 * t * t - 2.0 * t * t * t;
-        let rate = |t: f64| -1.0 + t - 6.0 * t * t;
-        let series: Vec<f64> = (0..=12).map(|k| cubic(-1.0 + 0.25 * f64::from(k))).collect();
-        for t in [-0.99, -0.5, 0.1, 1.3, 1.99] {
-            let (value, slope) = span.at(&series, t);
-            assert!((value - cubic(t)).abs() < 1e-12 && (slope - rate(t)).abs() < 1e-11, "{t}");
-        }
-        assert_eq!(span.at(&series, 3.0), (series[12], 0.0));
+        Ok((values, derivatives))
     }
 }

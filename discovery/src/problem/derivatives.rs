@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, Runs, Weighing};
 use crate::Fault;
-use crate::machine::{Job, Span};
+use crate::machine::Job;
+use crate::span::Span;
 use crate::threads::each;
 use crate::unknowns::Meaning;
 
