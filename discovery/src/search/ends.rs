@@ -1,7 +1,8 @@
 //! Where the models that the round before named had their lowest fits.
 //!
 //! A round weighs samples otherwise than the one before, but a wave that was found is where it was: its fit begins there, instead of far away
-//! with nuisances as expected.  What was not named is fitted as ever, and so is what runs fast.
+//! with nuisances as expected.  What was not named is fitted as ever, and so is what runs fast, and all of it where the best model left much: its
+//! waves may be in the wrong place.
 
 use super::context::{Search, patience};
 use super::pass::Findings;

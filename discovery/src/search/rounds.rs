@@ -20,6 +20,8 @@ use crate::thresholds::{LEAD, adequate, noise};
 
 /// Most rounds.
 const MOST: usize = 5;
+/// A best model that leaves more, in standard deviations, may have its waves in the wrong place.
+const NEAR: f64 = 2.0;
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 
@@ -40,8 +42,9 @@ impl Search<'_> {
                 break;
             }
             (self.progress)("once more, with what the best model leaves counted by its size and correlation");
+            let is_near = next.levels.iter().all(|level| level.size < NEAR);
+            let ends = if is_near { Ends::of(&findings, current.setup)? } else { Ends::default() };
             let next = current.setup.disturbed(next)?;
-            let ends = Ends::of(&findings, current.setup)?;
             let (again, other) = Search { setup: &next, ends, ..self.again() }.round()?;
             runs += again.runs;
             let before = (std::mem::replace(&mut findings, again), setup.replace(other.unwrap_or(next)));
