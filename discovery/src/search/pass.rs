@@ -150,6 +150,12 @@ pub struct Findings {
 }
 
 impl Findings {
+    /// Number of effects that are named, whatever the status says of the rest.
+    pub(super) fn named(&self) -> usize {
+        let is_named = matches!(self.status, Status::Named | Status::Sensor);
+        if is_named { self.passes.last().map_or(0, |last| last.base.inserts.len()) } else { 0 }
+    }
+
     /// The word of the status.
     pub fn word(&self) -> &'static str {
         self.status.word()

@@ -25,6 +25,15 @@ const NEAR: f64 = 2.0;
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 
+/// What a round has found.
+struct Earlier {
+    findings: Findings,
+    /// Its setup, if it is another one than that of the search.
+    setup: Option<Setup>,
+    /// Mean square of what its best model leaves, in that of the noise as stated.
+    left: f64,
+}
+
 impl Search<'_> {
     /// Searches round after round; with the setup of the last one if it is another one than that of the search.
     ///
@@ -33,10 +42,18 @@ impl Search<'_> {
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
         let (mut findings, mut setup) = self.round()?;
         let mut runs = findings.runs;
-        let mut unexplained = None;
+        let (mut unexplained, mut earlier): (Option<Earlier>, Option<Earlier>) = (None, None);
         for round in 1..=MOST {
             let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
             let Some(next) = current.refined(&findings)? else { break };
+            let left = (findings.named(), mean_square(&next));
+            let is_astray = |earlier: &mut Earlier| is_astray((earlier.findings.named(), earlier.left), left);
+            if let Some(earlier) = earlier.take_if(is_astray) {
+                (self.progress)("this round has gone astray: the answer is that of the one before");
+                (findings, setup) = (earlier.findings, earlier.setup);
+                findings.is_settled = false;
+                break;
+            }
             if round == MOST {
                 findings.is_settled = false;
                 break;
@@ -47,16 +64,22 @@ impl Search<'_> {
             let next = current.setup.disturbed(next)?;
             let (again, other) = Search { setup: &next, ends, ..self.again() }.round()?;
             runs += again.runs;
-            let before = (std::mem::replace(&mut findings, again), setup.replace(other.unwrap_or(next)));
-            let is_as_stated = before.1.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
-            if is_as_stated && leaves_noise(&before.0) {
-                unexplained.get_or_insert(before);
+            let before = Earlier {
+                findings: std::mem::replace(&mut findings, again),
+                setup: setup.replace(other.unwrap_or(next)),
+                left: left.1,
+            };
+            let is_as_stated = before.setup.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
+            if is_as_stated && unexplained.is_none() && leaves_noise(&before.findings) {
+                unexplained = Some(before);
+            } else {
+                earlier = Some(before);
             }
         }
         // Where a fit left nothing but noise as stated, a name that only comes with disturbances is not better founded than none.
         let is_named = matches!(findings.status, Status::Named | Status::Sensor | Status::Law);
         if let Some(before) = unexplained.filter(|_| is_named) {
-            (findings, setup) = before;
+            (findings, setup) = (before.findings, before.setup);
         }
         findings.runs = runs;
         Ok((findings, setup))
@@ -154,6 +177,18 @@ fn leaves_noise(findings: &Findings) -> bool {
     findings.status == Status::Unknown && last.is_some_and(|last| last.fit.misfit <= adequate(last.expected))
 }
 
+/// Mean square of what the best model leaves, over the channels, in that of the noise as stated.
+fn mean_square(left: &Disturbances) -> f64 {
+    let count = left.levels.len();
+    if count == 0 { 1.0 } else { left.levels.iter().map(|level| level.size * level.size).sum::<f64>() / count as f64 }
+}
+
+/// True if a round that names so many effects leaves more, although the one before named some and no more: its fits have ended in
+/// another local minimum.
+fn is_astray((before, was_left): (usize, f64), (named, left): (usize, f64)) -> bool {
+    before > 0 && named >= before && left > SAME * SAME * was_left
+}
+
 /// All fits of a pass.
 fn fits(pass: &Pass) -> Vec<(&Hypothesis, &Fit)> {
     let tried = pass.tried.iter().chain(&pass.terms).filter_map(|own| Some((&own.hypothesis, own.fit.as_ref()?)));
@@ -173,8 +208,18 @@ fn is_new(known: &Disturbances, found: &Disturbances) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::is_new;
+    use super::{is_astray, is_new, mean_square};
     use crate::disturbance::{Disturbances, Level, Spike};
+
+    #[test]
+    fn more_effects_that_leave_more_have_gone_astray() {
+        assert!(is_astray((2, 3.0), (3, 60.0)) && is_astray((1, 1.0), (1, 2.0)));
+        // Effects that only imitated a disturbance go, whatever is left then; a little more is none.
+        assert!(!is_astray((2, 1.0), (0, 9.0)) && !is_astray((2, 1.0), (1, 9.0)) && !is_astray((0, 1.0), (1, 9.0)));
+        assert!(!is_astray((1, 2.0), (1, 2.5)));
+        let levels = vec![Level::new(3.0, 9.0, 1.0), Level::NOISE];
+        assert_eq!(mean_square(&Disturbances { levels, ..Default::default() }), 5.0);
+    }
 
     #[test]
     fn a_round_follows_only_what_changes() {
