@@ -292,6 +292,8 @@ fn setting(condition: &str, value: f64) -> String {
     // Of a compound unit, such as that of `v0_m_s`, the last part is no unit of the number.
     let is_compound = |stem: &str| stem.rsplit_once('_').is_some_and(|(_, before)| PREFIXED.contains(&before));
     let unit = condition.rsplit_once('_').filter(|(stem, unit)| PREFIXED.contains(unit) && !is_compound(stem));
+    // Rounded once, so that both say the same.
+    let value = rounded(value);
     let plain = digits(value);
     match unit.map(|(_, unit)| quantity(value, unit)) {
         Some(prefixed) if !prefixed.starts_with(&format!("{plain} ")) => format!("{condition} = {plain} ({prefixed})"),
@@ -312,8 +314,11 @@ fn quantity(value: f64, unit: &str) -> String {
 
 /// Four significant digits, without zeros behind.
 fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    crate::magnitude::shown(rounded)
+    crate::magnitude::shown(rounded(value))
+}
+
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -326,7 +331,8 @@ mod tests {
             (("p0_Pa", 6e6), "p0_Pa = 6000000 (6 MPa)"),
             (("pulse_s", 0.005), "pulse_s = 0.005 (5 ms)"),
             (("U0_V", 27.53), "U0_V = 27.53"),
-            (("gap_m", 1.2345e-4), "gap_m = 0.0001235 (123.5 um)"),
+            (("gap_m", 1.2346e-4), "gap_m = 0.0001235 (123.5 um)"),
+            (("gap_m", 1.2345e-4), "gap_m = 0.0001234 (123.4 um)"),
             (("turns", 120.0), "turns = 120"),
             (("T_K", 0.0), "T_K = 0"),
             (("v0_m_s", 5.0), "v0_m_s = 5"),
