@@ -45,6 +45,7 @@ pub fn serve_stdio(options: &Options) -> Result<(), String> {
     let libraries = options.libraries.fixed();
     let folder = Folder::enter(&options.folder)?;
     let libraries = Libraries { allow_outside: false, fence: Some(folder.root().to_path_buf()), ..libraries };
-    let workplace = calls::Workplace::new(folder, libraries, options.strict_units);
+    let strict_units = options.strict_units;
+    let workplace = move || calls::Workplace::new(folder, libraries, strict_units);
     server::serve(|| io::BufReader::new(io::stdin()), Arc::new(Outgoing::new(io::stdout())), workplace)
 }

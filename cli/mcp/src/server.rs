@@ -52,11 +52,11 @@ pub(crate) enum Event {
     Done,
 }
 
-/// Serves until the input has ended and all is answered.  `input` is opened by the thread that reads.
+/// Serves until the input has ended and all is answered.  `input` and `workplace` are made by the threads that use them.
 pub(crate) fn serve<R: BufRead>(
     input: impl FnOnce() -> R + Send + 'static,
     outgoing: Arc<Outgoing>,
-    workplace: Workplace,
+    workplace: impl FnOnce() -> Workplace + Send + 'static,
 ) -> Result<(), String> {
     interrupt::listen();
     let (events, received) = channel::<Event>();
@@ -66,7 +66,7 @@ pub(crate) fn serve<R: BufRead>(
     thread::Builder::new().name("read".into()).spawn(move || read(input(), &reader)).map_err(failed)?;
     let out = outgoing.clone();
     let worker = thread::Builder::new().name("work".into()).stack_size(STACK);
-    worker.spawn(move || work(&workplace, &waiting, &out, &events)).map_err(failed)?;
+    worker.spawn(move || work(&workplace(), &waiting, &out, &events)).map_err(failed)?;
     let mut server = Server { outgoing, jobs, queue: VecDeque::new(), running: None };
     let mut ended: Option<Instant> = None;
     loop {

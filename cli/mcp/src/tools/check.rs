@@ -37,7 +37,7 @@ fn check(call: &Call<'_>) -> Result<Answer, String> {
     call.kept.diagnostics(&compilation.files, &compilation.diagnostics);
     let (messages, count) = call.kept.messages();
     let is_clean = !compilation.has_errors();
-    let mut data = json!({"status": if is_clean { "done" } else { "rejected" }, "model": compilation.model_name,
+    let mut data = json!({"status": if is_clean { "done" } else { "rejected" }, "model": compilation.model_name.as_deref(),
         "messages": messages, "messages_in_all": count});
     let mut text = call.kept.text();
     if is_clean {

@@ -59,7 +59,7 @@ fn equations(call: &Call<'_>) -> Result<Answer, String> {
     let (first, most) = (call.given.count("from_line").unwrap_or(1), call.given.count("lines").unwrap_or(LINES));
     let piece = Piece::of(&whole, first, most);
     let text = piece.text.clone() + &piece.note.as_ref().map(|note| format!("({note})\n")).unwrap_or_default();
-    let data = json!({"model": compilation.model_name, "stage": word, "text": piece.text, "from_line": first, "lines": piece.lines,
+    let data = json!({"model": compilation.model_name.as_deref(), "stage": word, "text": piece.text, "from_line": first, "lines": piece.lines,
         "lines_in_all": piece.all, "note": piece.note});
     Ok(Answer::done(text, with_messages(call, data)))
 }
