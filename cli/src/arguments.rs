@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use hyd_run::arguments::{assignment, names};
 pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
-pub(crate) use authoring::{Doc, Fmt, Lsp, New};
+pub(crate) use authoring::{Doc, Fmt, Lsp, Mcp, New};
 pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 pub(crate) use shell::{Completions, ManPages};
 
@@ -48,6 +48,7 @@ impl Arguments {
             | Verb::New(_)
             | Verb::Doc(_)
             | Verb::Lsp(_)
+            | Verb::Mcp(_)
             | Verb::Completions(_)
             | Verb::Man(_)
             | Verb::Bench(_)
@@ -99,6 +100,8 @@ pub enum Verb {
     New(New),
     /// Serve an editor on standard input and output (Language Server Protocol)
     Lsp(Lsp),
+    /// Serve an agent on standard input and output (Model Context Protocol)
+    Mcp(Mcp),
     /// Print the completions of a shell
     Completions(Completions),
     /// Write manual pages

@@ -92,7 +92,7 @@ impl Texts {
             text: text(&state["text"])?.into(),
             file: text(&state["file"]).map(PathBuf::from),
             base: text(&state["base"]).map(PathBuf::from),
-            libraries: Libraries { folders, complete: true, allow_outside },
+            libraries: Libraries { folders, complete: true, allow_outside, fence: None },
             travelled: true,
             answers: Mutex::new(answers),
         })

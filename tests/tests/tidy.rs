@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 33] = [
+const ALLOWED: [(&str, &[&str]); 34] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -105,6 +105,8 @@ const ALLOWED: [(&str, &[&str]); 33] = [
             "hyd-verbs",
         ],
     ),
+    // What agents ask: the verbs, and of classes what the map of a library knows.
+    ("hyd-mcp", &["hyd-compiler", "hyd-doc", "hyd-results", "hyd-run", "hyd-source", "hyd-system", "hyd-verbs"]),
     // What every executable is: no stage of the compiler, no code generator.
     ("hyd-launcher", &["hyd-payload", "hyd-run", "hyd-runtime", "hyd-system"]),
     // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.

@@ -1,4 +1,4 @@
-//! The map of a library: texts in, one HTML page out, for `hyd doc`.
+//! The map of a library: texts in, one HTML page out, for `hyd doc`; or what there is to say of one class, as data (`described`).
 //!
 //! [`Library`] parses the texts and knows their classes by name (`library`, `lookup`); for each class the page (`page`) shows what it
 //! inherits, its connectors, its parameters with units and limits (`members`), its equations typeset as MathML (`equations`,
@@ -6,6 +6,7 @@
 //! Names are looked up in the texts as far as links and units need it; nothing is instantiated, and whether the texts are
 //! correct is for the compiler to say.
 
+mod described;
 mod equations;
 pub mod html;
 mod library;
@@ -15,5 +16,6 @@ mod members;
 mod page;
 mod sections;
 
+pub use described::{Described, Inside, Item};
 pub use library::{Library, Source};
 pub use page::{Example, Page};

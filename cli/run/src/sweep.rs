@@ -200,7 +200,7 @@ impl Prepared<'_> {
             output::sentence(severity, &sentence, self.arguments.message_format);
         }
         self.advise(subject, report);
-        self.finish(swept, command)
+        self.finish(&swept, command)
     }
 
     /// Runs the share without a word, and joins the chunks where they are all there.  `progress` gets the numbers of members done and of
@@ -327,22 +327,13 @@ impl Prepared<'_> {
         Ok(Ready { names, places, members, measures, options })
     }
 
-    fn finish(&self, swept: Swept, command: &str) -> Result<(), Failure> {
-        let whole = swept.files.is_some();
-        let files: Vec<String> = swept.files.into_iter().flatten().map(|path| path.display().to_string()).collect();
-        let report = swept.report;
-        let Report { members, before, now, failed, failures, interrupted, whole_loops, .. } = report;
+    fn finish(&self, swept: &Swept, command: &str) -> Result<(), Failure> {
+        let Report { before, now, failed, interrupted, .. } = swept.report;
         let text = if self.arguments.json {
-            let status = if interrupted { "interrupted" } else { "done" };
-            let object = json!({"status": status, "members": members, "before": before, "now": now, "failed": failed,
-                "failures": failures.iter().map(failure_json).collect::<Vec<_>>(), "whole_loops": whole_loops,
-                "complete": whole, "files": files});
-            format!("{object}\n")
+            format!("{}\n", swept.json())
         } else {
-            let earlier = if before > 0 { format!(", {before} of them before") } else { String::new() };
-            let mut text = format!("{} of {members} runs done{earlier}; {failed} failed\n", before + now);
-            files.iter().for_each(|file| text.push_str(&format!("  results in {file}\n")));
-            if !whole && !interrupted {
+            let mut text = swept.text();
+            if swept.files.is_none() && !interrupted {
                 text.push_str(&format!("  other shards are missing; `{command}` joins them when they are there\n"));
             }
             text
@@ -374,6 +365,28 @@ pub struct Swept {
 }
 
 impl Swept {
+    /// What came out, for programs.
+    pub fn json(&self) -> serde_json::Value {
+        let Report { members, before, now, failed, failures, interrupted, whole_loops, .. } = &self.report;
+        let status = if *interrupted { "interrupted" } else { "done" };
+        json!({"status": status, "members": members, "before": before, "now": now, "failed": failed,
+            "failures": failures.iter().map(failure_json).collect::<Vec<_>>(), "whole_loops": whole_loops,
+            "complete": self.files.is_some(), "files": self.names()})
+    }
+
+    /// The same for people: how many runs, and where their results are.
+    pub fn text(&self) -> String {
+        let Report { members, before, now, failed, .. } = &self.report;
+        let earlier = if *before > 0 { format!(", {before} of them before") } else { String::new() };
+        let mut text = format!("{} of {members} runs done{earlier}; {failed} failed\n", before + now);
+        self.names().iter().for_each(|file| text.push_str(&format!("  results in {file}\n")));
+        text
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.files.iter().flatten().map(|path| path.display().to_string()).collect()
+    }
+
     /// Only `before` of the runs that were found had been done before the command that others have worked for.
     pub fn credit(&mut self, before: usize) {
         let all = self.report.before + self.report.now;

@@ -1,4 +1,4 @@
-//! Arguments of the verbs that work on texts: `fmt`, `new`, `doc`, `lsp`.
+//! Arguments of the verbs that work on texts: `fmt`, `new`, `doc`, and of the servers: `lsp`, `mcp`.
 
 use std::path::PathBuf;
 
@@ -61,4 +61,22 @@ pub struct Lsp {
     /// Standard input and output, which is the only way; editors that always say so may
     #[arg(long, hide = true)]
     pub stdio: bool,
+}
+
+/// `hyd mcp`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Clients of agents start it; see docs/guides/agent.md.  Names of files that an agent gives lead nowhere but into FOLDER, and nothing that is \
+                        there is written over.  The server ends with its input, or by Ctrl-C."
+)]
+pub struct Mcp {
+    /// The folder that is served: models, studies and tables are read there, results written there
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Folder with libraries, or one library (repeatable; then HYD_LIBRARY, then the built-in library)
+    #[arg(long = "library", value_name = "DIR")]
+    pub library: Vec<PathBuf>,
+    /// Units that do not fit are errors in the texts of libraries, too, not only in those of the model
+    #[arg(long)]
+    pub strict_units: bool,
 }

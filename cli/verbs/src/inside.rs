@@ -1,5 +1,6 @@
 //! Files that texts name (a study its model, a set its tables, a model its data) must lie below a folder that the user named:
-//! no text may make the command read elsewhere, and quote what it finds there.
+//! no text may make the command read elsewhere, and quote what it finds there.  A server that works for others in a folder holds the names that
+//! they send to it in the same way.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -8,16 +9,21 @@ pub(crate) const OPTION: &str = "--allow-outside";
 
 /// Refuses a path that leads out of all of these folders, by `..`, by links, or by its beginning.
 pub(crate) fn refuse_outside(name: &str, path: &Path, folders: &[PathBuf]) -> Result<(), String> {
-    let place = real(path);
-    if folders.iter().any(|folder| place.starts_with(real(folder))) {
+    if is_inside(path, folders) {
         return Ok(());
     }
     let folder = folders.first().map_or_else(String::new, |folder| format!(" `{}`", folder.display()));
     Err(format!("`{name}` lies outside of the folder{folder}; {OPTION} lets it be read"))
 }
 
+/// True for a path that leads into one of these folders.
+pub fn is_inside(path: &Path, folders: &[PathBuf]) -> bool {
+    let place = real(path);
+    folders.iter().any(|folder| place.starts_with(real(folder)))
+}
+
 /// Where a path leads: as far as it exists behind its links, the rest by its words.
-fn real(path: &Path) -> PathBuf {
+pub fn real(path: &Path) -> PathBuf {
     let path = std::path::absolute(if path.as_os_str().is_empty() { Path::new(".") } else { path });
     let path = path.unwrap_or_default();
     let mut known = PathBuf::new();
@@ -62,7 +68,7 @@ mod tests {
         symlink("deep", own.join("down")).unwrap();
         symlink("../nowhere.csv", own.join("early.csv")).unwrap();
         let folders = [own.clone()];
-        let is_inside = |name: &str| refuse_outside(name, &own.join(name), &folders).is_ok();
+        let is_taken = |name: &str| refuse_outside(name, &own.join(name), &folders).is_ok();
         let absolute = own.join("a.csv").display().to_string();
         let inside = [
             "a.csv",
@@ -77,7 +83,7 @@ mod tests {
             absolute.as_str(),
         ];
         for name in inside {
-            assert!(is_inside(name), "{name}");
+            assert!(is_taken(name), "{name}");
         }
         let secret = root.join("secret.csv").display().to_string();
         let outside = [
@@ -93,7 +99,7 @@ mod tests {
             "/etc/passwd",
         ];
         for name in outside {
-            assert!(!is_inside(name), "{name}");
+            assert!(!is_taken(name), "{name}");
         }
         assert!(refuse_outside("c.csv", &root.join("ownother/c.csv"), &[own.clone(), root.join("ownother")]).is_ok());
         fs::remove_dir_all(&root).unwrap();

@@ -2,8 +2,9 @@
 //!
 //! [`Libraries`] and [`LibraryPath`] say where texts come from, [`compile_file`] and [`compile_text`] translate, [`Run`] runs a model
 //! once, [`sweep`](sweep::sweep) many times, [`share_out`](share_out::share_out) does so on other machines, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
-//! against a bench. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
+//! against a bench, `check` counts what a model has. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
 
+pub mod check;
 pub mod discover;
 mod discovered_files;
 mod discovery_calibration;
@@ -12,7 +13,7 @@ pub mod discovery_page;
 mod discovery_picture;
 pub mod discovery_trials;
 pub mod fit;
-mod inside;
+pub mod inside;
 pub mod library;
 pub mod linear;
 mod listener;

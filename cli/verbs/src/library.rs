@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{Head, SourceText, Sources, head};
 
-use crate::inside::refuse_outside;
+use crate::inside::{is_inside, refuse_outside};
 use hyd_run::{TextError, read_text};
 
 include!(concat!(env!("OUT_DIR"), "/standard_library.rs"));
@@ -39,6 +39,8 @@ pub struct LibraryPath {
     data: Vec<PathBuf>,
     /// Models may name data files elsewhere.
     allow_outside: bool,
+    /// Folders outside of which no class is read; none: classes are read wherever packages have them.
+    fences: Vec<PathBuf>,
     /// Texts that stand in the place of those of their files.
     open: Arc<BTreeMap<PathBuf, Arc<str>>>,
     /// Names of all classes, once somebody has asked for them.
@@ -59,6 +61,16 @@ impl LibraryPath {
     /// Lets models name data files outside of these folders.
     pub fn allow_outside(&mut self) {
         self.allow_outside = true;
+    }
+
+    /// Reads no class that lies outside of this folder and of these, be it by the words of a text or by a link.
+    pub fn fence(&mut self, folder: &Path, libraries: &[PathBuf]) {
+        self.fences = [folder].into_iter().map(Path::to_path_buf).chain(libraries.iter().cloned()).collect();
+    }
+
+    /// May this be looked at?
+    fn is_allowed(&self, path: &Path) -> bool {
+        self.fences.is_empty() || is_inside(path, &self.fences)
     }
 
     /// Reads these texts in the place of those of their files, as an editor has them before they are saved; files that do not exist
@@ -109,6 +121,9 @@ impl LibraryPath {
         if let Some(names) = self.listings.get(folder) {
             return Ok(names.clone());
         }
+        if !self.is_allowed(folder) {
+            return Err(io::ErrorKind::NotFound.into());
+        }
         let mut names = Vec::new();
         let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         for entry in std::fs::read_dir(place)? {
@@ -158,6 +173,9 @@ impl LibraryPath {
         for extension in EXTENSIONS {
             if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
                 let path = folder.join(name);
+                if !self.is_allowed(&path) {
+                    return Ok(None);
+                }
                 let text: Arc<str> = match self.open.get(&path) {
                     Some(text) => text.clone(),
                     None => read_text(&path).map_err(|error| error.to_string())?.into(),

@@ -22,6 +22,8 @@ pub struct Libraries {
     pub complete: bool,
     /// Texts may name files outside of their own folder and those of the libraries.
     pub allow_outside: bool,
+    /// Classes are read below this folder and those of the libraries only, whatever packages texts say that they belong to.
+    pub fence: Option<PathBuf>,
 }
 
 /// What is to be translated of a text, and how far.
@@ -95,6 +97,9 @@ impl Libraries {
         let mut library = LibraryPath::new();
         if self.allow_outside {
             library.allow_outside();
+        }
+        if let Some(fence) = &self.fence {
+            library.fence(fence, &self.all_folders());
         }
         if let Ok(folder) = std::env::current_dir() {
             library.name_from(&folder);

@@ -37,7 +37,7 @@ pub use interpolation::{Side, interpolate};
 pub use mat_columns::{MatColumns, mat_columns};
 pub use mat_stream::MatStream;
 pub use matrices::Matrices;
-pub use read_files::{note_read, read_as, refuse_read};
+pub use read_files::{forget_read, note_read, read_as, refuse_read};
 pub use result_file::{Format, ResultFile, partial};
 pub use scratch_file::ScratchFile;
 pub use sink::{Discard, RowFile, RowKind, Sink, Tee};

@@ -44,6 +44,11 @@ pub fn note_read(path: &Path) {
     }
 }
 
+/// Whoever goes on with other work forgets what the work before has read: a server between two requests, each of which is a command of its own.
+pub fn forget_read() {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).clear();
+}
+
 /// The name under which the file was read that a path leads to.
 pub fn read_as(path: &Path) -> Option<PathBuf> {
     let file = of(path)?;
