@@ -9,9 +9,9 @@ use serde_json::{Map, Value, json};
 pub(crate) enum Kind {
     Text,
     Number,
-    /// A whole number from 1 on.
+    /// An integer from 1 on.
     Count,
-    /// A whole number from 0 on.
+    /// An integer from 0 on.
     Natural,
     Flag,
     Texts,
@@ -75,8 +75,8 @@ impl Kind {
         Some(match self {
             Kind::Text => "must be a string".into(),
             Kind::Number => "must be a number".into(),
-            Kind::Count => "must be a whole number from 1 on".into(),
-            Kind::Natural => "must be a whole number from 0 on".into(),
+            Kind::Count => "must be an integer from 1 on".into(),
+            Kind::Natural => "must be an integer from 0 on".into(),
             Kind::Flag => "must be true or false".into(),
             Kind::Texts => "must be a list of strings".into(),
             Kind::Values => {
@@ -175,7 +175,7 @@ impl Given {
         self.0.get(name)?.as_u64()
     }
 
-    /// A whole number as a size.
+    /// An integer as a size.
     pub(crate) fn count(&self, name: &str) -> Option<usize> {
         self.natural(name).map(|count| usize::try_from(count).unwrap_or(usize::MAX))
     }

@@ -65,7 +65,7 @@ impl Progress {
         self.tell(&mut state, seconds, None, &format!("at work for {seconds:.0} s"));
     }
 
-    /// From now on nothing is told.
+    /// Tells nothing from now on.
     pub(crate) fn end(&self) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).ended = true;
     }

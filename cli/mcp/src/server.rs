@@ -33,10 +33,10 @@ const REMAINING: Duration = Duration::from_secs(30);
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Calls that wait at the same time.
 const MOST_WAITING: usize = 1000;
-/// What is told of tools stays true as long as the server runs (ms).
+/// How long a client may keep the list of tools (ms): it does not change while the server runs.
 const FRESH: u64 = 3_600_000;
 
-/// What a client is told of the server.
+/// What the server says of itself.
 const INSTRUCTIONS: &str = "hyd compiles and simulates equation-based models of physical systems (a Modelica-style language, files *.hyd), and compares \
 them with measured benches. Names of files are relative to the folder that is served and lead nowhere else. Begin with `check`, look classes of the \
 library up with `documentation`, read error codes with `explain`, then `simulate`. `sweep`, `fit` and `discover` may take minutes: ask for \

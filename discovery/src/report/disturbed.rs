@@ -72,6 +72,11 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         let words = "what every model leaves still changed in the last round of the search: sizes and correlations above are not its last word";
         sentences.push(words.to_string());
     }
+    if let Some(named) = &scene.findings.given_up {
+        sentences.push(format!(
+            "a further round of the search named {named} and left more, which was given up as another local minimum"
+        ));
+    }
     if let Some(words) = spikes_in_words(scene, &found.spikes) {
         sentences.push(words);
     }

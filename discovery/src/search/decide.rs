@@ -159,6 +159,7 @@ impl Search<'_> {
             needed: self.needed,
             hidden: false,
             is_settled: true,
+            given_up: None,
             law: None,
             no_law: None,
         };

@@ -143,6 +143,8 @@ pub struct Findings {
     pub hidden: bool,
     /// False if what the best model leaves still changed in the last round.
     pub is_settled: bool,
+    /// What a further round named that was given up, because its models leave more.
+    pub given_up: Option<String>,
     /// The law that was found, for [`Status::Law`].
     pub law: Option<Law>,
     /// Why terms that explain what is left are not a law.

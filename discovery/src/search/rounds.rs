@@ -52,8 +52,9 @@ impl Search<'_> {
             let is_astray = |earlier: &mut Earlier| is_astray((earlier.findings.named(), earlier.left), left);
             if let Some(earlier) = earlier.take_if(is_astray) {
                 (self.progress)("this round has gone astray: the answer is that of the one before");
+                let named = findings.passes.last().filter(|_| left.0 > 0).map(|last| last.base.label());
                 (findings, setup) = (earlier.findings, earlier.setup);
-                findings.is_settled = false;
+                findings.given_up = Some(named.unwrap_or_else(|| "nothing".to_string()));
                 break;
             }
             if round == MOST {

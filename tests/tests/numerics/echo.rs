@@ -34,6 +34,22 @@ fn an_echo_keeps_its_size_over_thousands_of_returns() {
     }
 }
 
+/// A jump that comes back excites what is a thousand times faster than the steps before it: `y' = r (late - y)` and `z' = y`.
+#[test]
+fn a_jump_that_comes_back_is_followed_by_short_steps() {
+    let (r, begin): (f64, f64) = (1000.0, 1.4);
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let run = run("tests/cases/delays/fast.hyd", &[], &on_grid(3.0, 3000, tolerance));
+        let (ys, zs) = (run.values("y"), run.values("z"));
+        for (k, &t) in run.values("time_of_row").iter().enumerate() {
+            let since = (t - begin).max(0.0);
+            let y = -(-r * since).exp_m1();
+            let off = (ys[k] - y).abs().max((zs[k] - since + y / r).abs());
+            assert!(off < 20.0 * tolerance, "at {t} s with {tolerance:e}: off by {off:e}");
+        }
+    }
+}
+
 /// The same driven by a state: 115 turns of an oscillator are as wrong as its integrator makes them, and the echo no more.
 #[test]
 fn an_echo_of_a_state_is_as_exact_as_the_state() {

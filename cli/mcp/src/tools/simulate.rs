@@ -41,7 +41,7 @@ pub(super) const TOOL: Tool = Tool {
         optional(
             "variables",
             Kind::Text,
-            "regular expression: the variables whose full name matches are told and written, such as ^(x|der\\(x\\))$ [default: told are a few of the \
+            "regular expression: the variables whose full name matches are returned and written, such as ^(x|der\\(x\\))$ [default: returned are a few of the \
              top level, written are all]",
         ),
         optional(
