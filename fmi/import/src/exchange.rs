@@ -21,7 +21,7 @@ use crate::channel::Writer;
 use crate::description::Description;
 use crate::driver::{Driver, tool};
 use crate::fault::Fault;
-use crate::followers::{Follower, next_jump, reach};
+use crate::followers::{Follower, next_jump, reach, samples_passed};
 use crate::host::{Counts, Host, Refusal};
 use crate::protocol::{Operation, Update, values_of};
 
@@ -342,7 +342,13 @@ impl DaeSystem for Exchange {
                     y.copy_from_slice(&self.start);
                 }
                 let terminated = self.terminated();
-                Ok(EventChange { changed: true, reinitialised: update.states_changed, terminated, unsettled: false })
+                Ok(EventChange {
+                    changed: true,
+                    reinitialised: update.states_changed,
+                    terminated,
+                    unsettled: false,
+                    by_inputs: false,
+                })
             }
         }
     }
@@ -412,6 +418,10 @@ impl Inputs for Exchange {
 
     fn input_reach(&mut self, t: f64) -> f64 {
         reach(&self.driver.layout.followers, t)
+    }
+
+    fn samples_passed(&mut self, t: f64) -> u64 {
+        samples_passed(&self.driver.layout.followers, t)
     }
 }
 

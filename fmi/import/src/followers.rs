@@ -87,6 +87,16 @@ pub(crate) fn reach(followers: &[Follower], t: f64) -> f64 {
     followers.iter().map(reach).fold(f64::INFINITY, f64::min)
 }
 
+/// How many samples of the input with the most have passed at `t` (s).
+pub(crate) fn samples_passed(followers: &[Follower], t: f64) -> u64 {
+    let passed = |follower: &Follower| match &follower.series {
+        Some(_) if follower.stepwise => follower.sample as u64,
+        Some(series) => series.interval(t, follower.sample) as u64,
+        None => 0,
+    };
+    followers.iter().map(passed).max().unwrap_or(0)
+}
+
 /// The earlier of a time event and the next jump of an input after `t` (s).
 pub(crate) fn next_jump(followers: &[Follower], next: TimeEvent, t: f64, instants: Instants) -> TimeEvent {
     let mut next = next;

@@ -46,7 +46,8 @@ impl Instance {
             EventPhase::Repeat => self.memory.repetitions + 1,
             _ => 0,
         };
-        let changed = self.differs() || jumped;
+        let switched = self.differs();
+        let (changed, by_inputs) = (switched || jumped, jumped && !switched);
         if phase == EventPhase::Initial && self.loaded.model.routines.events.reads_solution {
             self.memory.repetitions += 1;
         }
@@ -57,7 +58,7 @@ impl Instance {
         let unsettled = changed && phase != EventPhase::Initial && self.loaded.model.routines.events.reads_solution;
         self.memory.reinit_waits = unsettled;
         if unsettled {
-            return Ok(EventChange { changed, unsettled, ..EventChange::default() });
+            return Ok(EventChange { changed, by_inputs, unsettled, ..EventChange::default() });
         }
         let terminated = self.termination(Point { unknown: y, rate: yp });
         let reinitialised = self.reinitialise(y, yp)?;
@@ -68,7 +69,7 @@ impl Instance {
         {
             return Err(contradiction);
         }
-        Ok(EventChange { changed, reinitialised, terminated, unsettled })
+        Ok(EventChange { changed, by_inputs, reinitialised, terminated, unsettled })
     }
 
     /// True if the last pass has left `reinit` to its repetition.

@@ -78,6 +78,16 @@ impl Instance {
         self.memory.inputs.iter().map(reach).fold(f64::INFINITY, f64::min)
     }
 
+    /// See [`hyd_system::Inputs::samples_passed`].
+    pub(crate) fn passed_samples(&self, t: f64) -> u64 {
+        let passed = |follower: &Follower| match &follower.series {
+            Some(_) if follower.stepwise => follower.sample as u64,
+            Some(series) => series.interval(t, follower.sample) as u64,
+            None => 0,
+        };
+        self.memory.inputs.iter().map(passed).max().unwrap_or(0)
+    }
+
     /// The earlier of a time event and the next jump of an input after `t` (s).
     pub(crate) fn or_jump_of_input(&self, next: TimeEvent, t: f64) -> TimeEvent {
         let instants = self.memory.clock.instants;

@@ -267,4 +267,8 @@ impl Inputs for Instance {
     fn input_reach(&mut self, t: f64) -> f64 {
         self.reach_of_inputs(t)
     }
+
+    fn samples_passed(&mut self, t: f64) -> u64 {
+        self.passed_samples(t)
+    }
 }

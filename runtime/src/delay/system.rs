@@ -352,6 +352,11 @@ impl Delaying<'_> {
         self.inner.inputs().map_or(f64::INFINITY, |inputs| inputs.input_reach(t))
     }
 
+    /// How many samples of the input with the most have passed.
+    pub(crate) fn samples_passed(&mut self, t: f64) -> u64 {
+        self.inner.inputs().map_or(0, |inputs| inputs.samples_passed(t))
+    }
+
     pub(crate) fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
         self.prepare(t, y, yp);
         self.inner.diagnose(t, y, yp)

@@ -23,6 +23,8 @@ const MOST_PASSES: usize = 100;
 pub(crate) struct EventOutcome {
     /// The equations or values are no longer what they were: the past is worthless.
     pub(crate) changed: bool,
+    /// It is nothing but recorded inputs that have jumped.
+    pub(crate) by_inputs: bool,
     /// `reinit` wrote into `y`.
     pub(crate) reinitialised: bool,
     /// Message of `terminate`.
@@ -66,6 +68,7 @@ pub(crate) fn settle(
             }
             return Ok(outcome);
         }
+        outcome.by_inputs = change.by_inputs && !change.reinitialised && !outcome.changed;
         outcome.changed = true;
         outcome.reinitialised |= change.reinitialised;
         if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {

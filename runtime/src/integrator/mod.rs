@@ -4,6 +4,7 @@
 //! one.  With [`Solver::Auto`] the [`monitor`] decides when, from what steps cost and how far they lead.
 
 mod crowding;
+mod interruption;
 mod monitor;
 mod phases;
 
@@ -17,6 +18,7 @@ use crate::problem::Problem;
 use crate::weights::Weights;
 use crate::{Solver, Statistics};
 use crowding::Crowding;
+use interruption::Interruption;
 use monitor::{Mode, Monitor, Rival, StepFacts};
 use phases::MOST_PHASES;
 pub use phases::{Method, MethodPhase, Reason};
@@ -57,6 +59,10 @@ pub(crate) struct Integrator {
     delayed: bool,
     /// With delays: they are shorter than the steps.
     crowding: Crowding,
+    /// Recorded inputs: their samples come so close to each other that BDF does not get beyond low order.
+    interruption: Interruption,
+    /// It is watched: the one-step method may take over.
+    interruptible: bool,
     /// The step to come is the first after an event: it is one of the one-step method, whose past BDF takes over at order 4.
     starting: bool,
     /// The run has had its first start.
@@ -87,6 +93,8 @@ impl Integrator {
             watched: false,
             delayed: false,
             crowding: Crowding::new(),
+            interruption: Interruption::new(),
+            interruptible: false,
             starting: false,
             begun: false,
             scratch: vec![0.0; structure.unknowns],
@@ -114,6 +122,7 @@ impl Integrator {
         let method = if solver == Solver::Esdirk { Method::Esdirk } else { Method::Bdf };
         self.begun = false;
         self.crowding = Crowding::new();
+        self.interruption = Interruption::new();
         self.phases.clear();
         self.phases.push(MethodPhase { from: start, method, reason: Reason::Start });
     }
@@ -128,6 +137,7 @@ impl Integrator {
         match (self.solver, self.monitor.mode()) {
             (Solver::Esdirk, _) => Active::OneStep,
             (Solver::Auto, _) if self.starting || self.delayed && !self.crowding.is_on() => Active::OneStep,
+            (Solver::Auto, _) if self.interruptible && self.interruption.is_on() => Active::OneStep,
             _ if !self.watched => Active::Bdf,
             (Solver::Auto, Mode::Rival | Mode::RivalTried) => Active::OneStep,
             _ => Active::Bdf,
@@ -151,6 +161,7 @@ impl Integrator {
             self.phases.push(MethodPhase { from: t, method: Method::Esdirk, reason: Reason::Start });
         }
         self.starting = std::mem::replace(&mut self.begun, true) && plain;
+        self.interruptible = plain && !structure.inputs.is_empty() && self.solver == Solver::Auto;
         self.watched = structure.unknowns >= LEAST_UNKNOWNS && plain;
         self.monitor.restart();
         self.drop_matrix();
@@ -251,19 +262,39 @@ impl Integrator {
         }
     }
 
-    /// Tells the monitor of the step just done.
-    fn note(&mut self, h: f64, before: &Statistics, after: &Statistics) {
+    /// Before a step: how many samples of recorded inputs have passed.
+    pub(crate) fn note_samples(&mut self, passed: u64) {
+        if !self.interruptible {
+            return;
+        }
+        if let Some(advantage) = self.interruption.samples(passed)
+            && self.phases.len() < MOST_PHASES
+        {
+            let (method, reason) = match self.interruption.is_on() {
+                true => (Method::Esdirk, Reason::Samples { advantage }),
+                false => (Method::Bdf, Reason::Recovered { advantage }),
+            };
+            self.phases.push(MethodPhase { from: self.t(), method, reason });
+        }
+    }
+
+    /// The step (s) that goes on behind a jump of a recorded input, where the one-step method is in use, and not for this step alone.
+    pub(crate) fn pace_of_samples(&self) -> Option<f64> {
+        let taken_up = self.solver == Solver::Esdirk || self.interruptible && self.interruption.is_on();
+        (taken_up && self.active == Active::OneStep).then(|| self.step_and_most().0)
+    }
+
+    /// Tells the monitor of the step just done, of this many iterations.
+    fn note(&mut self, h: f64, work: f64, before: &Statistics, after: &Statistics) {
         let (ratio, order) = self.bdf.falling();
         let growing = match self.active {
             Active::Bdf => self.bdf.next_step() > h,
             Active::OneStep => self.one_step.as_ref().is_some_and(|method| method.next_step() > h),
         };
-        let factorisations = (after.factorisations - before.factorisations) as f64;
-        let work = (after.newton_iterations - before.newton_iterations) as f64 + WORK_OF_FACTORISATION * factorisations;
         let attempts = |s: &Statistics| s.error_rejections + s.convergence_failures;
         let rejected = attempts(after) > attempts(before);
         let mode = self.monitor.mode();
-        if !self.monitor.after(&StepFacts { h, work: work.max(1.0), ratio, order, rejected, growing }) {
+        if !self.monitor.after(&StepFacts { h, work, ratio, order, rejected, growing }) {
             return;
         }
         let advantage = self.monitor.advantage();
@@ -351,15 +382,23 @@ impl Integrator {
             self.hand_over(problem.system.structure());
         }
         let watched = self.watched && self.solver != Solver::Esdirk;
-        let before = watched.then_some(problem.statistics);
+        let before = (watched || self.interruptible).then_some(problem.statistics);
         let from = self.t();
         match (self.active, &mut self.one_step) {
             (Active::OneStep, Some(one_step)) => one_step.step(problem, weights, limit)?,
             _ => self.bdf.step(problem, weights, limit)?,
         }
         let started = std::mem::take(&mut self.starting) && self.solver == Solver::Auto;
-        if let Some(before) = before.filter(|_| !started) {
-            self.note(self.t() - from, &before, &problem.statistics);
+        let Some(before) = before else { return Ok(()) };
+        let (h, after) = (self.t() - from, &problem.statistics);
+        let factorisations = (after.factorisations - before.factorisations) as f64;
+        let iterations = (after.newton_iterations - before.newton_iterations) as f64;
+        let work = (iterations + WORK_OF_FACTORISATION * factorisations).max(1.0);
+        if self.interruptible {
+            self.interruption.step(h, work);
+        }
+        if watched && !started && !(self.interruptible && self.interruption.is_on()) {
+            self.note(h, work, &before, after);
         }
         Ok(())
     }

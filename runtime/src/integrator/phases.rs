@@ -39,6 +39,11 @@ pub enum Reason {
         /// Time gained per work in the trial, relative to the method before.
         advantage: f64,
     },
+    /// Samples of recorded inputs interrupt BDF too often; see `advantage`.
+    Samples {
+        /// Time gained per work in the trial, relative to the method before.
+        advantage: f64,
+    },
     /// Steps longer than the shortest delay pay.
     ShortDelay,
     /// They turned out to be shorter than the delay.
@@ -50,6 +55,7 @@ impl fmt::Display for Reason {
         match self {
             Reason::Start => write!(f, "at the start"),
             Reason::Stability { .. } => write!(f, "lightly damped oscillations limit the order of BDF"),
+            Reason::Samples { .. } => write!(f, "samples of the recorded inputs interrupt BDF too often"),
             Reason::Recovered { .. } => write!(f, "BDF is the more efficient method again"),
             Reason::ShortDelay => write!(f, "a delay is shorter than the steps"),
             Reason::LongDelay => write!(f, "steps longer than a delay do not pay off"),

@@ -65,7 +65,7 @@ impl Simulator {
         self.started = t;
         self.origin.y.copy_from_slice(y);
         self.origin.yp.copy_from_slice(yp);
-        self.restart(run, t);
+        self.restart(run, t, false);
         match run.options.sensitivity.first() {
             Some(name) if run.problem.system.has_vanished_delay() => {
                 let reason =
@@ -76,8 +76,9 @@ impl Simulator {
         }
     }
 
-    /// From the values in `point` at `t`: next time event, first step, integrator and root functions.
-    pub(super) fn restart(&mut self, run: &mut Run<'_, '_>, t: f64) {
+    /// From the values in `point` at `t`: next time event, first step, integrator and root functions.  `by_inputs`: nothing but recorded
+    /// inputs have jumped.
+    pub(super) fn restart(&mut self, run: &mut Run<'_, '_>, t: f64, by_inputs: bool) {
         run.problem.system.begin_segment(t, &self.point.y, &self.point.yp);
         run.settled(t);
         if t >= run.options.stop {
@@ -90,7 +91,9 @@ impl Simulator {
         self.states.copy_from_slice(self.consistency.states());
         self.choosing = Choosing::new();
         let smallest = 16.0 * self.integrator.smallest_step(t);
-        let mut first = match run.options.initial_step {
+        // Where samples come close to each other the step that led to one leads on from there; too long, it is refused.
+        let pace = if by_inputs { self.integrator.pace_of_samples().map(|h| h.max(smallest)) } else { None };
+        let mut first = match run.options.initial_step.or(pace) {
             Some(h) => FirstSteps { first_order: h, fourth_order: h },
             None => self.first_step.estimate(
                 run.problem,

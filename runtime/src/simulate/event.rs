@@ -43,10 +43,11 @@ impl Simulator {
             let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
             run.terminated = outcome.terminated.or(run.terminated.take());
         }
-        let mut changed = outcome.changed;
+        let (mut changed, mut by_inputs) = (outcome.changed, outcome.by_inputs);
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.depart(run.problem, t, y, yp)?;
             changed |= sensitivity.changed;
+            by_inputs &= !sensitivity.changed;
         }
         if rows {
             let sensitivity = self.sensitivity.as_deref_mut();
@@ -55,7 +56,7 @@ impl Simulator {
         }
         self.output.assertions(run.problem, t, (y, yp))?;
         if changed || t != self.integrator.t() {
-            self.restart(run, t);
+            self.restart(run, t, by_inputs);
         } else {
             // Nothing that the integrator sees has changed: it keeps its past.
             run.settled(t);

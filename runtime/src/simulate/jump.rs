@@ -83,7 +83,7 @@ impl Simulator {
             self.output.skip_to(run.options, t);
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        self.restart(run, t);
+        self.restart(run, t, false);
         Ok(Some(t))
     }
 

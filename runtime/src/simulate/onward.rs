@@ -169,7 +169,7 @@ impl Onward {
             simulator.point = point;
             run.terminated = result?.terminated.or(run.terminated.take());
             simulator.output.assertions(run.problem, at, (&simulator.point.y, &simulator.point.yp))?;
-            simulator.restart(run, at);
+            simulator.restart(run, at, false);
             Ok(())
         })
     }

@@ -13,6 +13,7 @@ impl Simulator {
         let mut limit = run.limit().min(from + run.problem.system.longest_step());
         if run.problem.system.has_inputs() {
             limit = limit.min(run.problem.system.input_reach(from).max(least));
+            self.integrator.note_samples(run.problem.system.samples_passed(from));
         }
         if run.unchanged_until <= from {
             run.unchanged_until = run.problem.system.unchanged_until(from, run.limit());

@@ -204,6 +204,8 @@ pub enum EventPhase {
 pub struct EventChange {
     /// A relation or a discrete variable changed in this pass: solve the continuous part again and iterate.
     pub changed: bool,
+    /// It is nothing but recorded inputs that have jumped.
+    pub by_inputs: bool,
     /// `reinit` wrote into `y`.
     pub reinitialised: bool,
     /// `terminate` was called: its message.

@@ -58,6 +58,9 @@ pub trait Inputs {
 
     /// How far a step from `t` may lead (s) so that no feature of the inputs is stepped over.
     fn input_reach(&mut self, t: f64) -> f64;
+
+    /// How many samples of the input with the most have passed at `t` (s).
+    fn samples_passed(&mut self, t: f64) -> u64;
 }
 
 /// A system that follows every step of the solver, because it keeps a past of its own or decides about events there.

@@ -100,6 +100,45 @@ fn a_lag_follows_a_polygon_and_steps_as_its_closed_form_does() {
     }
 }
 
+/// Samples that move up and down by chance, so many to a second.
+fn noise(count: usize, rate: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut state = 12_345_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    ((0..count).map(|k| k as f64 / rate).collect(), (0..count).map(|_| next()).collect())
+}
+
+#[test]
+fn samples_close_to_each_other_are_left_to_the_one_step_method() {
+    let (times, values) = noise(2001, 20.0);
+    for hold in [Hold::Linear, Hold::Zero] {
+        let mut found = Vec::new();
+        for solver in [Solver::Auto, Solver::Bdf] {
+            let mut system = system(LAG, &[("u", series(&times, &values, hold))]);
+            let options = Options { solver, intervals: 2000, ..Options::new(0.0, 100.0).with_tolerance(1e-6) };
+            let (rows, summary) = run(&mut system, &options);
+            let error = (1..2000)
+                .map(|k| {
+                    let t = 0.05 * f64::from(k);
+                    let from = (k as usize).saturating_sub(200);
+                    let x0 = if from == 0 { 0.2 } else { value(&rows, "x", times[from]) };
+                    // The lag forgets: ten seconds back decide.
+                    let exact = lag(t, (&times[from..], &values[from..]), hold, [0.5, x0]);
+                    (value(&rows, "x", t) - exact).abs()
+                })
+                .fold(0.0, f64::max);
+            found.push((error, summary));
+        }
+        assert!(found[0].0 < 5e-6 && found[1].0 < 2e-5, "{hold:?}: errors {} and {}", found[0].0, found[1].0);
+        let work = |k: usize| found[k].1.statistics.newton_iterations as f64;
+        assert!(work(0) < 0.7 * work(1), "{hold:?}: {} iterations instead of {}", work(0), work(1));
+        let told: Vec<String> = found[0].1.phases.iter().map(|phase| phase.reason.to_string()).collect();
+        assert!(told.iter().any(|reason| reason.contains("samples of the recorded inputs")), "{told:?}");
+    }
+}
+
 #[test]
 fn the_start_uses_the_first_value() {
     let text = "model M
