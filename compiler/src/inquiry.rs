@@ -107,8 +107,8 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
     let mut found: Vec<AnnotatedClass> = Vec::new();
     for full in names {
         let mut parts = full.split('.').map(Name::from);
-        let first = parts.next().and_then(|name| table.top(&name));
-        let class = parts.fold(first, |class, name| class.and_then(|class| table.child(class, &name)));
+        let first = parts.next().and_then(|name| table.listed(None, &name));
+        let class = parts.fold(first, |class, name| class.and_then(|class| table.listed(Some(class), &name)));
         if let Some(class) = class.or_else(|| misspelt(&mut table, &full)) {
             collect_classes(&mut table, class, kind, &mut found);
         }

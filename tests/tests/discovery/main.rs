@@ -15,6 +15,7 @@ mod laws;
 mod next;
 mod pendulum;
 mod plain;
+mod real;
 mod recorded;
 mod renamed;
 mod resumed;

@@ -83,6 +83,8 @@ pub struct ClassTable<'s> {
     open_shapes: Vec<ClassId>,
     /// Classes whose files could not be read; that has been said.
     unreadable: Vec<Name>,
+    /// By the paths that were asked for: the class of a file that is called like it but for capitals.
+    other_capitals: FxHashMap<Vec<Name>, Name>,
     /// Data files by the names that models give them.
     data: FxHashMap<Name, Result<Arc<str>, String>>,
 }
@@ -100,6 +102,7 @@ impl<'s> ClassTable<'s> {
             top: FxHashMap::default(),
             open_shapes: Vec::new(),
             unreadable: Vec::new(),
+            other_capitals: FxHashMap::default(),
             data: FxHashMap::default(),
         }
     }
@@ -306,6 +309,21 @@ impl<'s> ClassTable<'s> {
         found
     }
 
+    /// The class in a file or folder that a library lists under this name, at the top or in `parent`; its own name may be written with other capitals.
+    pub fn listed(&mut self, parent: Option<ClassId>, name: &Name) -> Option<ClassId> {
+        let named = |table: &mut Self, name: &Name| match parent {
+            Some(parent) => table.child(parent, name),
+            None => table.top(name),
+        };
+        if let Some(class) = named(self, name) {
+            return Some(class);
+        }
+        let mut path = parent.map_or_else(Vec::new, |parent| self.classes[parent].path.clone());
+        path.push(name.clone());
+        let own = self.other_capitals.get(&path)?.clone();
+        named(self, &own)
+    }
+
     fn load(&mut self, path: &[Name], parent: Option<ClassId>) -> Option<ClassId> {
         let text = match self.sources.find(path) {
             Ok(text) => text?,
@@ -318,8 +336,11 @@ impl<'s> ClassTable<'s> {
         let (file, stored) = self.parse(text.name.clone(), text.text);
         let wanted = &path[path.len() - 1];
         // Names of files are compared without case, names of classes are not: this file is that of another class.
-        let is_other = |def: &Arc<ClassDef>| def.name.name.eq_ignore_ascii_case(wanted);
-        if stored.classes.iter().all(|def| def.name.name != *wanted) && stored.classes.iter().any(is_other) {
+        let is_other = |def: &&Arc<ClassDef>| def.name.name.eq_ignore_ascii_case(wanted);
+        if stored.classes.iter().all(|def| def.name.name != *wanted)
+            && let Some(other) = stored.classes.iter().find(is_other)
+        {
+            self.other_capitals.insert(path.to_vec(), other.name.name.clone());
             return None;
         }
         self.check_within(&stored, &path[..path.len() - 1]);
