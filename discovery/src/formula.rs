@@ -1,6 +1,12 @@
 //! Sums and products of the conditions of a shot, such as `trigger_time_s + pulse_s`.
 //!
 //! Recursive descent over `+ - * /`, signs, parentheses, numbers and names; a name is a condition that the set records.
+//! A formula that is a number may be written as one.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
 use crate::Fault;
 
@@ -27,6 +33,52 @@ pub(crate) fn names(text: &str) -> Vec<String> {
     });
     // What cannot be read says so when it is evaluated.
     if known.is_ok() { found.into_inner() } else { Vec::new() }
+}
+
+/// The text of a formula that a study writes as a text or as a number.
+pub(crate) struct Written(pub String);
+
+impl<'de> Deserialize<'de> for Written {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Either).map(Self)
+    }
+}
+
+struct Either;
+
+impl Visitor<'_> for Either {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a formula as text, or a number")
+    }
+
+    fn visit_str<E: Error>(self, formula: &str) -> Result<String, E> {
+        Ok(formula.to_string())
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<String, E> {
+        Ok(format!("{number:e}"))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<String, E> {
+        Ok(number.to_string())
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<String, E> {
+        Ok(number.to_string())
+    }
+}
+
+/// A formula, where there is one.
+pub(crate) fn written<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
+    Written::deserialize(deserializer).map(|formula| Some(formula.0))
+}
+
+/// Formulas by names.
+pub(crate) fn all_written<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, String>, D::Error> {
+    let all = BTreeMap::<String, Written>::deserialize(deserializer)?;
+    Ok(all.into_iter().map(|(name, formula)| (name, formula.0)).collect())
 }
 
 struct Reader<'a> {

@@ -10,6 +10,8 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
+use crate::formula::written;
+
 /// What a study says of a state.
 #[derive(Clone, Debug)]
 pub enum Initial {
@@ -24,6 +26,7 @@ pub enum Initial {
 #[serde(deny_unknown_fields)]
 pub struct StatedInitial {
     /// Formula of its value.
+    #[serde(default, deserialize_with = "written")]
     pub value: Option<String>,
     /// Standard deviation of the true value around it, in the unit of the state; without it the value is exact.
     pub absolute: Option<f64>,
@@ -58,11 +61,19 @@ impl<'de> Deserialize<'de> for Initial {
             type Value = Initial;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a formula as text, or a table with `value` or `at_rest`")
+                f.write_str("a formula as text, a number, or a table with `value` or `at_rest`")
             }
 
             fn visit_str<E>(self, formula: &str) -> Result<Initial, E> {
                 Ok(Initial::Formula(formula.to_string()))
+            }
+
+            fn visit_f64<E>(self, number: f64) -> Result<Initial, E> {
+                Ok(Initial::Formula(format!("{number:e}")))
+            }
+
+            fn visit_i64<E>(self, number: i64) -> Result<Initial, E> {
+                Ok(Initial::Formula(number.to_string()))
             }
 
             fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Initial, M::Error> {
@@ -122,4 +133,31 @@ pub(crate) fn equations(starts: &[StartOf]) -> String {
     let lines: String =
         starts.iter().filter(|start| start.at_rest).map(|start| format!("  der({}) = 0;\n", start.state)).collect();
     if lines.is_empty() { lines } else { format!("initial equation\n{lines}") }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::Initial;
+
+    #[test]
+    fn a_value_is_a_formula_or_a_number() {
+        #[derive(serde::Deserialize)]
+        struct Own {
+            x: Initial,
+        }
+        let of = |text: &str| toml::from_str::<Own>(text).map(|own| own.x);
+        for (text, formula) in [
+            ("x = \"x0_m\"", "x0_m"),
+            ("x = 2", "2"),
+            ("x = -0.25", "-2.5e-1"),
+            ("x = { value = 0.0, absolute = 0.5 }", "0e0"),
+            ("x = { value = \"2*a\" }", "2*a"),
+        ] {
+            assert_eq!(of(text).unwrap().formula(), Some(formula), "{text}");
+        }
+        assert_eq!(of("x = { at_rest = true }").unwrap().formula(), None);
+        assert!(of("x = true").unwrap_err().to_string().contains("a formula as text, a number, or a table"));
+        assert!(of("x = { valu = 1 }").is_err());
+    }
 }

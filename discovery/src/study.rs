@@ -14,6 +14,7 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
 use crate::bench_limits::BenchLimits;
+use crate::formula::all_written;
 use crate::initial::Initial;
 use crate::study_check::{check, line, unreadable};
 
@@ -40,7 +41,7 @@ pub struct Study {
     #[serde(default)]
     pub initial: BTreeMap<String, Initial>,
     /// Parameters of the model that the conditions of a shot decide: formula by full name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "all_written")]
     pub conditions: BTreeMap<String, String>,
     /// What may be off, by the name under which the set states its tolerance.
     #[serde(default)]

@@ -36,6 +36,7 @@ impl Search<'_> {
         let nuisances = |tried: &Tried| tried.fit.as_ref().map(|fit| fit.xi[..count].to_vec());
         self.without(pass, best)?;
         self.given_up(pass, best)?;
+        self.plainest(pass)?;
         let order = by_cost(&pass.tried);
         let Some(&best) = order.first() else { return Ok(()) };
         let cost = |tried: &Tried| tried.fit.as_ref().map_or(f64::INFINITY, |fit| fit.cost);

@@ -18,6 +18,7 @@ mod look;
 mod memory;
 mod pass;
 mod plainer;
+mod plainest;
 mod plausible;
 mod probe;
 mod revisit;

@@ -4,6 +4,7 @@
 //! makes of it at speed, so that nearly all samples count only where times are taken to be as good as they are; and the fit
 //! without friction bends the beginnings of the shots, from where no law of friction is found.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
 
@@ -20,7 +21,7 @@ const STEP: f64 = 2e-5;
 
 /// Angles from the lower position, at 100 samples a second.
 fn swing(angle: f64, speed: f64) -> Vec<f64> {
-    let rate = |th: f64, w: f64| (w, (-M * th.sin() - C * w - F * (w / 1e-4).tanh()) / J);
+    let rate = |th: f64, w: f64| (w, (-M * th.sin() - C * w - F * (w / 2e-6).tanh()) / J);
     let (mut th, mut w, mut angles) = (angle, speed, vec![angle]);
     for _ in 1..900 {
         for _ in 0..500 {
@@ -38,7 +39,10 @@ fn swing(angle: f64, speed: f64) -> Vec<f64> {
 
 #[test]
 fn dry_friction_of_a_pendulum_is_found_from_either_origin_of_the_angle() {
-    for (name, origin, sign) in [("hanging", 0.0, "-"), ("upright", std::f64::consts::PI, "")] {
+    // Small swings far from the origin of the angle: friction that grows with the angle looks like dry friction there.
+    let cases =
+        [("hanging", 0.0, "-", 1.0, NOISE), ("upright", PI, "", 1.0, NOISE), ("hardly", PI, "", 0.06, 5.0 * NOISE)];
+    for (name, origin, sign, share, noise) in cases {
         let folder = folder(&format!("pendulum_{name}"));
         let model = format!(
             "model P\n  parameter Real J = 3.3e-3; parameter Real c(min = 0) = 2e-4;\n  Real th(start = 0, fixed = true);\n  \
@@ -55,21 +59,22 @@ fn dry_friction_of_a_pendulum_is_found_from_either_origin_of_the_angle() {
             [(1.6, -1.3), (-0.1, 9.1), (-0.87, 2.8), (-0.07, 5.7), (0.43, -2.8)].into_iter().enumerate()
         {
             let mut text = String::from("t,th\n");
-            for (k, th) in swing(angle, speed).into_iter().enumerate() {
-                writeln!(text, "{},{:.9}", 0.01 * k as f64, th + origin + NOISE * draws.normal()).expect("a String");
+            for (k, th) in swing(share * angle, share * speed).into_iter().enumerate() {
+                writeln!(text, "{},{:.9}", 0.01 * k as f64, th + origin + noise * draws.normal()).expect("a String");
             }
             fs::write(folder.join(format!("s{shot}.csv")), text).expect("written");
             // What is known of the speed is off by a few hundredths.
-            shots.push(format!("{{\"file\": \"s{shot}.csv\", \"w0\": {}}}", speed + 0.03 * draws.normal()));
+            shots.push(format!("{{\"file\": \"s{shot}.csv\", \"w0\": {}}}", share * speed + 0.03 * draws.normal()));
         }
         let set = format!(
-            "{{\"noise_std\": {{\"th\": {NOISE}}}, \"sensor_offset_1sigma\": {{\"th\": 5e-3}}, \"experiments\": [{}]}}",
+            "{{\"noise_std\": {{\"th\": {noise}}}, \"sensor_offset_1sigma\": {{\"th\": 5e-3}}, \"experiments\": [{}]}}",
             shots.join(", ")
         );
         fs::write(folder.join("set.json"), set).expect("written");
         let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
         assert_eq!(found.code, Some(0), "{}", found.stderr);
-        assert!(found.stderr.contains("note: these records move all the time"), "{}", found.stderr);
+        // Small swings are slow against their noise.
+        assert!(share < 1.0 || found.stderr.contains("note: these records move all the time"), "{}", found.stderr);
         let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
         let named: Vec<&str> =
             report["effects"].as_array().expect("a list").iter().filter_map(|own| own["id"].as_str()).collect();
@@ -80,7 +85,7 @@ fn dry_friction_of_a_pendulum_is_found_from_either_origin_of_the_angle() {
             found.stdout
         );
         let size = report["effects"][0]["parameters"]["F_c"]["value"].as_f64().expect("a number");
-        assert!((size / F - 1.0).abs() < 0.02, "{name}: {size:e}");
+        assert!((size / F - 1.0).abs() < if share < 1.0 { 0.1 } else { 0.02 }, "{name}: {size:e}");
         let _ = fs::remove_dir_all(&folder);
     }
 }

@@ -31,7 +31,7 @@ fn faults(schema: &Value, root: &Value, value: &Value, place: &str) -> Vec<Strin
                 inner.extend(faults(root.pointer(pointer).expect("what is referred to"), root, value, place));
             }
             "type" => {
-                let is = match rule.as_str().expect("a type") {
+                let of = |rule: &Value| match rule.as_str().expect("a type") {
                     "object" => value.is_object(),
                     "array" => value.is_array(),
                     "string" => value.is_string(),
@@ -40,6 +40,7 @@ fn faults(schema: &Value, root: &Value, value: &Value, place: &str) -> Vec<Strin
                     "integer" => value.as_f64().is_some_and(|number| number.fract() == 0.0),
                     other => panic!("type {other}"),
                 };
+                let is = rule.as_array().map_or_else(|| of(rule), |rules| rules.iter().any(of));
                 wrong(!is, &format!("it is not of type {rule}"));
             }
             "enum" => wrong(!rule.as_array().unwrap().contains(value), &format!("it is not one of {rule}")),
