@@ -27,7 +27,6 @@ mod mcp;
 mod new;
 mod next;
 mod plot;
-mod result_table;
 mod shell;
 mod simulate;
 mod sweep;

@@ -75,6 +75,8 @@ const ALLOWED: [(&str, &[&str]); 34] = [
             "hyd-compiler",
             "hyd-flat",
             "hyd-fmi-import",
+            // Results of any format.
+            "hyd-frames",
             "hyd-payload",
             "hyd-source",
             "hyd-runtime",
