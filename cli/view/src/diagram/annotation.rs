@@ -9,7 +9,7 @@ use hyd_syntax::tree::{
 };
 
 use super::geometry::{Extent, Point};
-use super::graphic::{Align, BLACK, Color, Dash, Fill, Form, Graphic, Placement, default_extent};
+use super::graphic::{Align, BLACK, Color, Fill, Form, Graphic, Placement, Stroke, default_extent};
 
 /// Graphics of one annotation that are read.
 const MOST_GRAPHICS: usize = 2000;
@@ -143,7 +143,7 @@ impl Reader<'_, '_> {
             rotation: self.number(get("rotation")).unwrap_or(0.0),
             color: color.unwrap_or(BLACK),
             fill_color: self.color(get("fillColor")).unwrap_or(BLACK),
-            dash: self.word(get("pattern")).map_or(Dash::Solid, |word| dash(&word)),
+            dash: self.word(get("pattern")).map_or(Stroke::Solid, |word| dash(&word)),
             fill: self.word(get("fillPattern")).map_or(Fill::None, |word| fill(&word)),
             thickness: self.number(get(if kind == "Line" { "thickness" } else { "lineThickness" })).unwrap_or(0.25),
         })
@@ -251,14 +251,14 @@ fn point_of(value: &Value) -> Option<Point> {
     }
 }
 
-fn dash(word: &str) -> Dash {
+fn dash(word: &str) -> Stroke {
     match word {
-        "None" => Dash::None,
-        "Dash" => Dash::Dash,
-        "Dot" => Dash::Dot,
-        "DashDot" => Dash::DashDot,
-        "DashDotDot" => Dash::DashDotDot,
-        _ => Dash::Solid,
+        "None" => Stroke::None,
+        "Dash" => Stroke::Dash,
+        "Dot" => Stroke::Dot,
+        "DashDot" => Stroke::DashDot,
+        "DashDotDot" => Stroke::DashDotDot,
+        _ => Stroke::Solid,
     }
 }
 

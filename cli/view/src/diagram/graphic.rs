@@ -9,7 +9,7 @@ pub(crate) const BLACK: Color = [0, 0, 0];
 
 /// How a line is dashed; none: it is not drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Dash {
+pub(crate) enum Stroke {
     None,
     Solid,
     Dash,
@@ -87,7 +87,7 @@ pub(crate) struct Graphic {
     pub(crate) rotation: f64,
     pub(crate) color: Color,
     pub(crate) fill_color: Color,
-    pub(crate) dash: Dash,
+    pub(crate) dash: Stroke,
     pub(crate) fill: Fill,
     /// In mm on paper.
     pub(crate) thickness: f64,

@@ -9,7 +9,7 @@ use super::{Diagram, End};
 /// Width of a letter by its height.
 pub(crate) const NARROW: f64 = 0.56;
 /// Letters of a value with its unit, and of what stands beside it for a state.
-const VALUE: f64 = 10.0;
+const VALUE: f64 = 12.5;
 const BESIDE: f64 = 3.0;
 /// States of a part that are written.
 const MOST_STATES: usize = 2;

@@ -11,7 +11,7 @@ use hyd_doc::html::escape;
 
 use super::arrange::{Arranged, PlacedPart, PlacedPort};
 use super::geometry::{Affine, Extent, Point};
-use super::graphic::{Align, BLACK, Color, Dash, Fill, Form, Graphic, Icon};
+use super::graphic::{Align, BLACK, Color, Fill, Form, Graphic, Icon, Stroke};
 use super::labels::{NARROW, labels};
 use super::{Diagram, Part};
 
@@ -119,7 +119,8 @@ fn path(points: &[Point], closed: bool) -> String {
 fn matrix(map: &Affine) -> String {
     let number = |value: f64| {
         let text = format!("{value:.5}");
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        if text == "-0" { "0".to_string() } else { text.to_string() }
     };
     let parts = [map.a, -map.b, map.c, -map.d, map.e, -map.f].map(number);
     format!("matrix({})", parts.join(" "))
@@ -390,12 +391,12 @@ fn plain_texts(part: &Part, outline: &Extent, is_drawn: bool, out: &mut String) 
 
 fn stroke(graphic: &Graphic) -> String {
     let dash = match graphic.dash {
-        Dash::None => return " stroke=\"none\"".to_string(),
-        Dash::Solid => "",
-        Dash::Dash => " stroke-dasharray=\"8 4\"",
-        Dash::Dot => " stroke-dasharray=\"2 3\"",
-        Dash::DashDot => " stroke-dasharray=\"8 3 2 3\"",
-        Dash::DashDotDot => " stroke-dasharray=\"8 3 2 3 2 3\"",
+        Stroke::None => return " stroke=\"none\"".to_string(),
+        Stroke::Solid => "",
+        Stroke::Dash => " stroke-dasharray=\"8 4\"",
+        Stroke::Dot => " stroke-dasharray=\"2 3\"",
+        Stroke::DashDot => " stroke-dasharray=\"8 3 2 3\"",
+        Stroke::DashDotDot => " stroke-dasharray=\"8 3 2 3 2 3\"",
     };
     let width = (graphic.thickness * PIXELS).max(THINNEST);
     format!(
