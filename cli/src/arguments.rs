@@ -3,6 +3,7 @@
 mod authoring;
 mod bench;
 mod shell;
+mod view;
 
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 pub(crate) use authoring::{Doc, Fmt, Lsp, Mcp, New};
 pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 pub(crate) use shell::{Completions, ManPages};
+pub(crate) use view::View;
 
 /// `hyd VERB ...`
 #[derive(Parser, Debug)]
@@ -49,6 +51,7 @@ impl Arguments {
             | Verb::Doc(_)
             | Verb::Lsp(_)
             | Verb::Mcp(_)
+            | Verb::View(_)
             | Verb::Completions(_)
             | Verb::Man(_)
             | Verb::Bench(_)
@@ -74,6 +77,8 @@ pub enum Verb {
     Equations(Equations),
     /// Draw results, several runs overlaid
     Plot(Plot),
+    /// Look at a model or at results in a browser: diagram, curves, parameters as sliders
+    View(View),
     /// Run a model many times with varied parameters, on all cores
     Sweep(Box<Sweep>),
     /// Turn a lab's files into a set of shots, and inspect it

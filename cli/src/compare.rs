@@ -9,8 +9,9 @@ use hyd_results::{Deviation, Table, deviations};
 use serde_json::json;
 
 use crate::arguments::Compare;
-use crate::{Failure, output, result_table};
+use crate::{Failure, output};
 use hyd_run::Selection;
+use hyd_verbs::result_table;
 
 /// Variables that are listed when nobody asks for all.
 const FEW: usize = 20;

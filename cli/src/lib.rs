@@ -1,7 +1,7 @@
 //! The command `hyd`: arguments, files, exit codes, progress, Ctrl-C; no mathematics.
 //!
 //! One file per verb (`check`, `simulate`, `build`, `linearize`, `equations`, `plot`, `sweep`, `bench_*`, `fit`, `discover`, `compare`,
-//! `explain`, `fmt`, `new`, `doc`, `lsp`, `mcp`, `shell`), each of which turns its arguments into a call of a library and prints what came of it.  Results go to
+//! `explain`, `fmt`, `new`, `doc`, `lsp`, `mcp`, `view`, `shell`), each of which turns its arguments into a call of a library and prints what came of it.  Results go to
 //! standard output, messages to standard error (`terminal`).  Exit codes: 0 done, 1 the model or the data is at fault, 2 wrong usage, 3 the
 //! solver gave up or was stopped.
 
@@ -27,7 +27,6 @@ mod mcp;
 mod new;
 mod next;
 mod plot;
-mod result_table;
 mod shell;
 mod simulate;
 mod sweep;
@@ -35,6 +34,7 @@ mod terminal;
 mod test_models;
 mod translate;
 mod unit;
+mod view;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -108,6 +108,7 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::New(verb) => new::new(verb),
         Verb::Lsp(verb) => lsp::lsp(verb),
         Verb::Mcp(verb) => mcp::mcp(verb),
+        Verb::View(verb) => view::view(verb),
         Verb::Completions(verb) => shell::completions(verb),
         Verb::Man(verb) => shell::man(verb),
     };

@@ -13,11 +13,11 @@ use hyd_report::{Curve, Figure};
 use hyd_results::Table;
 
 use crate::arguments::{MessageFormat, ModelArguments, Plot};
-use crate::result_table::{self, Runs};
 use crate::translate::translate;
 use crate::{Failure, output};
 use hyd_run::{MOST_CURVES, Selection};
 use hyd_verbs::picture::{check_picture, write_picture};
+use hyd_verbs::result_table::{self, Runs};
 
 /// Panels that are drawn when nobody says which variables.
 const FEW: usize = 12;

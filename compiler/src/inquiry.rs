@@ -1,8 +1,8 @@
 //! Questions about classes and models that are not part of a translation: what vendor annotations say, and where.
 //!
 //! [`annotated_classes`] goes through the libraries, [`annotated_components`] through the instances of one model; both give
-//! the content of `annotation(__hyd(...))` as plain data ([`Note`]), for tools that put classes and places together.
-//! What the notes mean is up to those tools.
+//! the content of `annotation(__hyd(...))` as plain data ([`Note`]), for tools that put classes and places together;
+//! [`of_instances`] lets others ask.  What the notes mean is up to those tools.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_instance::class::{elements, nested_classes};
 use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
-use hyd_instance::{ClassId, ClassTable, InstId, InstanceTree, Sources};
+use hyd_instance::{ClassId, ClassTable, InstId, InstanceTree, Override, Sources};
 use hyd_source::{Diagnostic, Files, Span};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
@@ -159,10 +159,26 @@ fn collect_classes(table: &mut ClassTable<'_>, class: ClassId, kind: &str, found
 /// model that cannot be instantiated.
 pub fn annotated_components(
     sources: &mut dyn Sources,
-    (name, text): (&str, &str),
+    text: (&str, &str),
     model: Option<&str>,
     kind: &str,
 ) -> Result<Vec<AnnotatedComponent>, (Files, Vec<Diagnostic>)> {
+    of_instances(sources, text, (model, &[]), |tree| {
+        let found = tree.instances.indices().filter_map(|id| component_of(tree, id));
+        found.filter(|component| component.note.get(kind).is_some()).collect()
+    })
+}
+
+/// What `take` finds in the instances of a model, of which some parameters are set.
+///
+/// # Errors
+/// The messages of a model that cannot be instantiated, with its texts.
+pub fn of_instances<T>(
+    sources: &mut dyn Sources,
+    (name, text): (&str, &str),
+    (model, set): (Option<&str>, &[(String, String)]),
+    take: impl FnOnce(&mut InstanceTree<'_>) -> T,
+) -> Result<T, (Files, Vec<Diagnostic>)> {
     let mut apart = BTreeSet::new();
     loop {
         let mut table = ClassTable::new(sources);
@@ -170,13 +186,14 @@ pub fn annotated_components(
         let Some(class) = choose(&mut table, name, &classes, model) else {
             return Err((table.files, table.messages.into_given()));
         };
-        let tree = hyd_instance::instantiate_apart(table, class, Vec::new(), apart.clone()).map_err(|table| {
+        let overrides = set.iter().map(|(path, text)| Override { path: path.clone(), text: text.clone(), used: false });
+        let made = hyd_instance::instantiate_apart(table, class, overrides.collect(), apart.clone());
+        let mut tree = made.map_err(|table| {
             let ClassTable { files, messages, .. } = *table;
             (files, messages.into_given())
         })?;
         if !tree.table.messages.has_errors() {
-            let found = tree.instances.indices().filter_map(|id| component_of(&tree, id));
-            return Ok(found.filter(|component| component.note.get(kind).is_some()).collect());
+            return Ok(take(&mut tree));
         }
         let known = apart.len();
         apart.extend(tree.differing().iter().cloned());

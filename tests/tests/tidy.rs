@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 34] = [
+const ALLOWED: [(&str, &[&str]); 35] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -75,6 +75,8 @@ const ALLOWED: [(&str, &[&str]); 34] = [
             "hyd-compiler",
             "hyd-flat",
             "hyd-fmi-import",
+            // Results of any format.
+            "hyd-frames",
             "hyd-payload",
             "hyd-source",
             "hyd-runtime",
@@ -107,6 +109,21 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     ),
     // What agents ask: the verbs, and of classes what the map of a library knows.
     ("hyd-mcp", &["hyd-compiler", "hyd-doc", "hyd-results", "hyd-run", "hyd-source", "hyd-system", "hyd-verbs"]),
+    // What people look at: models and their instances, results, and runs with other parameters.
+    (
+        "hyd-view",
+        &[
+            "hyd-compiler",
+            "hyd-doc",
+            "hyd-instance",
+            "hyd-results",
+            "hyd-run",
+            "hyd-source",
+            "hyd-syntax",
+            "hyd-system",
+            "hyd-verbs",
+        ],
+    ),
     // What every executable is: no stage of the compiler, no code generator.
     ("hyd-launcher", &["hyd-payload", "hyd-run", "hyd-runtime", "hyd-system"]),
     // Units for other tools: the description and the archive, and the library in it, which solves but compiles nothing.

@@ -21,6 +21,7 @@ pub mod next;
 mod next_page;
 mod parameters;
 pub mod picture;
+pub mod result_table;
 mod run;
 mod run_failure;
 pub mod share_out;

@@ -212,3 +212,11 @@ fn fmu() {
     }
     fs::remove_dir_all(folder).expect("removed");
 }
+
+#[test]
+fn view() {
+    let folder = type_through("view");
+    let page = fs::read_to_string(folder.join("compared.html")).expect("the page");
+    assert!(page.contains("\"label\":\"low\""), "the run beside is in the page");
+    fs::remove_dir_all(folder).expect("removed");
+}

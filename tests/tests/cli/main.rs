@@ -2,7 +2,7 @@
 //!
 //! `bad_input` holds the messages for wrong models, as data; `files` the texts that cannot be read; `outputs` results that
 //! cannot be written, closed pipes and Ctrl-C; `overwriting` files that must stay; `components` what is checked by itself; `doctor` whether causes are found, `fixes` what heals them; `command` whole outputs; `inputs` tables of recorded inputs; `settings` what `--set` takes; `sweeps` many runs; `studies` fits and searches, `written_models` what they write, `study_initial` and `study_inputs` those with states and inputs of their own, `study_names` and `magnitudes` names
-//! and numbers that they may meet; `bench_import` files of laboratories; `bounded_memory` large files; `formatting`, `new_folder` and `library_page` the verbs for texts.  `agent` speaks with the server for agents, `guides` types the guides of `docs/guides`, `executables` runs what `hyd build` makes, `units` calls its units for other tools, and `foreign_units` runs units of others.  What the models compute is tested elsewhere.
+//! and numbers that they may meet; `bench_import` files of laboratories; `bounded_memory` large files; `formatting`, `new_folder` and `library_page` the verbs for texts.  `agent` speaks with the server for agents, `view` with that of pages, `guides` types the guides of `docs/guides`, `executables` runs what `hyd build` makes, `units` calls its units for other tools, and `foreign_units` runs units of others.  What the models compute is tested elsewhere.
 
 #![allow(clippy::unwrap_used)]
 
@@ -41,4 +41,5 @@ mod study_inputs;
 mod study_names;
 mod sweeps;
 mod units;
+mod view;
 mod written_models;

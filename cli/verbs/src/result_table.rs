@@ -13,15 +13,18 @@ use crate::Failure;
 
 /// What a file holds.
 #[derive(Default)]
-pub(crate) struct Runs {
+pub struct Runs {
     /// Runs of a sweep with their labels, or one run without.
-    pub(crate) runs: Vec<(Option<String>, Table)>,
+    pub runs: Vec<(Option<String>, Table)>,
     /// Units by full name, as far as the file says.
-    pub(crate) units: BTreeMap<String, String>,
+    pub units: BTreeMap<String, String>,
 }
 
 /// The one run in `file`, or a sentence why not.
-pub(crate) fn read(file: &Path) -> Result<Table, Failure> {
+///
+/// # Errors
+/// The file cannot be read as a result, or holds the rows of a sweep.
+pub fn read(file: &Path) -> Result<Table, Failure> {
     let mut found = read_runs(file, &|_| true)?.runs;
     match (found.len(), found.pop()) {
         (1, Some((None, table))) => Ok(table),
@@ -30,7 +33,10 @@ pub(crate) fn read(file: &Path) -> Result<Table, Failure> {
 }
 
 /// The runs in `file`, of a Parquet file only the variables that `keep` accepts.
-pub(crate) fn read_runs(file: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Runs, Failure> {
+///
+/// # Errors
+/// The file cannot be read as a result.
+pub fn read_runs(file: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Runs, Failure> {
     if file.is_dir() {
         return Err(Failure::Fault(format!("`{}` is a folder, not a file", file.display())));
     }

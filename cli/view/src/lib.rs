@@ -1,0 +1,120 @@
+//! The view, `hyd view`: a model or results as one page, served on the loopback or written as a file.
+//!
+//! Data flow one way: files become a `session` (a model translated, with the diagrams that `diagram` reads from its instances and annotations, and
+//! results beside it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
+//! bytes of `encode`) over `http`, and `guard` says who may ask.  Nothing is written but what `--output` names, and nothing leaves the machine.
+
+mod diagram;
+mod encode;
+mod guard;
+mod http;
+mod page;
+mod reading;
+mod server;
+mod session;
+mod variables;
+
+use std::path::{Path, PathBuf};
+
+use hyd_results::{note_read, write_whole};
+use hyd_run::{Failure, check_target, interrupt, read_text};
+use hyd_verbs::{Libraries, Listener};
+
+use guard::Guard;
+use reading::Reading;
+use serde_json::Value;
+use server::Served;
+use session::{Chosen, Session};
+
+/// What the command line says.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// A model, with results that are overlaid; or results; or the report of a study.
+    pub files: Vec<PathBuf>,
+    /// The class to take; none: the last complete model of the file.
+    pub class: Option<String>,
+    /// Parameters by full name, with their values as text.
+    pub set: Vec<(String, String)>,
+    /// Where runs end (s); none: as the model says.
+    pub stop: Option<f64>,
+    /// Where classes come from.
+    pub libraries: Libraries,
+    /// Units that do not fit are errors in libraries, too.
+    pub strict_units: bool,
+    /// The file to write; none: the page is served.
+    pub output: Option<PathBuf>,
+    /// The port of the loopback; 0: a free one.
+    pub port: u16,
+}
+
+/// The report of a search, in the folder that `hyd discover --report` writes.
+const REPORT: &str = "report.html";
+
+/// Writes the page, or serves it until Ctrl-C.  `tell`: takes what goes to standard output.
+///
+/// # Errors
+/// Wrong usage, files that cannot be read, models with errors, a port that is taken.
+pub fn view(
+    options: &Options,
+    listener: &dyn Listener,
+    tell: &dyn Fn(&str) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    if let Some(path) = report(&options.files) {
+        if options.output.is_some() {
+            let path = path.display();
+            return Err(Failure::Usage(format!("`{path}` is a page in one file already")));
+        }
+        let page = read_text(&path).map_err(|error| Failure::Fault(error.to_string()))?;
+        return serve(options.port, &path.display().to_string(), Served::Report(page), tell);
+    }
+    if let Some(output) = &options.output {
+        let texts: Vec<&Path> = options.files.iter().map(PathBuf::as_path).collect();
+        check_target("--output", output, &texts)?;
+    }
+    let (session, data) = open(options, listener)?;
+    let Some(output) = &options.output else {
+        let title = session.title.clone();
+        return serve(options.port, &title, Served::Session(Reading::new(options.clone(), session, data)), tell);
+    };
+    // Only now is it known which files are read.
+    check_target("--output", output, &[])?;
+    interrupt::listen();
+    let html = page::html(&session, &data, &page::Shown::Written);
+    if interrupt::requested() {
+        return Err(Failure::Solver("stopped".to_string()));
+    }
+    write_whole(output, html.as_bytes())
+        .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", output.display())))?;
+    tell(&format!("{} in {}, {} kB\n", session.title, output.display(), html.len().div_ceil(1000)))
+}
+
+/// Reads and translates what is looked at.
+fn open(options: &Options, listener: &dyn Listener) -> Result<(Session, Value), Failure> {
+    let chosen = Chosen {
+        class: options.class.as_deref(),
+        set: &options.set,
+        stop: options.stop,
+        libraries: &options.libraries,
+        strict_units: options.strict_units,
+    };
+    let session = Session::open(&options.files, &chosen, listener)?;
+    let data = page::data(&session);
+    Ok((session, data))
+}
+
+/// The page of a report that is meant: itself, or the folder that holds it.
+fn report(files: &[PathBuf]) -> Option<PathBuf> {
+    let [file] = files else { return None };
+    let page = if file.is_dir() { file.join(REPORT) } else { file.clone() };
+    let is_page = page.extension().is_some_and(|ending| ending == "html") && page.is_file();
+    let page = Some(page).filter(|_| is_page)?;
+    note_read(&page);
+    Some(page)
+}
+
+fn serve(port: u16, title: &str, served: Served, tell: &dyn Fn(&str) -> Result<(), Failure>) -> Result<(), Failure> {
+    let (listener, port) = server::listen(port).map_err(Failure::Fault)?;
+    let guard = Guard::new(port).map_err(Failure::Fault)?;
+    tell(&format!("{title}: http://127.0.0.1:{port}/?token={}\nCtrl-C ends it\n", guard.token()))?;
+    server::serve(listener, guard, served).map_err(Failure::Fault)
+}

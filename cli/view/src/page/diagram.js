@@ -1,0 +1,116 @@
+// The diagram: which part is looked at, how large it is, values at connections and parts.
+
+const picture = { shown: null, labels: [], scale: null };
+// Letters of names are 13 pixels high at the natural size; much smaller ones nobody reads.
+const LEAST_SCALE = 0.85;
+
+function diagramOf(path) {
+  return DATA.model ? DATA.model.diagrams.find((own) => own.path === path) || null : null;
+}
+
+// Shows the inside of a component.
+function openDiagram(path) {
+  const diagram = diagramOf(path);
+  if (!diagram) return;
+  picture.shown = diagram;
+  const place = document.getElementById("drawing");
+  // The text is made by hyd, with everything that comes from models escaped.
+  place.innerHTML = diagram.svg;
+  for (const part of place.querySelectorAll(".part")) {
+    const own = diagram.parts[Number(part.dataset.part)];
+    part.addEventListener("click", () => select(own.path));
+    part.addEventListener("dblclick", () => openDiagram(own.path));
+    part.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      select(own.path);
+      document.getElementById("component-title").focus();
+    });
+  }
+  // Beside all parts: the whole.
+  place.querySelector("svg").addEventListener("click", (event) => { if (!event.target.closest(".part")) select(path); });
+  for (const port of place.querySelectorAll("[data-name]")) {
+    port.addEventListener("pointerenter", () => { document.getElementById("hint").textContent = "connector " + port.dataset.name; });
+  }
+  picture.labels = labels(diagram, place);
+  const names = path ? path.split(/\.(?![^[]*\])/) : [], way = document.getElementById("way");
+  const steps = [["", DATA.model.name], ...names.map((name, k) => [names.slice(0, k + 1).join("."), name])];
+  way.replaceChildren(...steps.flatMap(([to, name], k) => {
+    const isHere = k === steps.length - 1, lead = () => (isHere ? select(to) : openDiagram(to));
+    const own = diagramOf(to) ? element("button", { type: "button", "aria-current": isHere ? "location" : null, onclick: lead }, name) : element("span", {}, name);
+    return k ? [element("span", { "aria-hidden": "true" }, "›"), own] : [own];
+  }));
+  const hints = [];
+  if (!diagram.parts.length) hints.push("The model has no components that a diagram could show.");
+  else hints.push("Click a part for what it is" + (diagram.parts.some((part) => diagramOf(part.path)) ? ", twice to look inside." : "."));
+  if (DATA.model.cut) hints.push("The model has more parts than this page draws.");
+  document.getElementById("hint").textContent = hints.join(" ");
+  picture.scale = null;
+  fit();
+  select(path, true);
+  fillIn();
+  redraw();
+}
+
+// The size that fits, but not so small that nobody reads it.
+function fit() {
+  const svg = document.querySelector("svg.diagram"), place = document.getElementById("drawing");
+  if (!svg) return;
+  const natural = picture.shown.width, room = place.clientWidth - 4;
+  if (picture.scale === null) picture.scale = Math.max(Math.min(1, room / natural), LEAST_SCALE);
+  svg.style.width = natural * picture.scale + "px";
+}
+
+function resize(factor) {
+  const place = document.getElementById("drawing");
+  if (factor === null) picture.scale = picture.shown ? Math.min(1.6, (place.clientWidth - 4) / picture.shown.width) : null;
+  else picture.scale = Math.min(6, Math.max(0.2, (picture.scale || 1) * factor));
+  fit();
+}
+
+// Which text shows which variable: of several connections of one place only the first.
+function labels(diagram, place) {
+  const found = [], taken = new Set();
+  for (const text of place.querySelectorAll("text.value")) {
+    if (text.dataset.wire !== undefined) {
+      const name = diagram.wires[Number(text.dataset.wire)].values.find((own) => byName.has(own) && !byName.get(own).v || (byName.get(own) || {}).v === "discrete");
+      const own = name && byName.get(name), key = own && (own.o ? "o" + own.o : name);
+      if (!name || taken.has(key)) continue;
+      taken.add(key);
+      found.push({ text, names: [name], plain: true });
+    } else {
+      const part = diagram.parts[Number(text.dataset.part)];
+      if (part.connector) continue;
+      // States of the part itself; what moves deeper inside has a diagram of its own.
+      const own = DATA.model.states.filter((name) => byName.has(name) && parted(name)[0] === part.path).slice(0, Number(text.dataset.states));
+      if (own.length) found.push({ text, names: own, plain: false, path: part.path });
+    }
+  }
+  return found;
+}
+
+function drawValues() {
+  const on = document.getElementById("show-values").checked, run = mainRun();
+  for (const { text, names, plain, path } of picture.labels) {
+    let words = "";
+    if (on && run && run.times.length) {
+      const one = (name) => {
+        const own = byName.get(name), value = withUnit(valueAt(run, name, view.time), own.u, own.k);
+        return plain ? value : name.slice(path.length + 1) + " = " + value;
+      };
+      words = names.map(one).join(", ");
+    }
+    if (text.textContent !== words) text.textContent = words;
+  }
+}
+
+function beginDiagram() {
+  const section = document.getElementById("picture");
+  section.hidden = !DATA.model;
+  document.getElementById("component").hidden = !DATA.model;
+  if (!DATA.model) return;
+  document.getElementById("smaller").onclick = () => resize(1 / 1.25);
+  document.getElementById("larger").onclick = () => resize(1.25);
+  document.getElementById("whole").onclick = () => resize(null);
+  document.getElementById("show-values").onchange = () => redraw();
+}

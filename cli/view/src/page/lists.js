@@ -1,0 +1,250 @@
+// Lists: what a component is, its parameters as sliders, its variables; and the tree of all variables.
+
+const lists = {
+  // The component whose parameters and variables are shown.
+  path: "",
+  // Names of the variables whose values are shown, with where.
+  rows: [], treeRows: [],
+  parameters: [],
+};
+const MOST_ROWS = 200;
+const STEPS = 1000;
+
+// Elements directly in a component, in the order of the text.
+const childrenOf = new Map();
+const componentsIn = new Map();
+
+// `a.b[1].c` and `der(a.b[1].c)` stand in `a.b[1]`, called `c` and `der(c)`.
+function parted(name) {
+  let plain = name, orders = 0;
+  for (let found; (found = /^der\((.*)\)$/.exec(plain)); orders += 1) plain = found[1];
+  let depth = 0, cut = -1;
+  for (let k = 0; k < plain.length; k += 1) {
+    if (plain[k] === "[" || plain[k] === "(") depth += 1;
+    else if (plain[k] === "]" || plain[k] === ")") depth -= 1;
+    else if (plain[k] === "." && depth === 0) cut = k;
+  }
+  const last = plain.slice(cut + 1);
+  return [cut < 0 ? "" : plain.slice(0, cut), "der(".repeat(orders) + last + ")".repeat(orders)];
+}
+
+function beginLists() {
+  for (const own of DATA.variables) {
+    const [path, last] = parted(own.n);
+    own.path = path; own.last = last;
+    if (!childrenOf.has(path)) childrenOf.set(path, []);
+    childrenOf.get(path).push(own);
+    for (let inner = path; inner; ) {
+      const [outer] = parted(inner);
+      if (!componentsIn.has(outer)) componentsIn.set(outer, new Set());
+      if (componentsIn.get(outer).has(inner)) break;
+      componentsIn.get(outer).add(inner);
+      inner = outer;
+    }
+  }
+  document.getElementById("filter").oninput = layTree;
+  document.getElementById("with-protected").onchange = () => { layTree(); select(lists.path); };
+  document.getElementById("variables").hidden = !DATA.variables.length;
+  document.getElementById("plots").hidden = !DATA.variables.length;
+  layTree();
+}
+
+function isListed(own) {
+  return !own.x || document.getElementById("with-protected").checked;
+}
+
+// A variable with a box to draw it and its value.
+function row(own, label, into) {
+  const value = element("span", { class: "v" });
+  const box = element("input", { type: "checkbox", "data-draw": own.n, onchange: (event) => choose(own.n, event.target.checked) });
+  box.checked = plots.chosen.includes(own.n);
+  into.push({ own, value });
+  const parts = [element("label", {}, box, " " + label), value];
+  if (own.d) parts.push(element("span", { class: "d" }, own.d));
+  return element("li", {}, ...parts);
+}
+
+function rowsOf(variables, label, into) {
+  const list = element("ul", { class: "rows" }, ...variables.slice(0, MOST_ROWS).map((own) => row(own, label(own), into)));
+  if (variables.length > MOST_ROWS) list.append(element("li", { class: "more" }, variables.length - MOST_ROWS + " more; the filter finds them"));
+  return list;
+}
+
+// The tree, or what the filter finds.
+function layTree() {
+  const words = document.getElementById("filter").value.trim().toLowerCase().split(/\s+/).filter(Boolean);
+  const place = document.getElementById("tree"), found = document.getElementById("found");
+  lists.treeRows = [];
+  if (words.length) {
+    const fits = (own) => words.every((word) => own.n.toLowerCase().includes(word) || (own.d || "").toLowerCase().includes(word) || (own.u || "").toLowerCase() === word);
+    const matching = DATA.variables.filter((own) => isListed(own) && fits(own));
+    place.replaceChildren(rowsOf(matching, (own) => own.n, lists.treeRows));
+    found.textContent = matching.length === 1 ? "1 variable" : matching.length + " variables";
+  } else {
+    place.replaceChildren(...branch(""));
+    found.textContent = DATA.leftOut ? DATA.leftOut + " variables are left out of this page" : "";
+  }
+  fillIn();
+  redraw();
+}
+
+// What is in a component: its variables, and the components in it, which fill themselves when they are opened.
+function branch(path) {
+  const own = (childrenOf.get(path) || []).filter(isListed), parts = [];
+  for (const inner of componentsIn.get(path) || []) {
+    const box = element("div", { class: "inner" }), node = element("details", {}, element("summary", {}, parted(inner)[1]), box);
+    node.addEventListener("toggle", () => {
+      if (!node.open || box.firstChild) return;
+      box.append(...branch(inner));
+      fillIn();
+      redraw();
+    });
+    parts.push(node);
+  }
+  if (own.length) parts.push(rowsOf(own, (one) => one.last, lists.treeRows));
+  return parts;
+}
+
+// Shows what a component is.
+function select(path, quietly) {
+  if (!DATA.model) return;
+  lists.path = path;
+  const shown = picture.shown, part = shown ? shown.parts.find((own) => own.path === path) : null;
+  for (const node of document.querySelectorAll("svg.diagram .part")) node.classList.toggle("chosen", shown.parts[Number(node.dataset.part)].path === path);
+  const diagram = diagramOf(path), className = part ? part.class : diagram ? diagram.class : "", known = entry(DATA.model.classes, className);
+  document.getElementById("component-title").textContent = path || DATA.model.name;
+  const about = document.getElementById("about-component");
+  about.replaceChildren();
+  const describe = (part && part.description) || (known && known.description);
+  if (describe) about.append(element("p", {}, describe));
+  if (className && path) about.append(element("p", { class: "pale" }, (known ? known.kind + " " : "") + className));
+  if (diagram && diagram !== shown) about.append(element("p", {}, element("button", { type: "button", onclick: () => { openDiagram(path); document.getElementById("drawing").focus(); } }, "look inside " + path)));
+  layParameters(path);
+  lists.rows = [];
+  const inside = DATA.variables.filter((own) => (own.path === path || isConnectorOf(own, path)) && own.v !== "parameter" && own.v !== "constant" && isListed(own));
+  const from = path ? path.length + 1 : 0, labelled = (own) => own.n.replace(/^((?:der\()*)/, "$1\u0000").split("\u0000").map((text, k) => (k ? text.slice(from) : text)).join("");
+  document.getElementById("values").replaceChildren(rowsOf(inside, labelled, lists.rows));
+  document.getElementById("values-part").hidden = !inside.length;
+  layTexts(path, part, known);
+  fillIn();
+  if (!quietly) redraw();
+}
+
+// Variables of the connectors of a component count as its own: those one level further in that hold no components.
+function isConnectorOf(own, path) {
+  return path !== "" && own.path !== path && parted(own.path)[0] === path && !componentsIn.has(own.path) && !diagramOf(own.path) && !isPart(own.path, path);
+}
+
+// True for what a diagram shows as a part of a component.
+function isPart(path, inside) {
+  const diagram = diagramOf(inside);
+  return Boolean(diagram && diagram.parts.some((part) => part.path === path && !part.connector));
+}
+
+function layTexts(path, part, known) {
+  const equations = (entry(DATA.model.equations, path) || []), place = document.getElementById("equations");
+  place.replaceChildren(...equations.map(([text, file, line]) => element("div", { class: "equation" }, element("code", {}, text), element("small", {}, file + ":" + line))));
+  document.getElementById("equations-part").hidden = !equations.length;
+  const text = document.getElementById("text");
+  text.replaceChildren();
+  if (part && part.text) text.append(element("p", { class: "pale" }, "declared in " + part.file + ":" + part.line), element("pre", { tabindex: "0" }, part.text));
+  if (known) text.append(element("p", { class: "pale" }, known.file + ":" + known.line), element("pre", { tabindex: "0" }, known.text));
+  document.getElementById("text-part").hidden = !text.firstChild;
+  const info = document.getElementById("info");
+  // Made by hyd of known tags without attributes.
+  info.innerHTML = known ? known.info : "";
+  document.getElementById("info-part").hidden = !info.firstChild;
+}
+
+// From where to where a slider goes: as the text says, else around the value.
+function limitsOf(own, value) {
+  // Around nothing: as far as a run is long for times, else by one.
+  const size = Math.abs(value) || (own.u === "s" ? DATA.model.length / 2 : 0.5);
+  let low = own.lo, high = own.hi;
+  if (low === undefined || value - low > 100 * size) low = value > 0 ? 0 : -2 * size;
+  if (high === undefined || high - value > 100 * size) high = value < 0 && own.hi === undefined ? 0 : 2 * size;
+  if (own.lo !== undefined) low = Math.max(low, own.lo);
+  if (own.hi !== undefined) high = Math.min(high, own.hi);
+  if (!(low < high)) high = low + size;
+  if (own.k === "Integer") { low = Math.floor(low); high = Math.ceil(high); }
+  return [Math.min(low, value), Math.max(high, value)];
+}
+
+function layParameters(path) {
+  const place = document.getElementById("parameters"), values = DATA.model.parameters;
+  const own = DATA.variables.filter((one) => one.path === path && one.v === "parameter" && isListed(one));
+  lists.parameters = [];
+  const made = own.slice(0, MOST_ROWS).map((one) => parameter(one, one.p && values.length > one.p[0] ? values[one.p[0]] * one.p[1] : one.c));
+  place.replaceChildren(...made);
+  if (canRun && own.some((one) => one.s)) place.append(element("p", {}, element("button", { type: "button", onclick: resetParameters }, "all as the model says")));
+  document.getElementById("parameters-part").hidden = !own.length;
+}
+
+// A parameter: its name, a field for its value, and a slider where it is a number that may be set.
+function parameter(own, original) {
+  const id = "p-" + own.n, now = entry(runs.set, own.n) ?? null;
+  const numeric = now === null || own.k === "Boolean" || Array.isArray(own.k) ? original : Number(now);
+  const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []));
+  const unit = element("span", { class: "unit" }, own.u && own.u !== "1" ? own.u : "");
+  const box = element("div", { class: "parameter" + (now === null ? "" : " changed") }, name);
+  if (!canRun || own.s !== 1 || original === undefined) {
+    const words = withUnit(original, "", own.k);
+    const why = own.s === 0 && canRun ? "decides sizes or structure: set it by --set" : null;
+    const fixed = element("output", { id, title: why }, words);
+    box.append(fixed, unit);
+    lists.parameters.push({ own, show: () => { const value = valueAt(mainRun(), own.n, view.time); if (Number.isFinite(value)) fixed.textContent = withUnit(value, "", own.k); } });
+    return box;
+  }
+  const change = (text) => {
+    runs.set[own.n] = text;
+    box.classList.add("changed");
+    runModel();
+  };
+  if (own.k === "Boolean") {
+    const field = element("input", { type: "checkbox", id, onchange: (event) => change(String(event.target.checked)) });
+    field.checked = now === null ? original > 0.5 : now === "true";
+    box.append(field, unit);
+    return box;
+  }
+  if (Array.isArray(own.k)) {
+    const field = element("select", { id, onchange: (event) => change(event.target.value) }, ...own.k.map((literal) => element("option", { value: literal }, literal)));
+    field.value = now === null ? own.k[Math.round(original) - 1] : now;
+    box.append(field, unit);
+    return box;
+  }
+  const [low, high] = limitsOf(own, original), isWhole = own.k === "Integer";
+  const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", value: numeric });
+  const slider = element("input", { type: "range", min: 0, max: isWhole ? high - low : STEPS, step: 1, "aria-label": own.n + " by slider" });
+  const count = Number(slider.max), place = (value) => { slider.value = Math.round((value - low) / (high - low) * count); };
+  const tell = (value) => slider.setAttribute("aria-valuetext", withUnit(value, own.u, own.k));
+  place(numeric); tell(numeric);
+  slider.addEventListener("input", () => {
+    const value = low + Number(slider.value) / count * (high - low), written = isWhole ? Math.round(value) : Number(value.toPrecision(6));
+    field.value = written; tell(written);
+    change(String(written));
+  });
+  field.addEventListener("input", () => {
+    const value = Number(field.value);
+    if (field.value.trim() === "" || !Number.isFinite(value)) return;
+    place(value); tell(value);
+    change(String(value));
+  });
+  box.append(field, unit, slider);
+  return box;
+}
+
+function resetParameters() {
+  runs.set = {};
+  layParameters(lists.path);
+  runModel();
+}
+
+function drawLists() {
+  const run = mainRun();
+  for (const { own, value } of [...lists.rows, ...lists.treeRows]) {
+    if (!value.isConnected) continue;
+    const words = withUnit(valueAt(run, own.n, view.time), own.u, own.k);
+    if (value.textContent !== words) value.textContent = words;
+  }
+  for (const one of lists.parameters) one.show();
+}

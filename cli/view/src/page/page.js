@@ -1,0 +1,97 @@
+// The page: what it shows at a time, and when it draws.
+
+const view = { time: 0, due: false, after: [], isPlaying: false, isSet: false };
+
+// Names of the variables that are shown somewhere.
+function wantedNames() {
+  const names = new Set(plots.chosen);
+  if (plots.figure) for (const plot of plots.figure.plots) for (const curve of plot.curves) { names.add(curve.y); if (curve.x !== "time") names.add(curve.x); }
+  for (const label of picture.labels) label.names.forEach((name) => names.add(name));
+  for (const { own, value } of [...lists.rows, ...lists.treeRows]) if (value.isConnected) names.add(own.n);
+  return names;
+}
+
+// Draws all at the next frame, once.
+function redraw(after) {
+  if (after) view.after.push(after);
+  if (view.due) return;
+  view.due = true;
+  requestAnimationFrame(() => {
+    view.due = false;
+    const [from, to] = span();
+    if (!view.isSet && mainRun() && mainRun().times.length) { view.time = to; view.isSet = true; }
+    view.time = Math.min(to, Math.max(from, view.time));
+    const slider = document.getElementById("time");
+    slider.value = to > from ? Math.round((view.time - from) / (to - from) * 1000) : 0;
+    const [per, unit] = perSecond(from, to), words = "t = " + short(view.time * per) + " " + unit;
+    document.getElementById("now").textContent = words;
+    slider.setAttribute("aria-valuetext", words);
+    drawPlots();
+    drawValues();
+    drawLists();
+    view.after.splice(0).forEach((own) => own());
+  });
+}
+
+function setTime(time) {
+  view.time = time; view.isSet = true;
+  redraw();
+}
+
+// Runs through the time in a few seconds.
+function play(isOn) {
+  const button = document.getElementById("play");
+  view.isPlaying = isOn;
+  button.textContent = isOn ? "pause" : "play";
+  button.setAttribute("aria-pressed", String(isOn));
+  if (!isOn) return;
+  const LENGTH = 6000;
+  let last = performance.now();
+  const [from, to] = span();
+  if (view.time >= to) view.time = from;
+  const step = (now) => {
+    if (!view.isPlaying) return;
+    const [first, end] = span();
+    view.time += (now - last) / LENGTH * (end - first);
+    last = now;
+    if (view.time >= end) { setTime(end); play(false); return; }
+    setTime(view.time);
+    requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+}
+
+function begin() {
+  const { model } = DATA, about = [];
+  if (DATA.failed) {
+    document.querySelector("main").hidden = true;
+    document.getElementById("clock").hidden = true;
+    document.getElementById("about").textContent = "It cannot be shown as it is now; load the page again when it is mended.";
+    say(DATA.failed);
+    return;
+  }
+  if (model) about.push(model.file);
+  const own = model && entry(model.classes, model.name);
+  if (own && own.description) about.unshift(own.description);
+  document.getElementById("about").textContent = about.join(" · ");
+  beginRuns();
+  beginPlots();
+  beginDiagram();
+  beginLists();
+  document.getElementById("time").oninput = (event) => {
+    const [from, to] = span();
+    play(false);
+    setTime(from + Number(event.target.value) / 1000 * (to - from));
+  };
+  document.getElementById("play").onclick = () => play(!view.isPlaying);
+  document.getElementById("clock").hidden = !DATA.variables.length;
+  window.addEventListener("resize", () => { picture.scale = null; fit(); redraw(); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { colors.clear(); redraw(); });
+  if (model) openDiagram("");
+  if (model && model.openEnds.length) say("This is a component: it cannot be run by itself, as nothing is connected to " + model.openEnds.join(", ") + ".");
+  tellRun();
+  if (canRun) runModel(); else fillIn();
+  redraw();
+}
+
+begin();

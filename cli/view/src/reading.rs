@@ -1,0 +1,88 @@
+//! What a server shows: read when it begins, and anew whenever the page is loaded again, so that an edited text is seen.
+
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use hyd_compiler::render::render;
+use hyd_compiler::{Diagnostic, Files, Severity};
+use hyd_run::Failure;
+use hyd_verbs::Listener;
+use serde_json::{Value, json};
+
+use crate::session::Session;
+use crate::{Options, open};
+
+/// A session with its data.
+pub(crate) struct Read {
+    pub(crate) session: Session,
+    pub(crate) data: Value,
+    /// Pages of other readings refer to columns that may be others by now.
+    pub(crate) number: u64,
+}
+
+/// The newest reading.
+pub(crate) struct Reading {
+    options: Options,
+    newest: Mutex<Arc<Read>>,
+    /// Nobody has seen it.
+    is_new: AtomicBool,
+}
+
+impl Reading {
+    pub(crate) fn new(options: Options, session: Session, data: Value) -> Self {
+        let read = Arc::new(Read { session, data, number: 1 });
+        Self { options, newest: Mutex::new(read), is_new: AtomicBool::new(true) }
+    }
+
+    /// What was read last.
+    pub(crate) fn newest(&self) -> Arc<Read> {
+        // Whoever panicked while holding it has replaced it or not.
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What is shown to whoever loads the page.
+    ///
+    /// # Errors
+    /// What the compiler says of the texts as they are now.
+    pub(crate) fn again(&self) -> Result<Arc<Read>, String> {
+        if self.is_new.swap(false, Ordering::Relaxed) {
+            return Ok(self.newest());
+        }
+        let heard = Heard::default();
+        match open(&self.options, &heard) {
+            Ok((session, data)) => {
+                let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+                let number = newest.number + 1;
+                *newest = Arc::new(Read { session, data, number });
+                Ok(newest.clone())
+            }
+            Err(failure) => {
+                let told = heard.0.into_inner();
+                Err(match failure {
+                    Failure::Fault(text) | Failure::Usage(text) | Failure::Solver(text) => format!("{told}{text}"),
+                    _ => told,
+                })
+            }
+        }
+    }
+}
+
+/// The data of a page that has nothing to show but this.
+pub(crate) fn failed(title: &str, words: &str) -> Value {
+    json!({"title": title, "files": [], "variables": [], "leftOut": 0, "failed": words})
+}
+
+/// Keeps messages.
+#[derive(Default)]
+struct Heard(RefCell<String>);
+
+impl Listener for Heard {
+    fn sentence(&self, _severity: Severity, text: &str) {
+        self.0.borrow_mut().push_str(&format!("{}\n", text.trim_end()));
+    }
+
+    fn diagnostics(&self, files: &Files, diagnostics: &[Diagnostic]) {
+        self.0.borrow_mut().push_str(&render(files, diagnostics, false));
+    }
+}

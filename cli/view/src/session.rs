@@ -1,0 +1,358 @@
+//! What is looked at: a model that can be run again, and results of files beside it.
+
+use std::path::{Path, PathBuf};
+
+use hyd_compiler::inquiry::of_instances;
+use hyd_compiler::render::render;
+use hyd_compiler::{Code, Compilation, Diagnostic, Extras, Goal};
+use hyd_results::{Table, Trajectory};
+use hyd_run::{
+    BackendName, Failure, InputArguments, RunArguments, Selection, Solver, Status, clock, parameters, read_text,
+};
+use hyd_system::{DaeSystem, Place, ValueKind};
+use hyd_verbs::result_table::read_runs;
+use hyd_verbs::unit::is_unit;
+use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
+use serde_json::{Map, Value, json};
+
+use crate::diagram::extract::{Extracted, extract};
+use crate::encode::Numbers;
+
+/// Runs of files that one page overlays.
+const MOST_RUNS: usize = 12;
+/// Names of variables with values that are no numbers, in a message.
+const MOST_NAMED: usize = 5;
+/// Variables that are drawn at first when nobody says which.
+const FEW: usize = 3;
+
+/// A model, translated.
+pub(crate) struct Model {
+    pub(crate) file: PathBuf,
+    pub(crate) compilation: Compilation,
+    pub(crate) extracted: Extracted,
+    /// Parameters that are set from outside.
+    pub(crate) set: Vec<(String, String)>,
+    pub(crate) stop: Option<f64>,
+    /// Connectors and inputs that lack what is connected to them: the model is a component, and cannot be run.
+    pub(crate) open_ends: Vec<String>,
+}
+
+/// A run that a file holds.
+pub(crate) struct FileRun {
+    pub(crate) label: String,
+    pub(crate) table: Table,
+}
+
+/// What is looked at.
+pub(crate) struct Session {
+    pub(crate) title: String,
+    pub(crate) model: Option<Model>,
+    pub(crate) runs: Vec<FileRun>,
+    /// Name and unit of each variable of the files.
+    pub(crate) units: std::collections::BTreeMap<String, String>,
+}
+
+/// What to take of a model's file.
+pub(crate) struct Chosen<'a> {
+    pub(crate) class: Option<&'a str>,
+    pub(crate) set: &'a [(String, String)],
+    pub(crate) stop: Option<f64>,
+    pub(crate) libraries: &'a Libraries,
+    pub(crate) strict_units: bool,
+}
+
+fn ends_in(file: &Path, endings: &[&str]) -> bool {
+    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    endings.contains(&&*ending)
+}
+
+impl Session {
+    /// Reads and translates; what the compiler says goes to the listener.
+    ///
+    /// # Errors
+    /// Why there is nothing to look at.
+    pub(crate) fn open(files: &[PathBuf], chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<Self, Failure> {
+        let is_model = |file: &PathBuf| ends_in(file, &["hyd", "mo"]);
+        let Some(first) = files.first() else { return Err(Failure::Usage("no file is given".to_string())) };
+        if let Some(other) = files[1..].iter().find(|file| is_model(file)) {
+            let other = other.display();
+            return Err(Failure::Usage(format!(
+                "`{other}`: only the first file may be a model; further ones are results that are overlaid"
+            )));
+        }
+        for file in files {
+            if is_unit(file) {
+                let file = file.display();
+                return Err(Failure::Usage(format!(
+                    "`{file}` is a unit of another tool: run it by `hyd simulate {file} --result run.csv`, and look at run.csv"
+                )));
+            }
+            if !is_model(file) && !ends_in(file, &["csv", "parquet", "mat"]) && !file.is_dir() {
+                let file = file.display();
+                return Err(Failure::Usage(format!(
+                    "`{file}`: models end in .hyd or .mo, results in .csv, .parquet or .mat"
+                )));
+            }
+        }
+        let model = if is_model(first) { Some(Model::open(first, chosen, listener)?) } else { None };
+        let mut session = Session {
+            title: match &model {
+                Some(model) => model.compilation.model_name.as_deref().unwrap_or_default().to_string(),
+                None => first.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            },
+            model,
+            runs: Vec::new(),
+            units: std::collections::BTreeMap::new(),
+        };
+        for file in &files[usize::from(session.model.is_some())..] {
+            session.read(file)?;
+        }
+        Ok(session)
+    }
+
+    fn read(&mut self, file: &Path) -> Result<(), Failure> {
+        let found = read_runs(file, &|_| true)?;
+        self.units.extend(found.units);
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let is_taken = self.runs.iter().any(|run| run.label == stem);
+        let label = if is_taken { file.display().to_string() } else { stem };
+        if found.runs.iter().all(|(_, table)| table.times.is_empty()) {
+            return Err(Failure::Fault(format!("`{}` holds no rows", file.display())));
+        }
+        for (member, table) in found.runs {
+            if self.runs.len() >= MOST_RUNS {
+                return Err(Failure::Usage(format!("`{}`: a page overlays {MOST_RUNS} runs of files", file.display())));
+            }
+            let label = member.map_or_else(|| label.clone(), |member| format!("{label}: {member}"));
+            self.runs.push(FileRun { label, table: split_units(table, &mut self.units) });
+        }
+        Ok(())
+    }
+
+    /// Columns of a run of a file.
+    pub(crate) fn of_file(&self, run: usize, wanted: &dyn Fn(usize) -> bool) -> Option<Numbers> {
+        let FileRun { label, table } = self.runs.get(run)?;
+        let columns = (0..table.names.len()).filter(|&k| wanted(k)).map(|k| (k, table.columns[k].clone()));
+        let names = table.names.iter().zip(&table.columns);
+        let wrong =
+            names.filter(|(_, values)| values.iter().any(|value| !value.is_finite())).map(|(name, _)| name.as_str());
+        let header = json!({"label": label, "status": "file", "message": not_numbers(wrong)});
+        Some(Numbers { header, times: table.times.clone(), parameters: Vec::new(), columns: columns.collect() })
+    }
+
+    /// For each run of a file its name, the columns by name, and what does not change in it.
+    pub(crate) fn of_files(&self) -> Value {
+        let one = |run: &FileRun| {
+            let columns: Map<String, Value> =
+                run.table.names.iter().enumerate().map(|(k, name)| (name.clone(), k.into())).collect();
+            let constants: Map<String, Value> =
+                run.table.constants.iter().map(|(name, value)| (name.clone(), (*value).into())).collect();
+            json!({"label": run.label, "columns": columns, "constants": constants})
+        };
+        self.runs.iter().map(one).collect()
+    }
+}
+
+/// Column names such as `p [Pa]` into name and unit.
+fn split_units(mut table: Table, units: &mut std::collections::BTreeMap<String, String>) -> Table {
+    for name in &mut table.names {
+        if let Some((own, unit)) = name.strip_suffix(']').and_then(|rest| rest.rsplit_once(" [")) {
+            let (own, unit) = (own.trim_end().to_string(), unit.to_string());
+            units.insert(own.clone(), unit);
+            *name = own;
+        }
+    }
+    table
+}
+
+/// A sentence on variables whose values are no numbers somewhere; empty if there are none.
+fn not_numbers<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let more = match names.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let shown = &names[..names.len().min(MOST_NAMED)];
+    format!("values that are no finite numbers are left out of the plots: {}{more}", shown.join(", "))
+}
+
+impl Model {
+    fn open(file: &Path, chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<Self, Failure> {
+        let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;
+        let name = file.display().to_string();
+        let extras = Extras { strict_units: chosen.strict_units, ..Extras::default() };
+        let set = chosen.set.to_vec();
+        let request = Request { class: chosen.class.map(str::to_string), set: set.clone(), goal: Goal::Run };
+        let mut sources = chosen.libraries.path(file, &text).map_err(Failure::Fault)?;
+        let mut compilation = compile_text(&mut sources, &name, &text, &request, &extras);
+        let open_ends: Vec<String> = compilation.forgive_open_ends().iter().map(ToString::to_string).collect();
+        compilation.diagnostics.retain(|own| own.code != Code::OpenInput || open_ends.is_empty());
+        listener.diagnostics(&compilation.files, &compilation.diagnostics);
+        if compilation.has_errors() {
+            return Err(Failure::Reported);
+        }
+        let mut sources = chosen.libraries.path(file, &text).map_err(Failure::Fault)?;
+        let class = compilation.model_name.clone();
+        let extracted = of_instances(&mut sources, (&name, &text), (class.as_deref(), &set), extract);
+        let extracted = extracted.map_err(|(files, diagnostics)| {
+            listener.diagnostics(&files, &diagnostics);
+            Failure::Reported
+        })?;
+        Ok(Self { file: file.to_path_buf(), compilation, extracted, set, stop: chosen.stop, open_ends })
+    }
+
+    /// Values of all parameters where nothing but `set` is changed; none for a model that cannot be run.
+    pub(crate) fn parameters(&self) -> Result<Vec<f64>, Failure> {
+        let Some(model) = &self.compilation.model else { return Ok(Vec::new()) };
+        let mut system = model.instantiate();
+        parameters::apply(&mut system, &self.set, &self.compilation.set_at_translation).map_err(Failure::Fault)?;
+        let start = model.payload().experiment.start.unwrap_or(0.0);
+        // What fails here fails in the run, which says why.
+        let _ = system.bind(start);
+        Ok(system.parameters().to_vec())
+    }
+
+    /// How long a run takes in the model (s).
+    pub(crate) fn length(&self) -> f64 {
+        let said = self.compilation.flat.as_ref().map(|flat| flat.experiment.clone()).unwrap_or_default();
+        let start = said.start.unwrap_or(0.0);
+        self.stop.or(said.stop).map_or(1.0, |stop| stop - start)
+    }
+
+    /// Full names of the states.
+    pub(crate) fn states(&self) -> Vec<String> {
+        let Some(model) = &self.compilation.model else { return Vec::new() };
+        let system = model.instantiate();
+        let differential = system.structure().differential.iter().enumerate();
+        differential.filter(|(_, state)| **state).map(|(k, _)| system.tables().unknown_name(k)).collect()
+    }
+
+    /// Variables that are drawn at first: those of the first figure, those that the model asks for, or its first few.
+    pub(crate) fn first_drawn(&self) -> Vec<String> {
+        if !self.extracted.plot.is_empty() {
+            return self.extracted.plot.clone();
+        }
+        let Some(model) = &self.compilation.model else { return Vec::new() };
+        let shown = Selection::default().shown(model.tables());
+        // What does not change makes no curve.
+        let changes = shown.into_iter().filter(|own| matches!(own.column.source.place, Place::Output(_)));
+        let reals = changes.filter(|own| {
+            model.tables().find(&own.column.name).is_none_or(|(variable, _)| variable.kind == ValueKind::Real)
+        });
+        reals.take(FEW).map(|own| own.column.name).collect()
+    }
+
+    /// Runs the model with some parameters changed; gives its rows, and what is said of the run.
+    pub(crate) fn run(&self, changed: &[(String, String)], stopped: &dyn Fn() -> bool) -> (Value, Trajectory) {
+        let begin = clock::wall_seconds();
+        let mut set: Vec<(String, String)> =
+            self.set.iter().filter(|(name, _)| changed.iter().all(|(other, _)| other != name)).cloned().collect();
+        set.extend_from_slice(changed);
+        let arguments = RunArguments {
+            start: None,
+            stop: self.stop,
+            tolerance: None,
+            intervals: None,
+            every_step: false,
+            max_steps: None,
+            solver: Solver::Auto,
+            inputs: InputArguments::default(),
+            result: None,
+            variables: None,
+            sensitivity: None,
+            backend: BackendName::Native,
+            profile: false,
+            json: true,
+        };
+        let compilation = &self.compilation;
+        if let Err(words) = self.within_limits(&set) {
+            return (json!({"status": "refused", "message": words}), Trajectory::new());
+        }
+        let run = Run {
+            compilation,
+            set: &set,
+            table: None,
+            arguments: &arguments,
+            drawn: false,
+            translate_s: 0.0,
+            progress: false,
+        };
+        let whole = || with_whole_loops(compilation, &set);
+        let (outcome, rows) = match run.simulate(&whole, &Trajectory::new, stopped) {
+            Ok(ran) => ran,
+            Err(failure) => return (json!({"status": "refused", "message": words(failure)}), Trajectory::new()),
+        };
+        let status = match outcome.summary.status {
+            Status::Done => "done",
+            Status::Terminated => "terminated",
+            Status::Interrupted => "interrupted",
+            Status::Failed => "failed",
+        };
+        let message = match &outcome.result {
+            Ok(_) => outcome.summary.message.clone().unwrap_or_default(),
+            Err(_) if status == "interrupted" => String::new(),
+            Err(error) => {
+                let diagnostic: Diagnostic =
+                    run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), None);
+                render(&compilation.files, &[diagnostic], false)
+            }
+        };
+        let header = json!({
+            "status": status,
+            "message": message,
+            "warnings": outcome.summary.warnings,
+            "ms": (clock::wall_seconds() - begin) * 1e3,
+        });
+        (header, rows)
+    }
+
+    /// `Err`: which parameter is outside of its limits.  A run does not ask, for the translation does where `--set` gives values.
+    fn within_limits(&self, set: &[(String, String)]) -> Result<(), String> {
+        let Some(model) = &self.compilation.model else { return Ok(()) };
+        let mut system = model.instantiate();
+        parameters::apply(&mut system, set, &self.compilation.set_at_translation)?;
+        let start = model.payload().experiment.start.unwrap_or(0.0);
+        // What fails here fails in the run, which says why.
+        let _ = system.bind(start);
+        parameters::outside(&model.payload().parameters.limits, &system).map_or(Ok(()), Err)
+    }
+
+    /// What of a run goes to the page.
+    pub(crate) fn numbers(&self, header: Value, rows: &Trajectory, wanted: &[usize]) -> Numbers {
+        let width = if rows.is_empty() { 0 } else { rows.row(0).len() };
+        let column = |k: usize| (k, (0..rows.len()).map(|row| rows.row(row)[k]).collect());
+        Numbers {
+            header,
+            times: rows.times().to_vec(),
+            parameters: rows.parameters().to_vec(),
+            columns: wanted.iter().filter(|&&k| k < width).map(|&k| column(k)).collect(),
+        }
+    }
+}
+
+/// What a failure says.
+fn words(failure: Failure) -> String {
+    match failure {
+        Failure::Fault(text) | Failure::Usage(text) | Failure::Solver(text) => text,
+        Failure::Reported | Failure::SolverReported | Failure::OutputClosed => "the run could not begin".to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_carry_units_and_what_is_no_number_is_named() {
+        let mut units = std::collections::BTreeMap::new();
+        let table = Table { names: vec!["p [Pa]".into(), "a[2]".into()], ..Table::default() };
+        assert_eq!(split_units(table, &mut units).names, ["p", "a[2]"]);
+        assert_eq!(units.get("p").map(String::as_str), Some("Pa"));
+        assert_eq!(not_numbers([].into_iter()), "");
+        let many = ["a", "b", "c", "d", "e", "f", "g"];
+        assert!(not_numbers(many.into_iter()).ends_with("a, b, c, d, e and 2 more"));
+    }
+}

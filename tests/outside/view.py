@@ -1,0 +1,254 @@
+"""Opens pages of `hyd view` in a headless Chromium, served and written: sliders run the model, diagrams open, keys suffice, nothing leaves the machine,
+and axe (accessibility, by Deque) finds nothing serious at 1500 and 500 pixels, light and dark.  Says how many pictures a second a dragged slider gets."""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+from playwright.sync_api import sync_playwright
+
+HYD, WORK = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]).resolve()
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DRIVE = ROOT / "models/single_acting_drive/drive.hyd"
+AXE = next((ROOT / "target/outside").glob("axe-*/node_modules/axe-core/axe.min.js"), None)
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+             "--disable-component-update", "--disable-sync"]
+# A model whose parts annotations place, with figures and kinds of parameters.
+DRAWN = """package Drawn
+  connector Output = output Real annotation(Icon(graphics = {Polygon(points = {{-100, 100}, {100, 0}, {-100, -100}}, lineColor = {0, 0, 127},
+    fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid)}));
+  connector Input = input Real annotation(Icon(graphics = {Polygon(points = {{-100, 100}, {100, 0}, {-100, -100}}, lineColor = {0, 0, 127},
+    fillColor = {0, 0, 127}, fillPattern = FillPattern.Solid)}));
+  partial block Base
+    annotation(Icon(graphics = {Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255},
+      fillPattern = FillPattern.Solid), Text(extent = {{-150, 110}, {150, 150}}, textString = "%name", textColor = {0, 0, 255})}));
+  end Base;
+  block Wave
+    extends Base;
+    type Shape = enumeration(sine, square);
+    parameter Real f(unit = "Hz", min = 0, max = 5) = 1 "frequency";
+    parameter Shape shape = Shape.sine "form";
+    parameter Boolean inverted = false;
+    Output y annotation(Placement(transformation(extent = {{100, -10}, {120, 10}})));
+    protected Real s = sin(6.283185307179586*f*time);
+  equation
+    y = (if inverted then -1 else 1)*(if shape == Shape.sine then s else sign(s));
+  end Wave;
+  block Lag
+    extends Base;
+    parameter Real T(unit = "s", min = 0.01) = 0.1 "time constant";
+    Input u annotation(Placement(transformation(extent = {{-140, -20}, {-100, 20}})));
+    Output y(start = 0, fixed = true) annotation(Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  equation
+    T*der(y) = u - y;
+  end Lag;
+  model Chain "A wave behind a lag"
+    Wave wave annotation(Placement(transformation(extent = {{-60, -10}, {-40, 10}})));
+    Lag lag annotation(Placement(transformation(extent = {{0, -10}, {20, 10}})));
+  equation
+    connect(wave.y, lag.u) annotation(Line(points = {{-39, 0}, {-2, 0}}, color = {0, 0, 127}));
+    annotation(experiment(StopTime = 2), Documentation(info = "<p>A <b>lag</b> of first order.</p>",
+      figures = {Figure(title = "Response", plots = {Plot(title = "In and out", curves = {Curve(y = wave.y, legend = "in"), Curve(y = lag.y, legend = "out")}),
+        Plot(title = "Loop", curves = {Curve(x = wave.y, y = lag.y)})})}));
+  end Chain;
+end Drawn;
+"""
+
+
+def check(condition, words):
+    if not condition:
+        sys.exit(f"FAILED: {words}")
+
+
+def run(*arguments):
+    subprocess.run([HYD, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+
+
+class Served:
+    """A server, and a page of it with all that goes wrong and all that it asks for."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen([HYD, "view", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        self.url = re.search(r"http://127\.0\.0\.1:\d+/\?token=\w+", line).group(0)
+
+    def __enter__(self):
+        return self.url
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+
+
+def until(page, condition):
+    """Waits for what the page says; its policy forbids Playwright's own way, which is `eval`."""
+    for _ in range(600):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(50)
+    sys.exit(f"FAILED: not within half a minute: {condition}")
+
+
+def open_page(browser, url, dark=False, width=1500, bypass=False):
+    context = browser.new_context(viewport={"width": width, "height": 1000}, color_scheme="dark" if dark else "light", bypass_csp=bypass)
+    page = context.new_page()
+    page.wrong, page.asked = [], []
+    page.on("console", lambda message: page.wrong.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: page.wrong.append(str(error)))
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.goto(url)
+    until(page, "Boolean(mainRun() && mainRun().times.length > 0 && !view.due)")
+    return page
+
+
+def done(page, origin):
+    check(not page.wrong, f"errors in the page: {page.wrong}")
+    check(all(url.startswith((origin, "data:")) for url in page.asked), f"the page asked for {page.asked}")
+    check(page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page is wider than its window")
+    page.context.close()
+
+
+def accessible(browser, url, name):
+    """axe at both widths, light and dark, with everything open."""
+    if AXE is None:
+        sys.exit("FAILED: tests/outside/prepare has not installed axe")
+    for dark in (False, True):
+        for width in (1500, 500):
+            page = open_page(browser, url, dark, width, bypass=True)
+            page.evaluate("document.querySelectorAll('details').forEach((own) => { own.open = true; })")
+            page.wait_for_timeout(300)
+            page.screenshot(path=WORK / f"view_{name}_{width}_{'dark' if dark else 'light'}.png", full_page=True)
+            page.evaluate(AXE.read_text())
+            found = page.evaluate("axe.run()")["violations"]
+            serious = [(own["id"], own["nodes"][0]["html"][:200]) for own in found if own["impact"] in ("serious", "critical")]
+            check(not serious, f"axe at {width} pixels: {serious}")
+            page.context.close()
+
+
+def last(page, name):
+    return page.evaluate(f"valueAt(runs.own, {json.dumps(name)}, runs.own.times[runs.own.times.length - 1])")
+
+
+def check_served(browser):
+    with Served(DRIVE) as url:
+        page = open_page(browser, url)
+        check(page.locator(".part").count() == 13, "all parts are drawn")
+        check("run complete" in page.inner_text("#status"), page.inner_text("#status"))
+        # A slider runs the model; the field beside it, too.
+        before = page.evaluate("Math.max(...runs.own.columns.get(byName.get('u_C').o[0]))")
+        field = page.locator("input[id='p-U0']")
+        field.fill("20")
+        until(page, "runs.own.key.includes('U0') && !runs.flying")
+        after = page.evaluate("Math.max(...runs.own.columns.get(byName.get('u_C').o[0]))")
+        check(abs(before - 24) < 0.1 and abs(after - 20) < 0.1, f"the voltage of the run follows: {before}, {after}")
+        slider = page.get_by_label("U0 by slider")
+        slider.focus()
+        page.keyboard.press("ArrowRight")
+        until(page, "!runs.flying && Number(document.getElementById('p-U0').value) > 20")
+        # Diagrams open, and lead back.
+        page.locator(".part[data-part='1']").dblclick()
+        check(page.evaluate("picture.shown.path") == "hy" and page.locator(".part").count() > 10, "the inside of hy")
+        page.get_by_role("button", name="SingleActingDrive.Drive").click()
+        check(page.evaluate("picture.shown.path") == "", "the way back")
+        # By keys alone: a part, what it is, its inside.
+        page.locator(".part[data-part='0']").focus()
+        page.keyboard.press("Enter")
+        check(page.inner_text("#component-title") == "ro", "the component that was chosen by keys")
+        check(page.evaluate("document.activeElement.id") == "component-title", "the focus goes to what was chosen")
+        page.get_by_role("button", name="look inside ro").press("Enter")
+        check(page.evaluate("picture.shown.path") == "ro", "its inside")
+        # Values over time, at connections and in lists.
+        page.locator("#time").focus()
+        page.keyboard.press("Home")
+        until(page, "view.time === 0 && !view.due")
+        check(any(text for text in page.locator("svg text.value").all_text_contents()), "values are written in the diagram")
+        # The filter, and a variable that is drawn.
+        page.locator("#filter").fill("velocity engine")
+        check(page.locator("#tree li").count() >= 1, page.inner_text("#tree"))
+        page.locator("#tree input").first.check()
+        check(page.evaluate("plots.chosen.length") == 4, "a fourth curve")
+        # What a run cannot do is said.
+        page.get_by_role("button", name="SingleActingDrive.Drive").click()
+        page.locator("input[id='p-C']").fill("-1")
+        until(page, "document.getElementById('wrong').textContent !== ''")
+        page.screenshot(path=WORK / "view_failed.png")
+        page.get_by_role("button", name="all as the model says").click()
+        until(page, "document.getElementById('wrong').textContent === '' && runs.own.key === '{}'")
+        speed(page)
+        done(page, url.split("/?")[0])
+        accessible(browser, url, "served")
+
+
+def speed(page):
+    """A slider that moves with every frame for two seconds."""
+    found = page.evaluate("""async () => {
+      const slider = [...document.querySelectorAll("input[type=range]")].find((own) => own.getAttribute("aria-label") === "p0 by slider");
+      runs.took = [];
+      const begin = performance.now();
+      await new Promise((end) => {
+        let k = 0;
+        const step = () => {
+          slider.value = 300 + (k += 7) % 400;
+          slider.dispatchEvent(new Event("input"));
+          if (performance.now() - begin < 2000) requestAnimationFrame(step); else end();
+        };
+        requestAnimationFrame(step);
+      });
+      const seconds = (performance.now() - begin) / 1000;
+      const took = runs.took.map((own) => own.to - own.from).sort((a, b) => a - b);
+      return [runs.took.length / seconds, took[took.length >> 1]];
+    }""")
+    print(f"   {found[0]:.0f} pictures a second while a slider is dragged, half of them within {found[1]:.0f} ms")
+    # A machine that does other work is slower; a picture that waits for a whole second is a fault.
+    check(found[0] > 3, f"{found[0]} pictures a second")
+
+
+def check_drawn(browser):
+    (WORK / "drawn.mo").write_text(DRAWN)
+    with Served(WORK / "drawn.mo") as url:
+        page = open_page(browser, url)
+        check(page.locator("svg use").count() >= 4, "icons and their connectors are drawn")
+        check(page.locator(".panel").count() == 2 and "In and out" in page.inner_text("#panels"), "the figure of the model")
+        page.locator(".part[data-part='0']").click()
+        before = last(page, "lag.y")
+        page.locator("select[id='p-wave.shape']").select_option("square")
+        until(page, "!runs.flying && runs.own.key.includes('square')")
+        square = last(page, "lag.y")
+        page.locator("input[id='p-wave.inverted']").check()
+        until(page, "!runs.flying && runs.own.key.includes('inverted')")
+        inverted = last(page, "lag.y")
+        check(abs(square - before) > 0.05 and abs(square + inverted) < 1e-3, f"{before}, {square}, {inverted}")
+        page.get_by_role("button", name="Drawn.Chain").click()
+        page.locator("#info-part summary").click()
+        check("first order" in page.inner_text("#info"), "the documentation of the model")
+        done(page, url.split("/?")[0])
+        accessible(browser, url, "drawn")
+
+
+def check_written(browser):
+    run("simulate", DRIVE, "--set", "p0=8e6", "--result", WORK / "low.csv")
+    run("view", DRIVE, WORK / "low.csv", "--output", WORK / "view.html")
+    url = (WORK / "view.html").as_uri()
+    page = open_page(browser, url)
+    check("parameters are fixed in this file" in page.inner_text("#status"), page.inner_text("#status"))
+    check(page.locator("#legend li").count() == 2, "the other run is beside")
+    check(page.locator("input[type=range]").count() == 1, "no slider but that of the time")
+    supply = page.evaluate("[valueAt(allRuns()[0], 'p_0', 0.02), valueAt(allRuns()[1], 'p_0', 0.02)]")
+    check(abs(supply[0] - 10e6) < 1e4 and abs(supply[1] - 8e6) < 1e4, f"both runs have their values: {supply}")
+    done(page, "file:")
+    accessible(browser, url, "written")
+
+
+with sync_playwright() as play:
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    program = next((path for path in map(shutil.which, names) if path), None)
+    check(program, "a Chromium is installed")
+    browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
+    check_served(browser)
+    check_drawn(browser)
+    check_written(browser)
+    browser.close()
+print("pages of hyd view in a browser: as they should be")
