@@ -9,6 +9,7 @@
 mod algebra;
 mod alias;
 mod balance;
+mod decided;
 mod explain;
 mod incidence;
 mod index_reduction;
@@ -58,7 +59,8 @@ use hyd_source::Outcome;
 
 /// The equation system of a flat model: roles assigned, aliases eliminated.
 pub fn build_system(flat: FlatModel) -> EquationSystem {
-    let system = assign_roles(flat);
+    let mut system = assign_roles(flat);
+    decided::take_zeros(&mut system);
     let mut system = eliminate_aliases(system);
     semi_linear::join_chains(&mut system);
     system

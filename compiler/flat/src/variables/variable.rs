@@ -464,16 +464,17 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// Parameters asked for at translation are structural; the others can be set, unless final.
+    /// Parameters asked for at translation and those with `annotation(Evaluate = true)` are structural; the others can be set, unless
+    /// final.
     pub(crate) fn settle(&mut self) {
         let list: Vec<(InstId, BlockId)> = self.blocks.iter().map(|(&i, &b)| (i, b)).collect();
         for (inst, block) in list {
             let instance = &self.tree.instances[inst];
-            let is_final = instance.primitive.as_ref().is_some_and(|p| p.is_final);
+            let is_final = instance.final_record || instance.primitive.as_ref().is_some_and(|p| p.is_final);
             let unknown = self.model.variables[block].fixed == PerElement::All(false);
             if self.model.variables[block].variability == Variability::Parameter && !is_final && !unknown {
-                self.model.variables[block].settable =
-                    if matches!(instance.known, Known::Yes(_)) { Settable::Structural } else { Settable::Yes };
+                let is_used = matches!(instance.known, Known::Yes(_)) || self.is_evaluated(inst);
+                self.model.variables[block].settable = if is_used { Settable::Structural } else { Settable::Yes };
             }
         }
     }
@@ -485,3 +486,12 @@ pub(crate) fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> Pe
         all => PerElement::Each(all.iter().map(read).collect()),
     }
 }
+
+    /// True for a parameter with `annotation(Evaluate = true)`, its own or that of a record around it (Modelica 3.6, section 18.3).
+    pub(crate) fn is_evaluated(&self, inst: InstId) -> bool {
+        let around = hyd_instance::instance::chain(&self.tree.instances, inst);
+        around.into_iter().any(|id| {
+            let instance = &self.tree.instances[id];
+            instance.evaluate && instance.variability == Declared::Parameter
+        }) && !self.tree.is_set_by_element(inst)
+    }

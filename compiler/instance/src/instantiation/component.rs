@@ -106,10 +106,12 @@ impl InstanceTree<'_> {
 
     pub(crate) fn fill(&mut self, inst: InstId, parent: InstId, declaration: &Component) {
         let (above, protected) = (self.instances[parent].variability, self.instances[parent].protected);
+        let final_record = self.instances[parent].final_record;
         let instance = &mut self.instances[inst];
         instance.variability = declaration.variability.min(above);
         instance.protected = declaration.prefixes.protected || protected;
         instance.flow = declaration.flow;
+        instance.final_record = final_record;
         instance.direction = declaration.direction;
         instance.inner = declaration.prefixes.inner;
         instance.evaluate = declaration.annotation.as_ref().is_some_and(is_evaluated);
@@ -212,6 +214,7 @@ impl InstanceTree<'_> {
         }
         self.check_class(inst, local.class, declaration)?;
         self.instances[inst].kind = def.kind;
+        self.instances[inst].final_record |= declaration.prefixes.is_final && def.kind == ClassKind::Record;
         self.take_apart(&local, &mut mods, outside, &shape)?;
         self.instances[inst].shape = Some(shape);
         self.depth += 1;

@@ -154,6 +154,8 @@ pub struct Instance {
     pub variability: Variability,
     /// `flow`
     pub flow: bool,
+    /// A record declared `final`, or part of one: its values stay.
+    pub final_record: bool,
     /// `input`/`output`
     pub direction: Option<Direction>,
     /// Declared in a protected section, or part of such a component.
