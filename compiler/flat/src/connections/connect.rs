@@ -157,6 +157,7 @@ pub(crate) struct Leaf {
     pub(crate) path: Name,
     pub(crate) inst: InstId,
     pub(crate) flow: bool,
+    pub(crate) stream: bool,
 }
 
 /// One side of a connect: the connector, its elements, which face.
@@ -288,7 +289,7 @@ impl Flattener<'_, '_> {
             // A parameter is not part of what is connected, but an input of the model that became one is.
             let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
             if varies && self.blocks.contains_key(&inst) {
-                result.push(Leaf { path: path.unwrap_or_default(), inst, flow });
+                result.push(Leaf { path: path.unwrap_or_default(), inst, flow, stream: instance.stream });
             }
             return;
         }

@@ -8,4 +8,5 @@ pub(crate) mod equality_constraints;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 pub(crate) mod potentials;
+mod streams;
 pub(crate) mod virtual_graph;

@@ -14,6 +14,7 @@ use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, Va
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::{Flattener, scale};
 use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::made::in_stream_block;
 
 /// Most scalar variables of one model.
 const MAX_VARIABLES: usize = Operand::LIMIT;
@@ -86,13 +87,20 @@ impl Flattener<'_, '_> {
             state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span },
         };
-        let parent = instance.parent;
+        let (parent, stream) = (instance.parent, instance.stream && !known);
         let id = self.model.variables.push(block);
         if let Some(parent) = parent {
             self.model.variables[id].origin.path = self.path(parent);
         }
         self.model.scalars += count as u32;
         self.blocks.insert(inst, id);
+        if stream {
+            let first = VarId(self.model.scalars);
+            self.in_streams.insert(inst, first);
+            let block = in_stream_block(&self.model.variables[id], first);
+            self.model.variables.push(block);
+            self.model.scalars += count as u32;
+        }
     }
 
     pub(crate) fn name_pattern(&self, inst: InstId) -> NamePattern {
@@ -478,14 +486,6 @@ impl Flattener<'_, '_> {
             }
         }
     }
-}
-
-pub(crate) fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> PerElement<T> {
-    match values {
-        [only] => PerElement::All(read(only)),
-        all => PerElement::Each(all.iter().map(read).collect()),
-    }
-}
 
     /// True for a parameter with `annotation(Evaluate = true)`, its own or that of a record around it (Modelica 3.6, section 18.3).
     pub(crate) fn is_evaluated(&self, inst: InstId) -> bool {
@@ -495,3 +495,11 @@ pub(crate) fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> Pe
             instance.evaluate && instance.variability == Declared::Parameter
         }) && !self.tree.is_set_by_element(inst)
     }
+}
+
+pub(crate) fn per_element<T>(values: &[Value], read: impl Fn(&Value) -> T) -> PerElement<T> {
+    match values {
+        [only] => PerElement::All(read(only)),
+        all => PerElement::Each(all.iter().map(read).collect()),
+    }
+}

@@ -42,11 +42,6 @@ impl InstanceTree<'_> {
         mods: Mods,
     ) -> Result<(), Reported> {
         let name = element.name.clone();
-        if declaration.stream {
-            let message = format!("`{name}` is a stream variable; stream connectors are outside the language profile");
-            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
-            return Err(Reported);
-        }
         if declaration.prefixes.outer {
             if !declaration.prefixes.inner {
                 self.outer_says_nothing(declaration);
@@ -111,6 +106,7 @@ impl InstanceTree<'_> {
         instance.variability = declaration.variability.min(above);
         instance.protected = declaration.prefixes.protected || protected;
         instance.flow = declaration.flow;
+        instance.stream = declaration.stream;
         instance.final_record = final_record;
         instance.direction = declaration.direction;
         instance.inner = declaration.prefixes.inner;

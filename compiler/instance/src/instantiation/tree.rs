@@ -109,6 +109,7 @@ impl InstanceTree<'_> {
             local_classes: FxHashMap::default(),
             variability: Variability::Continuous,
             flow: false,
+            stream: false,
             final_record: false,
             direction: None,
             protected: false,
