@@ -57,8 +57,8 @@ struct Cut {
 }
 
 /// A scalar variable of a connector, seen from one side.
-struct Leaf {
-    variable: VarId,
+pub(crate) struct Leaf {
+    pub(crate) variable: VarId,
     /// Seen from within the component of the connector.
     out: bool,
     flow: bool,
@@ -172,7 +172,9 @@ impl Flattener<'_, '_> {
             owner[*base as usize..end].fill(k as u32);
         }
         let members = order.iter().map(|(inst, _)| self.members(*inst)).collect();
-        let nested = order.iter().any(|(inst, _)| self.connector_around(*inst).is_some());
+        let nested = order
+            .iter()
+            .any(|(inst, _)| self.connector_around(*inst).is_some() || self.tree.instances[*inst].expandable);
         let (starts, faces) = self.connections.sets();
         let broken = self.cuts(&starts, &faces);
         let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default(), broken };
@@ -341,7 +343,9 @@ impl Flattener<'_, '_> {
                 }
             }
         }
-        for set in leaves.sets() {
+        let sets = leaves.sets();
+        self.idle_buses(&sets, joints);
+        for set in sets {
             let variables: Vec<(VarId, bool)> = set.iter().map(|leaf| (leaf.variable, leaf.out)).collect();
             let span = set[0].span;
             if set[0].flow {

@@ -22,6 +22,10 @@ impl Flattener<'_, '_> {
         if left.shape != right.shape {
             return Err(self.sizes_differ(span, (a, left), (b, right)));
         }
+        // They have the elements of both, and only what is on both sides is joined.
+        if [left, right].iter().all(|side| self.tree.instances[side.inst].expandable) {
+            return Ok(());
+        }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
         let alike = |a: &Leaf, b: &Leaf| {
             let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
@@ -123,14 +127,14 @@ impl Flattener<'_, '_> {
                     let (flow, potential) = if leaf.flow { (name, other) } else { (other, name) };
                     return Some((format!("`{path}` is a flow in `{flow}` and a potential in `{potential}`"), places));
                 }
-                if of(leaf).dims != of(same).dims {
-                    let sizes = |l: &Leaf| match of(l).dims.as_slice() {
-                        [] => "a scalar".to_string(),
-                        dims => format!("of size {dims:?}"),
                 if leaf.stream != same.stream {
                     let (stream, other) = if leaf.stream { (name, other) } else { (other, name) };
                     return Some((format!("`{path}` is a stream variable in `{stream}`, not in `{other}`"), places));
                 }
+                if of(leaf).dims != of(same).dims {
+                    let sizes = |l: &Leaf| match of(l).dims.as_slice() {
+                        [] => "a scalar".to_string(),
+                        dims => format!("of size {dims:?}"),
                     };
                     let why = format!("`{path}` is {} in `{name}` and {} in `{other}`", sizes(leaf), sizes(same));
                     return Some((why, places));

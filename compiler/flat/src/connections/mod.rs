@@ -1,5 +1,6 @@
 //! Connections: what is joined, the equations of it, what is left open.
 
+mod buses;
 pub(crate) mod component_balance;
 pub(crate) mod connect;
 pub(crate) mod connect_sets;

@@ -210,6 +210,7 @@ impl InstanceTree<'_> {
         }
         self.check_class(inst, local.class, declaration)?;
         self.instances[inst].kind = def.kind;
+        self.instances[inst].expandable = def.expandable;
         self.instances[inst].final_record |= declaration.prefixes.is_final && def.kind == ClassKind::Record;
         self.take_apart(&local, &mut mods, outside, &shape)?;
         self.instances[inst].shape = Some(shape);
@@ -243,10 +244,6 @@ impl InstanceTree<'_> {
             ClassKind::Operator => Some((
                 Code::OutsideProfile,
                 format!("`{full}` is an operator class, which is outside the language profile"),
-            )),
-            _ if def.expandable => Some((
-                Code::OutsideProfile,
-                format!("`{full}` is an expandable connector, which is outside the language profile"),
             )),
             _ if matches!(def.body, ClassBody::DerivativeOf(..) | ClassBody::Enumeration(None)) => {
                 Some((Code::OutsideProfile, format!("the form of class `{full}` is outside the language profile")))

@@ -156,6 +156,8 @@ pub struct Instance {
     pub flow: bool,
     /// `stream`
     pub stream: bool,
+    /// An expandable connector.
+    pub expandable: bool,
     /// A record declared `final`, or part of one: its values stay.
     pub final_record: bool,
     /// `input`/`output`

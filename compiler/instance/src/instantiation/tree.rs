@@ -110,6 +110,7 @@ impl InstanceTree<'_> {
             variability: Variability::Continuous,
             flow: false,
             stream: false,
+            expandable: false,
             final_record: false,
             direction: None,
             protected: false,
