@@ -9,6 +9,7 @@
 mod algebra;
 mod alias;
 mod balance;
+mod decided;
 mod explain;
 mod incidence;
 mod index_reduction;
@@ -19,6 +20,7 @@ mod parameter_values;
 mod plan;
 mod relations;
 mod roles;
+mod semi_linear;
 mod sort;
 pub mod sorted;
 mod start_point;
@@ -57,7 +59,11 @@ use hyd_source::Outcome;
 
 /// The equation system of a flat model: roles assigned, aliases eliminated.
 pub fn build_system(flat: FlatModel) -> EquationSystem {
-    eliminate_aliases(assign_roles(flat))
+    let mut system = assign_roles(flat);
+    decided::take_zeros(&mut system);
+    let mut system = eliminate_aliases(system);
+    semi_linear::join_chains(&mut system);
+    system
 }
 
 /// The sorted system of a flat model; none if the model is structurally at fault.

@@ -110,6 +110,11 @@ impl StartPoint {
         }
     }
 
+    /// The value of a variable, if it is known.
+    pub(crate) fn value(&self, v: VarId) -> Option<f64> {
+        self.value[v]
+    }
+
     /// The start attribute of a variable, if it is known.
     pub(crate) fn start(&self, v: VarId) -> Option<f64> {
         self.start[v]

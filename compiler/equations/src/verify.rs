@@ -22,8 +22,9 @@ pub fn verify(sorted: &SortedSystem) -> Result<(), String> {
         determined.insert(binding.target);
     }
     for start in &sorted.starts {
+        // One that says several starts is used once.
         if sorted.system.section(start.equation) == Section::Initial {
-            used[start.equation] += 1;
+            used[start.equation] = 1;
         }
     }
     let reads = Reads::new(sorted);

@@ -44,6 +44,7 @@ impl<'t, 's> Flattener<'t, 's> {
             model: FlatModel { name, description: tree.instances[root].description.clone(), ..FlatModel::default() },
             tree,
             blocks: FxHashMap::default(),
+            in_streams: FxHashMap::default(),
             notes: Notes::default(),
             drafts: Vec::new(),
             slots: Slots::default(),

@@ -246,7 +246,7 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
     let integer = |rank: usize| Type { base: Base::Scalar(ScalarType::Integer), rank };
     let widest = list.iter().map(|e| e.ty.rank).max().unwrap_or(0);
     match builtin {
-        Der | Delay => real(nth(0).rank),
+        Der | Delay | InStream | ActualStream => real(nth(0).rank),
         Homotopy => real(nth(0).rank),
         SemiLinear => real(widest),
         Pre | NoEvent | Transpose | Symmetric => nth(0),

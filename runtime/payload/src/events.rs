@@ -134,7 +134,7 @@ impl Instance {
     /// New truths once, then assigned variables and discrete equations until nothing changes.
     ///
     /// Relations stay as they are within a pass and when it is repeated, so that a discrete variable may move the threshold that
-    /// fired it.
+    /// fired it; those that read discrete variables without having a part in them keep up with them.
     fn settle(&mut self, phase: EventPhase, t: f64, point: Point<'_>) {
         let loaded = self.loaded.clone();
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
@@ -147,7 +147,24 @@ impl Instance {
             if !changed {
                 return;
             }
+            self.update_late(t, point);
         }
+    }
+
+    /// New truths of the relations that keep up with discrete variables.
+    fn update_late(&mut self, t: f64, point: Point<'_>) {
+        let loaded = self.loaded.clone();
+        let (layout, events) = (&loaded.model.area, &loaded.model.routines.events);
+        if events.late.is_empty() {
+            return;
+        }
+        self.run_own(events.truths, point);
+        let mut truths = std::mem::take(&mut self.memory.out);
+        self.truths_by_instants(t, point, events, &mut truths);
+        for &relation in &events.late {
+            self.memory.data[(layout.held.start + relation) as usize] = truths[relation as usize];
+        }
+        self.memory.out = truths;
     }
 
     /// New truths; true if one changed.

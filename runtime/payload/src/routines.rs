@@ -64,6 +64,8 @@ pub struct EventRoutines {
     pub instants: RoutineId,
     /// Relations that change at known instants.
     pub timed: Vec<TimedRelation>,
+    /// Relations over discrete variables of the same event that do not follow from them: they keep up with those within a pass.
+    pub late: Vec<u32>,
     /// Relations behind the root functions.
     pub rooted: Vec<u32>,
     /// Relations whose root functions depend on time alone.

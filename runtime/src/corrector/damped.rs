@@ -13,6 +13,12 @@ use hyd_system::math;
 const SMALLEST_FACTOR: f64 = 1e-8;
 /// Most Newton steps.
 const MOST_STEPS: usize = 100;
+/// After so many steps that did not converge it is asked whether rounding is why, with so many changes of the unknowns by a rounding.
+const PATIENCE: usize = 6;
+const ROUNDINGS: u32 = 4;
+/// A correction is rounding if it is no larger than so many of what those changes make, and small beside values and nominals.
+const NOISE: f64 = 8.0;
+const LEAST_EXACT: f64 = 1e-6;
 
 /// A system that the method can solve.
 pub(crate) trait Target {
@@ -100,17 +106,45 @@ impl Newton {
                 add(&mut self.x, &self.correction);
                 return Ok(());
             }
+            if step >= PATIENCE && self.at_rounding(target, size) {
+                add(&mut self.x, &self.correction);
+                return Ok(());
+            }
             let predicted = last.map_or(1.0, |(lambda, old_size)| self.predict(lambda, old_size, size));
             match self.damp(target, predicted, size, tolerance) {
                 Damped::Solved => return Ok(()),
                 Damped::Accepted(lambda) => last = Some((lambda, size)),
                 // Rounding stops the decrease just above the tolerance.
                 Damped::Stuck if size <= 1e3 * tolerance => return Ok(()),
+                Damped::Stuck if self.at_rounding(target, size) => return Ok(()),
                 Damped::Stuck => return Err(NewtonFailure::NoConvergence { steps: step + 1 }),
                 Damped::NotFinite => return Err(NewtonFailure::NotFinite),
             }
         }
         Err(NewtonFailure::NoConvergence { steps: MOST_STEPS })
+    }
+
+    /// True if no iteration can do better: a rounding of each unknown changes the correction as much as the correction is large.  Unknowns of
+    /// very different sizes leave that, such as currents that leak through a blocking diode beside the voltage across it.
+    fn at_rounding(&mut self, target: &mut dyn Target, size: f64) -> bool {
+        if size > LEAST_EXACT {
+            return false;
+        }
+        let mut largest = 0.0_f64;
+        for turn in 0..ROUNDINGS {
+            for (k, trial) in self.trial.iter_mut().enumerate() {
+                // Signs that no pattern of the equations follows (multiplicative hashing).
+                let up = (k as u32 ^ turn).wrapping_mul(0x9e37_79b9) >> 31 == 0;
+                *trial = self.x[k] * if up { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
+            }
+            if !target.residual(&self.trial, &mut self.trial_residual) {
+                return false;
+            }
+            negate_into(&self.trial_residual, &mut self.simplified);
+            target.solve(&mut self.simplified);
+            largest = largest.max(self.norm_of(|k| self.simplified[k] - self.correction[k]));
+        }
+        size <= NOISE * largest
     }
 
     /// After [`NewtonFailure::NotFinite`]: the first equation without a finite value.

@@ -8,6 +8,7 @@
 pub(crate) mod accumulate;
 mod batch;
 mod by_time;
+mod late;
 pub(crate) mod plan;
 pub(crate) mod rows;
 mod straight;
@@ -220,6 +221,7 @@ impl EventLowering<'_> {
             truths: self.rows(program, "truths", truths)?,
             instants: self.rows(program, "instants", &instants)?,
             timed,
+            late: late::late_relations(self.sorted),
             rooted,
             by_time,
             time_roots: push(program, "time roots", time_roots),

@@ -3,14 +3,15 @@
 //! A discrete equation may read continuous variables, held relations and `pre` values freely; among each other the
 //! discrete variables must form no cycle (Modelica 3.6, section 8.3.5.1: a `pre` breaks it).
 
-use hyd_flat::{Operand, Section, Target};
+use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
-use hyd_symbolic::SlotId;
-use rustc_hash::FxHashSet;
+use hyd_symbolic::{SlotId, alias};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::{Algebra, Known, Solvability};
+use crate::alias::representative::block_of_variable;
 use crate::explain::faults::{counted, explain_parts, list_names, mark_equations};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::bindings::assignment;
@@ -120,6 +121,7 @@ pub(crate) fn starts(
     for eq in system.equations_in(Section::Initial) {
         starts.extend(discrete_start(system, algebra, known, eq));
     }
+    hand_on(system, &mut starts);
     let given: Vec<Target> = starts.iter().map(|a| a.target).collect();
     for eq in system.equations_in(Section::Start) {
         starts.extend(assignment(system, eq, 0).filter(|a| !given.contains(&a.target)));
@@ -150,6 +152,82 @@ pub(crate) fn starts(
     order_by_level(&mut starts);
     order_by_level(&mut late);
     (starts, late)
+}
+
+/// Start values that follow from others, because an initial equation says that two values before the start are equal (`pre(a) = pre(b)`),
+/// or because what an initial equation determines is a value from before (`active = true` where `active = pre(next)`).
+fn hand_on(system: &mut EquationSystem, starts: &mut Vec<Assignment>) {
+    let twins = twins(system);
+    if twins.is_empty() {
+        return;
+    }
+    let blocks = block_of_variable(&system.flat);
+    let is_fixed = |system: &EquationSystem, v: VarId| {
+        let block = &system.flat.variables.raw[blocks[v] as usize];
+        block.fixed.get((v.0 - block.first.0) as usize)
+    };
+    let mut known: FxHashMap<VarId, Assignment> = FxHashMap::default();
+    let of_variable = |a: &Assignment| match a.target {
+        Target::Start(v) => Some((v, *a)),
+        _ => None,
+    };
+    known.extend(starts.iter().filter_map(of_variable));
+    // `v = 1`, not `pre(v) = 1`.
+    let says = |(&v, a): (&VarId, &Assignment)| {
+        let operands = system.operands_of(system.equations[a.equation].operands);
+        operands.iter().any(|operand| operand.target() == Target::Var(v)).then_some(v)
+    };
+    let stated: FxHashSet<VarId> = known.iter().filter_map(says).collect();
+    for eq in system.equations_in(Section::Start) {
+        let Some(Target::Start(v)) = system.left_operand(eq).map(|operand| operand.target()) else { continue };
+        if is_fixed(system, v) && !known.contains_key(&v) {
+            known.extend(assignment(system, eq, 0).map(|a| (v, a)));
+        }
+    }
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for &(from, to, of_statement) in &twins {
+            let open = !known.contains_key(&to) && !is_fixed(system, to);
+            let source = known.get(&from).filter(|_| !of_statement || stated.contains(&from)).copied();
+            if let (true, Some(source)) = (open, source) {
+                let next = Assignment { target: Target::Start(to), ..source };
+                known.insert(to, next);
+                starts.push(next);
+                changed = true;
+            }
+        }
+    }
+}
+
+/// Pairs of discrete variables of which the value before the start of the second is that of the first; true where it is the value that an initial
+/// equation states of the first.
+fn twins(system: &EquationSystem) -> Vec<(VarId, VarId, bool)> {
+    let mut twins = Vec::new();
+    let is_discrete = |v: VarId| system.roles[v] == Role::Discrete;
+    for (eq, equation) in system.equations.iter_enumerated() {
+        let section = system.section(eq);
+        if !matches!(section, Section::Initial | Section::Discrete) {
+            continue;
+        }
+        let templates = &system.flat.templates;
+        let Some((a, b, false)) = alias(&templates.arena, &templates.get(equation.template)) else { continue };
+        let operands = system.operands_of(equation.operands);
+        let (a, b) = (operands[a.index()], operands[b.index()]);
+        if a.negated() != b.negated() {
+            continue;
+        }
+        match (a.target(), b.target()) {
+            (Target::Pre(v), Target::Pre(w)) if section == Section::Initial && is_discrete(v) && is_discrete(w) => {
+                twins.extend([(v, w, false), (w, v, false)]);
+            }
+            (Target::Var(v), Target::Pre(w)) | (Target::Pre(w), Target::Var(v)) if is_discrete(v) && is_discrete(w) => {
+                twins.push((v, w, true));
+            }
+            _ => {}
+        }
+    }
+    twins
 }
 
 /// The slot of the discrete variable that an initial equation gives a start value, if that is all it does.

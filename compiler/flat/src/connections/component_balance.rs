@@ -15,6 +15,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::model::{BlockId, Imbalance, Section, Target, VariableBlock};
 use crate::state::flattener::Flattener;
+use crate::state::made::Made;
 
 /// What is needed and given, by component.
 type Tally = FxHashMap<InstId, (i64, i64)>;
@@ -120,7 +121,9 @@ impl Flattener<'_, '_> {
         }
         open.sort_unstable();
         self.model.open_inputs = open;
-        let is_made = |v: &&VariableBlock| v.made.is_some() && v.variability == Variability::Continuous;
+        // What flows in is determined by connections, like potentials.
+        let is_counted = |made| made != Made::InStream;
+        let is_made = |v: &&VariableBlock| v.made.is_some_and(is_counted) && v.variability == Variability::Continuous;
         let own = self.model.variables.raw.iter().filter(is_made);
         let made: Vec<(Arc<str>, i64)> = own.map(|v| (v.origin.path.clone(), i64::from(v.count))).collect();
         let paths = self.components_by_path();
@@ -167,7 +170,7 @@ impl Flattener<'_, '_> {
         let mut place = Place {
             owner: self.tree.root,
             connector: is_connector.then_some(variable),
-            flow: own.flow,
+            flow: own.flow || own.stream,
             direction: own.direction,
         };
         let mut above = own.parent;

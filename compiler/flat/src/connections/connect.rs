@@ -157,6 +157,7 @@ pub(crate) struct Leaf {
     pub(crate) path: Name,
     pub(crate) inst: InstId,
     pub(crate) flow: bool,
+    pub(crate) stream: bool,
 }
 
 /// One side of a connect: the connector, its elements, which face.
@@ -229,7 +230,7 @@ impl Flattener<'_, '_> {
     fn side(&mut self, expr: &Expr, scope: Scope, cx: &mut Context) -> Result<Side, Fail> {
         let Some(variable) = expr.variable() else { return Err(Fail::Reported) };
         let last = variable.last();
-        if self.tree.instances[last].kind != ClassKind::Connector {
+        if self.tree.instances[last].kind != ClassKind::Connector && !self.is_of_bus(last) {
             if self.tree.is_broken(last) {
                 return Err(Fail::Reported);
             }
@@ -250,6 +251,16 @@ impl Flattener<'_, '_> {
         let base = self.connections.register(last, count as u32);
         let (offsets, shape) = self.connector_elements(expr.span, &variable.steps, cx)?;
         Ok(Side { inst: last, base, offsets, shape, face: if own { OUTSIDE } else { INSIDE } })
+    }
+
+    /// True for a variable of an expandable connector, which can be connected by itself.
+    pub(crate) fn is_of_bus(&self, inst: InstId) -> bool {
+        let instance = &self.tree.instances[inst];
+        let parent = instance.parent.map(|parent| &self.tree.instances[parent]);
+        parent.is_some_and(|parent| match instance.kind {
+            ClassKind::Connector | ClassKind::Type => parent.expandable,
+            _ => false,
+        })
     }
 
     /// Positions of the connector elements named, and their sizes (whole arrays of connectors can be connected).
@@ -288,7 +299,7 @@ impl Flattener<'_, '_> {
             // A parameter is not part of what is connected, but an input of the model that became one is.
             let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
             if varies && self.blocks.contains_key(&inst) {
-                result.push(Leaf { path: path.unwrap_or_default(), inst, flow });
+                result.push(Leaf { path: path.unwrap_or_default(), inst, flow, stream: instance.stream });
             }
             return;
         }

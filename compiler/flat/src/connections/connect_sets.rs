@@ -19,25 +19,26 @@ use crate::model::{EquationBlock, Operand, Section, Target, VarId};
 use crate::state::flattener::Flattener;
 
 /// A variable of a connector with all that its equations need.
-struct Member {
-    path: Name,
-    inst: InstId,
-    flow: bool,
+pub(crate) struct Member {
+    pub(crate) path: Name,
+    pub(crate) inst: InstId,
+    pub(crate) flow: bool,
+    pub(crate) stream: bool,
     /// Its first scalar, and how many belong to each element of the connector.
-    first: VarId,
-    count: u32,
+    pub(crate) first: VarId,
+    pub(crate) count: u32,
     /// Changes at events only.
-    discrete: bool,
+    pub(crate) discrete: bool,
     /// An input or output.
-    directed: bool,
+    pub(crate) directed: bool,
 }
 
 /// What is connected: connectors with the ranges of their elements, and the equations made so far.
-struct Joints {
-    order: Vec<(InstId, u32)>,
+pub(crate) struct Joints {
+    pub(crate) order: Vec<(InstId, u32)>,
     /// Position in `order` of the connector of each element.
-    owner: Vec<u32>,
-    members: Vec<Vec<Member>>,
+    pub(crate) owner: Vec<u32>,
+    pub(crate) members: Vec<Vec<Member>>,
     /// Some connector that is part of another one was connected by itself.
     nested: bool,
     groups: FxHashMap<(TemplateId, Span), usize>,
@@ -56,8 +57,8 @@ struct Cut {
 }
 
 /// A scalar variable of a connector, seen from one side.
-struct Leaf {
-    variable: VarId,
+pub(crate) struct Leaf {
+    pub(crate) variable: VarId,
     /// Seen from within the component of the connector.
     out: bool,
     flow: bool,
@@ -150,7 +151,7 @@ impl Joints {
     }
 
     /// The variable of the connector of a face that has this place and path in another connector, and the element of the face.
-    fn same(&self, face: u32, place: usize, path: &Name) -> Option<(&Member, u32)> {
+    pub(crate) fn same(&self, face: u32, place: usize, path: &Name) -> Option<(&Member, u32)> {
         let owner = self.owner[(face / 2) as usize] as usize;
         let members = &self.members[owner];
         let likely = members.get(place).filter(|member| member.path == *path);
@@ -171,7 +172,9 @@ impl Flattener<'_, '_> {
             owner[*base as usize..end].fill(k as u32);
         }
         let members = order.iter().map(|(inst, _)| self.members(*inst)).collect();
-        let nested = order.iter().any(|(inst, _)| self.connector_around(*inst).is_some());
+        let nested = order
+            .iter()
+            .any(|(inst, _)| self.connector_around(*inst).is_some() || self.tree.instances[*inst].expandable);
         let (starts, faces) = self.connections.sets();
         let broken = self.cuts(&starts, &faces);
         let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default(), broken };
@@ -218,6 +221,7 @@ impl Flattener<'_, '_> {
                 path: leaf.path,
                 inst: leaf.inst,
                 flow: leaf.flow,
+                stream: leaf.stream,
                 first: block.first,
                 count: self.count_below(leaf.inst, connector),
                 discrete: block.variability == Variability::Discrete,
@@ -250,6 +254,10 @@ impl Flattener<'_, '_> {
         for place in 0..joints.members[connector].len() {
             let Member { count, .. } = joints.members[connector][place];
             for k in 0..count {
+                if joints.members[connector][place].stream {
+                    self.stream_equations(set, (connector, place, k), span, joints);
+                    continue;
+                }
                 if !joints.broken.contains_key(&first) {
                     self.variable_equations(set, (connector, place, k), span, joints);
                     continue;
@@ -303,7 +311,17 @@ impl Flattener<'_, '_> {
             let connector = joints.owner[(first / 2) as usize] as usize;
             let declared = self.tree.instances[joints.order[connector].0].span;
             let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
+            for place in 0..joints.members[connector].len() {
+                if joints.members[connector][place].stream {
+                    for k in 0..joints.members[connector][place].count {
+                        self.stream_equations(set, (connector, place, k), span, joints);
+                    }
+                }
+            }
             for (place, Member { count, path, .. }) in joints.members[connector].iter().enumerate() {
+                if joints.members[connector][place].stream {
+                    continue;
+                }
                 for k in 0..*count {
                     for part in joints.equal_parts(set, path, k, *count) {
                         let same = part.iter().filter_map(|&face| {
@@ -325,7 +343,9 @@ impl Flattener<'_, '_> {
                 }
             }
         }
-        for set in leaves.sets() {
+        let sets = leaves.sets();
+        self.idle_buses(&sets, joints);
+        for set in sets {
             let variables: Vec<(VarId, bool)> = set.iter().map(|leaf| (leaf.variable, leaf.out)).collect();
             let span = set[0].span;
             if set[0].flow {
@@ -373,7 +393,7 @@ impl Flattener<'_, '_> {
         let arena = &mut self.model.templates.arena;
         let (x, y) = (arena.slot(SlotId(0)), arena.slot(SlotId(1)));
         let operands = [a, b].map(|v| Operand::new(Target::Var(v)));
-        self.add_connection(section, (x, y), &operands, span, joints);
+        self.add_connection((section, false), (x, y), &operands, span, joints);
     }
 
     fn flow_sum(&mut self, variables: &[(VarId, bool)], span: Span, joints: &mut Joints) {
@@ -387,12 +407,12 @@ impl Flattener<'_, '_> {
         let nodes: Vec<NodeId> = (0..operands.len()).map(|k| arena.slot(SlotId(k as u32))).collect();
         let sum = Fold::Sum.combine(arena, nodes);
         let zero = arena.constant(0.0);
-        self.add_connection(Section::Continuous, (sum, zero), &operands, span, joints);
+        self.add_connection((Section::Continuous, false), (sum, zero), &operands, span, joints);
     }
 
-    fn add_connection(
+    pub(crate) fn add_connection(
         &mut self,
-        section: Section,
+        (section, made): (Section, bool),
         (left, right): (NodeId, NodeId),
         operands: &[Operand],
         span: Span,
@@ -401,7 +421,8 @@ impl Flattener<'_, '_> {
         let (id, order) = self.template(left, right);
         let ordered = order.iter().map(|s| operands[s.0 as usize]);
         let known = joints.groups.get(&(id, span)).copied();
-        match known.filter(|&k| self.model.equations[k].section == section) {
+        let like = |&k: &usize| (self.model.equations[k].section, self.model.equations[k].made) == (section, made);
+        match known.filter(like) {
             Some(k) => {
                 let block = &mut self.model.equations[k];
                 block.count += 1;
@@ -411,14 +432,7 @@ impl Flattener<'_, '_> {
                 joints.groups.insert((id, span), self.model.equations.len());
                 let origin = Origin { path: self.path(self.tree.root), span };
                 let operands = ordered.collect();
-                self.model.equations.push(EquationBlock {
-                    section,
-                    made: false,
-                    template: id,
-                    count: 1,
-                    operands,
-                    origin,
-                });
+                self.model.equations.push(EquationBlock { section, made, template: id, count: 1, operands, origin });
             }
         }
     }

@@ -22,11 +22,15 @@ impl Flattener<'_, '_> {
         if left.shape != right.shape {
             return Err(self.sizes_differ(span, (a, left), (b, right)));
         }
+        // They have the elements of both, and only what is on both sides is joined.
+        if [left, right].iter().all(|side| self.tree.instances[side.inst].expandable) {
+            return Ok(());
+        }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
         let alike = |a: &Leaf, b: &Leaf| {
             let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
             let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
-            (&a.path, a.flow, self.inner_sizes(a)) == (&b.path, b.flow, self.inner_sizes(b))
+            (&a.path, a.flow, a.stream, self.inner_sizes(a)) == (&b.path, b.flow, b.stream, self.inner_sizes(b))
                 && scalars.is_some_and(|(p, q)| p.scalar.name() == q.scalar.name())
         };
         if x.len() == y.len() && x.iter().zip(&y).all(|(a, b)| alike(a, b)) {
@@ -35,7 +39,7 @@ impl Flattener<'_, '_> {
         let describe = |flat: &Self, leaf: &Leaf| {
             let own = &flat.tree.instances[leaf.inst];
             let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
-            (leaf.path.clone(), leaf.flow, scalar.to_string(), flat.inner_sizes(leaf).to_vec())
+            (leaf.path.clone(), leaf.flow, leaf.stream, scalar.to_string(), flat.inner_sizes(leaf).to_vec())
         };
         let list = |leaves: &[Leaf]| leaves.iter().map(|l| describe(self, l)).collect::<Vec<_>>();
         let (mut p, mut q) = (list(&x), list(&y));
@@ -79,7 +83,11 @@ impl Flattener<'_, '_> {
             };
             let texts: Vec<String> = leaves
                 .iter()
-                .map(|l| format!("{}`{}{}`", if l.flow { "flow " } else { "" }, l.path, sizes(l)))
+                .map(|l| {
+                    let prefix = if l.flow { "flow " } else { "" };
+                    let prefix = if l.stream { "stream " } else { prefix };
+                    format!("{prefix}`{}{}`", l.path, sizes(l))
+                })
                 .collect();
             texts.join(", ")
         };
@@ -118,6 +126,10 @@ impl Flattener<'_, '_> {
                 if leaf.flow != same.flow {
                     let (flow, potential) = if leaf.flow { (name, other) } else { (other, name) };
                     return Some((format!("`{path}` is a flow in `{flow}` and a potential in `{potential}`"), places));
+                }
+                if leaf.stream != same.stream {
+                    let (stream, other) = if leaf.stream { (name, other) } else { (other, name) };
+                    return Some((format!("`{path}` is a stream variable in `{stream}`, not in `{other}`"), places));
                 }
                 if of(leaf).dims != of(same).dims {
                     let sizes = |l: &Leaf| match of(l).dims.as_slice() {

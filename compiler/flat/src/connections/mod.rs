@@ -1,5 +1,6 @@
 //! Connections: what is joined, the equations of it, what is left open.
 
+mod buses;
 pub(crate) mod component_balance;
 pub(crate) mod connect;
 pub(crate) mod connect_sets;
@@ -8,4 +9,5 @@ pub(crate) mod equality_constraints;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 pub(crate) mod potentials;
+mod streams;
 pub(crate) mod virtual_graph;

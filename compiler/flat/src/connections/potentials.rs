@@ -26,7 +26,7 @@ impl Flattener<'_, '_> {
             let flows = leaves.iter().filter(|leaf| leaf.flow).filter_map(|leaf| self.blocks.get(&leaf.inst).copied());
             let new: Vec<_> = flows.filter(|&block| known.insert(block)).collect();
             self.model.flows.extend(new);
-            for leaf in leaves.iter().filter(|leaf| !leaf.flow) {
+            for leaf in leaves.iter().filter(|leaf| !leaf.flow && !leaf.stream) {
                 if self.direction_of(leaf.inst).is_some() {
                     continue;
                 }

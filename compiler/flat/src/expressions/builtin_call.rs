@@ -63,6 +63,8 @@ impl BuiltinCall<'_, '_, '_> {
                 Ok(self.flat.homotopy(actual, simplified))
             }
             Builtin::SemiLinear => self.lower_semi_linear(index),
+            Builtin::InStream => self.lower_in_stream(index),
+            Builtin::ActualStream => self.lower_actual_stream(index),
             Builtin::Sample => {
                 let [start, interval] = list else {
                     let message = "`sample` takes the first instant and the interval";

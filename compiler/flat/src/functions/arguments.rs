@@ -252,8 +252,11 @@ impl Flattener<'_, '_> {
             Local::Array(_, shape) => shape,
             _ => &[],
         };
-        let rank = shape.len();
-        let outer = shape[..rank.saturating_sub(input.dims.len())].to_vec();
+        let rank = match local {
+            Local::Value(value) => value.shape().len(),
+            _ => shape.len(),
+        };
+        let outer = shape[..shape.len().saturating_sub(input.dims.len())].to_vec();
         if rank < input.dims.len() && input.is_simple() {
             let rank_text = |rank: usize| match rank {
                 0 => "a scalar".to_string(),

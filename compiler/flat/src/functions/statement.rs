@@ -5,8 +5,9 @@
 //! `variable = node` when the section ends.  What only the run decides is left to `body` in functions and to `run_decided` in
 //! models.
 
+use hyd_instance::ScalarType;
 use hyd_source::{Code, Span};
-use hyd_symbolic::NodeId;
+use hyd_symbolic::{Function, NodeId};
 use hyd_syntax::tree::Name;
 use hyd_typed::{Assertion, Expr, Iterator, Kind as Form, Statement, StatementKind};
 use rustc_hash::FxHashSet;
@@ -222,6 +223,23 @@ impl Flattener<'_, '_> {
         for (name, local) in &yes.names {
             let Some(other) = no.local(name) else { continue };
             joined.push((name.clone(), self.join(span, test, local, other)?));
+        }
+        // What only one way sets is no number after the other: a value that would be made of it has no meaning, and the run says so.
+        let arena = &mut self.model.templates.arena;
+        let below = arena.constant(-1.0);
+        let none = arena.call1(Function::Log, below);
+        for (way, other, is_yes) in [(yes, no, true), (no, yes, false)] {
+            for (name, local) in &way.names {
+                if let Local::Node(set) = local
+                    && set.scalar == ScalarType::Real
+                    && other.local(name).is_none()
+                    && !joined.iter().any(|(known, _)| known == name)
+                {
+                    let none = Typed::real(none);
+                    let (a, b) = if is_yes { (set.clone(), none) } else { (none, set.clone()) };
+                    joined.push((name.clone(), Local::Node(self.choose(span, test, a, b)?)));
+                }
+            }
         }
         let (Some(mine), Some(other)) = (&yes.assigned, &no.assigned) else { return Ok((joined, None)) };
         let mut all = Vec::new();

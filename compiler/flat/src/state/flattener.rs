@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 use crate::connections::connect::Connections;
 use crate::connections::equality_constraints::Record;
 use crate::connections::virtual_graph::VirtualGraph;
-use crate::model::{BlockId, ConstId, FlatModel};
+use crate::model::{BlockId, ConstId, FlatModel, VarId};
 use crate::sections::inject::Pending;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::draft::{Draft, Notes};
@@ -47,6 +47,8 @@ pub(crate) struct Flattener<'t, 's> {
     pub(crate) model: FlatModel,
     /// Block of each variable instance.
     pub(crate) blocks: FxHashMap<InstId, BlockId>,
+    /// For each stream variable the first of the variables that `inStream` means.
+    pub(crate) in_streams: FxHashMap<InstId, VarId>,
     /// What the equations so far leave for others to know.
     pub(crate) notes: Notes,
     /// Open attempts, one within the other.

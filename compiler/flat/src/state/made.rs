@@ -18,6 +18,8 @@ pub enum Made {
     Fold(&'static str),
     /// A delayed value, or what it is computed from.
     Delay,
+    /// What a stream variable is of that which flows in.
+    InStream,
     /// Derivatives that are variables: element `k` is that of the scalar variable `of + k`.
     Derivative {
         /// The first of the variables behind.
@@ -53,6 +55,24 @@ pub fn derivative_block(
         limit_spans: [None, None],
         nominal: PerElement::All(None),
         state_select: PerElement::All(StateSelect::Default),
+        ..block.clone()
+    }
+}
+
+/// A variable for what flows into a connector, for all of a stream variable.
+pub(crate) fn in_stream_block(block: &VariableBlock, first: VarId) -> VariableBlock {
+    let mut parts = block.name.parts.clone();
+    match parts.first_mut() {
+        Some((text, _)) => *text = format!("inStream({text}").into(),
+        None => parts.push(("inStream(".into(), Vec::new())),
+    }
+    parts.push((")".into(), Vec::new()));
+    VariableBlock {
+        name: NamePattern { parts, derivative: false },
+        first,
+        description: None,
+        protected: true,
+        made: Some(Made::InStream),
         ..block.clone()
     }
 }

@@ -59,6 +59,11 @@ impl Flattener<'_, '_> {
     pub(crate) fn take_given_values(&mut self) {
         let mut given: Vec<(InstId, Vec<f64>)> = Vec::new();
         for inst in self.variable_instances() {
+            if let Some(position) = self.tree.override_of(inst)
+                && self.is_evaluated(inst)
+            {
+                self.tree.overrides[position].used = true;
+            }
             if !self.is_given(inst) {
                 continue;
             }

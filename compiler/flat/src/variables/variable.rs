@@ -14,6 +14,7 @@ use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, Va
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::{Flattener, scale};
 use crate::state::index::{Affine, Kind, SlotKey};
+use crate::state::made::in_stream_block;
 
 /// Most scalar variables of one model.
 const MAX_VARIABLES: usize = Operand::LIMIT;
@@ -86,13 +87,20 @@ impl Flattener<'_, '_> {
             state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span },
         };
-        let parent = instance.parent;
+        let (parent, stream) = (instance.parent, instance.stream && !known);
         let id = self.model.variables.push(block);
         if let Some(parent) = parent {
             self.model.variables[id].origin.path = self.path(parent);
         }
         self.model.scalars += count as u32;
         self.blocks.insert(inst, id);
+        if stream {
+            let first = VarId(self.model.scalars);
+            self.in_streams.insert(inst, first);
+            let block = in_stream_block(&self.model.variables[id], first);
+            self.model.variables.push(block);
+            self.model.scalars += count as u32;
+        }
     }
 
     pub(crate) fn name_pattern(&self, inst: InstId) -> NamePattern {
@@ -464,18 +472,28 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// Parameters asked for at translation are structural; the others can be set, unless final.
+    /// Parameters asked for at translation and those with `annotation(Evaluate = true)` are structural; the others can be set, unless
+    /// final.
     pub(crate) fn settle(&mut self) {
         let list: Vec<(InstId, BlockId)> = self.blocks.iter().map(|(&i, &b)| (i, b)).collect();
         for (inst, block) in list {
             let instance = &self.tree.instances[inst];
-            let is_final = instance.primitive.as_ref().is_some_and(|p| p.is_final);
+            let is_final = instance.final_record || instance.primitive.as_ref().is_some_and(|p| p.is_final);
             let unknown = self.model.variables[block].fixed == PerElement::All(false);
             if self.model.variables[block].variability == Variability::Parameter && !is_final && !unknown {
-                self.model.variables[block].settable =
-                    if matches!(instance.known, Known::Yes(_)) { Settable::Structural } else { Settable::Yes };
+                let is_used = matches!(instance.known, Known::Yes(_)) || self.is_evaluated(inst);
+                self.model.variables[block].settable = if is_used { Settable::Structural } else { Settable::Yes };
             }
         }
+    }
+
+    /// True for a parameter with `annotation(Evaluate = true)`, its own or that of a record around it (Modelica 3.6, section 18.3).
+    pub(crate) fn is_evaluated(&self, inst: InstId) -> bool {
+        let around = hyd_instance::instance::chain(&self.tree.instances, inst);
+        around.into_iter().any(|id| {
+            let instance = &self.tree.instances[id];
+            instance.evaluate && instance.variability == Declared::Parameter
+        }) && !self.tree.is_set_by_element(inst)
     }
 }
 

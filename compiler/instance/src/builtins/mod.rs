@@ -41,6 +41,10 @@ pub enum Builtin {
     Homotopy,
     /// `semiLinear(x, positive slope, negative slope)`
     SemiLinear,
+    /// `inStream(v)`: what a stream variable is of that which flows in
+    InStream,
+    /// `actualStream(v)`: what a stream variable is of that which flows, in or out
+    ActualStream,
     /// `reinit(x, value)`, which is a statement and no value
     Reinit,
     /// `size(array)`, `size(array, dimension)`
@@ -118,7 +122,6 @@ struct Row {
 /// The package of the language that overdetermined records are spoken of with.
 const CONNECTIONS: &str = "Connections";
 
-const STREAMS: &str = "stream connectors are outside the language profile";
 const CLOCKS: &str = "clocks are outside the language profile";
 
 const fn operator(name: &'static str, builtin: Builtin) -> Row {
@@ -151,6 +154,8 @@ const TABLE: &[Row] = &[
     transparent("smooth", Builtin::Smooth),
     transparent("homotopy", Builtin::Homotopy),
     operator("semiLinear", Builtin::SemiLinear),
+    operator("inStream", Builtin::InStream),
+    operator("actualStream", Builtin::ActualStream),
     operator("reinit", Builtin::Reinit),
     function("size", Builtin::Size),
     function("ndims", Builtin::Ndims),
@@ -181,8 +186,6 @@ const TABLE: &[Row] = &[
     transparent("Connections.isRoot", Builtin::IsRoot),
     transparent("Connections.rooted", Builtin::Rooted),
     outside("spatialDistribution", "`spatialDistribution` is outside the language profile", false),
-    outside("inStream", STREAMS, false),
-    outside("actualStream", STREAMS, false),
     outside("hold", CLOCKS, true),
     outside("previous", CLOCKS, true),
     outside("subSample", CLOCKS, true),
@@ -233,8 +236,8 @@ impl Builtin {
 
     /// True if its value comes from the run, whatever its arguments are.
     pub fn reads_run(self) -> bool {
-        use Builtin::{Change, Der, Edge, Initial, Pre, Sample, Terminal};
-        matches!(self, Der | Pre | Edge | Change | Initial | Terminal | Sample)
+        use Builtin::{ActualStream, Change, Der, Edge, InStream, Initial, Pre, Sample, Terminal};
+        matches!(self, Der | Pre | Edge | Change | Initial | Terminal | Sample | InStream | ActualStream)
     }
 
     /// True if its value depends on the sizes of its first argument only.

@@ -106,7 +106,9 @@ impl Builtin {
             Linspace if arguments.count() > 2 => Ok(vec![arguments.number(2)?]),
             Size if arguments.count() == 1 => Ok(vec![arguments.sizes(0)?.len()]),
             Min | Max if arguments.count() == 1 => Ok(Vec::new()),
-            Der | Pre | NoEvent | Edge | Change | Homotopy | Floored | Delay => nth(arguments, 0),
+            Der | Pre | NoEvent | Edge | Change | Homotopy | Floored | Delay | InStream | ActualStream => {
+                nth(arguments, 0)
+            }
             Smooth => nth(arguments, 1),
             Size | Ndims | Linspace | Sum | Product | Initial | Terminal | Sample | Ordinal | Text | Reinit
             | Outside(_) => Ok(Vec::new()),

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, ElementPrefixes};
+use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, ElementPrefixes, NestedClass};
 use rustc_hash::FxHashMap;
 
 use crate::classes::class::{ClassId, ClassTable, elements};
@@ -116,6 +116,13 @@ impl ClassTable<'_> {
             shape.elements[known as usize].also.push(frame);
             return Ok(());
         }
+        if let (Element::Class(a), Element::Class(b)) = (new.element(), old.element())
+            && here != there
+            && self.same_short_class(a, b)
+        {
+            shape.elements[known as usize].also.push(frame);
+            return Ok(());
+        }
         let first = name_span(old.element()).unwrap_or(span);
         self.report(
             Diagnostic::error(Code::Redefinition, format!("`{name}` is declared twice"))
@@ -164,6 +171,25 @@ impl ClassTable<'_> {
             (class, dims, condition, value, [p.protected, p.is_final, p.inner, p.outer, p.replaceable])
         };
         own(a) == own(b) && a.variability == b.variability && a.flow == b.flow && a.direction == b.direction
+    }
+
+    /// Both declarations are short definitions that say the same, comments aside.
+    fn same_short_class(&self, a: &NestedClass, b: &NestedClass) -> bool {
+        let text = |span: Option<Span>| {
+            span.map(|s| self.files.snippet(s).split_whitespace().collect::<String>()).unwrap_or_default()
+        };
+        let own = |element: &NestedClass| {
+            let ClassBody::Short { base, modification, direction, .. } = &element.class.body else { return None };
+            let p = &element.prefixes;
+            let base: Vec<String> = base.parts.iter().map(|part| part.name.to_string()).collect();
+            let constraint = element.constrained_by.as_ref().map(|clause| {
+                let base: Vec<String> = clause.base.parts.iter().map(|part| part.name.to_string()).collect();
+                (base, text(clause.modification.span))
+            });
+            let prefixes = [p.protected, p.is_final, p.inner, p.outer, p.replaceable];
+            Some((element.class.kind, base, text(modification.span), *direction, constraint, prefixes))
+        };
+        own(a).is_some() && own(a) == own(b)
     }
 
     pub(crate) fn not_replaceable(&mut self, name: &str, at: Option<Span>, declared: Span) {

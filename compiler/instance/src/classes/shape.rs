@@ -135,6 +135,11 @@ impl ClassTable<'_> {
         let modifications = way.outer.to_vec();
         shape.frames.push(Frame { class, visible: vec![frame], modifications, protected: way.protected });
         let mut result = Ok(frame);
+        // What a class extends by its name stands before what it adds.
+        if let ClassBody::Long { extends_from: Some(modification), .. } = &def.body {
+            let base = self.extended(class, def.name.span)?;
+            self.inherit_class(shape, frame, base, modification, Way { from: Some(def.name.span), ..way }, open)?;
+        }
         for (position, element) in elements(&def).iter().enumerate() {
             let added = match element {
                 Element::Import(_) => Ok(()),
@@ -154,15 +159,8 @@ impl ClassTable<'_> {
                 result = Err(Reported);
             }
         }
-        match &def.body {
-            ClassBody::Short { base, modification, .. } => {
-                self.inherit(shape, frame, base, modification, way, open)?;
-            }
-            ClassBody::Long { extends_from: Some(modification), .. } => {
-                let base = self.extended(class, def.name.span)?;
-                self.inherit_class(shape, frame, base, modification, Way { from: Some(def.name.span), ..way }, open)?;
-            }
-            _ => {}
+        if let ClassBody::Short { base, modification, .. } = &def.body {
+            self.inherit(shape, frame, base, modification, way, open)?;
         }
         open.pop();
         result

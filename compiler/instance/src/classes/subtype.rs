@@ -198,7 +198,14 @@ impl ClassTable<'_> {
                     return Some(Misfit { message, asked, offered });
                 }
             }
-            let open = |c: &&Component| kind == Direction::Input && c.modification.binding.is_none();
+            let given = |name: &str| {
+                let mut modifications = new.frames.iter().flat_map(|frame| &frame.modifications);
+                modifications.any(|(_, tree)| {
+                    tree.children.iter().any(|(child, said)| child.as_ref() == name && said.binding.is_some())
+                })
+            };
+            let open =
+                |c: &&Component| kind == Direction::Input && c.modification.binding.is_none() && !given(&c.name.name);
             if let Some(extra) = x.iter().skip(y.len()).find(open) {
                 let message = format!(
                     "the input `{}` of `{name}` has no default, and `{other}` has no such input",

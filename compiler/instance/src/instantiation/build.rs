@@ -83,6 +83,7 @@ pub fn instantiate_apart<'s>(
     instance.kind = def.kind;
     instance.description = def.description.clone();
     let _ = tree.instantiate_members(root, &Vec::new(), 0);
+    tree.expand_connectors();
     tree.name_parts_in_bindings();
     if tree.too_many { Err(Box::new(tree.table)) } else { Ok(tree) }
 }

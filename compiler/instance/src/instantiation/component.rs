@@ -42,11 +42,6 @@ impl InstanceTree<'_> {
         mods: Mods,
     ) -> Result<(), Reported> {
         let name = element.name.clone();
-        if declaration.stream {
-            let message = format!("`{name}` is a stream variable; stream connectors are outside the language profile");
-            self.table.report(Diagnostic::error(Code::OutsideProfile, message).at(declaration.span, ""));
-            return Err(Reported);
-        }
         if declaration.prefixes.outer {
             if !declaration.prefixes.inner {
                 self.outer_says_nothing(declaration);
@@ -106,10 +101,13 @@ impl InstanceTree<'_> {
 
     pub(crate) fn fill(&mut self, inst: InstId, parent: InstId, declaration: &Component) {
         let (above, protected) = (self.instances[parent].variability, self.instances[parent].protected);
+        let final_record = self.instances[parent].final_record;
         let instance = &mut self.instances[inst];
         instance.variability = declaration.variability.min(above);
         instance.protected = declaration.prefixes.protected || protected;
         instance.flow = declaration.flow;
+        instance.stream = declaration.stream;
+        instance.final_record = final_record;
         instance.direction = declaration.direction;
         instance.inner = declaration.prefixes.inner;
         instance.evaluate = declaration.annotation.as_ref().is_some_and(is_evaluated);
@@ -212,6 +210,8 @@ impl InstanceTree<'_> {
         }
         self.check_class(inst, local.class, declaration)?;
         self.instances[inst].kind = def.kind;
+        self.instances[inst].expandable = def.expandable;
+        self.instances[inst].final_record |= declaration.prefixes.is_final && def.kind == ClassKind::Record;
         self.take_apart(&local, &mut mods, outside, &shape)?;
         self.instances[inst].shape = Some(shape);
         self.depth += 1;
@@ -244,10 +244,6 @@ impl InstanceTree<'_> {
             ClassKind::Operator => Some((
                 Code::OutsideProfile,
                 format!("`{full}` is an operator class, which is outside the language profile"),
-            )),
-            _ if def.expandable => Some((
-                Code::OutsideProfile,
-                format!("`{full}` is an expandable connector, which is outside the language profile"),
             )),
             _ if matches!(def.body, ClassBody::DerivativeOf(..) | ClassBody::Enumeration(None)) => {
                 Some((Code::OutsideProfile, format!("the form of class `{full}` is outside the language profile")))

@@ -77,7 +77,7 @@ impl ScalarType {
 }
 
 /// What a variable has beyond other instances.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Primitive {
     /// Its type.
     pub scalar: ScalarType,
@@ -121,7 +121,7 @@ impl LocalClass {
 }
 
 /// A component.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Instance {
     /// Name (of the root: empty).
     pub name: Name,
@@ -154,6 +154,12 @@ pub struct Instance {
     pub variability: Variability,
     /// `flow`
     pub flow: bool,
+    /// `stream`
+    pub stream: bool,
+    /// An expandable connector.
+    pub expandable: bool,
+    /// A record declared `final`, or part of one: its values stay.
+    pub final_record: bool,
     /// `input`/`output`
     pub direction: Option<Direction>,
     /// Declared in a protected section, or part of such a component.

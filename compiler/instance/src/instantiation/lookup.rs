@@ -162,6 +162,10 @@ impl InstanceTree<'_> {
         let mut current = first.0;
         for (k, part) in reference.parts.iter().enumerate().skip(at + 1) {
             let name = &part.name.name;
+            // A component that is being made has its elements when they are named.
+            if !self.instances[current].by_name.contains_key(name) && self.pending.contains_key(&current) {
+                self.component_of(Scope { inst: current, frame: 0 }, name)?;
+            }
             match self.instances[current].by_name.get(name) {
                 Some(&next) => {
                     if self.instances[next].protected
@@ -264,6 +268,15 @@ impl InstanceTree<'_> {
             true => self.table.top(&first.name).map(LocalClass::plain),
             false => self.first_class(scope, &first.name),
         };
+        // A package is no value: a constant that is called like one further out is meant.
+        let is_package = |tree: &Self, local: &LocalClass| tree.table.class(local.class).def.kind == ClassKind::Package;
+        if reference.parts.len() == 1
+            && let Some(local) = &found
+            && is_package(self, local)
+            && let Some(inst) = self.enclosing_constant(scope, &first.name)?
+        {
+            return self.steps(inst, reference, 0).map(Some);
+        }
         let Some(mut local) = found else {
             return match self.enclosing_constant(scope, &first.name)? {
                 Some(inst) => self.steps(inst, reference, 0).map(Some),

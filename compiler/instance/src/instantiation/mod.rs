@@ -5,6 +5,7 @@ pub(crate) mod component;
 pub mod connection_rules;
 pub(crate) mod declared_unit;
 pub(crate) mod demand;
+pub(crate) mod expandable;
 pub mod instance;
 pub(crate) mod lookup;
 pub(crate) mod outer;

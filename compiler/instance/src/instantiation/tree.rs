@@ -109,6 +109,9 @@ impl InstanceTree<'_> {
             local_classes: FxHashMap::default(),
             variability: Variability::Continuous,
             flow: false,
+            stream: false,
+            expandable: false,
+            final_record: false,
             direction: None,
             protected: false,
             inner: false,
@@ -304,6 +307,7 @@ impl InstanceTree<'_> {
     pub fn override_of(&self, inst: InstId) -> Option<usize> {
         let instance = &self.instances[inst];
         let settable = instance.variability == Variability::Parameter
+            && !instance.final_record
             && instance.primitive.as_ref().is_some_and(|primitive| !primitive.is_final);
         if self.overrides.is_empty() || !settable {
             return None;
@@ -329,7 +333,7 @@ impl InstanceTree<'_> {
     }
 
     /// True if elements of the arrays around a parameter are set from outside one by one.
-    pub(crate) fn is_set_by_element(&self, inst: InstId) -> bool {
+    pub fn is_set_by_element(&self, inst: InstId) -> bool {
         if self.overrides.is_empty() {
             return false;
         }
