@@ -34,7 +34,13 @@ impl InstanceTree<'_> {
         }
         let connects = self.connects();
         // Each round adds elements, of which there are only so many names.
-        while connects.iter().fold(false, |added, connect| self.expand(connect) || added) {}
+        let mut added = true;
+        while added {
+            added = false;
+            for connect in &connects {
+                added |= self.expand(connect);
+            }
+        }
         for connect in &connects {
             for side in &connect.sides {
                 if let Side::Missing(bus, name, span, _) = self.side(connect.inst, side) {
