@@ -6,7 +6,7 @@
 use hyd_system::math::square;
 
 use crate::bench::Shot;
-use crate::formula::evaluate;
+use crate::formula::{evaluate, names};
 use crate::initial::Initial;
 use crate::{Bench, Study};
 
@@ -28,11 +28,29 @@ pub(crate) fn are_several(study: &Study, bench: &Bench) -> bool {
         let values: Vec<f64> = of(formula).into_iter().flatten().collect();
         let size = values.iter().fold(0.0f64, |size, value| size.max(value.abs()));
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), &value| (a.min(value), b.max(value)));
-        high - low > SAME * size
+        // What is measured is compared with the way that the channel goes, so that its origin does not matter.
+        high - low > SAME * way(formula, study, bench).unwrap_or(size)
     };
     study.conditions.values().any(differ)
         || study.initial.values().filter_map(Initial::formula).any(begin_elsewhere)
         || bench.shots.windows(2).any(|pair| are_driven_apart(&pair[0], &pair[1]))
+}
+
+/// How far the value of a formula goes while the channels whose first samples stand in it go from end to end; none where it holds none.
+fn way(formula: &str, study: &Study, bench: &Bench) -> Option<f64> {
+    let ends = |name: &str| {
+        let name = name.strip_prefix("first_")?;
+        let scale = study.channels.get(name)?.scale;
+        let own = bench.shots.iter().flat_map(|shot| &shot.values).filter(|(channel, _)| *channel == name);
+        let values = own.flat_map(|(_, values)| values).filter(|value| !value.is_nan()).map(|value| value / scale);
+        Some(values.fold((f64::MAX, f64::MIN), |(a, b), value| (a.min(value), b.max(value)))).filter(|(a, b)| a <= b)
+    };
+    names(formula).iter().find_map(|name| ends(name))?;
+    let conditions = &bench.shots.first()?.conditions;
+    let at = |end: fn((f64, f64)) -> f64| {
+        evaluate(formula, &|name| ends(name).map(end).or_else(|| conditions.get(name).copied())).ok()
+    };
+    Some((at(|ends| ends.1)? - at(|ends| ends.0)?).abs())
 }
 
 /// True if a recorded input takes another course in one shot than in the other.
