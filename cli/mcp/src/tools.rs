@@ -58,6 +58,10 @@ const FILE: Argument =
     required("file", Kind::Text, "the model's file (*.hyd or *.mo), relative to the folder that is served");
 const CLASS: Argument =
     optional("class", Kind::Text, "full name of the class [default: the last complete model of the file]");
+const STOP: Argument =
+    optional("stop", Kind::Number, "stop time in s [default: as the model says, else 1 s after the start]");
+const TOLERANCE: Argument =
+    optional("tolerance", Kind::Number, "relative tolerance [default: as the model says, else 1e-6]");
 const LIBRARIES: Argument = optional(
     "libraries",
     Kind::Texts,

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 /// Bytes of a token: nobody guesses 256 bits.
 const TOKEN: usize = 32;
 
-/// What requests are held against.
+/// What requests are checked against.
 #[derive(Clone, Debug)]
 pub(crate) struct Guard {
     token: String,

@@ -146,7 +146,7 @@ fn next(stream: &mut dyn Read, held: &mut Vec<u8>) -> io::Result<Next> {
     let size = match (request.has("Content-Length"), request.header("Content-Length").map(str::parse)) {
         (false, _) => 0,
         (true, Some(Ok(size))) => size,
-        (true, _) => return Ok(Next::Wrong(Answer::words(400, "the length of the body is no number"))),
+        (true, _) => return Ok(Next::Wrong(Answer::words(400, "the length of the body is not a number"))),
     };
     if size > LONGEST_BODY {
         return Ok(Next::Wrong(Answer::words(413, "the body is too long")));

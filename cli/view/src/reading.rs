@@ -1,4 +1,4 @@
-//! What a server shows: read when it begins, and anew whenever the page is loaded again, so that an edited text is seen.
+//! What a server shows: read when it begins, and again whenever the page is reloaded, so that an edited text is seen.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};

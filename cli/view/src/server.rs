@@ -63,7 +63,7 @@ pub(crate) fn serve(listener: TcpListener, guard: Guard, served: Served) -> Resu
     Ok(())
 }
 
-/// The run before: its parameters, what is said of it, its rows.
+/// The run before: its parameters, its summary, its rows.
 struct Last {
     reading: u64,
     set: Value,
@@ -125,7 +125,7 @@ impl Server {
     fn numbers(&self, read: &Read, body: &Value) -> Numbers {
         let session = &read.session;
         if body["reading"] != read.number {
-            return refused("another page has read the files anew: load this one again");
+            return refused("another page has reloaded the files: reload this one");
         }
         let wanted = body["columns"].as_array().into_iter().flatten().filter_map(Value::as_u64);
         let wanted: Vec<usize> = wanted.map(|k| k as usize).collect();

@@ -245,7 +245,7 @@ impl Model {
         reals.take(FEW).map(|own| own.column.name).collect()
     }
 
-    /// Runs the model with some parameters changed; gives its rows, and what is said of the run.
+    /// Runs the model with some parameters changed; gives its rows and its summary.
     pub(crate) fn run(&self, changed: &[(String, String)], stopped: &dyn Fn() -> bool) -> (Value, Trajectory) {
         let begin = clock::wall_seconds();
         let mut set: Vec<(String, String)> =

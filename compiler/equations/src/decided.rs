@@ -1,7 +1,7 @@
 //! Parameters that are 0 and that nothing can change once the model is translated.
 //!
 //! Final parameters, constants and those of `annotation(Evaluate = true)` whose values follow from such ones alone are numbers.  Where one is 0, what it
-//! multiplies is no part of the equation (`R*i = u1 - u2` then says that two voltages are equal), and structure has to see that
+//! multiplies is not part of the equation (`R*i = u1 - u2` then says that two voltages are equal), and structure has to see that
 //! before it decides what determines what.
 
 use hyd_flat::{Operand, Section, Target, VarId};
@@ -28,7 +28,7 @@ pub(crate) fn take_zeros(system: &mut EquationSystem) {
     if !system.roles.indices().any(|v| is_known(system, v) && settable(system, v) != Settable::Yes) {
         return;
     }
-    // A cycle is told when all is sorted.
+    // A cycle is reported when all is sorted.
     let Ok(bindings) = sort_bindings(system, &mut Algebra::default()) else { return };
     let behind = behind_structure(system, &bindings.assignments, &|system, v| {
         is_known(system, v) && settable(system, v) == Settable::Structural

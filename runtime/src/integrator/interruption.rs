@@ -1,7 +1,7 @@
 //! Recorded inputs whose samples come so close to each other that BDF hardly gets beyond low order: when the one-step method takes over.
 //!
 //! A straight line between samples has a corner at each of them and a held value jumps.  Behind both BDF has to find its order and step
-//! anew, which takes it ten to twenty steps; the one-step method needs one or two.  Where samples are far apart, or
+//! again, which takes it ten to twenty steps; the one-step method needs one or two.  Where samples are far apart, or
 //! the input is smooth against the tolerance, BDF leads further for its work.  Which of both is the case is measured: after some
 //! samples the other method does the next ones, and the better one of the two stays.  A trial is real steps; trials that fail are repeated
 //! ever more rarely.  All that counts is the number of samples, steps and iterations, so that a run repeats itself to the bit.

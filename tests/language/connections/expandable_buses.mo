@@ -1,4 +1,4 @@
-// A bus has what is connected to it (Modelica 3.6, section 9.1.3); what it declares and nothing is connected to is no part of the model.
+// A bus has what is connected to it (Modelica 3.6, section 9.1.3); what it declares and nothing is connected to is not part of the model.
 connector RealInput = input Real;
 connector RealOutput = output Real;
 connector BooleanOutput = output Boolean;

@@ -302,9 +302,9 @@ fn a_page_that_is_loaded_again_shows_the_text_as_it_is() {
     folder.write("decay.hyd", DECAY.replace("-k*x", "-k*z"));
     let failed = data(&viewer.page());
     assert!(failed["failed"].as_str().unwrap().contains("unknown name `z`"), "{failed}");
-    folder.write("decay.hyd", DECAY.replace("fades", "fades anew"));
+    folder.write("decay.hyd", DECAY.replace("fades", "fades again"));
     let mended = data(&viewer.page());
-    assert_eq!(mended["model"]["classes"]["Decay"]["description"], "fades anew");
+    assert_eq!(mended["model"]["classes"]["Decay"]["description"], "fades again");
     assert!(Command::new("kill").args(["-INT", &viewer.child.id().to_string()]).status().unwrap().success());
     assert_eq!(wait(&mut viewer.child, &["view"]).code(), Some(0));
 }

@@ -281,6 +281,25 @@ fn sensitivities_go_through_recorded_inputs() {
     }
 }
 
+/// Where the one-step method takes over, first steps behind jumps are taken over, too, and derivatives go on through both.
+#[test]
+fn sensitivities_go_through_samples_close_to_each_other() {
+    let (times, values) = noise(401, 20.0);
+    for hold in [Hold::Linear, Hold::Zero] {
+        let options =
+            Options { sensitivity: vec!["T".into()], intervals: 400, ..Options::new(0.0, 20.0).with_tolerance(1e-7) };
+        let (rows, summary) = run(&mut system(LAG, &[("u", series(&times, &values, hold))]), &options);
+        assert!(summary.statistics.one_step_steps > summary.statistics.steps / 2, "{:?}", summary.statistics);
+        for k in (20..400).step_by(7) {
+            let t = times[k];
+            let at = |lag_: f64| lag(t, (&times, &values), hold, [lag_, 0.2]);
+            let exact = (at(0.5005) - at(0.4995)) / 1e-3;
+            let found = value(&rows, "d(x)/d(T)", t);
+            assert!((found - exact).abs() < 1e-5, "{hold:?} at {t}: {found}, not {exact}");
+        }
+    }
+}
+
 #[test]
 fn instants_at_which_the_input_crosses_a_level_have_derivatives() {
     // u = t up to 2: y begins to grow at the level, so y(t) = t - level; the level of 2u is met at half of it.

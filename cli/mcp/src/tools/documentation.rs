@@ -152,7 +152,7 @@ fn list(classes: &[Inside]) -> String {
     classes.iter().map(|own| line(&format!("  {} {}", own.kind, own.name), &own.description)).collect()
 }
 
-/// Something and what is said of it.
+/// Something and its description.
 fn line(what: &str, description: &str) -> String {
     if description.is_empty() { format!("{what}\n") } else { format!("{what}: {description}\n") }
 }

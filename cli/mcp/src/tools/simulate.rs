@@ -11,7 +11,7 @@ use hyd_system::Tables;
 use hyd_verbs::{Listener, Run, run_diagnostic, with_whole_loops};
 use serde_json::{Value, json};
 
-use super::{CLASS, FILE, LIBRARIES, Tool, model_file, runnable, with_messages};
+use super::{CLASS, FILE, LIBRARIES, STOP, TOLERANCE, Tool, model_file, runnable, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Kind, optional};
 use crate::calls::Call;
@@ -35,8 +35,8 @@ pub(super) const TOOL: Tool = Tool {
             "parameters by full name with values in the units of the model, such as {\"p0\": 15e6, \"spring.k\": 3000}; arrays are lists",
         ),
         optional("start", Kind::Number, "start time in s [default: as the model says, else 0]"),
-        optional("stop", Kind::Number, "stop time in s [default: as the model says, else 1 s after the start]"),
-        optional("tolerance", Kind::Number, "relative tolerance [default: as the model says, else 1e-6]"),
+        STOP,
+        TOLERANCE,
         optional("intervals", Kind::Count, "number of equal output intervals [default: as the model says, else 500]"),
         optional(
             "variables",

@@ -8,7 +8,7 @@ use hyd_run::{failures_told, override_plan, prepare, read_plan, runs_done_again}
 use hyd_verbs::Listener;
 use hyd_verbs::sweep::sweep as sweep_model;
 
-use super::{CLASS, LIBRARIES, Tool, runnable, with_messages};
+use super::{CLASS, LIBRARIES, STOP, TOLERANCE, Tool, runnable, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Given, Kind, optional, required};
 use crate::calls::Call;
@@ -47,8 +47,8 @@ pub(super) const TOOL: Tool = Tool {
         ),
         optional("variables", Kind::Text, "regular expression: the variables whose full name matches are kept"),
         optional("rows", Kind::Flag, "keeps all rows of every run, not only the last"),
-        optional("stop", Kind::Number, "stop time in s [default: as the model says, else 1 s after the start]"),
-        optional("tolerance", Kind::Number, "relative tolerance [default: as the model says, else 1e-6]"),
+        STOP,
+        TOLERANCE,
         optional("intervals", Kind::Count, "number of equal output intervals of a run, where rows are kept"),
         required(
             "result",

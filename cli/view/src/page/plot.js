@@ -45,7 +45,7 @@ function colorOf(curve, k) {
   return "--c" + (place % COLORS);
 }
 
-// Makes the panels anew where their curves have changed.
+// Rebuilds the panels whose curves have changed.
 function layPanels() {
   const wanted = wantedPanels(), place = document.getElementById("panels");
   const key = JSON.stringify([wanted, allRuns().map((run) => run.label)]);

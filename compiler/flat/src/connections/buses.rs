@@ -1,6 +1,6 @@
 //! Elements of expandable connectors that nothing but buses is connected to (Modelica 3.6, section 9.1.3).
 //!
-//! A bus may declare more than is connected to it.  Such an element is no part of the model; it stays where buses of several components are
+//! A bus may declare more than is connected to it.  Such an element is not part of the model; it stays where buses of several components are
 //! joined, and is given the value 0, of which nothing that is connected hears.
 
 use hyd_instance::InstId;
