@@ -105,3 +105,35 @@ pub(crate) fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usi
     held.sort_unstable();
     held
 }
+
+#[cfg(test)]
+mod tests {
+    use super::are_several;
+    use crate::bench::Shot;
+    use crate::windows::beginnings;
+    use crate::{Bench, Study};
+
+    /// An angle about `origin` that begins where each shot says and dies away.
+    fn bench(origin: f64, begins: &[f64], study: &Study) -> Bench {
+        let shot = |&begin: &f64| {
+            let times: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+            let value = |t: &f64| 1e3 * (origin + begin * (20.0 * t).cos() * (-t).exp());
+            let values = [("y".to_string(), times.iter().map(value).collect())].into_iter().collect();
+            let mut shot = Shot { times, values, ..Shot::default() };
+            shot.conditions = beginnings(&shot, study);
+            shot
+        };
+        Bench { shots: begins.iter().map(shot).collect(), ..Bench::default() }
+    }
+
+    #[test]
+    fn beginnings_differ_by_the_way_of_the_channel_wherever_its_origin_lies() {
+        let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\", scale = 1e3 }\n\
+            [initial]\nx = \"2*first_y - 1\"\n";
+        let study = Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+        for origin in [0.0, 3.0, -500.0] {
+            assert!(are_several(&study, &bench(origin, &[0.1, 0.06, -0.03], &study)), "{origin}");
+            assert!(!are_several(&study, &bench(origin, &[0.1, 0.1002, 0.0999], &study)), "{origin}");
+        }
+    }
+}

@@ -89,31 +89,3 @@ fn dry_friction_of_a_pendulum_is_found_from_either_origin_of_the_angle() {
         let _ = fs::remove_dir_all(&folder);
     }
 }
-
-/// One record that dies away far from the origin of its angle: its windows begin elsewhere by the way that the angle goes.
-#[test]
-fn windows_of_one_swing_are_several_operating_points() {
-    let folder = folder("pendulum_windows");
-    let model = format!(
-        "model P\n  parameter Real J = 3.3e-3; parameter Real c(min = 0) = 2e-4;\n  Real th(start = 3, fixed = true);\n  \
-         Real w(start = 0, fixed = true);\nequation\n  der(th) = w;\n  J*der(w) = {M}*sin(th) - c*w;\nend P;\n"
-    );
-    fs::write(folder.join("p.mo"), model).expect("written");
-    let study = "file = \"p.mo\"\n[models]\ndefault = \"P\"\n[channels]\nth = { variable = \"th\", unit = \"rad\" }\n[initial]\n\
-        th = { value = \"first_th\", absolute = 2e-3 }\nw = { value = 0.0, absolute = 0.5 }\n[nuisances]\n\
-        J = { parameter = \"J\", relative = 0.1 }\nc = { parameter = \"c\", relative = 0.5 }\n[shots]\ntime = \"t\"\n[run]\ntolerance = 1e-8\n";
-    fs::write(folder.join("study.toml"), study).expect("written");
-    let mut draws = Draws(11);
-    let mut text = String::from("t,th\n");
-    for (k, th) in swing(-0.07, 0.0).into_iter().enumerate() {
-        writeln!(text, "{},{:.9}", 0.01 * k as f64, th + PI + NOISE * draws.normal()).expect("a String");
-    }
-    fs::write(folder.join("s0.csv"), text).expect("written");
-    let set = format!("{{\"noise_std\": {{\"th\": {NOISE}}}, \"experiments\": [{{\"file\": \"s0.csv\"}}]}}");
-    fs::write(folder.join("set.json"), set).expect("written");
-    let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
-    assert_eq!(found.code, Some(0), "{}", found.stderr);
-    assert!(!found.stdout.contains("one operating point"), "{}", found.stdout);
-    assert!(found.stdout.contains("coulomb_friction of w"), "{}", found.stdout);
-    let _ = fs::remove_dir_all(&folder);
-}
