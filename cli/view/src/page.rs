@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use hyd_source::Files;
 use hyd_system::{Place, Tables};
 use serde_json::{Value, json};
 
@@ -111,7 +112,7 @@ fn of_model(model: &Model) -> Value {
         "diagrams": diagrams,
         "classes": classes,
         "figures": figures.collect::<Vec<_>>(),
-        "equations": tables.as_deref().map_or_else(|| json!({}), equations),
+        "equations": tables.as_deref().map_or_else(|| json!({}), |tables| equations(tables, &model.compilation.files)),
         "states": states,
         "drawn": model.first_drawn(),
         "parameters": model.parameters().unwrap_or_default(),
@@ -122,14 +123,27 @@ fn of_model(model: &Model) -> Value {
     })
 }
 
-/// Equations by the path of the component that has them.
-fn equations(tables: &Tables) -> Value {
+/// Equations by the path of the component that has them; of a value in a declaration the line of the declaration.
+fn equations(tables: &Tables, files: &Files) -> Value {
+    let texts: BTreeMap<&str, Vec<&str>> =
+        files.ids().map(|file| (&**files.name(file), files.text(file).lines().collect())).collect();
     let mut by_component: BTreeMap<&str, Vec<Value>> = BTreeMap::new();
     for equation in tables.equations.iter().take(MOST_EQUATIONS) {
-        let text: String = equation.text.chars().take(LONGEST_EQUATION).collect();
+        let line = texts.get(&*equation.file).and_then(|lines| lines.get((equation.line as usize).saturating_sub(1)));
+        let declaration = line.filter(|line| is_value(line, &equation.text));
+        let text = declaration.map_or(&*equation.text, |line| line.trim());
+        let text: String = text.chars().take(LONGEST_EQUATION).collect();
         by_component.entry(&equation.component).or_default().push(json!([text, &*equation.file, equation.line]));
     }
     json!(by_component)
+}
+
+/// True if a text is not an equation but the value that a declaration in this line gives.
+fn is_value(line: &str, text: &str) -> bool {
+    line.match_indices(text).any(|(at, _)| {
+        let before = line[..at].trim_end();
+        before.ends_with('=') && !before.ends_with("==")
+    })
 }
 
 /// The page as HTML.
@@ -194,4 +208,18 @@ fn wanted_first(model: &Model, width: usize, most: usize) -> Vec<usize> {
     model.states().iter().for_each(|name| take(name));
     let rest = (0..width).filter(|k| !wanted.contains(k)).take(most.saturating_sub(wanted.len())).collect::<Vec<_>>();
     wanted.into_iter().chain(rest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_value;
+
+    #[test]
+    fn values_of_declarations_are_told_from_equations() {
+        assert!(is_value("  parameter Units.AbsolutePressure p0 = 10e6 \"supply pressure\";", "10e6"));
+        assert!(is_value("  Real i = ro.i;", "ro.i"));
+        assert!(!is_value("  der(x) = v;", "der(x) = v"));
+        assert!(!is_value("  connect(a, b);", "connect(a, b)"));
+        assert!(!is_value("  on = x == y;", "on = x == y"));
+    }
 }
