@@ -148,6 +148,22 @@ pub struct Draft {
 impl Draft {
     /// Draws a bench; fails on unknown effects and on two that need different beliefs.
     pub fn draw(request: &Request) -> Result<Draft, String> {
+        Draft::draw_all_but(request, None)
+    }
+
+    /// The same bench as [`Draft::draw`] makes, number by number, on which the effect of this place in the request is
+    /// not there: the lab believes what it does, and here it is right about that effect.
+    pub fn draw_without(request: &Request, effect: usize) -> Result<Draft, String> {
+        let whole = Draft::draw(request)?;
+        let mut draft = Draft::draw_all_but(request, Some(effect))?;
+        if draft.believed != whole.believed {
+            draft.machine.hidden.inductance = whole.believed;
+            draft.believed = whole.believed;
+        }
+        Ok(draft)
+    }
+
+    fn draw_all_but(request: &Request, left_out: Option<usize>) -> Result<Draft, String> {
         let effects: Vec<(&Effect, f64)> = request
             .effects
             .iter()
@@ -173,7 +189,12 @@ impl Draft {
         draft.shots.truncate(request.points.first.unwrap_or(usize::MAX));
         draft.add_shots(&request.points.more);
         draft.machine.hidden.other_forms = true;
-        for (effect, size) in effects {
+        for (place, (effect, size)) in effects.into_iter().enumerate() {
+            if left_out == Some(place) {
+                // What it draws is drawn, so that those behind it draw what they did.
+                effect.hide(size, &mut draft.clone(), &mut stream);
+                continue;
+            }
             let numbers = effect.hide(size, &mut draft, &mut stream);
             draft.truth.push(Truth { id: effect.id.into(), size, numbers });
         }

@@ -78,6 +78,7 @@ pub fn trial(request: &Request, judged: &Judged) -> Result<Value, String> {
     let failed = |failure: crate::integrator::Failure| format!("{}: {failure:?}", request.name);
     let signature = measure::signature(&draft, &ideal).map_err(failed)?;
     let power = power::power(&draft, &ideal).map_err(failed)?;
+    let each = if request.effects.len() > 1 { power::power_of_each(&draft, &ideal)? } else { vec![power] };
     let folder = judged.temporary.join(&request.name);
     files::write(&draft, &measure::times(), &recorded, &signature, &folder)?;
     // What is judged must not be able to see the answers.
@@ -85,7 +86,8 @@ pub fn trial(request: &Request, judged: &Judged) -> Result<Value, String> {
     let mut row = json!({"trial": request.name, "seed": request.seed, "kind": draft.kind(), "truth": files::truths(&draft),
         "base_model": draft.base_model(), "channels": draft.channels, "shots": draft.shots.len(),
         "scattered": draft.shots.iter().any(|shot| shot.scatter != [1.0; 5]), "correlation": draft.correlation,
-        "noise": draft.noise, "disturbances": request.disturbances, "raw_power": power.raw, "power": power.projected, "judged": judged.label});
+        "noise": draft.noise, "disturbances": request.disturbances, "raw_power": power.raw, "power": power.projected,
+        "power_of_each": each.iter().map(|power| power.projected).collect::<Vec<_>>(), "judged": judged.label});
     ask(request, judged, &folder, &mut row)?;
     if !judged.keep {
         let _ = std::fs::remove_dir_all(&folder);

@@ -6,7 +6,9 @@
 //! optimistic where nuisances act non-linearly.
 
 use crate::draft::{Draft, GAIN, OFFSET, TOLERANCES};
+use crate::drive::Shot;
 use crate::integrator::Failure;
+use crate::machine::Machine;
 use crate::measure::{sigma, times};
 use crate::shot;
 
@@ -30,59 +32,161 @@ pub struct Power {
 
 /// The power of what is hidden in a draft, from its ideal signals.
 pub fn power(draft: &Draft, ideal: &[Vec<[f64; 6]>]) -> Result<Power, Failure> {
-    let globals = TOLERANCES.len() + 2 * draft.channels.len();
-    let count = globals + draft.shots.len();
-    let mut normal = vec![vec![0.0; count]; count];
-    let mut right = vec![0.0; count];
-    let mut raw = 0.0;
-    for (row, line) in normal.iter_mut().enumerate() {
-        line[row] = 1.0;
-    }
+    let at = times();
+    let mut normal = Normal::new(draft, 0);
     for (place, rows) in ideal.iter().enumerate() {
-        let (columns, hidden) = columns(draft, place, rows)?;
-        raw += dot(&hidden, &hidden);
-        let jitter = globals + place;
-        let index = |column: usize| if column < globals { column } else { jitter };
+        let (plain, unmoved) = draft.without_effects(place);
+        let hidden = signature(draft, rows, &shot::run(&plain, &unmoved, &at, TOLERANCE)?, draft.extra_offset);
+        let sight = Sight::of(draft, rows);
+        let columns = columns(draft, place, draft.believed_true(place), &sight)?;
+        normal.add(place, &columns, &sight.whitened(&hidden));
+    }
+    Ok(normal.power())
+}
+
+/// The power of each effect of a bench that hides several: its signature beside the others, after the sizes of these have
+/// been fitted as well (known beforehand to their own amount).  What else an effect has to fit is not counted, so that
+/// this is optimistic, too.
+pub fn power_of_each(draft: &Draft, ideal: &[Vec<[f64; 6]>]) -> Result<Vec<Power>, String> {
+    let failed = |failure: Failure| format!("{}: {failure:?}", draft.request.name);
+    let at = times();
+    let count = draft.request.effects.len();
+    let mut powers = Vec::with_capacity(count);
+    for own in 0..count {
+        let without = Draft::draw_without(&draft.request, own)?;
+        let mut larger = Vec::new();
+        for other in (0..count).filter(|other| *other != own) {
+            let mut request = draft.request.clone();
+            request.effects[other].1 *= 1.0 + STEP;
+            larger.push(Draft::draw_without(&request, own)?);
+        }
+        let offset = std::array::from_fn(|channel| draft.extra_offset[channel] - without.extra_offset[channel]);
+        let mut normal = Normal::new(draft, larger.len());
+        for (place, rows) in ideal.iter().enumerate() {
+            let run = |(machine, shot): (Machine, Shot)| shot::run(&machine, &shot, &at, TOLERANCE).map_err(failed);
+            let base = run(without.actual(place))?;
+            let sight = Sight::of(draft, rows);
+            let mut columns = columns(draft, place, without.actual(place), &sight).map_err(failed)?;
+            for larger in &larger {
+                let offset =
+                    std::array::from_fn(|channel| larger.extra_offset[channel] - without.extra_offset[channel]);
+                let moved = signature(draft, &run(larger.actual(place))?, &base, offset);
+                columns.push(sight.whitened(&moved).iter().map(|value| value / STEP).collect());
+            }
+            normal.add(place, &columns, &sight.whitened(&signature(draft, rows, &base, offset)));
+        }
+        powers.push(normal.power());
+    }
+    Ok(powers)
+}
+
+/// How far the recorded channels are moved.
+fn signature(draft: &Draft, with: &[[f64; 6]], without: &[[f64; 6]], offset: [f64; 6]) -> Vec<[f64; 6]> {
+    let moved = |(with, without): (&[f64; 6], &[f64; 6])| {
+        std::array::from_fn(|channel| draft.gain[channel] * (with[channel] - without[channel]) + offset[channel])
+    };
+    with.iter().zip(without).map(moved).collect()
+}
+
+/// The normal equations of what may be fitted, priors included, beside a signature: first what all shots share (parameters, offsets, gains,
+/// sizes of other effects), then a trigger for each shot.
+struct Normal {
+    matrix: Vec<Vec<f64>>,
+    right: Vec<f64>,
+    raw: f64,
+    own: usize,
+    others: usize,
+}
+
+impl Normal {
+    fn new(draft: &Draft, others: usize) -> Normal {
+        let own = TOLERANCES.len() + 2 * draft.channels.len();
+        let count = own + others + draft.shots.len();
+        let mut matrix = vec![vec![0.0; count]; count];
+        for (row, line) in matrix.iter_mut().enumerate() {
+            line[row] = 1.0;
+        }
+        Normal { matrix, right: vec![0.0; count], raw: 0.0, own, others }
+    }
+
+    /// A shot: columns of what is shared, of its trigger, of the others' sizes; and the signature.
+    fn add(&mut self, place: usize, columns: &[Vec<f64>], hidden: &[f64]) {
+        self.raw += dot(hidden, hidden);
+        let index = |column: usize| match column {
+            own if own < self.own => own,
+            jitter if jitter == self.own => self.own + self.others + place,
+            other => other - 1,
+        };
         for (a, first) in columns.iter().enumerate() {
-            right[index(a)] += dot(first, &hidden);
+            self.right[index(a)] += dot(first, hidden);
             for (b, second) in columns.iter().enumerate().take(a + 1) {
                 let product = dot(first, second);
-                normal[index(a)][index(b)] += product;
+                self.matrix[index(a)][index(b)] += product;
                 if a != b {
-                    normal[index(b)][index(a)] += product;
+                    self.matrix[index(b)][index(a)] += product;
                 }
             }
         }
     }
-    let solution = solve(normal, right.clone());
-    Ok(Power { raw, projected: raw - dot(&right, &solution) })
+
+    fn power(self) -> Power {
+        let solution = solve(self.matrix, self.right.clone());
+        Power { raw: self.raw, projected: self.raw - dot(&self.right, &solution) }
+    }
 }
 
-/// Whitened derivatives of a shot by globals (parameters, offsets, gains) and its jitter, and the whitened signature.
-fn columns(draft: &Draft, place: usize, ideal: &[[f64; 6]]) -> Result<(Vec<Vec<f64>>, Vec<f64>), Failure> {
-    let at = times();
-    let (machine, conditions) = draft.believed_true(place);
-    let base = shot::run(&machine, &conditions, &at, TOLERANCE)?;
-    let bounce = bounce(ideal);
-    let whitened = |rows: &dyn Fn(usize, usize) -> f64| {
-        let mut all = Vec::with_capacity(draft.channels.len() * at.len());
-        let scale = (1.0 - draft.correlation * draft.correlation).sqrt();
-        for &channel in &draft.channels {
-            let sigma = sigma(draft, channel);
-            for sample in 0..at.len() {
-                if channel == LIFT && sample >= bounce {
+/// What is compared of a shot, and in which units.
+struct Sight<'a> {
+    draft: &'a Draft,
+    /// The sample from which the lift is left out.
+    bounce: usize,
+}
+
+impl Sight<'_> {
+    fn of<'a>(draft: &'a Draft, ideal: &[[f64; 6]]) -> Sight<'a> {
+        Sight { draft, bounce: bounce(ideal) }
+    }
+
+    /// Moved signals in standard deviations of white noise, channel after channel.
+    fn whitened(&self, moved: &[[f64; 6]]) -> Vec<f64> {
+        let rho = self.draft.correlation;
+        let scale = (1.0 - rho * rho).sqrt();
+        let mut all = Vec::with_capacity(self.draft.channels.len() * moved.len());
+        for &channel in &self.draft.channels {
+            let sigma = sigma(self.draft, channel);
+            for sample in 0..moved.len() {
+                if channel == LIFT && sample >= self.bounce {
                     all.push(0.0);
                     continue;
                 }
-                let before = if sample > 0 { rows(sample - 1, channel) } else { 0.0 };
-                all.push((rows(sample, channel) - draft.correlation * before) / (scale * sigma));
+                let before = if sample > 0 { moved[sample - 1][channel] } else { 0.0 };
+                all.push((moved[sample][channel] - rho * before) / (scale * sigma));
             }
         }
         all
+    }
+}
+
+/// Whitened derivatives of a shot by what may be fitted - parameters, offsets, gains, its trigger - around a machine.
+fn columns(
+    draft: &Draft,
+    place: usize,
+    (machine, conditions): (Machine, Shot),
+    sight: &Sight,
+) -> Result<Vec<Vec<f64>>, Failure> {
+    let at = times();
+    let base = shot::run(&machine, &conditions, &at, TOLERANCE)?;
+    let scaled = |rows: &[[f64; 6]]| -> Vec<f64> {
+        let moved: Vec<[f64; 6]> = rows
+            .iter()
+            .zip(&base)
+            .map(|(row, base)| std::array::from_fn(|channel| (row[channel] - base[channel]) / STEP))
+            .collect();
+        sight.whitened(&moved)
     };
     let mut columns = Vec::new();
     for (name, tolerance) in TOLERANCES {
-        let (mut machine, mut moved) = draft.believed_true(place);
+        let (mut machine, mut moved) = (machine.clone(), conditions.clone());
         let factor = 1.0 + STEP * tolerance;
         match (name, machine.parameter(name)) {
             (_, Some(value)) => *value *= factor,
@@ -90,25 +194,19 @@ fn columns(draft: &Draft, place: usize, ideal: &[[f64; 6]]) -> Result<(Vec<Vec<f
             ("U0", None) => moved.u_0 *= factor,
             _ => moved.p_0 *= if draft.shots[place].stated.p_0 > crate::draft::PUMP_OFF { factor } else { 1.0 },
         }
-        let rows = shot::run(&machine, &moved, &at, TOLERANCE)?;
-        columns.push(whitened(&|sample, channel| (rows[sample][channel] - base[sample][channel]) / STEP));
+        columns.push(scaled(&shot::run(&machine, &moved, &at, TOLERANCE)?));
     }
-    for &which in &draft.channels {
-        columns.push(whitened(&|_, channel| if channel == which { OFFSET[channel] } else { 0.0 }));
-    }
-    for &which in &draft.channels {
-        columns.push(whitened(&|sample, channel| if channel == which { GAIN * base[sample][channel] } else { 0.0 }));
-    }
+    let alone = |which: usize, value: &dyn Fn(usize) -> f64| {
+        let mut rows = vec![[0.0; 6]; at.len()];
+        rows.iter_mut().enumerate().for_each(|(sample, row)| row[which] = value(sample));
+        sight.whitened(&rows)
+    };
+    columns.extend(draft.channels.iter().map(|&which| alone(which, &|_| OFFSET[which])));
+    columns.extend(draft.channels.iter().map(|&which| alone(which, &|sample| GAIN * base[sample][which])));
     let mut moved = conditions.clone();
     moved.trigger += STEP * JITTER;
-    let rows = shot::run(&machine, &moved, &at, TOLERANCE)?;
-    columns.push(whitened(&|sample, channel| (rows[sample][channel] - base[sample][channel]) / STEP));
-    let (plain, unmoved) = draft.without_effects(place);
-    let without = shot::run(&plain, &unmoved, &at, TOLERANCE)?;
-    let hidden = whitened(&|sample, channel| {
-        draft.gain[channel] * (ideal[sample][channel] - without[sample][channel]) + draft.extra_offset[channel]
-    });
-    Ok((columns, hidden))
+    columns.push(scaled(&shot::run(&machine, &moved, &at, TOLERANCE)?));
+    Ok(columns)
 }
 
 /// The sample from which the lift has come back below 5 % of its largest.
@@ -161,5 +259,31 @@ mod tests {
         let right: Vec<f64> = matrix.iter().map(|row| dot(row, &wanted)).collect();
         let found = solve(matrix, right);
         assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    }
+
+    /// The bench without one effect is the bench in everything else, and a lone effect is seen as well by itself as beside none.
+    #[test]
+    fn each_of_several_effects_is_seen_beside_the_others() {
+        let request = |effects: &[(&str, f64)]| crate::draft::Request {
+            name: "pair".into(),
+            seed: 11,
+            effects: effects.iter().map(|(id, size)| (id.to_string(), *size)).collect(),
+            disturbances: Vec::new(),
+            points: crate::draft::Points { first: Some(2), more: Vec::new() },
+        };
+        let both = request(&[("chamber_leakage", 1.0), ("sensor_offset", 1.0)]);
+        let without = Draft::draw_without(&both, 0).expect("a bench");
+        let whole = Draft::draw(&both).expect("a bench");
+        assert_eq!((without.offset, &without.factors), (whole.offset, &whole.factors));
+        assert!(without.extra_offset == whole.extra_offset && without.truth.len() == 1);
+        let ideal = |draft: &Draft| -> Vec<Vec<[f64; 6]>> {
+            (0..draft.shots.len()).map(|place| crate::measure::ideal(draft, place).expect("a run")).collect()
+        };
+        let each = power_of_each(&whole, &ideal(&whole)).expect("powers");
+        // A leak moves the pressure; an offset is what a lab may fit.
+        assert!(each[0].projected > 1000.0 && each[1].projected < 400.0, "{each:?}");
+        let alone = Draft::draw(&request(&[("chamber_leakage", 1.0)])).expect("a bench");
+        let alone = power_of_each(&alone, &ideal(&alone)).expect("powers")[0];
+        assert!((each[0].projected / alone.projected - 1.0).abs() < 0.05, "{each:?} {alone:?}");
     }
 }

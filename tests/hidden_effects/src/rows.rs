@@ -88,6 +88,12 @@ impl Row {
         self.0[key].as_f64()
     }
 
+    /// True if every one of several effects has a larger expected drop of the cost beside the others than this.
+    pub fn is_each_above(&self, least: f64) -> bool {
+        let each = self.0["power_of_each"].as_array();
+        each.is_some_and(|each| each.iter().all(|power| power.as_f64().is_some_and(|power| power > least)))
+    }
+
     /// Names of what is hidden.
     pub fn hidden(&self) -> Vec<&str> {
         self.0["truth"].as_array().into_iter().flatten().filter_map(|truth| truth["name"].as_str()).collect()
@@ -219,5 +225,13 @@ mod tests {
         let right = row("named", &["eddy_currents"], &[]);
         assert_eq!((right.place(), right.place_by_present_lists()), (Some(2), Some(1)));
         assert!((right.pull().expect("a size") - 1.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn several_effects_can_be_seen_where_each_can() {
+        let of = |each: Value| Row(json!({"kind": "pair", "power_of_each": each})).is_each_above(400.0);
+        assert!(of(json!([500.0, 1e6])) && !of(json!([98.0, 1e6])));
+        // Rows of earlier programs do not say.
+        assert!(!of(Value::Null));
     }
 }

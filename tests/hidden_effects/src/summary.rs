@@ -122,6 +122,15 @@ fn goals(rows: &[Row]) -> String {
     add("outside the library: a false name", "2 %", Share::of(&outside, is_given).shown());
     add("two effects: both named, nothing else", "85 %", Share::of(&pairs, |row| row.all_named()).shown());
     add("three effects", "60 %", Share::of(&triples, |row| row.all_named()).shown());
+    // Rows of earlier programs do not say how much each of several effects can be seen beside the others.
+    for (several, words, goal) in [(&pairs, "two effects", "90 %"), (&triples, "three effects", "70 %")] {
+        let visible: Vec<&Row> = several.iter().copied().filter(|row| row.is_each_above(400.0)).collect();
+        if !visible.is_empty() {
+            let words =
+                format!("{words}, an expected drop above 400 for each beside the others: all named, nothing else");
+            add(&words, goal, Share::of(&visible, |row| row.all_named()).shown());
+        }
+    }
     add(
         "machine taken for sensor or the other way round, among those noticed",
         "1 %",
