@@ -24,6 +24,8 @@ pub struct Variation<'a> {
     pub declarations: &'a str,
     /// What is added to the right side of the equation.
     pub term: &'a str,
+    /// Sections of equations that it has beside those of the class, lines of its body; may be empty.
+    pub sections: &'a str,
     /// What stands in its annotation.
     pub annotation: &'a str,
 }
@@ -64,9 +66,10 @@ pub fn varied(text: &str, variation: &Variation<'_>) -> Option<String> {
     let tail = text[start..end].trim_end();
     let tail = start + tail.strip_suffix(&*class.name.name)?.len();
     let keyword = text[start..tail].trim_end().strip_suffix("end")?.len() + start;
+    let sections: String = variation.sections.lines().map(|line| format!("  {line}\n")).collect();
     edits.push((
         Span { start: keyword, end },
-        format!("  annotation({});\nend {}", variation.annotation, variation.name),
+        format!("{sections}  annotation({});\nend {}", variation.annotation, variation.name),
     ));
     edits.sort_by_key(|(span, _)| span.start);
     let mut copy = String::new();
@@ -170,6 +173,7 @@ end Parts;
             description: "a \"law\"",
             declarations: "parameter Real c = 0.5 \"coefficient\";",
             term: "c*g*v*abs(v)",
+            sections: "",
             annotation: "__hyd(note = \"x\")",
         };
         let copy = varied(LIBRARY, &variation).unwrap();
@@ -191,6 +195,18 @@ end Own;
         let text = format!("{copy}model Use\n  Own own;\nequation\n  own.v = -3;\nend Use;\n");
         let options = Options { model: Some("Use".into()), set: Vec::new(), goal: Goal::Run, clock: || 0.0 };
         let made = compile(&mut Shop, "use.mo", &text, &options);
+        assert!(!made.has_errors(), "{copy}{:?}", made.diagnostics);
+        // With a state of its own.
+        let lagging = Variation {
+            declarations: "parameter Real T = 0.5;\nReal z;",
+            term: "d*z",
+            sections: "initial equation\n  z = v;\nequation\n  T*der(z) = v - z;",
+            ..variation.clone()
+        };
+        let copy = varied(LIBRARY, &lagging).unwrap();
+        assert!(copy.contains("  T*der(z) = v - z;\n  annotation(__hyd(note"), "{copy}");
+        let made =
+            compile(&mut Shop, "use.mo", &format!("{copy}{}", text.split_once("end Own;\n").unwrap().1), &options);
         assert!(!made.has_errors(), "{copy}{:?}", made.diagnostics);
         // Of two like equations in one line none is meant.
         let twice = "model A\n  Real x;\nequation\n  x = 1; x = 1;\nend A;\n";

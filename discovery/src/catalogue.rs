@@ -86,6 +86,8 @@ pub struct Effect {
     pub of_range: bool,
     /// It is a block that is given variables of a place and gives a term, not a component that is redeclared.
     pub is_law: bool,
+    /// The variables that it is given where its place is an equation of the study's file.
+    pub given: Vec<Arc<str>>,
     /// Its size is another one in every shot.
     pub per_shot: bool,
     /// The base model that lacks it, if only some do.
@@ -193,7 +195,7 @@ pub(crate) fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fa
 pub(crate) const SCALE: &str = "scale";
 
 /// What an effect's annotation may say.
-const KEYS: [&str; 20] = [
+const KEYS: [&str; 21] = [
     "id",
     "kind",
     "words",
@@ -214,6 +216,7 @@ const KEYS: [&str; 20] = [
     "excludes",
     "refines",
     "law",
+    "given",
 ];
 
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
@@ -232,10 +235,14 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         (&["per_shot", "probe_of_range", "law"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
         (&["zero", "probe"], "a number", |own| own.number().is_some_and(f64::is_finite)),
         (&["id", "kind", "words", "signature", "adds", "prior", "base", "of"], "a text", |own| own.text().is_some()),
-        (&["at", "at_one_of", "rivals", "channels", "excludes", "refines"], "a list of texts", |own| match own {
-            Note::List(list) => list.iter().all(|one| one.text().is_some()),
-            own => own.text().is_some(),
-        }),
+        (
+            &["at", "at_one_of", "rivals", "channels", "excludes", "refines", "given"],
+            "a list of texts",
+            |own| match own {
+                Note::List(list) => list.iter().all(|one| one.text().is_some()),
+                own => own.text().is_some(),
+            },
+        ),
     ];
     for (keys, what, is_wanted) in wanted {
         if let Some(key) = keys.iter().find(|key| note.get(key).is_some_and(|own| !is_wanted(own))) {
@@ -299,6 +306,7 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         probe: number("probe").ok_or_else(|| wrong("`probe` must be a number".into()))?,
         of_range: flag("probe_of_range"),
         is_law: flag("law"),
+        given: note.get("given").map(Note::texts).unwrap_or_default(),
         per_shot: flag("per_shot"),
         base: text("base"),
         file: class.file.clone(),
@@ -348,6 +356,9 @@ pub(crate) fn candidates(
                 let fits = |site: &&Site| match site.door {
                     Door::Component => false,
                     Door::Channel(_) => !effect.is_law,
+                    Door::Equation { ref law, .. } if !effect.given.is_empty() => {
+                        effect.is_law && is_given(effect, law)
+                    }
                     _ => effect.is_law,
                 };
                 let found = sites.iter().filter(|site| site.id == *id).filter(fits);
@@ -370,6 +381,15 @@ pub(crate) fn candidates(
     }
     found.append(&mut found_at);
     found
+}
+
+/// True if an equation gives a law the variables that it names.
+fn is_given(effect: &Effect, law: &crate::door::Law) -> bool {
+    let is_one = |(given, (_, expression)): (&Arc<str>, &(&'static str, Option<String>))| {
+        let rest = expression.as_deref().and_then(|own| own.strip_suffix(&**given));
+        rest.is_some_and(|rest| rest.is_empty() || rest.ends_with('.'))
+    };
+    law.inputs.len() == effect.given.len() && effect.given.iter().zip(&law.inputs).all(is_one)
 }
 
 /// A sentence on places of one id, of which effects take the first only.

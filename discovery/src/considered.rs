@@ -7,7 +7,7 @@ use hyd_compiler::inquiry::AnnotatedClass;
 use crate::catalogue::{Candidate, Effect, candidates, effects, same_places};
 use crate::fault::Fault;
 use crate::natural::natural;
-use crate::places::{beside_declared, found};
+use crate::places::{beside_declared, found, of_laws};
 use crate::same_ids::tell_apart;
 use crate::setup::Setup;
 use crate::study::Study;
@@ -32,6 +32,7 @@ impl Candidate {
             places = found(setup, workshop)?;
         }
         places.extend(beside_declared(&places));
+        places.extend(of_laws(&effects, setup, workshop)?);
         same_places(&places).iter().for_each(|sentence| warn(sentence));
         let measured = |name: &str| setup.data.channel(name).is_some();
         let base_model = setup.bench.base_model.as_deref();

@@ -58,6 +58,22 @@ pub(crate) struct Place {
     pub variables: Vec<(String, String)>,
 }
 
+impl Place {
+    /// A constant at the equation.
+    pub(crate) fn term(&self) -> Term {
+        let site = &self.site;
+        Term {
+            component: site.path.clone(),
+            file: site.file.clone(),
+            line: site.line,
+            equation: site.text.clone(),
+            shape: "1".to_string(),
+            unit: site.unit.clone(),
+            of_equation: site.unit.clone(),
+        }
+    }
+}
+
 /// Equations that may lack a term.
 pub(crate) fn places(
     sites: Vec<InjectionSite>,

@@ -2,7 +2,8 @@
 //!
 //! The search finds terms of one equation with their coefficients ([`crate::search`]).  Here they become a class that could stand in a
 //! library: where the equation belongs to a component that the model lets exchange, a copy of its class with the terms in it, and where it
-//! stands in the study's model file, a block that is given variables and gives a term.  From then on it is a candidate like others.
+//! stands in the study's model file, a block that is given variables and gives a term.  Where its term has a memory, the class has the
+//! states ([`crate::dynamics`]).  From then on it is a candidate like others.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -12,6 +13,7 @@ use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
 use crate::dictionary::Term;
 use crate::door::{self, Door};
+use crate::dynamics::{Dynamics, Names};
 use crate::prior::Prior;
 use crate::variant::Workshop;
 
@@ -23,10 +25,14 @@ pub(crate) const ID: &str = "proposed_law";
 const GIVEN: [&str; 8] = ["u1", "u2", "u3", "u4", "u5", "u6", "u7", "u8"];
 /// What a block gives.
 const GIVES: &str = "term";
+/// How the id of the place that an equation is begins.
+pub(crate) const EQUATION: &str = "equation";
 /// The place of an equation that belongs to no component.
 const WHOLE: &str = "the model";
 /// Rivals that a report names.
 pub(crate) const RIVALS: usize = 5;
+/// Spread of the logarithm of a memory's numbers, in the text of a law.
+const KNOWN: f64 = 0.7;
 /// Coefficients that a library calls plausible, by the fitted one.
 const PLAUSIBLE: (f64, f64) = (0.2, 5.0);
 
@@ -41,6 +47,80 @@ pub struct LawTerm {
     pub error: f64,
     /// Spread of the coefficient before the measurement.
     pub spread: f64,
+}
+
+/// The states of a term, with their numbers.
+#[derive(Clone, Debug)]
+pub struct LawMemory {
+    /// The differential equations.
+    pub equations: Vec<String>,
+    /// Their numbers, behind the coefficient among the parameters of the effect.
+    pub numbers: Vec<MemoryNumber>,
+}
+
+/// A number of the states of a term.
+#[derive(Clone, Debug)]
+pub struct MemoryNumber {
+    /// Name of the parameter.
+    pub name: String,
+    /// What it is.
+    pub words: &'static str,
+    /// Unit, if it is known.
+    pub unit: Option<String>,
+    /// Fitted value.
+    pub value: f64,
+    /// What was expected of it before the fit.
+    pub prior: Prior,
+}
+
+/// What a law consists of before it is text: terms of one equation, or one whose shape a form with memory gives, with what is expected
+/// of the form's numbers.
+pub(crate) struct Parts<'a> {
+    pub terms: Vec<LawTerm>,
+    pub memory: Option<(&'a Dynamics, Vec<Prior>)>,
+}
+
+/// The text of a form with memory in a class.
+struct Written {
+    dynamics: Dynamics,
+    names: Names,
+    memory: LawMemory,
+}
+
+impl Written {
+    /// Under names that none of the texts of the equation has.
+    fn new(dynamics: &Dynamics, priors: &[Prior], is_free: &dyn Fn(&str) -> bool) -> Self {
+        let all = |names: &Names| names.states.iter().chain(&names.numbers).all(|name| is_free(name));
+        let named = |k: u32| dynamics.names(&format!("_{k}"));
+        // A text is finite, and there is an ending for every number.
+        let names = (1..).map(named).find(all).unwrap_or_else(|| named(1));
+        let number = |(((name, unit, words), &value), &prior)| MemoryNumber { name, words, unit, value, prior };
+        let numbers = dynamics.numbers(&names).into_iter().zip(&dynamics.numbers).zip(priors).map(number).collect();
+        let (_, equations) = dynamics.equations(&names, &dynamics.driver);
+        let equations = equations.lines().map(|line| line.trim_end_matches(';').to_string()).collect();
+        Self { dynamics: dynamics.clone(), names, memory: LawMemory { equations, numbers } }
+    }
+
+    /// Numbers and states as declarations.
+    fn declarations(&self) -> String {
+        let mut text = String::new();
+        for own in &self.memory.numbers {
+            let unit = own.unit.as_ref().map_or(String::new(), |unit| format!("(unit = {})", print_string(unit)));
+            let (a, b) = (figure(PLAUSIBLE.0 * own.value), figure(PLAUSIBLE.1 * own.value));
+            let (name, value, words) = (&own.name, figure(own.value), print_string(own.words));
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                text,
+                "parameter Real {name}{unit} = {value} {words}\n  annotation(__hyd(prior = \"lognormal({value}, {KNOWN})\", range = {{{a}, {b}}}));"
+            );
+        }
+        text + &self.dynamics.states(&self.names)
+    }
+
+    /// Initial equations and equations, for a variable of this name.
+    fn equations(&self, variable: &str) -> (String, String) {
+        self.dynamics.equations(&self.names, variable)
+    }
 }
 
 /// Terms or an effect beside a law.
@@ -73,6 +153,8 @@ pub struct Law {
     pub text: Arc<str>,
     /// The terms at its equation.
     pub terms: Vec<LawTerm>,
+    /// What the only term follows, if that has states of its own.
+    pub memory: Option<LawMemory>,
     /// What else was fitted, the best first.
     pub rivals: Vec<Rival>,
     /// The effect at its place.
@@ -98,7 +180,13 @@ impl Law {
             shape => format!("*{shape}"),
         };
         let terms = self.terms.iter().map(|own| format!(" {} {:.3e}{}", sign(own.value), own.value.abs(), shape(own)));
-        format!("{own}{}", terms.collect::<String>())
+        let memory = self.memory.iter().flat_map(|own| {
+            let number = |own: &MemoryNumber| format!("{} = {:.3e}", own.name, own.value);
+            own.equations.iter().cloned().chain(own.numbers.iter().map(number))
+        });
+        let with: Vec<String> = memory.collect();
+        let with = if with.is_empty() { String::new() } else { format!(" with {}", with.join(", ")) };
+        format!("{own}{}{with}", terms.collect::<String>())
     }
 
     /// Makes the text of a law from terms of one equation; none where it belongs to a component that cannot be exchanged and stands in a
@@ -107,8 +195,15 @@ impl Law {
         workshop: &Workshop<'_>,
         (sites, ids): (&[&Site], &[&str]),
         files: &[(String, String)],
-        terms: Vec<LawTerm>,
+        Parts { mut terms, memory }: Parts<'_>,
     ) -> Option<Self> {
+        let is_free = |name: &str| texts_of(&terms, files).all(|text| !text.contains(name));
+        let memory = memory.map(|(dynamics, priors)| Written::new(dynamics, &priors, &is_free));
+        if let (Some(memory), Some(own)) = (&memory, terms.first_mut()) {
+            own.term.shape = memory.dynamics.shape(&memory.names);
+            own.term.unit =
+                own.term.of_equation.as_ref().and_then(|equation| memory.dynamics.unit_of_coefficient(equation));
+        }
         let first = terms.first()?.term.clone();
         let name = workshop.free_name(CLASS);
         let id = (2_u32..).map(|k| format!("{ID}_{k}"));
@@ -124,6 +219,13 @@ impl Law {
                 let (_, file) = files.iter().find(|(name, _)| *name == *first.file)?;
                 let annotation =
                     annotation((&id, &words), &terms, &names, (kind, &format!("at = {{\"{}\"}}, ", site.id)));
+                let mut declarations = declarations(&terms, &names);
+                let mut sections = String::new();
+                if let Some(own) = &memory {
+                    let (initial, equations) = own.equations(&own.dynamics.driver);
+                    declarations.push_str(&own.declarations());
+                    sections = format!("initial equation\n{}equation\n{}", indented(&initial), indented(&equations));
+                }
                 let text = varied(
                     file,
                     &Variation {
@@ -131,14 +233,15 @@ impl Law {
                         equation: &first.equation,
                         name: &name,
                         description: &sentence(&words),
-                        declarations: &declarations(&terms, &names),
+                        declarations: &declarations,
                         term: &sum(&terms, &names, &|shape| shape.to_string()),
+                        sections: &sections,
                         annotation: &annotation,
                     },
                 )?;
                 ((*site).clone(), text)
             }
-            None => of_equation(workshop, (&name, &id, &words), &terms, &names)?,
+            None => of_equation(workshop, (&name, &id, &words), (&terms, &names), memory.as_ref())?,
         };
         let is_law = site.door != Door::Component;
         let parameter = |(own, name): (&LawTerm, &String)| EffectParameter {
@@ -147,6 +250,13 @@ impl Law {
             range: None,
             of: None,
         };
+        let memory = memory.map(|own| own.memory);
+        let numbers = memory.iter().flat_map(|own| &own.numbers).map(|own| EffectParameter {
+            name: own.name.as_str().into(),
+            prior: own.prior,
+            range: None,
+            of: None,
+        });
         let effect = Effect {
             id: id.as_str().into(),
             kind,
@@ -155,7 +265,7 @@ impl Law {
             signature: "".into(),
             rivals: Vec::new(),
             at: vec![vec![site.id.clone()]],
-            parameters: terms.iter().zip(&names).map(parameter).collect(),
+            parameters: terms.iter().zip(&names).map(parameter).chain(numbers).collect(),
             references: Vec::new(),
             excludes: Vec::new(),
             refines: Vec::new(),
@@ -163,13 +273,14 @@ impl Law {
             probe: terms.first().map_or(1.0, |own| own.value.abs()),
             of_range: false,
             is_law,
+            given: Vec::new(),
             per_shot: false,
             base: None,
             file: format!("{name}.hyd").into(),
             line: 1,
         };
         let candidate = Candidate { effect: Arc::new(effect), sites: vec![site] };
-        Some(Self { name, text: text.into(), terms, rivals: Vec::new(), candidate })
+        Some(Self { name, text: text.into(), terms, memory, rivals: Vec::new(), candidate })
     }
 
     /// Hands a workshop that finds the law beside all libraries to `work`.
@@ -224,12 +335,19 @@ fn sentence(words: &str) -> String {
 
 /// A name for coefficients that none of the texts of the equation holds.
 fn coefficient_name(terms: &[LawTerm], files: &[(String, String)]) -> &'static str {
-    let texts = || {
-        let own = files.iter().filter(|(name, _)| terms.iter().any(|own| *own.term.file == **name));
-        own.map(|(_, text)| text.as_str())
-    };
-    let is_free = |name: &&&str| !texts().any(|text| text.contains(&format!("{name}_")));
+    let is_free = |name: &&&str| !texts_of(terms, files).any(|text| text.contains(&format!("{name}_")));
     ["c", "law", "coefficient"].iter().find(is_free).copied().unwrap_or("coefficient_of_law")
+}
+
+/// The texts that hold the equation of these terms.
+fn texts_of<'a>(terms: &'a [LawTerm], files: &'a [(String, String)]) -> impl Iterator<Item = &'a str> {
+    let own = files.iter().filter(|(name, _)| terms.iter().any(|own| *own.term.file == **name));
+    own.map(|(_, text)| text.as_str())
+}
+
+/// Lines of a section.
+fn indented(lines: &str) -> String {
+    lines.lines().map(|line| format!("  {line}\n")).collect()
 }
 
 /// The coefficients as parameters.
@@ -277,8 +395,8 @@ fn annotation((id, words): (&str, &str), terms: &[LawTerm], names: &[String], (k
 fn of_equation(
     workshop: &Workshop<'_>,
     (name, id, words): (&str, &str, &str),
-    terms: &[LawTerm],
-    names: &[String],
+    (terms, names): (&[LawTerm], &[String]),
+    memory: Option<&Written>,
 ) -> Option<(Site, String)> {
     let first = &terms.first()?.term;
     if workshop.preamble.is_empty() || *first.file != *workshop.name() || first.component.contains('[') {
@@ -286,7 +404,8 @@ fn of_equation(
     }
     let mut given: Vec<String> = Vec::new();
     for own in terms {
-        for variable in variables(&own.term.shape) {
+        let followed = memory.map_or(&own.term.shape, |memory| &memory.dynamics.driver);
+        for variable in variables(followed) {
             if !given.contains(&variable) {
                 given.push(variable);
             }
@@ -299,49 +418,74 @@ fn of_equation(
     for (variable, input) in given.iter().zip(GIVEN) {
         let _ = writeln!(text, "  input Real {input} {};", print_string(variable));
     }
-    for line in declarations(terms, names).lines() {
-        let _ = writeln!(text, "  {line}");
-    }
+    let own = declarations(terms, names) + &memory.map_or(String::new(), Written::declarations);
+    text.push_str(&indented(&own));
     let shape = |own: &str| {
         replaced(own, &|variable| {
             given.iter().position(|known| known == variable).map_or(variable, |k| GIVEN[k]).to_string()
         })
     };
-    let _ = writeln!(
-        text,
-        "  output Real {GIVES} \"what is added\";\nequation\n  {GIVES} = {};",
-        sum(terms, names, &shape)
-    );
+    let _ = writeln!(text, "  output Real {GIVES} \"what is added\";");
+    let (initial, equations) = memory.map(|own| own.equations(&shape(&own.dynamics.driver))).unwrap_or_default();
+    if !initial.is_empty() {
+        let _ = writeln!(text, "initial equation\n{}", indented(&initial).trim_end());
+    }
+    let _ = writeln!(text, "equation\n  {GIVES} = {};", sum(terms, names, &shape));
+    text.push_str(&indented(&equations));
+    let at = print_string(&place_id(&first.component, &first.equation));
+    let list: Vec<String> = given.iter().map(|own| print_string(own)).collect();
+    let place = format!("law = true, at = {{{at}}},\n    given = {{{}}}, ", list.join(", "));
     let _ = writeln!(
         text,
         "  annotation({});\nend {name};",
-        annotation((id, words), terms, names, (Kind::Physics, "law = true, at = {\"equation\"}, "))
+        annotation((id, words), terms, names, (Kind::Physics, &place))
     );
+    let given: Vec<Arc<str>> = given.iter().map(|own| own.as_str().into()).collect();
+    let site = site_of((&first.component, &first.file, first.line, &first.equation), &given, workshop)?;
+    Some((site, text))
+}
+
+/// The id of the place that an equation of the study's file is.
+pub(crate) fn place_id(component: &str, equation: &str) -> String {
+    let of = if component.is_empty() { String::new() } else { format!(" of {component}") };
+    format!("{EQUATION}{of}: {}", equation.trim_end_matches(';'))
+}
+
+/// The place that an equation (component, file, line, text) of the study's file is, for a block that is given these variables of the
+/// component; none where the equation cannot be opened.
+pub(crate) fn site_of(
+    (component, file, line, equation): (&Arc<str>, &str, u32, &str),
+    given: &[Arc<str>],
+    workshop: &Workshop<'_>,
+) -> Option<Site> {
     let opening = Opening {
-        line: first.line,
-        equation: first.equation.clone(),
+        line,
+        equation: equation.to_string(),
         name: free(&workshop.preamble)?,
         words: "what no library holds".to_string(),
         replaces: false,
     };
     opened(&workshop.preamble, std::slice::from_ref(&opening))?;
-    let full = |variable: &str| match first.component.is_empty() {
+    let full = |variable: &Arc<str>| match component.is_empty() {
         true => variable.to_string(),
-        false => format!("{}.{variable}", first.component),
+        false => format!("{component}.{variable}"),
     };
     let inputs = given.iter().zip(GIVEN).map(|(variable, input)| (input, Some(full(variable)))).collect();
-    let law = door::Law { inputs, output: GIVES };
-    let site = Site {
-        id: "equation".into(),
-        path: if first.component.is_empty() { WHOLE.to_string() } else { first.component.to_string() },
-        words: first.equation.trim_end_matches(';').into(),
+    Some(Site {
+        id: place_id(component, equation).into(),
+        path: if component.is_empty() { WHOLE.to_string() } else { component.to_string() },
+        words: equation.trim_end_matches(';').into(),
         channel: None,
-        file: workshop.shown_file(&first.file).into(),
-        line: first.line,
-        door: Door::Equation { opening, path: first.component.clone(), is_reversed: false, law },
+        file: workshop.shown_file(file).into(),
+        line,
+        door: Door::Equation {
+            opening,
+            path: component.clone(),
+            is_reversed: false,
+            law: door::Law { inputs, output: GIVES },
+        },
         scales: Vec::new(),
-    };
-    Some((site, text))
+    })
 }
 
 /// A name for what is let into the equation.

@@ -23,11 +23,11 @@ use crate::{Fault, Setup};
 /// Share by which what terms explain differs when they are the same: rounding.
 const SAME: f64 = 1e-6;
 /// Terms looked at in one run.
-const TOGETHER: usize = 96;
+pub(crate) const TOGETHER: usize = 96;
 /// Terms that one shot leaves for all shots.
 const SCREENED: usize = TOGETHER;
 /// Coefficients of any size are taken.
-const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+pub(crate) const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// A term compared with the residuals.
 #[derive(Clone, Debug)]
@@ -111,7 +111,7 @@ fn strangers(term: &Term) -> usize {
 }
 
 /// The fit seen on the one shot whose residuals are farthest from noise.
-fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit, Weighing) {
+pub(crate) fn farthest_shot(problem: &Problem<'_>, fit: &Fit, weighing: &Weighing) -> (Fit, Weighing) {
     let alone = weighing.shots.iter().map(|&shot| of_one_shot(problem, fit, weighing, shot));
     let excess = |(fit, own): &(Fit, Weighing)| fit.residuals.norm_squared() - problem.expected(own);
     let farthest = alone.max_by(|a, b| excess(a).total_cmp(&excess(b)));
@@ -135,24 +135,39 @@ fn shown(
     hypothesis: &Hypothesis,
     inserts: &[Insert],
     places: &[Place],
-    (fit, weighing): (&Fit, &Weighing),
+    fitted: (&Fit, &Weighing),
 ) -> Result<BTreeMap<String, Shown>, Fault> {
-    let mut names: Vec<String> =
-        places.iter().flat_map(|place| place.variables.iter().map(|(_, full)| full.clone())).collect();
+    let names = places.iter().flat_map(|place| place.variables.iter().map(|(_, full)| full.clone()));
+    let courses = courses(setup, workshop, hypothesis, inserts, names.collect(), fitted)?;
+    let of_all = |(name, shots): (String, Vec<Vec<f64>>)| Some((name, Shown::of(shots.concat())?));
+    Ok(courses.into_iter().filter_map(of_all).collect())
+}
+
+/// Variables of the fitted model over time, by their full names: on the output points of each shot that the weighing has.
+///
+/// # Errors
+/// When the model cannot be translated or run.
+pub(crate) fn courses(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    hypothesis: &Hypothesis,
+    inserts: &[Insert],
+    mut names: Vec<String>,
+    (fit, weighing): (&Fit, &Weighing),
+) -> Result<BTreeMap<String, Vec<Vec<f64>>>, Fault> {
     names.sort_unstable();
     names.dedup();
-    let channels = names.clone();
-    let watching = Workshop { channels, ..workshop.clone() };
+    let watching = Workshop { channels: names.clone(), ..workshop.clone() };
     let machine = setup.machine_of(watching.translate(inserts)?, names.len())?;
     let problem = setup.problem(&machine, &hypothesis.inserts)?;
     let runs = problem.simulate(&fit.xi, weighing)?;
-    let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for run in runs.iter().flatten() {
+    let mut values: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for run in weighing.shots.iter().filter_map(|&shot| runs[shot].as_ref()) {
         for (name, series) in names.iter().zip(run) {
-            values.entry(name.clone()).or_default().extend(series);
+            values.entry(name.clone()).or_default().push(series.clone());
         }
     }
-    Ok(values.into_iter().filter_map(|(name, values)| Some((name, Shown::of(values)?))).collect())
+    Ok(values)
 }
 
 /// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving

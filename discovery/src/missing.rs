@@ -1,22 +1,21 @@
 //! What is missing over time, where nobody can say what it is: a free course at the likeliest equation.
 //!
-//! The course is a polygon over the time of each shot. How the channels change per unit of each of its corners comes from
-//! sensitivities, as for terms ([`crate::location`]); the corners that bring the model to the measurement are found together with what may
-//! be off, and as smooth as the record allows: second differences are penalised (Phillips, Journal of the ACM 9 (1962) 84; Tikhonov
+//! The course is a polygon over the time of each shot, whose corners the channels answer to ([`crate::response`]); the corners that bring
+//! the model to the measurement are found together with what may be off, and as smooth as the record allows: second differences are penalised (Phillips, Journal of the ACM 9 (1962) 84; Tikhonov
 //! 1963) with the largest weight that leaves no more than noise (Morozov 1966).  The equations are linear in it, so a large course is an
 //! estimate.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix};
 
 use crate::Fault;
 use crate::Setup;
 use crate::dictionary::Term;
 use crate::fit::{Fit, Jacobian};
 use crate::hypothesis::Hypothesis;
-use crate::location::{of_one_shot, signatures};
 use crate::problem::Weighing;
+use crate::response::{Corners, corners};
 use crate::thresholds::adequate;
-use crate::variant::{Insert, Workshop};
+use crate::variant::Workshop;
 
 /// Corners of a course, at most and at least, and samples of a shot for each.
 const CORNERS: (usize, usize, usize) = (40, 8, 5);
@@ -61,31 +60,15 @@ pub(crate) fn missing(
     term: &Term,
     weighing: &Weighing,
 ) -> Result<Missing, Fault> {
-    let inserts: Vec<Insert> = hypothesis
-        .inserts
-        .iter()
-        .map(|candidate| Insert { candidate: candidate.clone(), values: Vec::new() })
-        .collect();
+    let count = |samples: usize| (samples / CORNERS.2).clamp(CORNERS.1, CORNERS.0);
+    let corners = corners(setup, workshop, (hypothesis, fit), term, (weighing, &count))?;
     let problem = hypothesis.problem(setup)?;
     let mut courses = Vec::new();
-    for &shot in &weighing.shots {
-        let (own, weighing) = of_one_shot(&problem, fit, weighing, shot);
-        let Some(jacobian) = &own.jacobian else { continue };
-        let span = &setup.data.shots[shot].span;
-        let count = (setup.data.shots[shot].times.len() / CORNERS.2).clamp(CORNERS.1, CORNERS.0);
-        let width = (span.stop - span.start) / (count - 1) as f64;
-        let times: Vec<f64> = (0..count).map(|k| span.start + k as f64 * width).collect();
-        let corner = |time: &f64| Term {
-            shape: format!("noEvent(max(0, 1 - abs(time - ({time:e}))/({width:e})))"),
-            ..term.clone()
-        };
-        let corners: Vec<Term> = times.iter().map(corner).collect();
-        let columns = signatures(setup, workshop, hypothesis, &inserts, &corners, (&own.xi, &own.runs), &weighing)?;
-        let columns: Option<Vec<DVector<f64>>> = columns.into_iter().collect();
-        let Some(columns) = columns else { continue };
-        let expected = problem.expected(&weighing);
-        if let Some((values, errors, misfit)) = smoothest(&own, jacobian, &DMatrix::from_columns(&columns), expected) {
-            let misfit = (own.residuals.norm_squared() / expected, misfit / expected);
+    for Corners { shot, times, fit, columns } in corners {
+        let Some(jacobian) = &fit.jacobian else { continue };
+        let expected = problem.expected(&Weighing { shots: vec![shot], ..weighing.clone() });
+        if let Some((values, errors, misfit)) = smoothest(&fit, jacobian, &columns, expected) {
+            let misfit = (fit.residuals.norm_squared() / expected, misfit / expected);
             courses.push(Course { shot, times, values, errors, misfit });
         }
     }

@@ -175,6 +175,7 @@ mod tests {
             probe: 0.2,
             of_range: false,
             is_law: true,
+            given: Vec::new(),
             per_shot: false,
             base: None,
             file: "own.hyd".into(),

@@ -11,8 +11,9 @@ use std::sync::Arc;
 use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
 use hyd_system::Tables;
 
-use crate::catalogue::{SCALE, Site};
+use crate::catalogue::{Effect, SCALE, Site};
 use crate::door::{Door, Law};
+use crate::law::{EQUATION, place_id, site_of};
 use crate::machine::Machine;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -139,6 +140,33 @@ pub(crate) fn beside_declared(declared: &[Site]) -> Vec<Site> {
         }
     });
     beside.collect()
+}
+
+/// The equations of the study's file that laws name as their places ([`crate::law`]): each where that equation still stands.
+///
+/// # Errors
+/// When the base model cannot be translated.
+pub(crate) fn of_laws(effects: &[Arc<Effect>], setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
+    let named = |effect: &&Arc<Effect>| effect.is_law && effect.at.iter().flatten().any(|id| id.starts_with(EQUATION));
+    let laws: Vec<&Arc<Effect>> = effects.iter().filter(named).collect();
+    if laws.is_empty() || workshop.preamble.is_empty() {
+        return Ok(Vec::new());
+    }
+    let base = setup.machine(workshop.translate(&[])?)?;
+    let sites = workshop.injection_sites(&[], base.channel_names());
+    let own = sites.iter().filter(|site| *site.file == *workshop.name() && site.refused.is_none());
+    let mut found: Vec<Site> = Vec::new();
+    for site in own {
+        let id = place_id(&site.path, &site.text);
+        let laws = laws.iter().filter(|law| law.at.iter().flatten().any(|at| **at == *id));
+        let place = |law: &&Arc<Effect>| site_of((&site.path, &site.file, site.line, &site.text), &law.given, workshop);
+        for place in laws.filter_map(place) {
+            if !found.iter().any(|known| known.id == place.id && known.door == place.door) {
+                found.push(place);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// The place that a balance is, if an effect can come in there.

@@ -86,6 +86,21 @@ impl<'a> Projection<'a> {
         (Score { gain, ..whole }, amplitudes.as_slice().to_vec())
     }
 
+    /// `J'S` of several signatures `S`.
+    pub fn seen(&self, signatures: &DMatrix<f64>) -> DMatrix<f64> {
+        self.jacobian.tr_mul(signatures)
+    }
+
+    /// `(J'J + I)^-1 J'S` of what [`Projection::seen`] gave.
+    pub fn followed(&self, seen: &DMatrix<f64>) -> DMatrix<f64> {
+        self.factor.solve(seen)
+    }
+
+    /// Half the slope of the cost along several signatures, downwards; with what [`Projection::seen`] gave of them.
+    pub fn along(&self, signatures: &DMatrix<f64>, seen: &DMatrix<f64>) -> DVector<f64> {
+        seen.tr_mul(&self.pull) - signatures.tr_mul(self.residuals)
+    }
+
     /// `a'Pb`.
     pub fn inner(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let (ja, jb) = (self.jacobian.tr_mul(a), self.jacobian.tr_mul(b));
@@ -93,12 +108,15 @@ impl<'a> Projection<'a> {
     }
 
     /// Scores a signature; amplitudes beyond the ends count as the ends.
-    pub fn score(&self, signature: &DVector<f64>, (from, to): (f64, f64)) -> Score {
+    pub fn score(&self, signature: &DVector<f64>, ends: (f64, f64)) -> Score {
         let j = self.jacobian.tr_mul(signature);
-        let square = signature.norm_squared();
-        let power = (square - j.dot(&self.factor.solve(&j))).max(0.0);
+        self.score_of((signature.norm_squared(), &j, -signature.dot(self.residuals)), ends)
+    }
+
+    /// The same of a signature `d` of which `d'd`, `J'd` and `-d'r` are known.
+    pub fn score_of(&self, (square, j, plain): (f64, &DVector<f64>, f64), (from, to): (f64, f64)) -> Score {
+        let power = (square - j.dot(&self.factor.solve(j))).max(0.0);
         // Half the slope of the cost along the signature, downwards.
-        let plain = -signature.dot(self.residuals);
         let along = plain + j.dot(&self.pull);
         let amplitude = if power > 0.0 { (along / power).clamp(from, to) } else { 0.0 };
         let cost_drop = |amplitude: f64| 2.0 * amplitude * along - amplitude * amplitude * power;

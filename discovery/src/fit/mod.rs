@@ -145,6 +145,13 @@ impl Fit {
         let column = jacobian.unknowns.iter().position(|&own| own == unknown)?;
         jacobian.covariance().map(|covariance| covariance[(column, column)].max(0.0).sqrt())
     }
+
+    /// The same of an unknown with all others held where they are.
+    pub(crate) fn error_alone(&self, unknown: usize) -> Option<f64> {
+        let jacobian = self.jacobian.as_ref()?;
+        let column = jacobian.unknowns.iter().position(|&own| own == unknown)?;
+        Some(1.0 / (1.0 + jacobian.matrix.column(column).norm_squared()).sqrt())
+    }
 }
 
 #[cfg(test)]

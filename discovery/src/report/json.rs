@@ -7,7 +7,7 @@ use crate::catalogue::Candidate;
 use crate::disturbance::Disturbances;
 use crate::fit::Fit;
 use crate::further::further;
-use crate::law::{Law, Rival};
+use crate::law::{Law, MemoryNumber, Rival};
 use crate::location::Located;
 use crate::missing::{Course, Missing, missing};
 use crate::power::{Confusion, Power};
@@ -259,11 +259,23 @@ fn law(scene: &Scene<'_>, own: &Law) -> Result<Value, Fault> {
         let error = at.and_then(|k| Some(fit.standard_error(k)? * problem.unknowns[k].slope(fit.xi[k]).abs()));
         json!({"shape": own.term.shape, "unit": own.term.unit, "coefficient": number(value), "stderr": number(error.unwrap_or(own.error))})
     });
+    let memory = own.memory.as_ref().map(|memory| {
+        let number_of = |(k, own_number): (usize, &MemoryNumber)| {
+            let part = number_of.map(|effect| EffectPart { effect, parameter: own.terms.len() + k });
+            let at = problem.unknowns.iter().position(|unknown| part.is_some() && unknown.effect == part);
+            let value = at.map_or(own_number.value, |k| problem.unknowns[k].value(fit.xi[k]));
+            let error = at.and_then(|k| Some(fit.standard_error(k)? * problem.unknowns[k].slope(fit.xi[k]).abs()));
+            json!({"name": own_number.name, "what": own_number.words, "unit": own_number.unit, "value": number(value),
+                "stderr": number(error.unwrap_or(f64::NAN))})
+        };
+        let numbers: Vec<Value> = memory.numbers.iter().enumerate().map(number_of).collect();
+        json!({"equations": memory.equations, "numbers": numbers})
+    });
     let rival = |own: &Rival| json!({"equation": own.equation, "shape": own.shape, "behind": number(own.behind)});
     let rivals = own.rivals.iter().map(rival);
     Ok(json!({"class": own.name, "text": own.file(), "equation": first.equation, "with": own.equation(),
         "component": &*first.component, "file": scene.workshop.shown_file(&first.file), "line": first.line,
-        "terms": terms.collect::<Vec<_>>(), "rivals": rivals.collect::<Vec<_>>()}))
+        "terms": terms.collect::<Vec<_>>(), "memory": memory, "rivals": rivals.collect::<Vec<_>>()}))
 }
 
 /// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.

@@ -27,6 +27,9 @@ const APART: f64 = 0.1;
 /// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
 /// are not granted any tolerance of time: what rises steeply is met a little too early or too late by all models.
 const LEFT: f64 = 0.15;
+/// Share of what noise does not explain that a name may leave where the rest is alike over several samples: what explains less imitates a
+/// part of something else.
+const NEARLY_ALL: f64 = 0.8;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
@@ -220,6 +223,12 @@ impl Search<'_> {
         }
         if last.base.inserts.is_empty() {
             return Ok(None);
+        }
+        let beyond = |gap: &Gap| (gap.all * gap.all - 1.0).max(0.0);
+        let share = beyond(&train) / beyond(&missing).max(f64::MIN_POSITIVE);
+        if share > NEARLY_ALL && setup.disturbances.levels.iter().any(|level| !level.is_white()) {
+            let words = format!("{:.0} % of what noise does not explain is left with it", 100.0 * share);
+            return Ok(Some(Doubt::new(words)));
         }
         if setup.held_out.is_empty() {
             return Ok(Some(Doubt::new("no shot is held out on which a name could be proved")));

@@ -5,7 +5,8 @@
 //! choice.  The largest of `n` scores that chance alone makes is about `2 ln n` (each is a chi-squared variable of one degree of freedom;
 //! Foster, George, "The risk inflation criterion for multiple regression", Annals of Statistics 22 (1994) 1947), so that is what a term
 //! chosen among `n` pays.  A law needs what a name needs: what is left is noise, every coefficient is four standard errors from
-//! nothing, no effect explains as much and no law of another equation, and shots held out do not refute it.
+//! nothing, no effect explains as much and no law of another equation, and shots held out do not refute it.  Where no terms explain it,
+//! forms with memory are tried ([`super::lasting`]).
 
 use hyd_system::math;
 
@@ -17,7 +18,7 @@ use crate::door::Door;
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
 use crate::hypothesis::Hypothesis;
-use crate::law::{self, Law, LawTerm, Rival};
+use crate::law::{self, Law, LawTerm, Parts, Rival};
 use crate::location::{Located, locate};
 use crate::projection::Projection;
 use crate::thresholds::{ERRORS, LEAD, adequate};
@@ -31,50 +32,74 @@ const EQUATIONS: usize = 3;
 /// Spread of a coefficient before the measurement, by what its screening claims.
 const SPREAD: f64 = 5.0;
 
+/// Share of what is missing that the first of several names leaves where a law may explain it all instead.
+const PIECE: f64 = 0.05;
+
 /// A law in the making.
-struct Grown {
-    hypothesis: Hypothesis,
-    fit: Fit,
+pub(super) struct Grown {
+    pub hypothesis: Hypothesis,
+    pub fit: Fit,
     /// The drop of the cost that it needs.
-    needed: f64,
+    pub needed: f64,
+}
+
+/// Why there is no law.
+pub(super) enum NoLaw {
+    /// Nothing explains anything.
+    Nothing,
+    /// For this reason; another form may be one.
+    Because(String),
+    /// For this reason, whatever other forms say.
+    Ever(String),
 }
 
 impl Search<'_> {
-    /// The findings with a law in place of something unknown, where one explains it.
+    /// The findings with a law in place of something unknown, where one explains it; or in place of names that each explain a part only, where
+    /// it explains more than they do together.
     ///
     /// # Errors
     /// A model that cannot be translated or run.
     pub(super) fn with_law(&self, mut findings: Findings) -> Result<Findings, Fault> {
-        let is_unknown = findings.status == Status::Unknown;
-        let Some(last) = findings.passes.last_mut().filter(|last| is_unknown && last.base.inserts.is_empty()) else {
-            return Ok(findings);
+        let most = match (findings.status, findings.passes.last()) {
+            (Status::Unknown, Some(_)) => f64::INFINITY,
+            (Status::Named, Some(last)) if is_pieced(&findings) => last.fit.cost,
+            _ => return Ok(findings),
         };
-        if last.located.is_empty() {
+        // What a law explains is what the model lacks as it came.
+        let later = findings.passes.split_off(1);
+        let is_alone = later.is_empty();
+        let Some(first) = findings.passes.last_mut() else { return Ok(findings) };
+        if first.located.is_empty() && is_alone {
             // Little seemed to be missing as long as a nuisance was far off, or as model error was taken for granted.
-            self.look_at_equations(last)?;
-            self.fit_terms(last)?;
-            self.judge(last);
+            self.look_at_equations(first)?;
+            self.fit_terms(first)?;
+            self.judge(first);
         }
-        let Some(last) = findings.passes.last() else { return Ok(findings) };
-        match self.law_of(last, findings.hidden)? {
-            Ok((law, grown)) => {
-                (self.progress)(&format!("a law: {}", law.equation()));
-                self.proved(findings, law, &grown)
+        let (status, expected) = (findings.status, first.expected);
+        let found = self.law_of(first, findings.hidden)?;
+        let is_more = |found: &(Law, Grown)| {
+            let scale = (found.1.fit.misfit / expected).max(1.0);
+            price(found) + LEAD * scale <= most
+        };
+        match found {
+            Ok(found) if is_more(&found) => {
+                (self.progress)(&format!("a law: {}", found.0.equation()));
+                findings = self.proved(findings, found.0, &found.1)?;
             }
-            Err(why) => {
-                findings.no_law = why;
-                Ok(findings)
-            }
+            Ok(_) => {}
+            Err(why) => findings.no_law = why,
         }
+        if findings.status == Status::Law {
+            findings.runs += later.iter().map(Pass::runs).sum::<usize>();
+        } else {
+            findings.passes.extend(later);
+            findings.no_law = findings.no_law.filter(|_| status == Status::Unknown);
+        }
+        Ok(findings)
     }
 
-    /// The law that the terms of a pass grow into, or why there is none; without a reason where no term explains anything.
+    /// The law that explains what a pass leaves, or why there is none; without a reason where nothing explains anything.
     fn law_of(&self, last: &Pass, hidden: bool) -> Result<Result<(Law, Grown), Option<String>>, Fault> {
-        let drop = |fit: &Fit| (last.fit.cost - fit.cost) / (fit.misfit / last.expected).max(1.0);
-        let explains = |tried: &Tried| tried.fit.as_ref().is_some_and(|fit| drop(fit) >= self.needed);
-        if !last.terms.iter().any(explains) {
-            return Ok(Err(None));
-        }
         let none = |why: &str| Ok(Err(Some(why.to_string())));
         if self.setup.held_out.is_empty() {
             return none("no shot is held out on which it could be proved");
@@ -88,12 +113,47 @@ impl Search<'_> {
         }
         let places = self.workshop.places()?;
         let declared: Vec<&Site> = places.iter().filter(|site| site.door == Door::Component).collect();
+        let of_terms = match self.law_of_terms(last, &declared)? {
+            // One term that leaves noise is as plain as can be.
+            Ok((law, grown)) if law.terms.len() == 1 => return Ok(Ok((law, grown))),
+            Err(NoLaw::Ever(why)) => return Ok(Err(Some(why))),
+            of_terms => of_terms,
+        };
+        let with_memory = self.law_with_memory(last, &declared)?;
+        Ok(match (of_terms, with_memory) {
+            (Ok(one), Ok(other)) => {
+                let behind = (price(&other) - price(&one)) / (one.1.fit.misfit / last.expected).max(1.0);
+                match behind {
+                    behind if behind >= LEAD => Ok(one),
+                    behind if behind <= -LEAD => Ok(other),
+                    _ => {
+                        let (one, other) = (one.0.equation(), other.0.equation());
+                        Err(Some(format!("`{one}` would be one, and `{other}` explains it as well")))
+                    }
+                }
+            }
+            (Ok(law), Err(_)) | (Err(_), Ok(law)) => Ok(law),
+            (Err(_), Err(NoLaw::Because(why) | NoLaw::Ever(why))) | (Err(NoLaw::Because(why)), Err(NoLaw::Nothing)) => {
+                Err(Some(why))
+            }
+            (Err(_), Err(NoLaw::Nothing)) => Err(None),
+        })
+    }
+
+    /// The law that the terms of a pass grow into.
+    fn law_of_terms(&self, last: &Pass, declared: &[&Site]) -> Result<Result<(Law, Grown), NoLaw>, Fault> {
+        let drop = |fit: &Fit| (last.fit.cost - fit.cost) / (fit.misfit / last.expected).max(1.0);
+        let explains = |tried: &Tried| tried.fit.as_ref().is_some_and(|fit| drop(fit) >= self.needed);
+        if !last.terms.iter().any(explains) {
+            return Ok(Err(NoLaw::Nothing));
+        }
+        let none = |why: &str| Ok(Err(NoLaw::Because(why.to_string())));
         let mut grown: Vec<Grown> = Vec::new();
         for k in by_cost(&last.terms).into_iter().take(EQUATIONS) {
             let tried = &last.terms[k];
             let [(term, _)] = &tried.hypothesis.terms[..] else { continue };
-            if explains(tried) && self.is_writable(term, &declared) {
-                grown.extend(self.grow(last, tried, &declared)?);
+            if explains(tried) && self.is_writable(term, declared) {
+                grown.extend(self.grow(last, tried, declared)?);
             }
         }
         if grown.is_empty() {
@@ -111,9 +171,9 @@ impl Search<'_> {
         if let Some(rival) = rivals.iter().find(|rival| rival.behind < LEAD) {
             let words =
                 format!("{} would be one, and {} explains it as well", said(&grown[best].hypothesis), rival.said());
-            return Ok(Err(Some(words)));
+            return Ok(Err(NoLaw::Ever(words)));
         }
-        let Some(mut law) = self.written(&grown[best], &declared)? else {
+        let Some(mut law) = self.written(&grown[best], declared)? else {
             return none("its equation cannot be written as a class of its own");
         };
         law.rivals = rivals;
@@ -154,12 +214,15 @@ impl Search<'_> {
         if problem.unknowns.len() != grown.fit.xi.len() {
             return Ok(None);
         }
-        let fit = minimise(&problem, &grown.fit.xi, &self.whole(), patience(&problem), None);
-        Ok(fit.ok().filter(|fit| (fit.cost - grown.fit.cost).abs() < LEAD))
+        let Ok(same) = Fit::at(&problem, &grown.fit.xi, &self.whole()) else { return Ok(None) };
+        if (same.cost - grown.fit.cost).abs() >= LEAD {
+            return Ok(None);
+        }
+        Ok(minimise(&problem, &grown.fit.xi, &self.whole(), patience(&problem), None).ok())
     }
 
     /// True if a law at this equation can be written as text.
-    fn is_writable(&self, term: &Term, declared: &[&Site]) -> bool {
+    pub(super) fn is_writable(&self, term: &Term, declared: &[&Site]) -> bool {
         let is_own = !self.workshop.preamble.is_empty() && *term.file == *self.workshop.name();
         is_own || declared.iter().any(|site| site.path == *term.component)
     }
@@ -235,10 +298,27 @@ impl Search<'_> {
             spread: *spread,
         };
         let terms: Vec<LawTerm> = own.hypothesis.terms.iter().enumerate().map(term).collect();
+        self.as_law(declared, Parts { terms, memory: None })
+    }
+
+    /// The text of what a law consists of; none where it cannot be written.
+    pub(super) fn as_law(&self, declared: &[&Site], parts: Parts<'_>) -> Result<Option<Law>, Fault> {
         let ids: Vec<&str> = self.candidates.iter().map(|own| &*own.effect.id).collect();
         let files = self.workshop.files(&[])?;
-        Ok(Law::new(self.workshop, (declared, &ids), &files, terms))
+        Ok(Law::new(self.workshop, (declared, &ids), &files, parts))
     }
+}
+
+/// True if the first of several names left a part of what was missing that counts.
+fn is_pieced(findings: &Findings) -> bool {
+    let [first, second, ..] = &findings.passes[..] else { return false };
+    let beyond = |pass: &Pass| (pass.fit.misfit - first.expected).max(0.0);
+    second.fit.misfit > adequate(first.expected) && beyond(second) > PIECE * beyond(first)
+}
+
+/// The cost of a law with what its choice among so many costs.
+fn price((_, grown): &(Law, Grown)) -> f64 {
+    grown.fit.cost + grown.needed
 }
 
 /// True if a term belongs to the equation of a law.
@@ -267,11 +347,16 @@ fn rivals(pass: &Pass, grown: &[Grown], best: usize, lead: &dyn Fn(&Fit) -> f64)
     let is_grown = |tried: &&Tried| grown.iter().any(|own| is_at(tried, own));
     let terms = pass.terms.iter().filter(|tried| !is_grown(tried));
     let terms = terms.filter_map(|tried| Some(of(&tried.hypothesis.terms, tried.fit.as_ref()?)));
+    let mut all: Vec<Rival> = laws.chain(terms).chain(effects(pass, lead)).collect();
+    all.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+    all
+}
+
+/// Effects beside a law, and by how much more the cost is with each.
+pub(super) fn effects(pass: &Pass, lead: &dyn Fn(&Fit) -> f64) -> Vec<Rival> {
     let effects = pass.tried.iter().filter(|tried| !tried.is_nothing()).filter_map(|tried| {
         let own = tried.hypothesis.inserts.last()?;
         Some(Rival { equation: String::new(), shape: own.label(), behind: lead(tried.fit.as_ref()?) })
     });
-    let mut all: Vec<Rival> = laws.chain(terms).chain(effects).collect();
-    all.sort_by(|a, b| a.behind.total_cmp(&b.behind));
-    all
+    effects.collect()
 }

@@ -13,6 +13,7 @@ mod cross;
 mod decide;
 mod drop;
 mod ends;
+mod lasting;
 mod laws;
 mod look;
 mod memory;

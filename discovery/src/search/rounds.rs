@@ -5,7 +5,7 @@
 //! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
 //! ([`super::ends`]).  Effects that were named late, or that have a size of their
 //! own in every shot, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
-//! their place.
+//! their place, unless the sizes of the shots have an order.
 
 use super::context::Search;
 use super::ends::Ends;
@@ -15,8 +15,11 @@ use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::Hypothesis;
 use crate::leftover::{Leftover, leftover};
+use crate::proof::Gap;
 use crate::setup::Setup;
 use crate::thresholds::{LEAD, adequate, noise};
+use crate::unknowns::EffectPart;
+use hyd_system::math;
 
 /// Most rounds.
 const MOST: usize = 5;
@@ -24,6 +27,9 @@ const MOST: usize = 5;
 const NEAR: f64 = 2.0;
 /// So many times the mean square that the round before left is not explained by names that only imitated a disturbance.
 const FAR_MORE: f64 = 4.0;
+/// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
+const ORDERED: usize = 4;
+const APART: f64 = 3.0;
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 
@@ -143,6 +149,9 @@ impl Search<'_> {
             last.base.inserts.get(known).is_some_and(|next| known > 0 || next.effect.per_shot)
         };
         for pass in findings.passes.iter().filter(may_imitate) {
+            if self.has_order(last, pass.base.inserts.len())? {
+                continue;
+            }
             let found = self.left(&pass.base, &pass.fit)?;
             let known = &self.setup.disturbances;
             let is_more = found.disturbances.fitted() > known.fitted();
@@ -154,6 +163,33 @@ impl Search<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// True if an effect has a size of its own in every shot, and these only grow or only fall from shot to shot, those held out
+    /// included, by more than they are uncertain beside what all shots share: what scatters has no order.  Of `n` shots chance alone
+    /// puts two in `n!` so.
+    fn has_order(&self, last: &Pass, effect: usize) -> Result<bool, Fault> {
+        let setup = self.setup;
+        if !last.base.inserts.get(effect).is_some_and(|own| own.effect.per_shot) || setup.held_out.is_empty() {
+            return Ok(false);
+        }
+        let problem = last.base.problem(setup)?;
+        let unseen = Gap::of(&problem, &last.fit.xi, &setup.held_out, true)?;
+        let size = EffectPart { effect, parameter: 0 };
+        let mut sizes: Vec<(usize, f64, f64)> = Vec::new();
+        for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect == Some(size)) {
+            let Some(shot) = unknown.shot else { continue };
+            let fit = if setup.train.contains(&shot) { &last.fit } else { &unseen.fit };
+            let Some(error) = fit.error_alone(k) else { continue };
+            sizes.push((shot, unknown.value(fit.xi[k]), error * unknown.slope(fit.xi[k]).abs()));
+        }
+        sizes.sort_unstable_by_key(|own| own.0);
+        let beyond = |sign: f64| {
+            let grows =
+                |pair: &[(usize, f64, f64)]| sign * (pair[1].1 - pair[0].1) > APART * math::hypot(pair[0].2, pair[1].2);
+            sizes.windows(2).all(grows)
+        };
+        Ok(sizes.len() >= ORDERED && (beyond(1.0) || beyond(-1.0)))
     }
 
     /// The fit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.

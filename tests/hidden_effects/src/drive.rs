@@ -6,7 +6,7 @@
 use crate::contents::Contents;
 use crate::integrator::{N, State, System};
 use crate::line::Waves;
-use crate::machine::{Friction, Inductance, Machine};
+use crate::machine::{Friction, Inductance, Machine, Memory};
 
 /// Places of the states.
 pub mod at {
@@ -36,10 +36,12 @@ pub mod at {
     pub const GAS: usize = 11;
     /// Lagging signal, two stages.
     pub const LAG: usize = 12;
+    /// What a law with memory remembers, and its rate of change; in units of that law.
+    pub const OWN: usize = 14;
 }
 
 /// Error scales of the states.
-pub const SCALE: State = [1e-2, 0.05, 1.0, 1e-4, 1.0, 1e-2, 1.0, 2e-8, 2e-8, 1e-3, 1e7, 3e-4, 1.0, 1.0];
+pub const SCALE: State = [1e-2, 0.05, 1.0, 1e-4, 1.0, 1e-2, 1.0, 2e-8, 2e-8, 1e-3, 1e7, 3e-4, 1.0, 1.0, 1.0, 1.0];
 /// Time constant of the eddy loop in its other form, s.
 const EDDY_TIME: f64 = 4e-6;
 /// Softness of the contact law's corner in its other form.
@@ -227,14 +229,18 @@ impl Drive<'_> {
         let machine = self.machine;
         let circuit = &machine.circuit;
         let (main, extra) = self.magnetising(y);
+        let warmer = match machine.hidden.memory {
+            Some(Memory::Warming(part)) => 1.0 + part * y[at::OWN],
+            _ => 1.0,
+        };
         let shunt = machine.hidden.eddy.unwrap_or(0.0);
         let ideal = shunt > 0.0 && !machine.hidden.other_forms;
         let i = main + extra + if ideal { 0.0 } else { y[at::EDDY] };
         let (resistance, free) = if self.closed {
-            let r = circuit.r + circuit.r_w;
+            let r = circuit.r * warmer + circuit.r_w;
             (r, y[at::CHARGE] / self.shot.capacity - r * i)
         } else {
-            let r = circuit.r + circuit.r_fw;
+            let r = circuit.r * warmer + circuit.r_fw;
             (r, -r * i - circuit.v_fw * (i / circuit.i_sm).tanh())
         };
         if ideal {
@@ -291,6 +297,38 @@ impl Drive<'_> {
         slope[at::GAS] = (self.accumulator(y) - minus) / waves.impedance;
     }
 
+    /// What a law with memory remembers, and what it does to the rest.
+    fn memory_slopes(&self, y: &State, i: f64, oil: &Oil, slope: &mut State) {
+        let machine = self.machine;
+        let own = y[at::OWN];
+        match machine.hidden.memory {
+            Some(Memory::Surge([mass, frequency, damping])) => {
+                // Distance from the valve, and speed.
+                let speed = y[at::OWN + 1];
+                let square = frequency * frequency;
+                slope[at::OWN] = speed - y[at::W];
+                slope[at::OWN + 1] = -square * own - 2.0 * damping * frequency * (speed - y[at::W]);
+                slope[at::W] -= mass * slope[at::OWN + 1] / machine.valve.mass;
+            }
+            Some(Memory::Pocket([compliance, time])) => {
+                // Pressure above that of the drain.
+                slope[at::OWN] = (oil.p_near - machine.chamber.p_z - own) / time;
+                slope[at::NEAR] -= compliance * slope[at::OWN] * oil.intake[0];
+            }
+            Some(Memory::Warming(_)) => slope[at::OWN] = i * i,
+            Some(Memory::Film([damping, time])) => {
+                slope[at::OWN] = (y[at::V] - own) / time;
+                slope[at::V] -= damping * own / machine.spool.mass;
+            }
+            Some(Memory::Seal([force, travel])) => {
+                let speed = y[at::W];
+                slope[at::OWN] = (speed - speed.abs() * own) / travel;
+                slope[at::W] -= force * own / machine.valve.mass;
+            }
+            None => {}
+        }
+    }
+
     /// Pressure of the accumulator, Pa.
     pub fn accumulator(&self, y: &State) -> f64 {
         let line = self.machine.hidden.line.as_ref();
@@ -322,6 +360,7 @@ impl System for Drive<'_> {
         slope[at::NEAR] = oil.q_net * oil.intake[0];
         self.pipe_slopes(y, &oil, &mut slope);
         self.line_slopes(t, y, &oil, &mut slope);
+        self.memory_slopes(y, i, &oil, &mut slope);
         if let Some((channel, time)) = machine.hidden.lag {
             let signal = [y[at::CHARGE] / self.shot.capacity, i, y[at::X], y[at::Y], oil.p_near, oil.p_0][channel];
             let second = if machine.hidden.other_forms { 0.05 * time } else { 0.0 };

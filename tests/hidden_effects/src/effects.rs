@@ -3,7 +3,7 @@
 //! that a plausible bench has.  What was drawn is the truth of the trial, under the names in which the laws are usually stated.
 
 use crate::draft::Draft;
-use crate::machine::{Air, Friction, Inductance, Line, Pipe};
+use crate::machine::{Air, Friction, Inductance, Line, Memory, Pipe};
 use crate::random::Stream;
 
 /// What an effect belongs to.
@@ -242,7 +242,7 @@ const fn outside(
 }
 
 /// Effects that no catalogue lists.
-pub static OUTSIDE: [Effect; 6] = [
+pub static OUTSIDE: [Effect; 11] = [
     outside("valve_drag", &["sh"], "c", |size, draft, _| {
         draft.machine.hidden.drag = Some(10.0 * size);
         vec![("c", 10.0 * size)]
@@ -267,5 +267,31 @@ pub static OUTSIDE: [Effect; 6] = [
     outside("coefficient_slope", &["qo", "so"], "slope", |size, draft, _| {
         draft.machine.hidden.coefficient_slope = Some(0.25 * size);
         vec![("slope", 0.25 * size)]
+    }),
+    // Those that remember.
+    outside("spring_surge", &["sh"], "m_s", |size, draft, stream| {
+        let (mass, frequency) = (0.03 * size, std::f64::consts::TAU * stream.uniform(250.0, 500.0));
+        let damping = stream.log_uniform(0.03, 0.15);
+        draft.machine.hidden.memory = Some(Memory::Surge([mass, frequency, damping]));
+        vec![("m_s", mass), ("w", frequency), ("D", damping)]
+    }),
+    outside("gas_pocket", &["ra"], "C_p", |size, draft, stream| {
+        let (compliance, time) = (6e-15 * size, stream.log_uniform(5e-4, 4e-3));
+        draft.machine.hidden.memory = Some(Memory::Pocket([compliance, time]));
+        vec![("C_p", compliance), ("T", time)]
+    }),
+    outside("coil_warming", &["rlc"], "part", |size, draft, _| {
+        draft.machine.hidden.memory = Some(Memory::Warming(0.4 * size));
+        vec![("part", 0.4 * size)]
+    }),
+    outside("armature_film", &["su"], "c", |size, draft, stream| {
+        let (damping, time) = (8.0 * size, stream.log_uniform(3e-4, 3e-3));
+        draft.machine.hidden.memory = Some(Memory::Film([damping, time]));
+        vec![("c", damping), ("T", time)]
+    }),
+    outside("seal_hysteresis", &["sh"], "F_s", |size, draft, stream| {
+        let (force, travel) = (50.0 * size, stream.log_uniform(2e-4, 2e-3));
+        draft.machine.hidden.memory = Some(Memory::Seal([force, travel]));
+        vec![("F_s", force), ("L", travel)]
     }),
 ];

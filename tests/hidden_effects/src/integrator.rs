@@ -4,7 +4,7 @@
 //! The fastest rate of the drive is about 1e6 1/s, so an explicit method takes some ten thousand steps for a stroke.
 
 /// Number of states; unused ones stay at zero.
-pub const N: usize = 14;
+pub const N: usize = 16;
 /// The states of the machine.
 pub type State = [f64; N];
 /// How far past a kink a step may end, s.

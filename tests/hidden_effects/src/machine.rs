@@ -198,6 +198,21 @@ pub struct Line {
     pub grid: f64,
 }
 
+/// What remembers: laws with states of their own.
+#[derive(Clone, Debug)]
+pub enum Memory {
+    /// Coils of the valve's spring that swing along: kg, rad/s, damping ratio.
+    Surge([f64; 3]),
+    /// Gas behind a throttle at the chamber: m3/Pa, s.
+    Pocket([f64; 2]),
+    /// The coil warms during the shot: rise of its resistance by A2 s, as a part.
+    Warming(f64),
+    /// A film at the armature that yields: N s/m, s.
+    Film([f64; 2]),
+    /// A seal that is dragged along before it slides: N, m.
+    Seal([f64; 2]),
+}
+
 /// Everything beyond the nominal model; nothing by default.
 #[derive(Clone, Debug)]
 pub struct Hidden {
@@ -245,6 +260,8 @@ pub struct Hidden {
     pub hardening: Option<f64>,
     /// Flow coefficient of the inlet rises by this part over the travel.
     pub coefficient_slope: Option<f64>,
+    /// What has states of its own.
+    pub memory: Option<Memory>,
 }
 
 impl Hidden {
@@ -273,6 +290,7 @@ impl Hidden {
             back_pressure: None,
             hardening: None,
             coefficient_slope: None,
+            memory: None,
         }
     }
 }

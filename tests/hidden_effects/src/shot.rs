@@ -5,7 +5,7 @@ use crate::contents::Contents;
 use crate::drive::{Drive, SCALE, Shot, at};
 use crate::integrator::{Failure, Integrator, N, State};
 use crate::line::Waves;
-use crate::machine::Machine;
+use crate::machine::{Machine, Memory};
 
 /// Error of a step in the scales of `drive::SCALE`.
 pub const TOLERANCE: f64 = 1e-9;
@@ -21,6 +21,11 @@ pub fn run(machine: &Machine, shot: &Shot, times: &[f64], tolerance: f64) -> Res
     if let Some((channel, _)) = machine.hidden.lag {
         scale[at::LAG] = SIGNAL_SCALE[channel];
         scale[at::LAG + 1] = SIGNAL_SCALE[channel];
+    }
+    match machine.hidden.memory {
+        Some(Memory::Surge(_)) => scale[at::OWN] = scale[at::Y],
+        Some(Memory::Pocket(_)) => scale[at::OWN] = scale[at::INLET],
+        _ => {}
     }
     let rest = at_rest(machine, shot, &contents);
     let mut integrator = Integrator::new(start, rest, tolerance, scale);

@@ -1,8 +1,11 @@
 //! Laws that no library holds, found in plain models and written as text.
 
+use std::fs;
+
 use serde_json::Value;
 
-use crate::plain::{Bench, Rates, SWING, answer};
+use crate::plain::{Bench, Rates, SWING, answer, answer_in};
+use crate::{hyd, json};
 
 /// Coefficients within four standard errors of the truth.
 fn has(report: &Value, wanted: &[(&str, f64)]) {
@@ -75,4 +78,63 @@ fn what_nothing_explains_is_told_over_time() {
         let alike = product(&truth, &values) / (product(&truth, &truth) * product(&values, &values)).sqrt();
         assert!(alike > 0.9, "{alike}: {times:?} {values:?}");
     }
+}
+
+/// The only term of a law with memory, within four standard errors of the truth, and the first number of its form.
+fn remembers(report: &Value, (coefficient, number): (f64, (&str, f64)), equations: &[&str]) {
+    assert_eq!(report["status"], "law", "{report:#}");
+    let law = &report["law"];
+    let near = |own: &Value, key: &str, truth: f64| {
+        let (value, error) = (own[key].as_f64().expect("a number"), own["stderr"].as_f64().expect("a number"));
+        assert!((value - truth).abs() < 4.0 * error && error < 0.1 * truth.abs(), "{value} +- {error}: {law:#}");
+    };
+    near(&law["terms"][0], "coefficient", coefficient);
+    let own = &law["memory"]["numbers"][0];
+    assert_eq!(own["name"], number.0, "{law:#}");
+    near(own, "value", number.1);
+    assert_eq!(law["memory"]["equations"], serde_json::json!(equations), "{law:#}");
+    let gap = |key: &str| report["gap"]["heldout"][key].as_f64().expect("a number");
+    assert!(gap("before") > 1.2 && gap("after") < 1.1, "{:#}", report["gap"]);
+}
+
+/// A mass of 0.2 kg that hangs at the other one by a spring.
+#[test]
+fn what_swings_along_has_states_of_its_own() {
+    let rates: Rates = |x, _| {
+        // Distance and speed of the second mass.
+        let [w, d, c] = [15.0, 0.1, 45.0];
+        let acceleration = -w * w * x[2] - 2.0 * d * w * x[3];
+        vec![x[1], (-80.0 * x[0] - 0.6 * x[1] + c * x[2]) / 2.0, x[3] - x[1], acceleration]
+    };
+    let report = answer(&Bench { name: "absorber", rates, without: &["Hyd.Effects"], ..SWING });
+    remembers(&report, (-45.0, ("w_1", 15.0)), &["der(z_1) = r_1", "der(r_1) = w_1*w_1*(x - z_1) - 2*D_1*w_1*r_1"]);
+}
+
+/// A damper in series with a spring.
+#[test]
+fn what_relaxes_has_a_state_of_its_own() {
+    let rates: Rates = |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 3.0 * x[2]) / 2.0, (x[1] - x[2]) / 0.15];
+    let bench = Bench { name: "relaxation", rates, without: &["Hyd.Effects"], ..SWING };
+    let (report, folder) = answer_in(&bench);
+    remembers(&report, (-3.0, ("T_1", 0.15)), &["T_1*der(z_1) = v - z_1"]);
+    // As an effect of a library it is named like any other.
+    let libraries = folder.join("libraries");
+    fs::create_dir_all(&libraries).expect("made");
+    fs::copy(folder.join("report/Proposed.hyd"), libraries.join("Proposed.hyd")).expect("written");
+    let again = ["discover", "study.toml", "--bench", "set.json", "--library", "libraries", "--report", "again"];
+    let found = hyd(&folder, &again);
+    assert_eq!(found.code, Some(0), "{}{}", found.stdout, found.stderr);
+    let report = json(&fs::read_to_string(folder.join("again/report.json")).expect("written"));
+    let id = &report["effects"][0]["id"];
+    assert_eq!((&report["status"], id), (&"named".into(), &"proposed_law".into()), "{report:#}");
+    let _ = fs::remove_dir_all(&folder);
+}
+
+/// Friction that builds up over a way of 20 mm.
+#[test]
+fn hysteresis_has_a_state_of_its_own() {
+    let rates: Rates =
+        |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 2.0 * x[2]) / 2.0, (x[1] - x[1].abs() * x[2]) / 0.02];
+    let report = answer(&Bench { name: "hysteresis", rates, without: &["Hyd.Effects"], ..SWING });
+    remembers(&report, (-2.0, ("L_1", 0.02)), &["L_1*der(z_1) = v - noEvent(abs(v))*z_1"]);
 }

@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -101,6 +101,13 @@ fn write(folder: &Path, bench: &Bench) {
 
 /// What is found; the written model is checked.
 pub(crate) fn answer(bench: &Bench) -> Value {
+    let (report, folder) = answer_in(bench);
+    let _ = fs::remove_dir_all(&folder);
+    report
+}
+
+/// The same, and the folder with study, set and report.
+pub(crate) fn answer_in(bench: &Bench) -> (Value, PathBuf) {
     let folder = folder(&format!("plain-{}", bench.name));
     write(&folder, bench);
     let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
@@ -110,8 +117,7 @@ pub(crate) fn answer(bench: &Bench) -> Value {
         let checked = hyd(&folder.join("report"), &["simulate", "discovered.hyd", "--result", "run.csv"]);
         assert_eq!(checked.code, Some(0), "{}", checked.stderr);
     }
-    let _ = fs::remove_dir_all(&folder);
-    report
+    (report, folder)
 }
 
 /// The one effect named, with sizes within four standard errors of the truth.
