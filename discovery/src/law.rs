@@ -189,6 +189,17 @@ impl Law {
         format!("{own}{}{with}", terms.collect::<String>())
     }
 
+    /// What it adds, in names of the model that has it.
+    pub(crate) fn expression(&self) -> Option<String> {
+        let site = self.candidate.sites.first()?;
+        if site.door != Door::Component {
+            return Some(format!("{}.{GIVES}", self.candidate.component(site)));
+        }
+        let names: Vec<String> = self.candidate.effect.parameters.iter().map(|own| own.name.to_string()).collect();
+        let sum = sum(&self.terms, &names, &|shape| shape.to_string());
+        Some(replaced(&sum, &|name| format!("{}.{name}", site.path)))
+    }
+
     /// Makes the text of a law from terms of one equation; none where it belongs to a component that cannot be exchanged and stands in a
     /// file that is not the study's.  `sites` are the places that the model declares, `files` names and texts of what it is made of.
     pub(crate) fn new(

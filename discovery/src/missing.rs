@@ -27,14 +27,6 @@ const DOUBT: f64 = 2.0;
 /// Where no weight leaves noise alone, the misfit may exceed the least one by this factor.
 const ABOVE_LEAST: f64 = 1.05;
 
-/// What is missing in an equation over time.
-pub(crate) struct Missing {
-    /// The equation, with a shape of no meaning.
-    pub term: Term,
-    /// A course for each shot that was fitted.
-    pub courses: Vec<Course>,
-}
-
 /// The missing quantity in one shot.
 pub(crate) struct Course {
     /// The shot.
@@ -49,7 +41,7 @@ pub(crate) struct Course {
     pub misfit: (f64, f64),
 }
 
-/// The courses at the equation of a term.
+/// The courses at the equation of a term, whatever its shape, one for each shot that was fitted.
 ///
 /// # Errors
 /// A model that cannot be translated or run.
@@ -59,7 +51,7 @@ pub(crate) fn missing(
     (hypothesis, fit): (&Hypothesis, &Fit),
     term: &Term,
     weighing: &Weighing,
-) -> Result<Missing, Fault> {
+) -> Result<Vec<Course>, Fault> {
     let count = |samples: usize| (samples / CORNERS.2).clamp(CORNERS.1, CORNERS.0);
     let corners = corners(setup, workshop, (hypothesis, fit), term, (weighing, &count))?;
     let problem = hypothesis.problem(setup)?;
@@ -72,7 +64,7 @@ pub(crate) fn missing(
             courses.push(Course { shot, times, values, errors, misfit });
         }
     }
-    Ok(Missing { term: term.clone(), courses })
+    Ok(courses)
 }
 
 /// The smoothest corners that leave no more than noise, with their errors, and the misfit left.

@@ -2,16 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{AllGaps, Report, Scene, ShotFiles, disturbed, is_named, nearest, number, parameters, phases};
+use super::{AllGaps, Report, Scene, ShotFiles, course, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
-use crate::disturbance::Disturbances;
-use crate::fit::Fit;
 use crate::further::further;
 use crate::law::{Law, MemoryNumber, Rival};
 use crate::location::Located;
-use crate::missing::{Course, Missing, missing};
 use crate::power::{Confusion, Power};
-use crate::problem::Weighing;
 use crate::proof::Gap;
 use crate::search::{Findings, Status, Tried};
 use crate::unknowns::{EffectPart, Meaning};
@@ -45,7 +41,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "location": location(findings, workshop),
         "proposed": proposed(scene)?,
         "no_law": findings.no_law,
-        "missing": free_course(scene),
+        "missing": course::missing_over_time(scene),
         "law": findings.law.as_ref().map(|own| law(scene, own)).transpose()?,
         "gap": {"train": train, "heldout": held_out},
         "phases": phases::phases(scene, gaps),
@@ -216,35 +212,6 @@ pub(super) fn proposed(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         );
     }
     Ok(values)
-}
-
-/// What the likeliest equation lacks over time, where nothing says what it is; null where it cannot be told.
-fn free_course(scene: &Scene<'_>) -> Value {
-    let &Scene { setup, workshop, last, findings, .. } = scene;
-    let fitted = last.terms.first().and_then(|tried| tried.hypothesis.terms.last()).map(|(term, _)| term);
-    let term = fitted.or(last.located.first().map(|own| &own.term));
-    let Some(term) = term.filter(|_| findings.status == Status::Unknown && last.base.machine.is_fast()) else {
-        return Value::Null;
-    };
-    // What counts as model error elsewhere is what is looked for here.
-    let plain = setup.disturbed(Disturbances { levels: Vec::new(), ..setup.disturbances.clone() });
-    let setup = plain.as_ref().unwrap_or(setup);
-    let weighing = Weighing::whole(&setup.train, setup.study.shots.time_tolerance);
-    let found = || {
-        let problem = last.base.problem(setup)?;
-        let mut fit = Fit::at(&problem, &last.fit.xi, &weighing)?;
-        drop(problem);
-        last.base.refresh(setup, &mut fit, &weighing)?;
-        missing(setup, workshop, (&last.base, &fit), term, &weighing)
-    };
-    // A course that closes a loop that cannot be solved, or a run that fails with it, leaves the rest of the report as it is.
-    let Ok(Missing { term, courses }) = found() else { return Value::Null };
-    let course = |own: &Course| {
-        json!({"shot": setup.data.shots[own.shot].number, "time": own.times, "value": own.values, "stderr": own.errors,
-            "misfit": {"before": number(own.misfit.0), "after": number(own.misfit.1)}})
-    };
-    json!({"equation": term.equation, "component": &*term.component, "file": workshop.shown_file(&term.file), "line": term.line,
-        "unit": term.of_equation, "shots": courses.iter().map(course).collect::<Vec<_>>()})
 }
 
 /// The law that was found: its equation, and the coefficients as the last fit has them.

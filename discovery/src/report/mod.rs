@@ -3,6 +3,7 @@
 //! Numbers of the extended model come from runs of the text that is written, translated anew.  Gaps are roots of the mean square of
 //! residuals in standard deviations of the noise (1.0 is noise); see [`crate::proof`].
 
+mod course;
 mod disturbed;
 mod json;
 mod nearest;

@@ -93,6 +93,20 @@ fn remembers(report: &Value, (coefficient, number): (f64, (&str, f64)), equation
     assert_eq!(own["name"], number.0, "{law:#}");
     near(own, "value", number.1);
     assert_eq!(law["memory"]["equations"], serde_json::json!(equations), "{law:#}");
+    // What the records leave open beside the law is little, and told.
+    let shots = report["missing"]["shots"].as_array().expect("a list");
+    assert!(shots.len() >= 3, "{:#}", report["missing"]);
+    for shot in shots {
+        let list = |key: &str| -> Vec<f64> {
+            shot[key].as_array().expect("a list").iter().filter_map(Value::as_f64).collect()
+        };
+        let (free, law, errors) = (list("value"), list("law"), list("stderr"));
+        let beyond =
+            free.iter().zip(&law).zip(&errors).filter(|((free, law), error)| (**free - **law).abs() > 4.0 * **error);
+        assert!(beyond.count() <= law.len() / 10 && law.len() == free.len(), "{free:?} {law:?} {errors:?}");
+        let largest = law.iter().fold(0.0_f64, |most, own| most.max(own.abs()));
+        assert!(errors.iter().all(|error| *error < 0.3 * largest), "{errors:?} of {largest}");
+    }
     let gap = |key: &str| report["gap"]["heldout"][key].as_f64().expect("a number");
     assert!(gap("before") > 1.2 && gap("after") < 1.1, "{:#}", report["gap"]);
 }

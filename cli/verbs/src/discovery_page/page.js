@@ -41,8 +41,11 @@ function law() {
   const L = R.law;
   if (!L) return "";
   const terms = L.terms.map((own) => `<li><code>${safe(own.shape)}</code> times ${short(own.coefficient)} &plusmn; ${short(own.stderr)} ${safe(own.unit || "")}</li>`);
+  const M = L.memory;
+  const memory = !M ? "" : `<p>with ${M.equations.map((own) => `<code>${safe(own)}</code>`).join(", ")} and</p><ul>` +
+    M.numbers.map((own) => `<li>${safe(own.what)}: <code>${safe(own.name)} = ${short(own.value)} &plusmn; ${short(own.stderr)}</code> ${own.unit === "1" ? "" : safe(own.unit || "")}</li>`).join("") + "</ul>";
   const rivals = L.rivals.map((own) => `<li><code>${safe(own.shape)}</code>${own.equation ? ` in <code>${safe(own.equation)}</code>` : ""}: ${fixed(own.behind, 0)}</li>`);
-  return `<p><code>${safe(L.equation)}</code>, ${place(L)}, lacks</p><ul>${terms.join("")}</ul><p><code>${safe(L.text)}</code> is an effect for a library.</p>` +
+  return `<p><code>${safe(L.equation)}</code>, ${place(L)}, lacks</p><ul>${terms.join("")}</ul>${memory}<p><code>${safe(L.text)}</code> is an effect for a library.</p>` +
     (rivals.length ? `<p>By how much the cost is larger with other terms or effects:</p><ul>${rivals.join("")}</ul>` : "");
 }
 
@@ -94,13 +97,14 @@ function cameNearest() {
   part.classList.add("sizes");
 }
 
-// What the likeliest equation lacks over time, shot by shot, with a band of two standard errors.
+// What the likeliest equation lacks over time, or that of a law, shot by shot, with a band of two standard errors.
 function missing() {
   const M = R.missing;
   if (!M || !M.shots.length) return;
   const width = 420, height = 170, left = 62, right = 10, top = 22, bottom = 30;
   const panel = (own) => {
-    const low = Math.min(0, ...own.value.map((v, k) => v - 2 * own.stderr[k])), high = Math.max(0, ...own.value.map((v, k) => v + 2 * own.stderr[k]));
+    const law = own.law || [];
+    const low = Math.min(0, ...law, ...own.value.map((v, k) => v - 2 * own.stderr[k])), high = Math.max(0, ...law, ...own.value.map((v, k) => v + 2 * own.stderr[k]));
     const first = own.time[0], last = own.time[own.time.length - 1];
     const x = (t) => left + (width - left - right) * (t - first) / (last - first || 1);
     const y = (v) => height - bottom - (height - top - bottom) * (v - low) / (high - low || 1);
@@ -113,11 +117,13 @@ function missing() {
     return `<svg viewBox="0 0 ${width} ${height}" style="width:100%;max-width:${width}px" role="img" aria-label="shot ${own.shot}">` +
       `<polygon points="${band}" fill="#b9d2ee"></polygon><line x1="${left}" x2="${width - right}" y1="${y(0)}" y2="${y(0)}" stroke="#9aa4b2"></line>` +
       `<polyline points="${line}" fill="none" stroke="#c4551d" stroke-width="1.6"></polyline>` +
+      (own.law ? `<polyline points="${own.time.map((t, k) => at(t, own.law[k])).join(" ")}" fill="none" stroke="#1f2a3a" stroke-width="1.6" stroke-dasharray="5 3"></polyline>` : "") +
       marks.map((v) => text(left - 5, y(v) + 4, short(v), "end")).join("") + text(left, 13, `shot ${own.shot}${M.unit ? ", " + M.unit : ""}`, "start") +
       text(left, height - 12, short(first) + " s", "start") + text(width - right, height - 12, short(last) + " s", "end") + "</svg>";
   };
   section("What is missing over time", M.shots.map(panel).join(""), { wide: true,
-    note: `What would have to be added to the right side of <code>${safe(M.equation)}</code>, ${place(M)}, as smooth as the records allow, with a band of two standard errors.` });
+    note: `What would have to be added to the right side of <code>${safe(M.equation)}</code>, ${place(M)}, as smooth as the records allow, with a band of two standard errors` +
+      (R.law ? "; dashed what the law adds." : ".") });
 }
 
 function phases() {
