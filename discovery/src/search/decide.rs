@@ -12,6 +12,7 @@ use crate::fit::schedule::Record;
 use crate::hypothesis::Look;
 use crate::proof::{Gap, unseen};
 use crate::thresholds::{ADEQUATE, LEAD, PROMISING, adequate, noise};
+use crate::unknowns::{LIMIT, Unknown};
 
 /// How many times more a further effect takes where what is left is adequate, and the share of what was explained
 /// before that it takes then, up to this share of the expected misfit.
@@ -228,6 +229,14 @@ impl Search<'_> {
         let share = beyond(&train) / beyond(&missing).max(f64::MIN_POSITIVE);
         if share > NEARLY_ALL && setup.disturbances.levels.iter().any(|level| !level.is_white()) {
             let words = format!("{:.0} % of what noise does not explain is left with it", 100.0 * share);
+            return Ok(Some(Doubt::new(words)));
+        }
+        // A model that is no more than an approximation and needs numbers that cannot be is not the machine.
+        let is_held = |(unknown, xi): &(&Unknown, &f64)| unknown.effect.is_none() && unknown.is_at_limit(**xi);
+        let held: Vec<&str> =
+            base.unknowns.iter().zip(&last.fit.xi).filter(is_held).map(|(unknown, _)| &*unknown.name).collect();
+        if !held.is_empty() && (last.fit.misfit > adequate(last.expected) || !setup.disturbances.levels.is_empty()) {
+            let words = format!("{} would have to be {LIMIT} standard deviations off with it", held.join(" and "));
             return Ok(Some(Doubt::new(words)));
         }
         if setup.held_out.is_empty() {
