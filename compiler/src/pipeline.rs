@@ -362,7 +362,11 @@ fn read(
 fn own_files(table: &ClassTable<'_>, classes: &[ClassId]) -> BTreeSet<FileId> {
     let top = |class: ClassId| table.class(class).path.first().cloned();
     let tops: BTreeSet<_> = classes.iter().filter_map(|&class| top(class)).collect();
-    let own = table.class_ids().filter(|&class| top(class).is_some_and(|name| tops.contains(&name)));
+    // What they inherit is read in them, but stands elsewhere.
+    let around = |class: ClassId| std::iter::successors(Some(class), |&class| table.class(class).parent);
+    let is_written = |class: ClassId| around(class).all(|class| table.class(class).written_in.is_none());
+    let own =
+        table.class_ids().filter(|&class| is_written(class) && top(class).is_some_and(|name| tops.contains(&name)));
     own.map(|class| table.class(class).def.name.span.file).chain(table.main).collect()
 }
 
@@ -503,4 +507,43 @@ fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<C
         table.report(Diagnostic::error(Code::UnknownClass, message).maybe_help(help));
     }
     current
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_instance::SourceText;
+
+    use super::*;
+
+    struct Shelf;
+
+    impl Sources for Shelf {
+        fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+            let text = "package Shelf
+  model Mixed
+    model Part
+      Real x(unit = \"m\") = 1;
+      Real y(unit = \"s\") = x;
+    end Part;
+    Part part;
+  end Mixed;
+end Shelf;
+";
+            let named = |name: &str| SourceText { name: name.into(), text: text.into() };
+            Ok((path.len() == 1 && &*path[0] == "Shelf").then(|| named("Shelf.mo")))
+        }
+    }
+
+    #[test]
+    fn what_a_model_inherits_of_a_library_stands_in_the_library() {
+        let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
+        let severity = |text: &str| {
+            let made = compile(&mut Shelf, "use.mo", text, &options);
+            let units = made.diagnostics.iter().find(|found| found.code == Code::UnitMismatch);
+            units.map(|found| found.severity)
+        };
+        assert_eq!(severity("model Use\n  extends Shelf.Mixed;\nend Use;\n"), Some(Severity::Warning));
+        let own = "model Use\n  Real x(unit = \"m\") = 1;\n  Real y(unit = \"s\") = x;\nend Use;\n";
+        assert_eq!(severity(own), Some(Severity::Error));
+    }
 }
