@@ -159,6 +159,8 @@ pub struct EquationSystem {
     pub equations: IndexVec<EqId, Equation>,
     /// What index reduction did.
     pub reduction: Reduction,
+    /// Variables that are fixed because one that they equal is.
+    pub fixed_by_others: Vec<VarId>,
 }
 
 impl EquationSystem {
