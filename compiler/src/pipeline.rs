@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
-use hyd_equations::{EquationSystem, Loops, PlanJacobian, SortedSystem};
+use hyd_equations::{Combination, EquationSystem, Loops, PlanJacobian, SortedSystem};
 use hyd_flat::{FlatModel, Injection, VarId};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources, Trees};
@@ -362,7 +362,11 @@ fn read(
 fn own_files(table: &ClassTable<'_>, classes: &[ClassId]) -> BTreeSet<FileId> {
     let top = |class: ClassId| table.class(class).path.first().cloned();
     let tops: BTreeSet<_> = classes.iter().filter_map(|&class| top(class)).collect();
-    let own = table.class_ids().filter(|&class| top(class).is_some_and(|name| tops.contains(&name)));
+    // What they inherit is read in them, but stands elsewhere.
+    let around = |class: ClassId| std::iter::successors(Some(class), |&class| table.class(class).parent);
+    let is_written = |class: ClassId| around(class).all(|class| table.class(class).written_in.is_none());
+    let own =
+        table.class_ids().filter(|&class| is_written(class) && top(class).is_some_and(|name| tops.contains(&name)));
     own.map(|class| table.class(class).def.name.span.file).chain(table.main).collect()
 }
 
@@ -379,22 +383,13 @@ fn given(flat: &FlatModel, set: &[(String, String)]) -> Vec<(VarId, f64)> {
 
 /// Flat model to sorted system with its derivatives, and to code if that is wanted.
 fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, loops): (&[Injection], Loops)) {
-    // Where code is made, stages in between are handed on: copies of a million equations are dear.
-    let copy = |system: &EquationSystem| (options.goal < Goal::Run).then(|| system.clone());
-    let system = result.stage(options.clock, "eliminate aliases", |_| hyd_equations::build_system(flat.clone()));
-    result.system = copy(&system);
-    let Outcome { value, diagnostics } =
-        result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system));
-    result.diagnostics.extend(diagnostics);
-    let Some(reduced) = value else { return };
-    result.diagnostics.extend(refusals(&reduced, terms));
-    let fixed = reduced.reduction.fixed_at_zero.iter().map(|&v| reduced.flat.var_name(v));
-    result.set_at_translation.extend(fixed.filter(|name| options.set.iter().any(|(set, _)| set == name)));
-    result.reduced = copy(&reduced);
-    let Outcome { value, diagnostics } =
-        result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced, loops));
-    result.diagnostics.extend(diagnostics);
-    let Some(mut sorted) = value else { return };
+    let attempt =
+        hyd_equations::until_regular(|combinations| sort_once(result, flat, options, (terms, loops), combinations));
+    result.diagnostics.extend(attempt.diagnostics);
+    result.set_at_translation.extend(attempt.set_at_translation);
+    result.system = attempt.system;
+    result.reduced = attempt.reduced;
+    let Some(mut sorted) = attempt.sorted else { return };
     result.diagnostics.extend(check_limits(&sorted, &options.set));
     result.diagnostics.extend(check_starts(&sorted));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
@@ -405,6 +400,52 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, l
     }
     result.jacobian = Some(jacobian);
     result.sorted = Some(Arc::new(sorted));
+}
+
+/// What became of a flat model whose equations were sorted in one way.
+#[derive(Default)]
+struct Sorting {
+    diagnostics: Vec<Diagnostic>,
+    set_at_translation: Vec<String>,
+    system: Option<EquationSystem>,
+    reduced: Option<EquationSystem>,
+    sorted: Option<SortedSystem>,
+}
+
+/// One attempt, with sums in the place of some equations; which sum may help, if it fails.
+fn sort_once(
+    result: &mut Compilation,
+    flat: &FlatModel,
+    options: &Options,
+    (terms, loops): (&[Injection], Loops),
+    combinations: &[Combination],
+) -> Result<Sorting, Box<(Sorting, Option<Combination>)>> {
+    // Where code is made, stages in between are handed on: copies of a million equations are dear.
+    let copy = |system: &EquationSystem| (options.goal < Goal::Run).then(|| system.clone());
+    let mut made = Sorting::default();
+    let build = |_: &mut Compilation| hyd_equations::build_combined(flat.clone(), combinations);
+    let Some(system) = result.stage(options.clock, "eliminate aliases", build) else {
+        return Err(Box::new((made, None)));
+    };
+    made.system = copy(&system);
+    let Outcome { value, diagnostics } =
+        result.stage(options.clock, "reduce index", |_| hyd_equations::reduce_index(system));
+    made.diagnostics.extend(diagnostics);
+    let Some(reduced) = value else { return Err(Box::new((made, None))) };
+    made.diagnostics.extend(refusals(&reduced, terms));
+    let fixed = reduced.reduction.fixed_at_zero.iter().map(|&v| reduced.flat.var_name(v));
+    made.set_at_translation.extend(fixed.filter(|name| options.set.iter().any(|(set, _)| set == name)));
+    made.reduced = copy(&reduced);
+    let Outcome { value, diagnostics } =
+        result.stage(options.clock, "sort", |_| hyd_equations::sort_system(reduced, loops));
+    made.diagnostics.extend(diagnostics);
+    match value {
+        Ok(sorted) => {
+            made.sorted = Some(sorted);
+            Ok(made)
+        }
+        Err(next) => Err(Box::new((made, next))),
+    }
 }
 
 /// Sorted system to code.
@@ -503,4 +544,43 @@ fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<C
         table.report(Diagnostic::error(Code::UnknownClass, message).maybe_help(help));
     }
     current
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_instance::SourceText;
+
+    use super::*;
+
+    struct Shelf;
+
+    impl Sources for Shelf {
+        fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+            let text = "package Shelf
+  model Mixed
+    model Part
+      Real x(unit = \"m\") = 1;
+      Real y(unit = \"s\") = x;
+    end Part;
+    Part part;
+  end Mixed;
+end Shelf;
+";
+            let named = |name: &str| SourceText { name: name.into(), text: text.into() };
+            Ok((path.len() == 1 && &*path[0] == "Shelf").then(|| named("Shelf.mo")))
+        }
+    }
+
+    #[test]
+    fn what_a_model_inherits_of_a_library_stands_in_the_library() {
+        let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
+        let severity = |text: &str| {
+            let made = compile(&mut Shelf, "use.mo", text, &options);
+            let units = made.diagnostics.iter().find(|found| found.code == Code::UnitMismatch);
+            units.map(|found| found.severity)
+        };
+        assert_eq!(severity("model Use\n  extends Shelf.Mixed;\nend Use;\n"), Some(Severity::Warning));
+        let own = "model Use\n  Real x(unit = \"m\") = 1;\n  Real y(unit = \"s\") = x;\nend Use;\n";
+        assert_eq!(severity(own), Some(Severity::Error));
+    }
 }

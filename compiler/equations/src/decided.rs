@@ -75,11 +75,11 @@ fn behind_structure(
     behind
 }
 
-/// What can be set and has a part in a zero that equations read is fixed with it.
-fn fix_what_is_behind(
+/// What can be set and has a part in numbers that the translation has made use of, where equations read them, is fixed with them.
+pub(crate) fn fix_what_is_behind(
     system: &mut EquationSystem,
     bindings: &[Assignment],
-    zeros: &[VarId],
+    used: &[VarId],
     blocks: &IndexVec<VarId, u32>,
 ) {
     let mut read = IndexVec::filled(false, system.roles.len());
@@ -93,7 +93,7 @@ fn fix_what_is_behind(
         }
     }
     let mut behind = IndexVec::filled(false, system.roles.len());
-    for &v in zeros {
+    for &v in used {
         behind[v] = read[v];
     }
     for a in bindings.iter().rev() {

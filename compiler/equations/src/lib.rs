@@ -9,6 +9,7 @@
 mod algebra;
 mod alias;
 mod balance;
+mod combined;
 mod decided;
 mod explain;
 mod incidence;
@@ -33,6 +34,7 @@ mod verify_system;
 mod tests;
 
 pub use alias::eliminate_aliases;
+pub use combined::{Combination, until_regular};
 pub use explain::faults::equation_text;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;
@@ -66,11 +68,25 @@ pub fn build_system(flat: FlatModel) -> EquationSystem {
     system
 }
 
+/// The same with sums in the place of some equations, one after the other; none if those are not there.
+pub fn build_combined(flat: FlatModel, combinations: &[Combination]) -> Option<EquationSystem> {
+    let mut system = build_system(flat);
+    combined::combine(&mut system, combinations).then_some(system)
+}
+
 /// The sorted system of a flat model; none if the model is structurally at fault.
 pub fn sort(flat: FlatModel) -> Outcome<Option<SortedSystem>> {
-    let Outcome { value, mut diagnostics } = reduce_index(build_system(flat));
-    let Some(system) = value else { return Outcome { value: None, diagnostics } };
-    let sorted = sort_system(system, Loops::Torn);
-    diagnostics.extend(sorted.diagnostics);
-    Outcome { value: sorted.value, diagnostics }
+    until_regular(|combinations| {
+        let Some(system) = build_combined(flat.clone(), combinations) else {
+            return Err(Box::new((Outcome { value: None, diagnostics: Vec::new() }, None)));
+        };
+        let Outcome { value, mut diagnostics } = reduce_index(system);
+        let Some(system) = value else { return Err(Box::new((Outcome { value: None, diagnostics }, None))) };
+        let sorted = sort_system(system, Loops::Torn);
+        diagnostics.extend(sorted.diagnostics);
+        match sorted.value {
+            Ok(sorted) => Ok(Outcome { value: Some(sorted), diagnostics }),
+            Err(next) => Err(Box::new((Outcome { value: None, diagnostics }, next))),
+        }
+    })
 }

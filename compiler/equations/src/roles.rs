@@ -34,7 +34,8 @@ pub fn assign_roles(mut flat: FlatModel) -> EquationSystem {
         operands.extend_from_slice(&block.operands);
     }
     let resolution = IndexVec::filled(Resolution::Own, roles.len());
-    EquationSystem { flat, roles, resolution, operands, equations, reduction: Reduction::default() }
+    let (reduction, fixed_by_others) = (Reduction::default(), Vec::new());
+    EquationSystem { flat, roles, resolution, operands, equations, reduction, fixed_by_others }
 }
 
 fn roles(flat: &FlatModel) -> IndexVec<VarId, Role> {

@@ -10,6 +10,7 @@ use hyd_source::{Code, Diagnostic, Outcome};
 
 use crate::algebra::{Algebra, Known};
 use crate::balance::{add_candidate, simulation_equations};
+use crate::combined::Combination;
 use crate::explain::faults::explain_parts;
 use crate::explain::floating::with_floating;
 use crate::incidence::{Unknowns, pattern};
@@ -26,24 +27,35 @@ use crate::start_point::StartPoint;
 use crate::system::{EqId, EquationSystem, Role};
 use crate::unseen_events::unseen_events;
 
-/// Sorts a system of index 1 or less.
-pub fn sort_system(system: EquationSystem, loops: Loops) -> Outcome<Option<SortedSystem>> {
+/// Sorts a system of index 1 or less; equations that depend on each other are handed back as a sum that may stand for one of them.
+pub fn sort_system(system: EquationSystem, loops: Loops) -> Outcome<Result<SortedSystem, Option<Combination>>> {
     let mut diagnostics = Vec::new();
-    let value = match sort_parts(system, loops, &mut diagnostics) {
-        Ok(sorted) => Some(sorted),
-        Err(fault) => {
-            diagnostics.push(*fault);
-            None
-        }
-    };
+    let value = sort_parts(system, loops, &mut diagnostics).map_err(|fault| {
+        diagnostics.push(*fault.diagnostic);
+        fault.combination
+    });
     Outcome { value, diagnostics }
 }
 
-fn sort_parts(
-    system: EquationSystem,
-    loops: Loops,
-    notes: &mut Vec<Diagnostic>,
-) -> Result<SortedSystem, Box<Diagnostic>> {
+/// Why a system cannot be sorted.
+struct Fault {
+    diagnostic: Box<Diagnostic>,
+    combination: Option<Combination>,
+}
+
+impl From<Box<Diagnostic>> for Fault {
+    fn from(diagnostic: Box<Diagnostic>) -> Self {
+        Self { diagnostic, combination: None }
+    }
+}
+
+impl From<Diagnostic> for Fault {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { diagnostic: Box::new(diagnostic), combination: None }
+    }
+}
+
+fn sort_parts(system: EquationSystem, loops: Loops, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Fault> {
     let (mut system, mut relations) = extract_relations(system);
     let simplified = take_actual(&mut system);
     let mut algebra = Algebra::default();
@@ -53,7 +65,10 @@ fn sort_parts(
     let simulation = simulation_plan(&mut system, &mut algebra, &bindings, &values, loops);
     let simulation = simulation.map_err(|fault| floating_first(&system, *fault, notes))?;
     let judged = judge_blocks(&mut system, &mut algebra, &bindings, &values, &simulation);
-    let judged = judged.map_err(|fault| floating_first(&system, *fault, notes))?;
+    let judged = judged.map_err(|dependent| {
+        let (fault, combination) = *dependent;
+        Fault { diagnostic: floating_first(&system, fault, notes), combination }
+    })?;
     notes.extend(judged);
     notes.extend(unseen_events(&system, &relations, &simulation, &bindings.known));
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;

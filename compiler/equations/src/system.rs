@@ -4,6 +4,8 @@ use hyd_flat::{ConstId, FlatModel, Operand, VarId};
 use hyd_index::{IndexVec, typed_index};
 use hyd_symbolic::TemplateId;
 
+use crate::combined::Combination;
+
 typed_index!(
     /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
     EqId,
@@ -90,6 +92,8 @@ pub struct Reduction {
     pub selections: Vec<Selection>,
     /// Parameters that are taken as 0 for good, because equations determine other unknowns without them.
     pub fixed_at_zero: Vec<VarId>,
+    /// Sums of equations that stand in the place of some.
+    pub combined: Vec<Combination>,
 }
 
 /// Variables of which some are states and the others follow from constraints; which ones is decided during the run.
@@ -155,6 +159,8 @@ pub struct EquationSystem {
     pub equations: IndexVec<EqId, Equation>,
     /// What index reduction did.
     pub reduction: Reduction,
+    /// Variables that are fixed because one that they equal is.
+    pub fixed_by_others: Vec<VarId>,
 }
 
 impl EquationSystem {

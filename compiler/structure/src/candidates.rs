@@ -7,6 +7,7 @@
 //! states in Dymola*).  Parts without varying entries, and large ones, have no sets; nothing is chosen for them here.
 
 use crate::graph::{Column, Row};
+use crate::independent::{Columns, independent_columns};
 use hyd_index::IndexVec;
 use std::collections::BTreeMap;
 
@@ -51,8 +52,9 @@ pub(crate) struct Level<'a> {
 pub(crate) enum Verdict {
     /// Nothing varies, or the part is too large: a choice made once will do.
     Fixed,
-    /// Dummies by constant pivots and by lack of choice, and sets for the rest.
-    Open { dummies: Vec<Column>, sets: Vec<CandidateSet> },
+    /// Dummies by constant pivots and by lack of choice, and sets for the rest; rows for which there is no choice although the values are
+    /// singular.
+    Open { dummies: Vec<Column>, sets: Vec<CandidateSet>, doubtful: Vec<Row> },
     /// More equations than columns that may be dummies.
     Short,
 }
@@ -106,14 +108,19 @@ impl Level<'_> {
         let left: Vec<usize> = (0..rows.len()).filter(|&k| rows[k].is_some()).collect();
         let groups = connected(left.iter().filter_map(|&k| rows[k].as_ref()));
         let mut dummies: Vec<Column> = pivots.iter().map(|pivot| pivot.1).collect();
-        let mut sets = Vec::new();
+        let (mut sets, mut doubtful) = (Vec::new(), Vec::new());
         for group in 0..groups.iter().max().map_or(0, |most| most + 1) {
             let open: Vec<usize> = (0..left.len()).filter(|&k| groups[k] == group).map(|k| left[k]).collect();
             let occurring = open.iter().filter_map(|&k| rows[k].as_ref()).flat_map(|row| row.keys().copied());
             let candidates = self.by_preference(occurring);
             match candidates.len().cmp(&open.len()) {
                 std::cmp::Ordering::Less => return Verdict::Short,
-                std::cmp::Ordering::Equal => dummies.extend(candidates),
+                std::cmp::Ordering::Equal => {
+                    if !is_regular(open.iter().filter_map(|&k| rows[k].as_ref()), &candidates) {
+                        doubtful.extend(open.iter().map(|&k| self.rows[k].0));
+                    }
+                    dummies.extend(candidates);
+                }
                 std::cmp::Ordering::Greater => sets.push(CandidateSet {
                     level: self.level,
                     rows: self.rows.iter().map(|row| row.0).collect(),
@@ -123,8 +130,19 @@ impl Level<'_> {
                 }),
             }
         }
-        Verdict::Open { dummies, sets }
+        Verdict::Open { dummies, sets, doubtful }
     }
+}
+
+/// True if a square part of the rows has independent columns at the values given.
+fn is_regular<'a>(rows: impl Iterator<Item = &'a BTreeMap<Column, Coefficient>>, candidates: &[Column]) -> bool {
+    let mut matrix = Columns { rows: candidates.len(), columns: vec![Vec::new(); candidates.len()] };
+    for (position, row) in rows.enumerate() {
+        for (column, candidate) in matrix.columns.iter_mut().zip(candidates) {
+            column.extend(row.get(candidate).map(|entry| (position as u32, entry.value)));
+        }
+    }
+    independent_columns(&matrix).len() == candidates.len()
 }
 
 /// The shortest row in which a column has a pivot that cannot vanish.

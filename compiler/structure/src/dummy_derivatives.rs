@@ -115,7 +115,8 @@ fn leave_open(
         match part.judge() {
             Verdict::Fixed => fixed.extend(part.rows.iter().map(|row| row.0)),
             Verdict::Short => return Err(NoChoice),
-            Verdict::Open { dummies, sets } => {
+            Verdict::Open { dummies, sets, doubtful } => {
+                plan.uncertain.extend(doubtful);
                 for column in dummies {
                     plan.dummies[column] = level;
                 }

@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InitialStructure, InputError,
-    Inputs, Instants, ParameterError, Pattern, Series, StateChoices, Steps, Structure, Tables, Tangents, TimeEvent,
-    TornLoops,
+    Inputs, Instants, ParameterError, Pattern, Series, StateChoices, Steps, Structure, Switches, Tables, Tangents,
+    TimeEvent, TornLoops,
 };
 
 use crate::archive::Unit;
@@ -400,6 +400,10 @@ impl DaeSystem for Exchange {
 
     fn inputs(&mut self) -> Option<&mut dyn Inputs> {
         if self.structure.inputs.is_empty() { None } else { Some(self) }
+    }
+
+    fn switches(&mut self) -> Option<&mut dyn Switches> {
+        None
     }
 
     fn steps(&mut self) -> Option<&mut dyn Steps> {

@@ -72,6 +72,20 @@ impl Instance {
         Ok(EventChange { changed, by_inputs, reinitialised, terminated, unsettled })
     }
 
+    /// Relations and discrete equations at a point once more, `pre` as it is; true if something changes or is not finite.
+    pub(crate) fn switch_at(&mut self, t: f64, point: Point<'_>) -> bool {
+        self.set_time(t, false);
+        self.remember();
+        self.settle(EventPhase::Iterate, t, point);
+        self.differs() || !self.discrete_values().iter().all(|value| value.is_finite())
+    }
+
+    /// Where discrete values and truths of relations stand.
+    pub(crate) fn truths_and_values(&self) -> impl Iterator<Item = usize> + use<> {
+        let layout = &self.loaded.model.area;
+        layout.discrete.clone().chain(layout.held.clone()).map(|index| index as usize)
+    }
+
     /// True if the last pass has left `reinit` to its repetition.
     pub fn reinit_waits(&self) -> bool {
         self.memory.reinit_waits

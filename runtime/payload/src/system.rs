@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InputError, Inputs, LoopError,
-    ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Tables, Tangents, TimeEvent, TornLoops,
+    ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Switches, Tables, Tangents, TimeEvent,
+    TornLoops,
 };
 
 use crate::clock::Clock;
@@ -176,6 +177,10 @@ impl DaeSystem for Instance {
         if self.loaded.model.has_torn_loops() { Some(self) } else { None }
     }
 
+    fn switches(&mut self) -> Option<&mut dyn Switches> {
+        if self.loaded.model.area.held.is_empty() { None } else { Some(self) }
+    }
+
     fn state_choices(&mut self) -> Option<&mut dyn StateChoices> {
         if self.loaded.model.candidates.is_empty() { None } else { Some(self) }
     }
@@ -213,6 +218,22 @@ impl TornLoops for Instance {
     fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError> {
         self.set_time(t0, true);
         self.worst_loop(true, Point { unknown: z, rate: &[] })
+    }
+}
+
+impl Switches for Instance {
+    fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+        self.switch_at(t, Point { unknown: y, rate: yp })
+    }
+
+    fn switched(&self) -> Vec<f64> {
+        self.truths_and_values().map(|index| self.memory.data[index]).collect()
+    }
+
+    fn switch_back(&mut self, kept: &[f64]) {
+        for (index, &value) in self.truths_and_values().zip(kept) {
+            self.memory.data[index] = value;
+        }
     }
 }
 

@@ -18,6 +18,8 @@ const PATIENCE: usize = 6;
 const ROUNDINGS: u32 = 4;
 /// A correction is rounding if it is no larger than so many of what those changes make, and small beside values and nominals.
 const NOISE: f64 = 8.0;
+/// Where the decrease has stopped, corrections of so many tolerances are rounding, too.
+const ABOVE: f64 = 1e3;
 const LEAST_EXACT: f64 = 1e-6;
 
 /// A system that the method can solve.
@@ -91,6 +93,7 @@ impl Newton {
             return Err(NewtonFailure::NotFinite);
         }
         let mut last: Option<(f64, f64)> = None; // (lambda, |d|) of the step before
+        let mut before = f64::INFINITY;
         for step in 0..MOST_STEPS {
             target.factor(&self.x).map_err(|error| match error {
                 FactorError::Singular { row, column } => NewtonFailure::Singular { row, column },
@@ -102,11 +105,14 @@ impl Newton {
             if !size.is_finite() {
                 return Err(NewtonFailure::NotFinite);
             }
+            // Rounding may also let it decrease by next to nothing in every step.
+            let idle = step >= PATIENCE && size > 0.5 * before;
+            before = size;
             if size <= tolerance {
                 add(&mut self.x, &self.correction);
                 return Ok(());
             }
-            if step >= PATIENCE && self.at_rounding(target, size) {
+            if idle && (size <= ABOVE * tolerance || self.at_rounding(target, size)) {
                 add(&mut self.x, &self.correction);
                 return Ok(());
             }
@@ -115,7 +121,7 @@ impl Newton {
                 Damped::Solved => return Ok(()),
                 Damped::Accepted(lambda) => last = Some((lambda, size)),
                 // Rounding stops the decrease just above the tolerance.
-                Damped::Stuck if size <= 1e3 * tolerance => return Ok(()),
+                Damped::Stuck if size <= ABOVE * tolerance => return Ok(()),
                 Damped::Stuck if self.at_rounding(target, size) => return Ok(()),
                 Damped::Stuck => return Err(NewtonFailure::NoConvergence { steps: step + 1 }),
                 Damped::NotFinite => return Err(NewtonFailure::NotFinite),
@@ -290,5 +296,29 @@ mod tests {
         // exp(x) + 1 has no zero; the corrections never get smaller.
         let stuck = root(|x: f64| (x.exp() + 1.0, x.exp()), 0.0);
         assert!(matches!(stuck, Err(NewtonFailure::NoConvergence { .. })), "{stuck:?}");
+    }
+
+    /// A correction that rounding lets shrink by next to nothing each time.
+    struct Creeping(f64);
+
+    impl Target for Creeping {
+        fn residual(&mut self, _: &[f64], out: &mut [f64]) -> bool {
+            self.0 *= 0.9995;
+            out[0] = self.0;
+            true
+        }
+        fn factor(&mut self, _: &[f64]) -> Result<(), FactorError> {
+            Ok(())
+        }
+        fn solve(&mut self, _: &mut [f64]) {}
+    }
+
+    #[test]
+    fn a_search_that_creeps_ends_near_its_tolerance_and_fails_far_from_it() {
+        let mut newton = Newton::new(1);
+        newton.x[0] = 1.0;
+        newton.solve(&mut Creeping(2e-10), 1e-12).unwrap();
+        newton.x[0] = 1.0;
+        assert!(newton.solve(&mut Creeping(2e-7), 1e-12).is_err());
     }
 }

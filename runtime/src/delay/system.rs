@@ -333,6 +333,23 @@ impl Delaying<'_> {
         Ok(change)
     }
 
+    /// See [`hyd_system::Switches::switch`]; false where there are no relations.
+    pub(crate) fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
+        self.prepare(t, y, yp);
+        self.inner.switches().is_some_and(|switches| switches.switch(t, y, yp))
+    }
+
+    /// See [`hyd_system::Switches::switched`]; none where there are no relations.
+    pub(crate) fn switched(&mut self) -> Option<Vec<f64>> {
+        self.inner.switches().map(|switches| switches.switched())
+    }
+
+    pub(crate) fn switch_back(&mut self, kept: &[f64]) {
+        if let Some(switches) = self.inner.switches() {
+            switches.switch_back(kept);
+        }
+    }
+
     pub(crate) fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.outputs(t, y, yp, out);

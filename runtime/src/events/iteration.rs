@@ -71,7 +71,14 @@ pub(crate) fn settle(
         outcome.by_inputs = change.by_inputs && !change.reinitialised && !outcome.changed;
         outcome.changed = true;
         outcome.reinitialised |= change.reinitialised;
-        if let Err(fault) = consistency.solve(problem, (t, time_scale), weights, y, yp) {
+        let solved = consistency.solve(problem, (t, time_scale), weights, y, yp);
+        // What a new value of a state switches comes after it.
+        let may_switch = phase != EventPhase::Initial && !change.reinitialised;
+        let together =
+            may_switch && solve_together(problem, consistency, weights, (t, time_scale), (y, yp, solved.is_ok()));
+        if let Err(fault) = solved
+            && !together
+        {
             return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
         }
         judge(problem, (Stage::Event, t), (y, yp))?;
@@ -79,8 +86,33 @@ pub(crate) fn settle(
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
-        phase = if change.unsettled { EventPhase::Repeat } else { EventPhase::Iterate };
+        phase = if change.unsettled || together { EventPhase::Repeat } else { EventPhase::Iterate };
     }
     let (relations, repeats) = (held_changes(problem, &before), Box::new(cycle.repeats(problem)));
     Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations, repeats })
+}
+
+/// Where the solution for the truths of a pass has changed relations (or there is none for them, `is_solved`): unknowns, relations and
+/// discrete variables at the same `pre` all at once.  A brake that stops is held, and the force that holds it says that it need not
+/// slip, before `pre` is told.  False if relations agree, or if that is not found: then all is as it was.
+fn solve_together(
+    problem: &mut Problem<'_>,
+    consistency: &mut Consistency,
+    weights: &Weights,
+    place: (f64, f64),
+    (y, yp, is_solved): (&mut [f64], &mut [f64], bool),
+) -> bool {
+    let Some(kept) = problem.system.switched() else { return false };
+    if !problem.system.switch(place.0, y, yp) && is_solved {
+        return false;
+    }
+    let before = (y.to_vec(), yp.to_vec());
+    let found = consistency.solve_switching(problem, place, weights, y, yp).is_ok();
+    if found && !problem.system.switch(place.0, y, yp) {
+        return true;
+    }
+    y.copy_from_slice(&before.0);
+    yp.copy_from_slice(&before.1);
+    problem.system.switch_back(&kept);
+    false
 }

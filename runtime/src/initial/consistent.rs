@@ -28,6 +28,8 @@ const MOST_REFINEMENTS: usize = 3;
 /// Convergence is not taken to be faster than this.
 const LEAST_RATE: f64 = 0.05;
 const MOST_PROJECTIONS: usize = 8;
+/// Most rounds until relations at given unknowns, and the discrete variables that depend on them, agree.
+const MOST_SWITCHINGS: usize = 8;
 
 /// Why no consistent values were found.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -80,16 +82,27 @@ struct View<'a, 'b> {
     core: &'a mut Core,
     problem: &'a mut Problem<'b>,
     t: f64,
+    /// Relations and discrete variables follow the unknowns.
+    switching: bool,
+}
+
+impl View<'_, '_> {
+    /// False if relations and what they decide on do not come to rest.
+    fn switch(&mut self) -> bool {
+        let (t, core) = (self.t, &self.core);
+        !self.switching || (0..MOST_SWITCHINGS).any(|_| !self.problem.system.switch(t, &core.y, &core.yp))
+    }
 }
 
 impl Target for View<'_, '_> {
     fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
         self.core.scatter(x);
-        self.problem.residual(self.t, &self.core.y, &self.core.yp, out)
+        self.switch() && self.problem.residual(self.t, &self.core.y, &self.core.yp, out)
     }
 
     fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
         self.core.scatter(x);
+        self.switch();
         self.core.factor(self.problem, self.t)
     }
 
@@ -147,9 +160,33 @@ impl Consistency {
         y: &mut [f64],
         yp: &mut [f64],
     ) -> Result<(), Inconsistent> {
+        self.search(problem, (t, time_scale), weights, (y, yp), false)
+    }
+
+    /// The same for unknowns, relations and discrete variables together, `pre` as it is: a piecewise system, solved with the branch that
+    /// holds at each point tried.  On failure relations and discrete variables are those of the last one.
+    pub(crate) fn solve_switching(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, time_scale): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> Result<(), Inconsistent> {
+        self.search(problem, (t, time_scale), weights, (y, yp), true)
+    }
+
+    fn search(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, time_scale): (f64, f64),
+        weights: &Weights,
+        (y, yp): (&mut [f64], &mut [f64]),
+        switching: bool,
+    ) -> Result<(), Inconsistent> {
         self.have_matrix = false;
         self.load(time_scale, weights, y, yp);
-        let mut view = View { core: &mut self.core, problem, t };
+        let mut view = View { core: &mut self.core, problem, t, switching };
         match self.newton.solve(&mut view, TOLERANCE) {
             Ok(()) => {
                 self.core.scatter(&self.newton.x);
@@ -177,7 +214,7 @@ impl Consistency {
         self.have_matrix = false;
         self.load(time_scale, weights, y, yp);
         let mut x = self.newton.x.clone();
-        let mut view = View { core: &mut self.core, problem, t };
+        let mut view = View { core: &mut self.core, problem, t, switching: false };
         if !fold::follow(&mut view, &mut x, &self.newton.nominals) {
             return false;
         }

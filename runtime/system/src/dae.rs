@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Steps, Tables, Tangents, TornLoops};
+use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Steps, Switches, Tables, Tangents, TornLoops};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -315,6 +315,9 @@ pub trait DaeSystem: Send {
 
     /// Loops whose variables are computed one after the other; none where there are no such loops.
     fn torn_loops(&mut self) -> Option<&mut dyn TornLoops>;
+
+    /// Relations that can be found together with the unknowns that they decide on; none where there are no relations.
+    fn switches(&mut self) -> Option<&mut dyn Switches>;
 
     /// Sets of candidates of which only some are states at a time; none where the states are those of
     /// [`Structure::differential`] always.

@@ -30,7 +30,7 @@ pub use dae::{
 };
 pub use instant::Instants;
 pub use lanes::wide;
-pub use parts::{Delays, Homotopy, Inputs, StateChoices, Steps, TornLoops};
+pub use parts::{Delays, Homotopy, Inputs, StateChoices, Steps, Switches, TornLoops};
 pub use series::{Gap, Hold, Sample, Series, SeriesError, fill_gaps};
 pub use tables::{
     EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,

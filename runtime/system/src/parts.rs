@@ -23,6 +23,18 @@ pub trait TornLoops {
     fn initial_loop_error(&mut self, t0: f64, z: &[f64]) -> Option<LoopError>;
 }
 
+/// Relations, and discrete variables that may depend on them.
+pub trait Switches {
+    /// Finds truths and discrete values anew at a point, for the same `pre`; true if they are not what they were, or do not come to rest.
+    fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool;
+
+    /// All truths and discrete values.
+    fn switched(&self) -> Vec<f64>;
+
+    /// Puts all truths and discrete values back.
+    fn switch_back(&mut self, kept: &[f64]);
+}
+
 /// Unknowns of which some are states at a time, the others following from constraints.
 pub trait StateChoices {
     /// Which unknowns are states at present: those of [`crate::Structure::differential`] but for the candidates that are not.

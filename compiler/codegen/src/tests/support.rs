@@ -98,6 +98,7 @@ impl Maker {
             operands: Vec::new(),
             equations: IndexVec::new(),
             reduction: hyd_equations::Reduction::default(),
+            fixed_by_others: Vec::new(),
         };
         let sorted = SortedSystem {
             late_starts: Vec::new(),

@@ -39,6 +39,9 @@ pub(crate) fn choose_representatives(system: &mut EquationSystem, classes: &mut 
     for &(v, kept, negated) in &moves {
         system.resolution[v] = Resolution::Alias { of: kept, negated };
         system.roles[v] = system.roles[kept];
+        if ranking.fixed(system, v) && !ranking.fixed(system, kept) {
+            system.fixed_by_others.push(kept);
+        }
         inherit(&mut system.flat, &ranking, v, kept);
     }
     let keeps_start = |classes: &mut Classes, v: VarId| {

@@ -45,7 +45,7 @@ pub(crate) fn with_wished_states(system: &EquationSystem) -> Option<EquationSyst
     let origin = flat.variables[flat.locate(first).0].origin.clone();
     let (section, count) = (Section::Continuous, wished.len() as u32);
     flat.equations.push(EquationBlock { section, made: true, template, count, operands, origin });
-    Some(crate::build_system(flat))
+    crate::build_combined(flat, &system.reduction.combined)
 }
 
 /// An error if a variable that must be a state is not one after index reduction.

@@ -109,7 +109,20 @@ pub(crate) fn plan_reduction(
     };
     let wish = |column: Column, order| wishes.of(system, variables[column.index()], order);
     let choice = choose_dummies(problem, wish);
-    let choice = choice.or_else(|_| choose_dummies(DummyProblem { constant: None, ..problem }, wish));
+    // Where too little is left to choose from during the run, a choice made once may have what the start asks for.
+    let choice = match choice {
+        Ok(open) if open.uncertain.is_empty() => Ok(open),
+        found => {
+            let once = choose_dummies(DummyProblem { constant: None, ..problem }, wish);
+            match (found, once) {
+                (Ok(open), Ok(once)) if !once.uncertain.is_empty() => {
+                    Ok(if open.sets.is_empty() { once } else { open })
+                }
+                (Ok(open), Err(_)) => Ok(open),
+                (_, once) => once,
+            }
+        }
+    };
     let choice = choice.map_err(|_| singular(hyd_structure::NotReducible::Malformed))?;
     let triples = variables.iter().zip(&highest).zip(choice.dummies.iter());
     let sets = choice.sets.iter().map(|set| leading.open_set(set, &variables, &highest)).collect();

@@ -236,13 +236,13 @@ fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
             }
         }
     }
+    let by_others: FxHashSet<VarId> = system.fixed_by_others.iter().copied().collect();
     let mut fixed: FxHashMap<VarId, (VarId, f64, f64)> = FxHashMap::default();
     let blocks = block_of_variable(flat);
     for v in system.roles.indices() {
         let block = &flat.variables.raw[blocks[v] as usize];
-        let Some(&number) = numbers.get(&v).filter(|_| block.fixed.get((v.0 - block.first.0) as usize)) else {
-            continue;
-        };
+        let says = block.fixed.get((v.0 - block.first.0) as usize) && !by_others.contains(&v);
+        let Some(&number) = numbers.get(&v).filter(|_| says) else { continue };
         let said = number;
         let (kept, number) = match system.resolution[v] {
             Resolution::Own => (v, number),

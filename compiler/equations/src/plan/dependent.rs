@@ -13,6 +13,7 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known, is_clocked};
+use crate::combined::Combination;
 use crate::explain::faults::{equation_text, list_names, mark_equations, mark_variables, variable_of};
 use crate::plan::bindings::Bindings;
 use crate::plan::linearity::block_targets;
@@ -27,14 +28,15 @@ const ZERO: f64 = 1e-12;
 /// A row takes part in a dependence if its factor is at least this, relative to the largest.
 const SHARE: f64 = 1e-9;
 
-/// Judges the blocks of a plan; an error for the first that no values make regular, else warnings.
+/// Judges the blocks of a plan; an error for the first that no values make regular, with the sum of equations in which unknowns cancel,
+/// else warnings.
 pub(crate) fn judge_blocks(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     bindings: &Bindings,
     declared: &StartPoint,
     plan: &Plan,
-) -> Result<Vec<Diagnostic>, Box<Diagnostic>> {
+) -> Result<Vec<Diagnostic>, Box<(Diagnostic, Option<Combination>)>> {
     let mut judge = Judge { algebra, known: &bindings.known, slopes: FxHashMap::default() };
     let mut warnings = Vec::new();
     let mut made_up: Option<StartPoint> = None;
@@ -48,7 +50,12 @@ pub(crate) fn judge_blocks(
         let Some(dependence) = linear.dependence(system, declared) else { continue };
         let made_up = made_up.get_or_insert_with(|| StartPoint::of_made_up_parameters(system, &bindings.assignments));
         match linear.dependence(system, made_up) {
-            Some(_) => return Err(Box::new(fault(system, &linear, &dependence, true))),
+            Some(_) => {
+                let weighted: Vec<(EqId, f64)> =
+                    dependence.rows.iter().map(|&(row, factor)| (linear.equations[row], factor)).collect();
+                let combination = Combination::new(system, &weighted);
+                return Err(Box::new((fault(system, &linear, &dependence, true), combination)));
+            }
             // A single factor that vanishes is reported by index reduction.
             None if size == 1 => {}
             None => warnings.push(fault(system, &linear, &dependence, false)),
@@ -81,7 +88,8 @@ struct Linear {
 
 /// Which equations add up to nothing, and which unknowns stay open; positions in the block.
 struct Dependence {
-    rows: Vec<usize>,
+    /// With what an equation is multiplied.
+    rows: Vec<(usize, f64)>,
     columns: Vec<usize>,
 }
 
@@ -132,7 +140,7 @@ impl Linear {
             });
             // What is not finite says nothing.
             let vanishes = values.sum::<f64>() == 0.0;
-            return vanishes.then(|| Dependence { rows: vec![0], columns: vec![0] });
+            return vanishes.then(|| Dependence { rows: vec![(0, 1.0)], columns: vec![0] });
         }
         let mut matrix = vec![vec![0.0; n]; n];
         for &(row, column, slope, negated) in &self.entries {
@@ -150,11 +158,10 @@ impl Linear {
 /// vector that the matrix maps to zero.
 fn dependence(mut a: Vec<Vec<f64>>) -> Option<Dependence> {
     let n = a.len();
-    for row in &mut a {
-        let size = row.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
-        if size > 0.0 {
-            row.iter_mut().for_each(|value| *value /= size);
-        }
+    let largest = |row: &Vec<f64>| row.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+    let sizes: Vec<f64> = a.iter().map(largest).map(|size| if size > 0.0 { size } else { 1.0 }).collect();
+    for (row, size) in a.iter_mut().zip(&sizes) {
+        row.iter_mut().for_each(|value| *value /= size);
     }
     let scale: Vec<f64> = (0..n).map(|c| a.iter().fold(0.0_f64, |size, row| size.max(row[c].abs()))).collect();
     let mut factors: Vec<Vec<f64>> = (0..n).map(|k| (0..n).map(|j| f64::from(u8::from(k == j))).collect()).collect();
@@ -165,7 +172,8 @@ fn dependence(mut a: Vec<Vec<f64>>) -> Option<Dependence> {
         let best = places.max_by(|&(r, c), &(s, d)| size(r, columns[c]).total_cmp(&size(s, columns[d])));
         let (row, place) = best?;
         if size(row, columns[place]) <= ZERO {
-            return Some(Dependence { rows: shares(&factors[k]), columns: kernel(&a, &columns, k) });
+            let rows = shares(&factors[k]).into_iter().map(|row| (row, factors[k][row] / sizes[row])).collect();
+            return Some(Dependence { rows, columns: kernel(&a, &columns, k) });
         }
         columns.swap(k, place);
         a.swap(k, row);
@@ -185,7 +193,7 @@ fn dependence(mut a: Vec<Vec<f64>>) -> Option<Dependence> {
 
 /// Rows of a square matrix that depend on each other; `None` if it is regular.
 pub(crate) fn dependent_rows(matrix: Vec<Vec<f64>>) -> Option<Vec<usize>> {
-    dependence(matrix).map(|found| found.rows)
+    dependence(matrix).map(|found| found.rows.into_iter().map(|(row, _)| row).collect())
 }
 
 /// Positions of the entries that are not small.
@@ -206,7 +214,7 @@ fn kernel(a: &[Vec<f64>], columns: &[usize], rank: usize) -> Vec<usize> {
 }
 
 fn fault(system: &EquationSystem, linear: &Linear, dependence: &Dependence, always: bool) -> Diagnostic {
-    let mut equations: Vec<EqId> = dependence.rows.iter().map(|&row| linear.equations[row]).collect();
+    let mut equations: Vec<EqId> = dependence.rows.iter().map(|&(row, _)| linear.equations[row]).collect();
     equations.sort_unstable();
     let mut targets: Vec<Target> = dependence.columns.iter().map(|&column| linear.targets[column]).collect();
     targets.sort_unstable_by_key(|&target| variable_of(target));
@@ -244,7 +252,10 @@ mod tests {
         let rows: &[&[f64]] =
             &[&[1.0, 2.0, 3.0, 0.0], &[1e6, 1e6, 0.0, 0.0], &[-1.0, 0.0, 3.0, 0.0], &[1.0, 0.0, 0.0, 5.0]];
         let found = dependence(matrix(rows)).expect("singular");
-        assert_eq!(found.rows, [0, 1, 2]);
+        let factors: Vec<f64> = found.rows.iter().map(|(_, factor)| factor / found.rows[0].1).collect();
+        assert_eq!(found.rows.iter().map(|(row, _)| *row).collect::<Vec<_>>(), [0, 1, 2]);
+        let off = |(factor, exact): (&f64, f64)| (factor - exact).abs() > 1e-15;
+        assert!(!factors.iter().zip([1.0, -2e-6, -1.0]).any(off), "{factors:?}");
         // (1, -1, 1/3, -1/5) is mapped to zero.
         assert_eq!(found.columns, [0, 1, 2, 3]);
     }

@@ -366,6 +366,10 @@ impl Flattener<'_, '_> {
         if let Some(record) = self.as_record(expr, cx)? {
             return Ok(record);
         }
+        if expr.ty.is_text() && expr.ty.rank > 0 {
+            let (env, _) = cx.env();
+            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+        }
         if expr.ty.is_text() {
             return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
         }

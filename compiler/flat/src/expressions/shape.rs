@@ -19,7 +19,11 @@ impl Flattener<'_, '_> {
             Kind::Variable(variable) => self.steps_shape(&variable.steps, cx),
             Kind::Local(local) => {
                 let (local, subscripts) = self.leaf_of_path(local, cx)?;
-                let (Local::Array(_, sizes) | Local::Records(_, sizes)) = local else { return Ok(Vec::new()) };
+                let sizes = match local {
+                    Local::Array(_, sizes) | Local::Records(_, sizes) => sizes,
+                    Local::Value(value) => value.shape(),
+                    _ => return Ok(Vec::new()),
+                };
                 self.kept_sizes(&sizes, &subscripts, cx)
             }
             Kind::Unary(_, a) => self.shape(a, cx),

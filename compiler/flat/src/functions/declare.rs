@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hyd_instance::constructor::{Said, declared};
 use hyd_instance::modifier::AstMod;
-use hyd_instance::{ScalarType, Scope};
+use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::Code;
 use hyd_syntax::tree::{ClassKind, Component, Element};
 use hyd_typed::{Base, Declaration, Function};
@@ -42,6 +42,10 @@ impl Flattener<'_, '_> {
         sizes: Vec<usize>,
         inner: &mut Context,
     ) -> Result<Form, Fail> {
+        // A text is known where it is used, or there is no body.
+        if component.class.parts.len() == 1 && component.class.parts[0].name.as_ref() == "String" && sizes.is_empty() {
+            return Ok(Form::Fixed(Value::Text("".into())));
+        }
         let scalar = match component.class.parts.as_slice() {
             [only] => match only.name.as_ref() {
                 "Real" => Some(ScalarType::Real),

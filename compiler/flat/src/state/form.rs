@@ -102,6 +102,8 @@ impl Flattener<'_, '_> {
         let scalar = |given: &ScalarType| declared.clone().unwrap_or_else(|| given.clone());
         Ok(match value {
             Local::Value(value @ (Value::Text(_) | Value::Object(_))) => Form::Fixed(value.clone()),
+            // An array of texts.
+            Local::Value(value) if !value.shape().is_empty() => Form::Fixed(value.clone()),
             Local::Index(affine) if sizes => match affine.as_constant() {
                 Some(k) => Form::Fixed(Value::Integer(k)),
                 None => Form::Scalar(ScalarType::Integer),

@@ -43,6 +43,9 @@ pub(crate) fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
     Some(Arc::new(EnumType { name: name.into(), literals: literals.iter().map(|&l| l.into()).collect() }))
 }
 
+/// The level of what stands in no class.
+const TOP: usize = usize::MAX;
+
 impl InstanceTree<'_> {
     /// The class a name means in a scope, redeclarations included.
     pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, Reported> {
@@ -65,10 +68,15 @@ impl InstanceTree<'_> {
 
     /// The class an identifier means in a scope: an element of the instance, or of what is around its class.
     pub(crate) fn first_class(&mut self, scope: Scope, name: &Name) -> Option<LocalClass> {
+        self.class_at(scope, name, &mut 0)
+    }
+
+    /// The same, with the number of levels that were left on the way added.
+    fn class_at(&mut self, scope: Scope, name: &Name, depth: &mut usize) -> Option<LocalClass> {
         let shape = self.instances[scope.inst].shape.clone()?;
         if let Some(element) = shape.visible(name, scope.frame).filter(|e| !e.component) {
             if let Some(inner) = self.inner_class(scope.inst, &shape, element) {
-                return self.first_class(inner, name);
+                return self.class_at(inner, name, depth);
             }
             if let Some(local) = self.instances[scope.inst].local_classes.get(name) {
                 return Some(local.clone());
@@ -87,11 +95,13 @@ impl InstanceTree<'_> {
                 return Some(LocalClass::plain(class));
             }
             let Some(next) = self.table.outwards(level) else { break };
+            *depth += 1;
             if let Some(around) = self.scope_of_level(scope.inst, next) {
-                return self.first_class(around, name);
+                return self.class_at(around, name, depth);
             }
             level = next;
         }
+        *depth = TOP;
         self.table.top(name).map(LocalClass::plain)
     }
 
@@ -264,21 +274,28 @@ impl InstanceTree<'_> {
         {
             return self.literal(enumeration, reference, 1).map(Some);
         }
+        let mut depth = 0;
         let found = match reference.global {
             true => self.table.top(&first.name).map(LocalClass::plain),
-            false => self.first_class(scope, &first.name),
+            false => self.class_at(scope, &first.name, &mut depth),
         };
-        // A package is no value: a constant that is called like one further out is meant.
+        // A package is no value: a constant that is called like one further out is meant, and one that is further in hides it.
         let is_package = |tree: &Self, local: &LocalClass| tree.table.class(local.class).def.kind == ClassKind::Package;
-        if reference.parts.len() == 1
+        let within = match (reference.parts.len(), depth) {
+            (1, _) => usize::MAX,
+            // Nobody calls a constant like a library, and looking for one would be dear.
+            (_, TOP) => 0,
+            _ => depth,
+        };
+        if !reference.global
             && let Some(local) = &found
             && is_package(self, local)
-            && let Some(inst) = self.enclosing_constant(scope, &first.name)?
+            && let Some(inst) = self.enclosing_constant(scope, &first.name, within)?
         {
             return self.steps(inst, reference, 0).map(Some);
         }
         let Some(mut local) = found else {
-            return match self.enclosing_constant(scope, &first.name)? {
+            return match self.enclosing_constant(scope, &first.name, usize::MAX)? {
                 Some(inst) => self.steps(inst, reference, 0).map(Some),
                 None => Ok(None),
             };
@@ -314,21 +331,25 @@ impl InstanceTree<'_> {
         Ok(Some(Resolved::Class(local)))
     }
 
-    /// A constant of what is around the class, by its simple name, or through an import.
-    fn enclosing_constant(&mut self, scope: Scope, name: &Name) -> Result<Option<InstId>, Reported> {
+    /// A constant of what is around the class, by its simple name, or through an import, so many levels out at most.
+    fn enclosing_constant(&mut self, scope: Scope, name: &Name, mut levels: usize) -> Result<Option<InstId>, Reported> {
         let Some(shape) = self.instances[scope.inst].shape.clone() else { return Ok(None) };
         let text = shape.frames[scope.frame as usize].class;
         let mut level = Level { members: shape.frames[0].class, text };
         loop {
+            if levels == 0 {
+                return Ok(None);
+            }
             if let Some(inst) = self.imported_constant(level.text, name)? {
                 return Ok(Some(inst));
             }
             let Some(next) = self.table.outwards(level) else { return Ok(None) };
+            levels -= 1;
             if let Some(around) = self.scope_of_level(scope.inst, next) {
                 let own = self.component_of(around, name)?;
                 return match own.filter(|&inst| self.instances[inst].variability <= Variability::Constant) {
                     Some(inst) => Ok(Some(inst)),
-                    None => self.enclosing_constant(around, name),
+                    None => self.enclosing_constant(around, name, levels),
                 };
             }
             if let Some(inst) = self.package_constant(&LocalClass::plain(next.members), name)? {

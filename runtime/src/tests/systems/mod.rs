@@ -242,6 +242,9 @@ impl<M: Model> DaeSystem for Hand<M> {
     fn inputs(&mut self) -> Option<&mut dyn Inputs> {
         None
     }
+    fn switches(&mut self) -> Option<&mut dyn Switches> {
+        None
+    }
     fn steps(&mut self) -> Option<&mut dyn Steps> {
         None
     }
