@@ -472,7 +472,7 @@ pub(crate) fn site_of(
     let opening = Opening {
         line,
         equation: equation.to_string(),
-        name: free(&workshop.preamble)?,
+        name: free(&workshop.preamble, line)?,
         words: "what no library holds".to_string(),
         replaces: false,
     };
@@ -499,10 +499,11 @@ pub(crate) fn site_of(
     })
 }
 
-/// A name for what is let into the equation.
-fn free(text: &str) -> Option<String> {
-    let numbered = (2_u32..).map(|k| format!("further_{k}"));
-    std::iter::once("further".to_string()).chain(numbered).find(|name| !text.contains(name.as_str()))
+/// A name for what is let into the equation of this line: the same for all that is added to it, and another one for every equation.
+fn free(text: &str, line: u32) -> Option<String> {
+    let name = format!("further_{line}");
+    let longer = std::iter::successors(Some(name), |name| Some(format!("{name}_")));
+    longer.take(text.len()).find(|name| !text.contains(name.as_str()))
 }
 
 /// Names in an expression that are not those of functions.
@@ -556,7 +557,15 @@ fn words(shape: &str, each: &mut dyn FnMut(&str, bool)) {
 
 #[cfg(test)]
 mod tests {
-    use super::{replaced, variables};
+    use super::{free, replaced, variables};
+
+    #[test]
+    fn every_equation_has_a_name_of_its_own_for_what_is_added() {
+        let text = "model M\n  Real further_3;\n  Real further_31;\nend M;\n";
+        assert_eq!(free(text, 10).as_deref(), Some("further_10"));
+        assert_eq!(free(text, 3).as_deref(), Some("further_3_"));
+        assert_eq!(free(text, 31).as_deref(), Some("further_31_"));
+    }
 
     #[test]
     fn variables_are_told_from_functions_and_numbers() {

@@ -4,7 +4,7 @@
 //! variables, and neither of the two equations what it seemed to.  Where the slopes are numbers before the run, the sum in which
 //! the unknowns cancel takes the place of one of the equations (the method of linear combinations of Tan, Nedialkov and Pryce 2017,
 //! "Conversion methods for improving structural analysis of differential-algebraic equation systems"), which changes no solution,
-//! and everything is analysed anew.  Parameters that slopes depend on are fixed with that.
+//! and everything is analysed again.  Parameters that slopes depend on are fixed with that.
 
 use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::TypedIndex;
@@ -20,7 +20,7 @@ use crate::relations::append;
 use crate::start_point::StartPoint;
 use crate::system::{EqId, EquationSystem, OperandRange};
 
-/// Coefficients that add up to a whole number but for this part of the largest of them are meant to; where it is 0 they cancel.
+/// Coefficients whose sum is an integer but for this part of the largest of them are meant to give it; where it is 0 they cancel.
 const ZERO: f64 = 1e-12;
 /// Most sums; each takes an analysis of the whole system.
 const MOST: usize = 40;

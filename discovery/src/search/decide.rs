@@ -28,9 +28,6 @@ const APART: f64 = 0.1;
 /// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
 /// are not granted any tolerance of time: what rises steeply is met a little too early or too late by all models.
 const LEFT: f64 = 0.15;
-/// Share of what noise does not explain that a name may leave where the rest is alike over several samples: what explains less imitates a
-/// part of something else.
-const NEARLY_ALL: f64 = 0.8;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
@@ -225,13 +222,12 @@ impl Search<'_> {
         if last.base.inserts.is_empty() {
             return Ok(None);
         }
-        let beyond = |gap: &Gap| (gap.all * gap.all - 1.0).max(0.0);
-        let share = beyond(&train) / beyond(&missing).max(f64::MIN_POSITIVE);
-        if share > NEARLY_ALL && setup.disturbances.levels.iter().any(|level| !level.is_white()) {
+        let is_alike = setup.disturbances.levels.iter().any(|level| !level.is_white());
+        if let Some(share) = rule::imitates((missing.all, train.all), is_alike) {
             let words = format!("{:.0} % of what noise does not explain is left with it", 100.0 * share);
             return Ok(Some(Doubt::new(words)));
         }
-        // A model that is no more than an approximation and needs numbers that cannot be is not the machine.
+        // A model that leaves more than noise, and only with numbers that cannot be, is not the machine.
         let is_held = |(unknown, xi): &(&Unknown, &f64)| unknown.effect.is_none() && unknown.is_at_limit(**xi);
         let held: Vec<&str> =
             base.unknowns.iter().zip(&last.fit.xi).filter(is_held).map(|(unknown, _)| &*unknown.name).collect();

@@ -12,6 +12,7 @@ use hyd_system::math;
 
 use super::context::{Search, patience};
 use super::pass::{Findings, Pass, Status, Tried, by_cost};
+use super::rule;
 use crate::catalogue::Site;
 use crate::dictionary::Term;
 use crate::door::Door;
@@ -31,9 +32,6 @@ const FITTED: usize = 3;
 const EQUATIONS: usize = 3;
 /// Spread of a coefficient before the measurement, by what its screening claims.
 const SPREAD: f64 = 5.0;
-
-/// Share of what is missing that the first of several names leaves where a law may explain it all instead.
-const PIECE: f64 = 0.05;
 
 /// A law in the making.
 pub(super) struct Grown {
@@ -312,8 +310,7 @@ impl Search<'_> {
 /// True if the first of several names left a part of what was missing that counts.
 fn is_pieced(findings: &Findings) -> bool {
     let [first, second, ..] = &findings.passes[..] else { return false };
-    let beyond = |pass: &Pass| (pass.fit.misfit - first.expected).max(0.0);
-    second.fit.misfit > adequate(first.expected) && beyond(second) > PIECE * beyond(first)
+    rule::is_pieced((first.fit.misfit, second.fit.misfit), (first.expected, adequate(first.expected)))
 }
 
 /// The cost of a law with what its choice among so many costs.

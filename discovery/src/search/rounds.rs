@@ -10,6 +10,7 @@
 use super::context::Search;
 use super::ends::Ends;
 use super::pass::{Findings, Pass, Status};
+use super::rule;
 use crate::disturbance::Disturbances;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
@@ -19,7 +20,6 @@ use crate::proof::Gap;
 use crate::setup::Setup;
 use crate::thresholds::{LEAD, adequate, noise};
 use crate::unknowns::EffectPart;
-use hyd_system::math;
 
 /// Most rounds.
 const MOST: usize = 5;
@@ -27,9 +27,6 @@ const MOST: usize = 5;
 const NEAR: f64 = 2.0;
 /// So many times the mean square that the round before left is not explained by names that only imitated a disturbance.
 const FAR_MORE: f64 = 4.0;
-/// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
-const ORDERED: usize = 4;
-const APART: f64 = 3.0;
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 
@@ -49,7 +46,7 @@ impl Search<'_> {
     /// As [`Search::run`].
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
         let (mut findings, mut setup) = self.round()?;
-        let mut runs = findings.runs;
+        let (mut runs, why) = (findings.runs, findings.no_law.clone());
         let (mut unexplained, mut earlier): (Option<Earlier>, Option<Earlier>) = (None, None);
         for round in 1..=MOST {
             let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
@@ -91,6 +88,9 @@ impl Search<'_> {
             (findings, setup) = (before.findings, before.setup);
         }
         findings.runs = runs;
+        if findings.status == Status::Unknown {
+            findings.no_law = both(why, findings.no_law);
+        }
         Ok((findings, setup))
     }
 
@@ -165,9 +165,8 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// True if an effect has a size of its own in every shot, and these only grow or only fall from shot to shot, those held out
-    /// included, by more than they are uncertain beside what all shots share: what scatters has no order.  Of `n` shots chance alone
-    /// puts two in `n!` so.
+    /// True if an effect has a size of its own in every shot, and these have an order ([`rule::has_order`]), those held out included; errors are
+    /// those beside what all shots share.
     fn has_order(&self, last: &Pass, effect: usize) -> Result<bool, Fault> {
         let setup = self.setup;
         if !last.base.inserts.get(effect).is_some_and(|own| own.effect.per_shot) || setup.held_out.is_empty() {
@@ -176,20 +175,16 @@ impl Search<'_> {
         let problem = last.base.problem(setup)?;
         let unseen = Gap::of(&problem, &last.fit.xi, &setup.held_out, true)?;
         let size = EffectPart { effect, parameter: 0 };
-        let mut sizes: Vec<(usize, f64, f64)> = Vec::new();
+        let mut sizes: Vec<(usize, (f64, f64))> = Vec::new();
         for (k, unknown) in problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect == Some(size)) {
             let Some(shot) = unknown.shot else { continue };
             let fit = if setup.train.contains(&shot) { &last.fit } else { &unseen.fit };
             let Some(error) = fit.error_alone(k) else { continue };
-            sizes.push((shot, unknown.value(fit.xi[k]), error * unknown.slope(fit.xi[k]).abs()));
+            sizes.push((shot, (unknown.value(fit.xi[k]), error * unknown.slope(fit.xi[k]).abs())));
         }
         sizes.sort_unstable_by_key(|own| own.0);
-        let beyond = |sign: f64| {
-            let grows =
-                |pair: &[(usize, f64, f64)]| sign * (pair[1].1 - pair[0].1) > APART * math::hypot(pair[0].2, pair[1].2);
-            sizes.windows(2).all(grows)
-        };
-        Ok(sizes.len() >= ORDERED && (beyond(1.0) || beyond(-1.0)))
+        let sizes: Vec<(f64, f64)> = sizes.into_iter().map(|(_, size)| size).collect();
+        Ok(rule::has_order(&sizes))
     }
 
     /// The fit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
@@ -207,6 +202,14 @@ impl Search<'_> {
         let mut fit = fit.clone();
         hypothesis.refresh(self.setup, &mut fit, &whole)?;
         leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, &whole)
+    }
+}
+
+/// Why there is no law, by the first round and by the last: what was found before model error counted stays said.
+fn both(first: Option<String>, last: Option<String>) -> Option<String> {
+    match (first, last) {
+        (Some(first), Some(last)) if first != last => Some(format!("{first}; and {last}")),
+        (first, last) => last.or(first),
     }
 }
 
@@ -248,7 +251,7 @@ fn is_new(known: &Disturbances, found: &Disturbances) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_astray, is_new, mean_square};
+    use super::{both, is_astray, is_new, mean_square};
     use crate::disturbance::{Disturbances, Level, Spike};
 
     #[test]
@@ -259,6 +262,14 @@ mod tests {
         assert!(is_astray((2, 3.0), (0, 75.0)) && !is_astray((1, 2.0), (1, 2.5)));
         let levels = vec![Level::new(3.0, 9.0, 1.0), Level::NOISE];
         assert_eq!(mean_square(&Disturbances { levels, ..Default::default() }), 5.0);
+    }
+
+    #[test]
+    fn what_the_first_round_says_of_laws_stays_said() {
+        let some = |text: &str| Some(text.to_string());
+        assert_eq!(both(some("two come close"), some("model error")), some("two come close; and model error"));
+        assert_eq!(both(some("model error"), some("model error")), some("model error"));
+        assert_eq!((both(some("two come close"), None), both(None, None)), (some("two come close"), None));
     }
 
     #[test]

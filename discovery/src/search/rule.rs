@@ -3,6 +3,15 @@
 //! It knows nothing of models and measurements, so that every case of it can be stated.
 
 use crate::thresholds::{ERRORS, LEAD, NEEDED, NOTHING};
+use hyd_system::math;
+
+/// Share of what noise does not explain that a name may leave where the rest is alike over several samples: what explains less imitates a
+/// part of something else.
+const NEARLY_ALL: f64 = 0.8;
+/// Share of what is missing that the first of several names leaves where a law may explain it all instead.
+const PIECE: f64 = 0.05;
+/// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
+const ORDERED: (usize, f64) = (4, 3.0);
 
 /// What the fit of a candidate has brought.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -139,9 +148,37 @@ pub(super) fn places_of_more<'a>(gains: &[(f64, &'a str)], most: f64) -> Vec<&'a
     gains.iter().filter(|(gain, _)| *gain > best - LEAD).map(|&(_, place)| place).collect()
 }
 
+/// The share of what noise does not explain that a name leaves (roots of mean squares in noise, before and after), if that is too much for a
+/// name: where the rest is alike over several samples, what explains next to nothing imitates a part of something else.
+pub(super) fn imitates((before, after): (f64, f64), is_alike: bool) -> Option<f64> {
+    let beyond = |gap: f64| (gap * gap - 1.0).max(0.0);
+    let share = beyond(after) / beyond(before).max(f64::MIN_POSITIVE);
+    (is_alike && share > NEARLY_ALL).then_some(share)
+}
+
+/// True if the first of several names leaves a part of what was missing that counts: misfits without it and with it, and what noise leaves, as
+/// expected and at most.
+pub(super) fn is_pieced((without, with): (f64, f64), (expected, noise): (f64, f64)) -> bool {
+    with > noise && with - expected > PIECE * (without - expected)
+}
+
+/// True if sizes with their standard errors, in the order of the shots, only grow or only fall, by more than they are uncertain: what scatters
+/// has no order.  Of `n` shots chance alone puts two in `n!` so.
+pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
+    let is_monotone = |sign: f64| {
+        let grows =
+            |pair: &[(f64, f64)]| sign * (pair[1].0 - pair[0].0) > ORDERED.1 * math::hypot(pair[0].1, pair[1].1);
+        sizes.windows(2).all(grows)
+    };
+    sizes.len() >= ORDERED.0 && (is_monotone(1.0) || is_monotone(-1.0))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Outcome, Standing, Without, is_beaten_by, is_taken, leader, outcome, places_of_more};
+    use super::{
+        Outcome, Standing, Without, has_order, imitates, is_beaten_by, is_pieced, is_taken, leader, outcome,
+        places_of_more,
+    };
 
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
     const NOISE: Without = Without { is_adequate: true, is_noise: true };
@@ -240,6 +277,36 @@ mod tests {
         assert_eq!(places_of_more(&gains, 289.0), ["stop", "seat"]);
         assert!(places_of_more(&gains, 291.0).is_empty());
         assert!(places_of_more(&[], 0.0).is_empty());
+    }
+
+    #[test]
+    fn a_name_that_leaves_nearly_all_imitates() {
+        // Mean squares of 1.21 and 1.17 are an excess of 0.21 and 0.17.
+        let (before, after) = (1.1, 1.17_f64.sqrt());
+        assert!(imitates((before, after), true).is_some_and(|share| (share - 0.17 / 0.21).abs() < 1e-12));
+        // Noise that is more than stated is white.
+        assert_eq!(imitates((before, after), false), None);
+        assert_eq!(imitates((before, 1.16_f64.sqrt()), true), None);
+        // Nothing was missing.
+        assert_eq!(imitates((1.0, 0.99), true), None);
+        assert!(imitates((1.0, 1.1), true).is_some());
+    }
+
+    #[test]
+    fn names_are_pieces_where_the_first_leaves_what_counts() {
+        let noise = (1000.0, 1060.0);
+        assert!(is_pieced((3000.0, 1200.0), noise) && !is_pieced((3000.0, 1050.0), noise));
+        assert!(!is_pieced((9000.0, 1300.0), noise));
+    }
+
+    #[test]
+    fn sizes_have_an_order_by_more_than_their_errors() {
+        assert!(has_order(&[(0.0, 0.1), (4.0, 0.1), (6.4, 0.1), (7.9, 0.1)]));
+        assert!(has_order(&[(7.9, 0.1), (6.4, 0.1), (4.0, 0.1), (0.0, 0.1)]));
+        assert!(!has_order(&[(0.0, 0.1), (6.4, 0.1), (4.0, 0.1), (7.9, 0.1)]));
+        assert!(!has_order(&[(0.0, 0.1), (4.0, 0.1), (6.4, 0.5), (7.9, 0.5)]));
+        // One of six orders of three shots is as easily chance.
+        assert!(!has_order(&[(0.0, 0.1), (4.0, 0.1), (6.4, 0.1)]));
     }
 
     #[test]

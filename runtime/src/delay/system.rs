@@ -333,13 +333,13 @@ impl Delaying<'_> {
         Ok(change)
     }
 
-    /// See [`hyd_system::Switches::switch`]; false where there are no relations.
+    /// See [`hyd_system::Switches::switch`]; false without relations.
     pub(crate) fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool {
         self.prepare(t, y, yp);
         self.inner.switches().is_some_and(|switches| switches.switch(t, y, yp))
     }
 
-    /// See [`hyd_system::Switches::switched`]; none where there are no relations.
+    /// See [`hyd_system::Switches::switched`]; none without relations.
     pub(crate) fn switched(&mut self) -> Option<Vec<f64>> {
         self.inner.switches().map(|switches| switches.switched())
     }

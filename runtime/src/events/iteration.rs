@@ -94,7 +94,7 @@ pub(crate) fn settle(
 
 /// Where the solution for the truths of a pass has changed relations (or there is none for them, `is_solved`): unknowns, relations and
 /// discrete variables at the same `pre` all at once.  A brake that stops is held, and the force that holds it says that it need not
-/// slip, before `pre` is told.  False if relations agree, or if that is not found: then all is as it was.
+/// slip, before `pre` hears of it.  False if relations agree, or if that is not found: then all is as it was.
 fn solve_together(
     problem: &mut Problem<'_>,
     consistency: &mut Consistency,

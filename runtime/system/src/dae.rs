@@ -316,7 +316,7 @@ pub trait DaeSystem: Send {
     /// Loops whose variables are computed one after the other; none where there are no such loops.
     fn torn_loops(&mut self) -> Option<&mut dyn TornLoops>;
 
-    /// Relations that can be found together with the unknowns that they decide on; none where there are no relations.
+    /// Relations that can be found together with the unknowns that they decide on; none without relations.
     fn switches(&mut self) -> Option<&mut dyn Switches>;
 
     /// Sets of candidates of which only some are states at a time; none where the states are those of

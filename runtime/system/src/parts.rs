@@ -25,7 +25,7 @@ pub trait TornLoops {
 
 /// Relations, and discrete variables that may depend on them.
 pub trait Switches {
-    /// Finds truths and discrete values anew at a point, for the same `pre`; true if they are not what they were, or do not come to rest.
+    /// Finds truths and discrete values again at a point, for the same `pre`; true if they are not what they were, or do not come to rest.
     fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool;
 
     /// All truths and discrete values.

@@ -279,7 +279,7 @@ impl InstanceTree<'_> {
             true => self.table.top(&first.name).map(LocalClass::plain),
             false => self.class_at(scope, &first.name, &mut depth),
         };
-        // A package is no value: a constant that is called like one further out is meant, and one that is further in hides it.
+        // A package is not a value: a constant of that name further out is meant, and one further in hides it.
         let is_package = |tree: &Self, local: &LocalClass| tree.table.class(local.class).def.kind == ClassKind::Package;
         let within = match (reference.parts.len(), depth) {
             (1, _) => usize::MAX,

@@ -1,7 +1,7 @@
 //! Forms with memory compared with what is left, without a run for each.
 //!
-//! At each equation that can be written anew it is asked how much any course at all would explain of the shot that is farthest from the
-//! model.  At the likeliest ones the channels' answer to a course is found in all shots ([`crate::response`]).  Every form
+//! For each equation that can be rewritten, the first question is how much any course at all would explain of the shot that is farthest from
+//! the model.  At the likeliest ones the channels' answer to a course is found in all shots ([`crate::response`]).  Every form
 //! ([`crate::dynamics`]) along every variable of the equation, with numbers over all that the record can tell, is then a course whose score is
 //! a product of matrices.
 
