@@ -66,7 +66,10 @@ pub fn varied(text: &str, variation: &Variation<'_>) -> Option<String> {
     let tail = text[start..end].trim_end();
     let tail = start + tail.strip_suffix(&*class.name.name)?.len();
     let keyword = text[start..tail].trim_end().strip_suffix("end")?.len() + start;
-    let sections: String = variation.sections.lines().map(|line| format!("  {line}\n")).collect();
+    // As far in as the `end` of the class.
+    let line = text[..keyword].rfind('\n').map_or(0, |at| at + 1);
+    let indent = text[line..keyword].chars().take_while(|c| c.is_whitespace()).collect::<String>();
+    let sections: String = variation.sections.lines().map(|line| format!("{indent}{line}\n")).collect();
     edits.push((
         Span { start: keyword, end },
         format!("{sections}  annotation({});\nend {}", variation.annotation, variation.name),

@@ -153,40 +153,15 @@ impl Search<'_> {
         fit.misfit <= adequate(last.expected) && drop >= own.grown.needed && is_size && is_memory
     }
 
-    /// True if two laws are told apart by terms without memory only, as a spring and damper in series are one law by its force and by its way:
-    /// what one adds is that of the other but for a part of the variables themselves.
+    /// True if two laws are of one equation and what they add is [`told_apart_by_terms`] only.
     fn is_kin(&self, one: &Lasting, other: &Lasting) -> bool {
-        let (a, b) = (&one.screened, &other.screened);
-        if a.alike != b.alike {
-            return false;
-        }
         let course = |own: &Lasting| -> Vec<f64> {
             let form = own.fitted();
             let shots = self.setup.train.iter().zip(&*own.screened.variable);
             shots.flat_map(|(&shot, variable)| form.course(&self.setup.data.shots[shot].span, variable)).collect()
         };
-        let rows = a.variable.iter().map(Vec::len).sum::<usize>();
-        let (wanted, own) = (DVector::from_vec(course(one)), DVector::from_vec(course(other)));
-        let plain = [DVector::from_vec(a.variable.concat()), DVector::from_vec(b.variable.concat())];
-        if wanted.len() != rows || plain.iter().any(|plain| plain.len() != rows) || own.len() != rows {
-            return false;
-        }
-        let constant = DVector::from_element(rows, 1.0);
-        let left = |wanted: &DVector<f64>, by: &[&DVector<f64>]| -> f64 {
-            let mut basis: Vec<DVector<f64>> = Vec::new();
-            let without = |vector: &DVector<f64>, basis: &[DVector<f64>]| {
-                basis.iter().fold(vector.clone(), |vector, own| &vector - own * own.dot(&vector))
-            };
-            for &vector in by {
-                let rest = without(vector, &basis);
-                if rest.norm() > 1e-6 * vector.norm() {
-                    basis.push(rest.normalize());
-                }
-            }
-            without(wanted, &basis).norm()
-        };
-        let alone = left(&wanted, &[&constant, &plain[0], &plain[1]]);
-        left(&wanted, &[&constant, &plain[0], &plain[1], &own]) < KIN * alone
+        let seen = |own: &Lasting| (course(own), own.screened.variable.concat());
+        one.screened.alike == other.screened.alike && told_apart_by_terms(seen(one), seen(other))
     }
 
     /// The law with the numbers that were fitted in its text.
@@ -202,7 +177,61 @@ impl Search<'_> {
     }
 }
 
+/// True if what one law adds is that of the other but for a factor and a part of the variables themselves, as a spring and damper in series
+/// are one law by their force and by their way.  Of each what it adds and its variable, at the same points.
+fn told_apart_by_terms((one, along): (Vec<f64>, Vec<f64>), (other, beside): (Vec<f64>, Vec<f64>)) -> bool {
+    let rows = one.len();
+    if [&along, &other, &beside].iter().any(|own| own.len() != rows) {
+        return false;
+    }
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let without = |vector: DVector<f64>, basis: &[DVector<f64>]| {
+        basis.iter().fold(vector, |vector, own| &vector - own * own.dot(&vector))
+    };
+    let mut span = |vector: DVector<f64>| {
+        let size = vector.norm();
+        let rest = without(vector, &basis);
+        if rest.norm() > 1e-6 * size {
+            basis.push(rest.normalize());
+        }
+        basis.clone()
+    };
+    span(DVector::from_element(rows, 1.0));
+    span(DVector::from_vec(along));
+    let terms = span(DVector::from_vec(beside));
+    let all = span(DVector::from_vec(other));
+    let left = |basis: &[DVector<f64>]| without(DVector::from_column_slice(&one), basis).norm();
+    left(&all) < KIN * left(&terms)
+}
+
 /// What is expected of the numbers of a form that was screened.
 fn priors(dynamics: &Dynamics) -> Vec<Prior> {
     dynamics.numbers.iter().map(|&number| Prior::Lognormal(number, SPREAD.1)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_apart_by_terms;
+    use crate::dynamics::{Dynamics, Form};
+    use crate::span::Span;
+
+    #[test]
+    fn a_spring_and_damper_in_series_is_one_law() {
+        let span = Span { start: 0.0, stop: 4.0, intervals: 800 };
+        let times: Vec<f64> = (0..=800).map(|k| 5e-3 * f64::from(k)).collect();
+        let way: Vec<f64> = times.iter().map(|t| (6.0 * t).cos() * (-0.2 * t).exp()).collect();
+        let speed: Vec<f64> =
+            times.iter().map(|t| -(6.0 * (6.0 * t).sin() + 0.2 * (6.0 * t).cos()) * (-0.2 * t).exp()).collect();
+        let of = |form: Form, number: f64, variable: &[f64]| {
+            let own = Dynamics { form, driver: "u".into(), unit: String::new(), numbers: vec![number] };
+            (own.course(&span, variable), variable.to_vec())
+        };
+        // The lag of the speed is the relaxation of the way, and a lag is a relaxation but for the variable itself.
+        let lag = || of(Form::Lag, 0.15, &speed);
+        assert!(told_apart_by_terms(lag(), of(Form::Relaxation, 0.15, &way)));
+        assert!(told_apart_by_terms(lag(), of(Form::Relaxation, 0.15, &speed)));
+        // Hysteresis is something else, and other points cannot be compared.
+        assert!(!told_apart_by_terms(lag(), of(Form::Hysteresis, 0.1, &speed)));
+        assert!(!told_apart_by_terms(lag(), (vec![0.0; 3], vec![0.0; 3])));
+    }
 }
