@@ -248,6 +248,10 @@ mod tests {
         let always = IndexVec::from_vec(vec![true, false, true, false, false]);
         let plan = choose_dummies(DummyProblem { states: &always, ..problem }, |column, order| (order == 0, column));
         assert_eq!(plan.map(|plan| (plan.dummies.raw, plan.sets)), Ok((vec![1, 2, 0, 1, 0], vec![])));
+        // Hanging straight down `x` follows from nothing: where `y` and `vy` are to be states there is no choice, and that is said.
+        let always = IndexVec::from_vec(vec![false, true, false, true, false]);
+        let plan = choose_dummies(DummyProblem { states: &always, ..problem }, |column, order| (order == 0, column));
+        assert_eq!(plan.map(|plan| plan.uncertain), Ok(vec![Row(2)]));
     }
 
     proptest! {
