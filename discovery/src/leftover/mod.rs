@@ -6,6 +6,7 @@
 //! itself* (size and correlation, [`series`]), so that a smooth misfit of the model is not taken for hum.  What is left after that
 //! is the level of each channel ([`Level`]).
 
+mod conditions;
 mod explain;
 mod series;
 mod spikes;
@@ -20,7 +21,7 @@ use crate::thresholds::adequate;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
 use explain::{Columns, Explained, explained};
-use hyd_system::math::square;
+use hyd_system::math::{self, square};
 use series::{Series, level};
 
 /// Drop of the misfit that a disturbance needs, and more for each of its numbers.
@@ -32,6 +33,9 @@ const MAINS: [f64; 6] = [50.0, 100.0, 150.0, 60.0, 120.0, 180.0];
 /// Periods that a record must hold, and samples that a period must have, for hum to be told.
 const PERIODS: f64 = 1.0;
 const PER_PERIOD: f64 = 2.5;
+/// `n` times the square of the mean of `n` phases as unit vectors, above which they are not random: by chance in one of a hundred (Rayleigh's
+/// test; Mardia, Jupp, Directional Statistics, 2000, section 6.3.1).
+const IN_STEP: f64 = 4.6;
 /// Fewest shots of which a scatter from shot to shot is told.
 const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
@@ -95,7 +99,7 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
         }
     }
     disturbances.spikes.sort_unstable();
-    let mut state = State { problem, blocks: &blocks, residuals, jacobian, weights, fit };
+    let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit };
     let mut open = state.candidates(setup);
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
@@ -126,6 +130,20 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
     Ok(Leftover { disturbances, misfit })
 }
 
+/// True if waves, by the amplitudes of their sine and cosine shot by shot, have phases that are not random.
+fn are_in_step(amplitudes: &[f64]) -> bool {
+    let (mut along, mut across, mut count) = (0.0, 0.0, 0.0);
+    for wave in amplitudes.chunks_exact(2) {
+        let size = math::hypot(wave[0], wave[1]);
+        if size > 0.0 {
+            along += wave[0] / size;
+            across += wave[1] / size;
+            count += 1.0;
+        }
+    }
+    square(along) + square(across) > IN_STEP * count
+}
+
 /// The blocks of the residuals.
 fn blocks(problem: &Problem<'_>, whole: &Weighing) -> Vec<Block> {
     let mut blocks = Vec::new();
@@ -142,6 +160,7 @@ fn blocks(problem: &Problem<'_>, whole: &Weighing) -> Vec<Block> {
 
 /// Residuals on the way, in standard deviations of the noise as stated.
 struct State<'a> {
+    setup: &'a Setup,
     problem: &'a Problem<'a>,
     blocks: &'a [Block],
     residuals: DVector<f64>,
@@ -272,6 +291,9 @@ impl State<'_> {
                 return None;
             }
         }
+        if self.is_systematic(disturbance, &found.amplitudes) {
+            return None;
+        }
         let is_timing = match disturbance {
             Disturbance::Lag(channel) => self.is_timing(Some(*channel), &found),
             Disturbance::Clock => self.is_timing(None, &found),
@@ -289,9 +311,44 @@ impl State<'_> {
         Some(found)
     }
 
+    /// True for what is no disturbance but an error of the model: scatter and hum that follow a condition, and waves that begin with every shot
+    /// alike, for the mains know nothing of the trigger.
+    fn is_systematic(&self, disturbance: &Disturbance, amplitudes: &[f64]) -> bool {
+        let shots = |channel: Option<usize>| {
+            let own = self.blocks.iter().filter(|block| channel.is_none_or(|channel| block.channel == channel));
+            let mut shots: Vec<usize> = own.map(|block| block.shot).collect();
+            shots.dedup();
+            shots
+        };
+        match disturbance {
+            Disturbance::Scatter(..) => conditions::follow(self.setup, &shots(None), amplitudes),
+            Disturbance::Added(channel, Added::Hum(_)) => {
+                let sizes: Vec<f64> = amplitudes.chunks_exact(2).map(|wave| math::hypot(wave[0], wave[1])).collect();
+                are_in_step(amplitudes) || conditions::follow(self.setup, &shots(Some(*channel)), &sizes)
+            }
+            _ => false,
+        }
+    }
+
     /// Drop of the misfit of a block, in what counts as noise afterwards.
     fn fall(&self, block: &Block, left: &DVector<f64>, after: &[Level]) -> f64 {
         let rows = |values: &DVector<f64>| values.rows(block.first, block.rows).norm_squared();
         (rows(&self.residuals) - rows(left)) / square(after[block.channel].factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::are_in_step;
+
+    #[test]
+    fn waves_in_step_with_the_trigger_are_no_hum() {
+        let of =
+            |phases: &[f64]| phases.iter().flat_map(|phase: &f64| [2.0 * phase.sin(), 2.0 * phase.cos()]).collect();
+        let amplitudes = |phases: &[f64]| -> Vec<f64> { of(phases) };
+        assert!(are_in_step(&amplitudes(&[0.3, 0.5, 0.2, 0.4, 0.6, 0.1])));
+        assert!(!are_in_step(&amplitudes(&[0.3, 1.5, 5.2, 2.4, 4.6, 3.1])));
+        // Of a few shots nothing can be told.
+        assert!(!are_in_step(&amplitudes(&[0.3, 0.3, 0.3, 0.3])) && !are_in_step(&[]) && !are_in_step(&[0.0; 8]));
     }
 }

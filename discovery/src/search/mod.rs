@@ -5,7 +5,8 @@
 //! candidate whose size ends within two standard errors of nothing is the fit without.  Where the drop of the cost is
 //! larger than that size accounts for, the fit without lies in another local minimum and the pass is begun again from a lower
 //! one.  A name needs a drop of the cost of 25, four standard errors, plausible numbers, a lead of 10 over the next one
-//! and residuals that are noise; plain terms at equations are rivals of every effect.
+//! and residuals that are noise; plain terms at equations are rivals of every effect.  What stood against an effect is fitted in its
+//! place once another one is found, and a tie is gone on from ([`found`], [`exchange`]).
 
 mod afar;
 mod context;
@@ -13,6 +14,8 @@ mod cross;
 mod decide;
 mod drop;
 mod ends;
+mod exchange;
+mod found;
 mod lasting;
 mod laws;
 mod look;
@@ -38,6 +41,7 @@ use crate::thresholds::noise;
 pub use context::Search;
 pub(crate) use decide::is_beaten;
 pub use ends::Ends;
+use found::Found;
 pub use memory::{Forgetful, Memory};
 pub(crate) use pass::{Findings, Pass, Status, Tried};
 use rule::Outcome;
@@ -58,16 +62,12 @@ impl Search<'_> {
     }
 
     /// Goes on after these passes, with what was found and the fit of it.
-    fn from(
-        &self,
-        mut passes: Vec<Pass>,
-        mut found: Vec<Candidate>,
-        mut start: Option<Fit>,
-    ) -> Result<Findings, Fault> {
+    fn from(&self, mut passes: Vec<Pass>, found: Vec<Candidate>, mut start: Option<Fit>) -> Result<Findings, Fault> {
+        let mut found = Found::of(found);
         let mut refused: Vec<Candidate> = Vec::new();
         let mut revisited = !passes.is_empty();
         loop {
-            let mut pass = self.pass(&found, start.take(), &refused)?;
+            let mut pass = self.pass(&found.effects(), start.take(), &refused)?;
             pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
             let mut outcome = self.settle(&mut pass)?;
             let is_another = match passes.last_mut() {
@@ -75,36 +75,49 @@ impl Search<'_> {
                 _ => false,
             };
             if let Some(before) = passes.pop_if(|_| is_another) {
-                found.clone_from(&before.base.inserts);
+                found.truncate(before.base.inserts.len());
                 (revisited, pass) = (true, before);
                 outcome = self.answer(&mut pass)?;
             }
-            let is_named = matches!(outcome, Outcome::Name(_)) && found.len() < MOST_EFFECTS;
-            // Effects that may not be needed any more: all earlier ones beside a new one, in the end those that have vanished.
-            let doubted = match outcome {
-                Outcome::Name(k) if is_named => {
-                    let named = &pass.tried[k];
-                    found.clone_from(&named.hypothesis.inserts);
-                    start.clone_from(&named.fit);
-                    (self.progress)(&format!("found: {}", named.hypothesis.label()));
-                    (0..found.len() - 1).collect()
+            let known = found.all.len();
+            let taken = match &outcome {
+                Outcome::Name(k) if known < MOST_EFFECTS => {
+                    found.take(&pass, *k);
+                    Some(*k)
                 }
-                _ if found.len() > 1 => {
+                Outcome::Several(close) if found.goes_on(&pass, close, MOST_EFFECTS) => {
+                    found.take_for_now(&pass, close.clone(), passes.len() + 1);
+                    Some(close[0])
+                }
+                _ => None,
+            };
+            // Effects that may not be needed any more: all earlier ones beside a new one, in the end those that have vanished.
+            let doubted = match taken {
+                Some(k) => {
+                    let named = &pass.tried[k];
+                    start.clone_from(&named.fit);
+                    let is_tied = matches!(outcome, Outcome::Several(_));
+                    let words = if is_tied { "for the time being" } else { "found" };
+                    (self.progress)(&format!("{words}: {}", named.hypothesis.label()));
+                    (0..known).collect()
+                }
+                None if known > 1 => {
                     start = Some(pass.fit.clone());
                     plausible::vanished(&pass, self.setup)
                 }
-                _ => Vec::new(),
+                None => Vec::new(),
             };
             let needless = match &start {
-                Some(fit) => self.needless(&found, fit, &doubted)?,
+                Some(fit) => self.needless(&found.effects(), fit, &doubted)?,
                 None => None,
             };
             let plainer = match &start {
-                Some(fit) if is_named && needless.is_none() => self.plainer(&found, fit)?,
+                Some(fit) if taken.is_some() && needless.is_none() => self.plainer(&found.effects(), fit)?,
                 _ => None,
             };
             if let Some((inserts, again)) = plainer {
-                (found, start) = (inserts, Some(again));
+                found.all.iter_mut().zip(inserts).for_each(|(own, plainer)| own.candidate = plainer);
+                start = Some(again);
             }
             passes.push(pass);
             if let Some((out, again)) = needless {
@@ -112,8 +125,26 @@ impl Search<'_> {
                 (self.progress)(&format!("no longer needed: {}", without.label()));
                 refused.push(without);
                 start = Some(again);
-            } else if !is_named {
-                return self.conclude(passes, &found, outcome);
+            } else if taken.is_some() {
+                start = start.map(|fit| self.exchanged(&mut found, fit)).transpose()?;
+            } else if let Some(mut tie) = found.last_tie() {
+                // Nothing was found beside it: the tie is the answer.
+                found.truncate(tie.number);
+                while let Some(before) = found.last_tie() {
+                    found.truncate(before.number);
+                    tie = before;
+                }
+                let dropped: usize = passes.drain(tie.passes..).map(|pass| pass.runs()).sum();
+                passes.last_mut().into_iter().for_each(|pass| pass.dropped += dropped);
+                return self.conclude(passes, &found.effects(), Outcome::Several(tie.close));
+            } else if !found.ties.is_empty() {
+                // What was found beside it is the model in which those that are alike are compared at last.
+                start = match passes.last() {
+                    Some(last) => self.without_tie(&mut found, &last.fit)?,
+                    None => None,
+                };
+            } else {
+                return self.conclude(passes, &found.effects(), outcome);
             }
         }
     }

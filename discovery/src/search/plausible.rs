@@ -91,13 +91,19 @@ impl Search<'_> {
     }
 }
 
-/// Unknowns of the last effect that are numbers of all shots, with the ends of what is plausible.
+/// Unknowns of the last effect that are numbers of all shots, with the ends of what is plausible; none of a term.
 fn ranges(hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>) -> Vec<(usize, f64, f64)> {
-    let Some(insert) = hypothesis.inserts.last().filter(|_| hypothesis.terms.is_empty()) else { return Vec::new() };
+    let last = hypothesis.inserts.len().checked_sub(1).filter(|_| hypothesis.terms.is_empty());
+    last.map_or(Vec::new(), |number| ranges_of(number, hypothesis, setup, problem))
+}
+
+/// The same of one of the effects.
+fn ranges_of(number: usize, hypothesis: &Hypothesis, setup: &Setup, problem: &Problem<'_>) -> Vec<(usize, f64, f64)> {
+    let insert = &hypothesis.inserts[number];
     let of = |k: usize| {
         let unknown = &problem.unknowns[k];
         let Meaning::Value { prior, .. } = &unknown.meaning else { return None };
-        let part = unknown.effect.filter(|part| Some(part.effect) == hypothesis.last() && unknown.shot.is_none())?;
+        let part = unknown.effect.filter(|part| part.effect == number && unknown.shot.is_none())?;
         let (low, high) = insert.effect.parameters.get(part.parameter)?.range?;
         let scale = if part.parameter == 0 { setup.scale(insert) } else { 1.0 };
         Some((k, prior.xi(low * scale, LIMIT), prior.xi(high * scale, LIMIT)))
@@ -167,6 +173,12 @@ fn sizes_of(number: usize, hypothesis: &Hypothesis, setup: &Setup, problem: &Pro
 pub(super) fn is_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit) -> bool {
     let Ok(problem) = hypothesis.problem(setup) else { return true };
     ranges(hypothesis, setup, &problem).into_iter().all(|range| is_within(fit, range))
+}
+
+/// The same of one of the effects.
+pub(super) fn are_plausible(hypothesis: &Hypothesis, setup: &Setup, fit: &Fit, number: usize) -> bool {
+    let Ok(problem) = hypothesis.problem(setup) else { return true };
+    ranges_of(number, hypothesis, setup, &problem).into_iter().all(|range| is_within(fit, range))
 }
 
 fn is_within(fit: &Fit, (k, low, high): (usize, f64, f64)) -> bool {

@@ -29,6 +29,9 @@ const NEAR: f64 = 2.0;
 const FAR_MORE: f64 = 4.0;
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
+/// The same of levels of model error: over how many samples residuals are alike is known to a half from the hundred independent ones of a
+/// record (Sokal, Monte Carlo Methods in Statistical Mechanics, 1997, section 3), and a level to half of that.
+const SAME_ERROR: f64 = 1.5;
 
 /// What a round has found.
 struct Earlier {
@@ -155,7 +158,12 @@ impl Search<'_> {
             let found = self.left(&pass.base, &pass.fit)?;
             let known = &self.setup.disturbances;
             let is_more = found.disturbances.fitted() > known.fitted();
-            let enough = noise(pass.expected).max(last.fit.misfit + LEAD);
+            let more = found.disturbances.fitted().saturating_sub(known.fitted());
+            let of_effects = last.base.inserts.iter().skip(pass.base.inserts.len());
+            let of_effects: usize = of_effects.map(|own| own.effect.parameters.len()).sum();
+            let numbers = (more * self.setup.train.len(), of_effects);
+            let stated = known.levels.is_empty().then_some(noise(pass.expected));
+            let enough = rule::enough_for_scatter(last.fit.misfit, stated, numbers);
             if is_more
                 && (found.misfit * pass.expected < enough || self.fit_with(pass, &found.disturbances)?.misfit < enough)
             {
@@ -243,8 +251,9 @@ fn is_new(known: &Disturbances, found: &Disturbances) -> bool {
     let more = |a: usize, b: usize| b > a;
     let channels = known.levels.len().max(found.levels.len());
     let changed = (0..channels).any(|k| {
-        let ratio = found.level(k).factor / known.level(k).factor;
-        !(1.0 / SAME..=SAME).contains(&ratio)
+        let (found, known) = (found.level(k), known.level(k));
+        let same = if found.is_white() || known.is_white() { SAME } else { SAME_ERROR };
+        !(1.0 / same..=same).contains(&(found.factor / known.factor))
     });
     changed || more(known.spikes.len(), found.spikes.len()) || more(known.fitted(), found.fitted())
 }
@@ -278,7 +287,11 @@ mod tests {
             |size: f64| Disturbances { levels: vec![Level::NOISE, Level::new(size, 9.0, 1.0)], ..Default::default() };
         let none = Disturbances::default();
         assert!(!is_new(&none, &none) && is_new(&none, &of(2.0)) && is_new(&of(2.0), &none));
-        assert!(!is_new(&of(2.0), &of(2.3)) && is_new(&of(2.0), &of(1.5)) && is_new(&of(2.0), &of(2.6)));
+        assert!(!is_new(&of(2.0), &of(2.9)) && is_new(&of(2.0), &of(1.3)) && is_new(&of(2.0), &of(3.1)));
+        // Of white noise the size is known well.
+        let white =
+            |size: f64| Disturbances { levels: vec![Level::NOISE, Level::new(size, 1.5, 1.0)], ..Default::default() };
+        assert!(!is_new(&white(2.0), &white(2.4)) && is_new(&white(2.0), &white(2.6)));
         let spike = Spike { shot: 0, channel: 0, sample: 3 };
         let spiky = Disturbances { spikes: vec![spike], ..of(2.0) };
         assert!(is_new(&of(2.0), &spiky) && !is_new(&spiky, &of(2.0)));

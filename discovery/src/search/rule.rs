@@ -10,6 +10,8 @@ use hyd_system::math;
 const NEARLY_ALL: f64 = 0.8;
 /// Share of what is missing that the first of several names leaves where a law may explain it all instead.
 const PIECE: f64 = 0.05;
+/// What scatter pays for each number that it has more than the effects in whose place it is taken up.
+const OF_EACH_NUMBER: f64 = 3.0;
 /// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
 const ORDERED: (usize, f64) = (4, 3.0);
 
@@ -122,6 +124,29 @@ pub(super) fn outcome(
     }
 }
 
+/// What becomes of an effect once a rival was fitted in its place.
+#[derive(PartialEq, Debug)]
+pub(super) enum Exchange {
+    /// It explains more than the rival, or the rival only with numbers that cannot be.
+    Stays,
+    /// The two explain equally well.
+    Open,
+    /// The rival takes its place.
+    Replaced,
+}
+
+/// What a rival does in the place of an effect: by how much the cost falls, in units of the noise left, and whether the numbers of the effect
+/// and of the rival can be.
+pub(super) fn exchange(cost_drop: f64, [is_plausible, is_rival_plausible]: [bool; 2]) -> Exchange {
+    if !is_rival_plausible || cost_drop <= -LEAD {
+        Exchange::Stays
+    } else if cost_drop >= LEAD || !is_plausible {
+        Exchange::Replaced
+    } else {
+        Exchange::Open
+    }
+}
+
 /// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in
 /// place of a plausible one for less than the lead a name takes.
 pub(super) fn is_taken(
@@ -162,6 +187,16 @@ pub(super) fn is_pieced((without, with): (f64, f64), (expected, noise): (f64, f6
     with > noise && with - expected > PIECE * (without - expected)
 }
 
+/// The largest misfit with which scatter from shot to shot takes the place of effects, where the model with the effects leaves `misfit` and noise
+/// as stated, if that is what counts, at most `stated`.  Where the level of model error counts, every level is that of a model that leaves as
+/// much, and numbers decide: those of scatter (one for each shot) and those of the effects.
+pub(super) fn enough_for_scatter(misfit: f64, stated: Option<f64>, (of_scatter, of_effects): (usize, usize)) -> f64 {
+    match stated {
+        Some(stated) => stated.max(misfit + LEAD),
+        None => misfit + LEAD - OF_EACH_NUMBER * of_scatter.saturating_sub(of_effects) as f64,
+    }
+}
+
 /// True if sizes with their standard errors, in the order of the shots, only grow or only fall, by more than they are uncertain: what scatters
 /// has no order.  Of `n` shots chance alone puts two in `n!` so.
 pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
@@ -176,8 +211,8 @@ pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{
-        Outcome, Standing, Without, has_order, imitates, is_beaten_by, is_pieced, is_taken, leader, outcome,
-        places_of_more,
+        Exchange, Outcome, Standing, Without, enough_for_scatter, exchange, has_order, imitates, is_beaten_by,
+        is_pieced, is_taken, leader, outcome, places_of_more,
     };
 
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
@@ -209,6 +244,28 @@ mod tests {
         // Where more than noise is left beside the effect, a lead is measured in that.
         let loud = |cost_drop| with(sound(cost_drop), |own| own.scale = 2.0);
         assert_eq!(says(&[loud(300.0), loud(281.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
+    }
+
+    #[test]
+    fn a_rival_takes_the_place_of_what_explains_less_or_cannot_be() {
+        let both = [true, true];
+        assert_eq!((exchange(11.0, both), exchange(-11.0, both)), (Exchange::Replaced, Exchange::Stays));
+        assert_eq!((exchange(9.0, both), exchange(-9.0, both)), (Exchange::Open, Exchange::Open));
+        // Numbers that cannot be decide where both explain as much.
+        assert_eq!(
+            (exchange(-9.0, [false, true]), exchange(-11.0, [false, true])),
+            (Exchange::Replaced, Exchange::Stays)
+        );
+        assert_eq!((exchange(9.0, [true, false]), exchange(99.0, [true, false])), (Exchange::Stays, Exchange::Stays));
+    }
+
+    #[test]
+    fn scatter_pays_for_its_numbers_where_model_error_counts() {
+        assert_eq!(enough_for_scatter(200.0, Some(220.0), (6, 1)), 220.0);
+        assert_eq!(enough_for_scatter(230.0, Some(220.0), (6, 1)), 240.0);
+        // Six numbers in place of one must explain more.
+        assert_eq!(enough_for_scatter(200.0, None, (6, 1)), 195.0);
+        assert_eq!(enough_for_scatter(200.0, None, (6, 6)), 210.0);
     }
 
     #[test]

@@ -1,0 +1,107 @@
+//! Is an effect that was found earlier still the best in its place, now that another one is in the model?
+//!
+//! As long as something else was missing, an effect may have been taken up because it imitated a part of that.  What stood against it is
+//! fitted in its place beside all others, and takes it where it explains more (the exchange of stepwise selection: Miller, Subset
+//! Selection in Regression, 2002, section 3.4).
+
+use super::context::{Search, patience};
+use super::found::{Found, Rival};
+use super::plausible::are_plausible;
+use super::rule::{Exchange, exchange};
+use crate::catalogue::Candidate;
+use crate::fault::Fault;
+use crate::fit::{Fit, minimise};
+use crate::hypothesis::Hypothesis;
+use crate::problem::Problem;
+
+impl Search<'_> {
+    /// Fits rivals in the places of all effects but the last one, and keeps the better one of each; the fit of what is in the model then.
+    /// A tie that is decided is over.
+    ///
+    /// # Errors
+    /// A model that cannot be translated.
+    pub(super) fn exchanged(&self, found: &mut Found, mut fit: Fit) -> Result<Fit, Fault> {
+        for number in 0..found.all.len().saturating_sub(1) {
+            let (mut kept, mut is_open): (Vec<Rival>, bool) = (Vec::new(), false);
+            for rival in std::mem::take(&mut found.all[number].rivals) {
+                let others =
+                    || found.all.iter().enumerate().filter(|(k, _)| *k != number).map(|(_, own)| &own.candidate);
+                if others().any(|own| own.excludes(&rival.candidate) || own.is_same(&rival.candidate)) {
+                    continue;
+                }
+                let own = &found.all[number].candidate;
+                (self.progress)(&format!("fitting {} in the place of {}", rival.candidate.label(), own.label()));
+                let with = Hypothesis::new(self.setup, self.workshop, found.effects())?;
+                let problem = with.problem(self.setup)?;
+                let scale = (fit.misfit / problem.expected(&self.whole())).max(1.0);
+                let Some((other, again)) = self.in_place(&found.effects(), &problem, &fit, number, &rival)? else {
+                    continue;
+                };
+                drop(problem);
+                let plausible =
+                    [(&with, &fit), (&other, &again)].map(|(of, fit)| are_plausible(of, self.setup, fit, number));
+                match exchange((fit.cost - again.cost) / scale, plausible) {
+                    Exchange::Stays => {}
+                    Exchange::Open => {
+                        is_open = true;
+                        kept.push(rival);
+                    }
+                    Exchange::Replaced => {
+                        let numbers = numbers_of(&with.problem(self.setup)?, &fit, number);
+                        let own = std::mem::replace(&mut found.all[number].candidate, rival.candidate);
+                        kept.push(Rival { candidate: own, numbers });
+                        fit = again;
+                    }
+                }
+            }
+            found.ties.retain(|tie| tie.number != number || is_open);
+            found.all[number].rivals = kept;
+        }
+        Ok(fit)
+    }
+
+    /// The model with a rival in the place of an effect, and its fit from where both were; none where no fit succeeds.
+    fn in_place(
+        &self,
+        effects: &[Candidate],
+        with: &Problem<'_>,
+        fit: &Fit,
+        number: usize,
+        rival: &Rival,
+    ) -> Result<Option<(Hypothesis, Fit)>, Fault> {
+        let mut inserts = effects.to_vec();
+        inserts[number] = rival.candidate.clone();
+        let other = Hypothesis::new(self.setup, self.workshop, inserts)?;
+        let problem = other.problem(self.setup)?;
+        let is_own = |of: &Problem<'_>, k: usize| of.unknowns[k].effect.is_some_and(|part| part.effect == number);
+        let mut kept = (0..fit.xi.len()).filter(|&k| !is_own(with, k)).map(|k| fit.xi[k]);
+        let mut numbers = rival.numbers.iter().copied();
+        let start = (0..problem.unknowns.len()).map(|k| {
+            let known = if is_own(&problem, k) { numbers.next() } else { kept.next() };
+            problem.unknowns[k].within(known.unwrap_or(0.0))
+        });
+        let start: Vec<f64> = start.collect();
+        let again = minimise(&problem, &start, &self.whole(), patience(&problem), None).ok();
+        drop(problem);
+        Ok(again.map(|again| (other, again)))
+    }
+
+    /// The effects without the one in the last tie, and the fit of the rest; none where no fit succeeds.
+    pub(super) fn without_tie(&self, found: &mut Found, fit: &Fit) -> Result<Option<Fit>, Fault> {
+        let Some(number) = found.ties.last().map(|tie| tie.number) else { return Ok(None) };
+        let with = Hypothesis::new(self.setup, self.workshop, found.effects())?;
+        let problem = with.problem(self.setup)?;
+        let is_own = |k: &usize| problem.unknowns[*k].effect.is_some_and(|part| part.effect == number);
+        let start: Vec<f64> = (0..fit.xi.len()).filter(|k| !is_own(k)).map(|k| fit.xi[k]).collect();
+        drop(problem);
+        found.remove(number);
+        let rest = Hypothesis::new(self.setup, self.workshop, found.effects())?;
+        let problem = rest.problem(self.setup)?;
+        Ok(minimise(&problem, &start, &self.whole(), patience(&problem), None).ok())
+    }
+}
+
+fn numbers_of(problem: &Problem<'_>, fit: &Fit, number: usize) -> Vec<f64> {
+    let is_own = |k: &usize| problem.unknowns[*k].effect.is_some_and(|part| part.effect == number);
+    (0..fit.xi.len()).filter(is_own).map(|k| fit.xi[k]).collect()
+}
