@@ -112,6 +112,12 @@ impl Options {
         }
     }
 
+    /// How far output points are apart (s), on average.
+    pub(crate) fn output_interval(&self) -> f64 {
+        let count = if self.times.is_empty() { self.intervals } else { self.times.len() };
+        (self.stop - self.start) / count.max(1) as f64
+    }
+
     /// Time of output point `k` (s), if there are so many.  Points at equal intervals count from 0 at the start, the last one
     /// is exactly the stop time; given ones count from 1.
     pub(crate) fn output_time(&self, k: usize) -> Option<f64> {

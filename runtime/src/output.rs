@@ -213,10 +213,15 @@ impl Output {
 
     /// Drops output points that the rows of an event at `t` (s) stand for.
     pub(crate) fn skip_to(&mut self, options: &Options, t: f64) {
-        let instants = Instants::of_run(options.start);
-        while options.output_time(self.next).is_some_and(|next| instants.has_come(next, t)) {
+        while self.is_due(options, t) {
             self.next += 1;
         }
+    }
+
+    /// True if the next output point lies at `t` (s), or before it.
+    pub(crate) fn is_due(&self, options: &Options, t: f64) -> bool {
+        let instants = Instants::of_run(options.start);
+        options.output_time(self.next).is_some_and(|next| instants.has_come(next, t))
     }
 
     /// Checks the assertions at a point; an error if one of that level does not hold.

@@ -25,6 +25,7 @@ use crate::{Options, Statistics};
 
 mod begin;
 mod choosing;
+mod dense_input;
 mod event;
 mod jump;
 mod onward;
@@ -33,6 +34,7 @@ mod stall;
 mod steps;
 
 use choosing::Choosing;
+use dense_input::DenseInput;
 pub use jump::Jump;
 pub use onward::{Onward, Reached};
 use stall::Stall;
@@ -140,6 +142,11 @@ struct Run<'a, 'b> {
     stop: &'a dyn Fn() -> bool,
     chatter: Chatter,
     time_event: f64,
+    /// Nothing but recorded inputs taking up their next values happens at it.
+    is_input: bool,
+    inputs: DenseInput,
+    /// The last event has no rows.
+    is_bare: bool,
     /// No relation of time alone changes before (s).
     unchanged_until: f64,
     /// Time of the last event, at first the start (s): time events are looked for after it.
@@ -164,6 +171,8 @@ struct Found {
     source: EventSource,
     /// The system has asked for it at the end of a step: steps lead on whatever it does.
     is_asked: bool,
+    /// Nothing but recorded inputs taking up their next values.
+    is_input: bool,
 }
 
 impl Run<'_, '_> {
@@ -188,6 +197,7 @@ impl Run<'_, '_> {
         let next = self.problem.system.next_time_event(self.last_event);
         let (stop, instants) = (self.options.stop, Instants::of_run(self.options.start));
         let at_stop = if next.right_after { f64::INFINITY } else { stop };
+        self.is_input = next.is_input;
         self.time_event = if instants.same(next.t, stop) { at_stop } else { next.t };
     }
 }
@@ -309,6 +319,9 @@ impl Simulator {
             stop,
             chatter: Chatter::default(),
             time_event: f64::INFINITY,
+            is_input: false,
+            inputs: DenseInput::NONE,
+            is_bare: false,
             last_event: options.start,
             unchanged_until: options.start,
             horizon: f64::INFINITY,

@@ -102,7 +102,7 @@ pub(crate) fn next_jump(followers: &[Follower], next: TimeEvent, t: f64, instant
     let mut next = next;
     for time in followers.iter().filter_map(Follower::next_break) {
         if instants.lies_ahead(time, t) && instants.lies_ahead(next.t, time) {
-            next = TimeEvent::at(time);
+            next = TimeEvent::of_input(time);
         }
     }
     next

@@ -95,7 +95,7 @@ impl Instance {
         for time in self.memory.inputs.iter().filter_map(Follower::next_break) {
             // What coincides happens at the system's own instant.
             if instants.lies_ahead(time, t) && instants.lies_ahead(next.t, time) {
-                next = TimeEvent::at(time);
+                next = TimeEvent::of_input(time);
             }
         }
         next

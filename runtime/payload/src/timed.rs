@@ -29,14 +29,14 @@ impl Instance {
         };
         if known().any(waits) {
             clock.announced = Some(t);
-            return TimeEvent { t, right_after: true };
+            return TimeEvent { right_after: true, ..TimeEvent::at(t) };
         }
         let ahead = known().map(|(_, &instant)| instant).filter(|&instant| clock.instants.lies_ahead(instant, t));
         let next = ahead.fold(f64::INFINITY, f64::min);
         let mut then = known().filter(|(_, instant)| clock.instants.same(**instant, next));
         let right_after = next < f64::INFINITY && then.all(|(relation, _)| relation.right_after);
         clock.announced = right_after.then_some(next);
-        TimeEvent { t: next, right_after }
+        TimeEvent { right_after, ..TimeEvent::at(next) }
     }
 
     /// At the first pass of an event: moves the clock to the right side of `t`, if that is what the event is for.

@@ -10,7 +10,7 @@ use crate::events::iteration::settle;
 impl Simulator {
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
     pub(super) fn event(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<(), SolveError> {
-        let Found { t, source, is_asked } = found;
+        let Found { t, source, is_asked, is_input } = found;
         let span = run.span();
         let Point { y, yp } = &mut self.point;
         if !is_asked {
@@ -18,13 +18,14 @@ impl Simulator {
         }
         let rows = run.options.event_rows || run.options.every_step;
         // A second event at the same time begins where the one before has left off, with its row.
-        let begun = t == run.last_event;
+        let begun = t == run.last_event && !run.is_bare;
+        run.is_bare = is_input && run.inputs.jump(t, run.options.output_interval()) && !run.options.every_step;
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.reach(run.problem)?;
             self.output.flush(run.problem, run.sink, sensitivity)?;
             sensitivity.arrive(run.problem, t, y, yp)?;
         }
-        if rows && !begun {
+        if rows && !begun && !run.is_bare {
             self.consistency.project(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             let sensitivity = self.sensitivity.as_deref_mut();
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent, sensitivity)?;
@@ -49,7 +50,9 @@ impl Simulator {
             changed |= sensitivity.changed;
             by_inputs &= !sensitivity.changed;
         }
-        if rows {
+        // What changes by a jump of an input is shown; an output point at its time shows the value from then on.
+        run.is_bare &= !changed || by_inputs;
+        if rows && (!run.is_bare || self.output.is_due(run.options, t)) {
             let sensitivity = self.sensitivity.as_deref_mut();
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, sensitivity)?;
             self.output.skip_to(run.options, t);

@@ -246,6 +246,10 @@ impl Onward {
             stop: &|| false,
             chatter: progress.chatter,
             time_event: progress.time_event,
+            // There are no rows.
+            is_input: false,
+            inputs: super::DenseInput::NONE,
+            is_bare: false,
             unchanged_until: progress.unchanged_until,
             last_event: progress.last_event,
             horizon,

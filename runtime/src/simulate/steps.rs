@@ -74,7 +74,7 @@ impl Simulator {
             return Some(Arrival::Plain(t));
         }
         run.problem.statistics.time_events += 1;
-        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false }))
+        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false, is_input: run.is_input }))
     }
 
     /// Goes through an event; returns its time (s).
@@ -130,7 +130,7 @@ impl Simulator {
                 run.problem.statistics.state_events += 1;
                 self.point.y.copy_from_slice(self.integrator.y());
                 self.point.yp.copy_from_slice(self.integrator.yp());
-                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true }));
+                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true, is_input: false }));
             }
             if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
                 let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
@@ -167,6 +167,6 @@ impl Simulator {
                 self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
-        Ok(Arrival::Event(Found { t, source, is_asked: false }))
+        Ok(Arrival::Event(Found { t, source, is_asked: false, is_input: run.is_input && state_event.is_none() }))
     }
 }

@@ -223,6 +223,8 @@ pub struct TimeEvent {
     /// It happens right after this time, as `time > 1` does at 1 s: after all else that happens at that time, and not at all at
     /// the end of the run.
     pub right_after: bool,
+    /// Nothing happens but that recorded inputs take up their next values.
+    pub is_input: bool,
 }
 
 impl TimeEvent {
@@ -231,7 +233,12 @@ impl TimeEvent {
 
     /// At a time (s).
     pub const fn at(t: f64) -> Self {
-        Self { t, right_after: false }
+        Self { t, right_after: false, is_input: false }
+    }
+
+    /// At a time (s) at which recorded inputs take up their next values and nothing else happens.
+    pub const fn of_input(t: f64) -> Self {
+        Self { is_input: true, ..Self::at(t) }
     }
 }
 

@@ -108,6 +108,42 @@ fn a_run_goes_to_the_end_of_the_table_and_holds_as_asked() {
     assert!((x - exact).abs() < 1e-5, "{x} {exact}");
 }
 
+/// Held values jump at every sample.  Where samples come as often as output points there is one row for each, with the value from then on, and
+/// one more where the model does something at a jump; where they are far apart each jump has a row before it and one after it.
+#[test]
+fn dense_samples_have_no_rows_of_their_own() {
+    let scratch = Scratch::new();
+    let model = "model M\n  input Real u;\n  Real x(start = 0, fixed = true);\n  discrete Real n(start = 0, fixed = true);\nequation\n  \
+        der(x) = u - x;\n  when u > 50 then\n    n = pre(n) + 1;\n  end when;\nend M;\n";
+    scratch.write("m.hyd", model);
+    let held = |k: usize| if k == 60 { 100.0 } else { (k % 3) as f64 };
+    let table: String = (0..=100).map(|k| format!("{},{}\n", k as f64 / 8.0, held(k))).collect();
+    scratch.write("d.csv", &format!("time,u\n{table}"));
+    let rows = |intervals: &str| -> Vec<[f64; 4]> {
+        let arguments = ["simulate", "m.hyd", "--input", "d.csv", "--hold", "zero", "--tolerance", "1e-9"];
+        let outcome = run(scratch.path(), &[&arguments[..], &["--result", "r.csv", "--intervals", intervals]].concat());
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let text = scratch.read("r.csv");
+        let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let at = ["time", "u", "x", "n"].map(|name| names.iter().position(|own| *own == name).unwrap());
+        let numbers = |line: &str| -> Vec<f64> { line.split(',').map(|field| field.parse().unwrap()).collect() };
+        text.lines().skip(1).map(|line| at.map(|column| numbers(line)[column])).collect()
+    };
+    let count = |rows: &[[f64; 4]], k: usize| rows.iter().filter(|row| (row[0] * 8.0 - k as f64).abs() < 1e-9).count();
+    let dense = rows("100");
+    let of = |range: std::ops::Range<usize>| -> Vec<usize> { range.map(|k| count(&dense, k)).collect() };
+    assert_eq!((of(1..17), of(17..100)), (vec![2; 16], vec![1; 83]));
+    let mut x = 0.0;
+    for k in 0..100 {
+        let own = dense.iter().rfind(|row| (row[0] * 8.0 - k as f64).abs() < 1e-9).unwrap();
+        assert_eq!((own[1], own[3]), (held(k), if k < 60 { 0.0 } else { 1.0 }), "{k}");
+        assert!((own[2] - x).abs() < 1e-6, "{k}: {} {x}", own[2]);
+        x = held(k) + (x - held(k)) * f64::exp(-0.125);
+    }
+    let sparse = rows("1000");
+    assert!((1..100).all(|k| count(&sparse, k) == 2));
+}
+
 #[test]
 fn many_runs_read_one_table_and_know_another_one() {
     let scratch = Scratch::new();
